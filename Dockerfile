@@ -1,0 +1,56 @@
+# The explorer as a container that needs nothing but a temporary folder:
+#
+#   docker run --read-only --tmpfs /tmp --cap-drop ALL --security-opt no-new-privileges -p 5006:5006 \
+#       -e BOKEH_ALLOW_WS_ORIGIN=localhost:5006 vibroscope
+#
+# BOKEH_ALLOW_WS_ORIGIN names the host in the browser's address bar. No RUN --mount: builders other than BuildKit must
+# manage too. `make image` builds and runs it without any container engine.
+
+ARG BASE=python:3.11-slim
+
+FROM ${BASE} AS build
+ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1
+WORKDIR /opt/vibroscope
+
+COPY requirements/run.txt requirements/
+RUN python3 -m venv .venv \
+ && .venv/bin/python -m pip install --require-hashes --only-binary :all: -r requirements/run.txt
+
+COPY . .
+# What serves no request goes: the installers, the libraries' own tests, maps for debugging scripts.
+RUN .venv/bin/python -m pip install --no-deps --no-build-isolation --editable . \
+ && .venv/bin/python -m pip uninstall --yes --quiet setuptools pip \
+ && find .venv -type d -name tests -prune -exec rm -rf {} + \
+ && find .venv -type f -name '*.map' -delete
+
+# Numba trusts machine code only while the source's time stamp is unchanged, and image layers keep whole seconds.
+ENV VIBROSCOPE_CACHE_DIR=/opt/vibroscope/cache
+RUN find app engine -type f -exec touch --date=@1767225600 {} + \
+ && .venv/bin/python -m compileall -q app engine \
+ && tools/container-entry .venv/bin/vibroscope warm \
+ && NUMBA_CPU_NAME=generic tools/container-entry .venv/bin/vibroscope warm
+
+
+FROM ${BASE}
+COPY --from=build /opt/vibroscope /opt/vibroscope
+WORKDIR /opt/vibroscope
+
+# Everything belongs to root and the process is nobody: the engine takes its own copy of the kernels' machine code into
+# the temporary folder, since Numba passes over a cache it cannot write to.
+ENV PATH=/opt/vibroscope/.venv/bin:$PATH \
+    VIBROSCOPE_CACHE_DIR=/opt/vibroscope/cache \
+    HOME=/tmp \
+    PYTHONDONTWRITEBYTECODE=1 \
+    PYTHONUNBUFFERED=1
+USER 10001:10001
+EXPOSE 5006
+
+# /liveness answers without building a page.
+HEALTHCHECK --interval=30s --timeout=5s --start-period=30s --retries=3 \
+    CMD ["python3", "-c", "from urllib.request import urlopen; urlopen('http://127.0.0.1:5006/liveness', timeout=4)"]
+
+# One process, so that a stop signal ends it gracefully; for more users run more containers behind a sticky proxy.
+# SIGINT, since that is the signal Panel's server listens for: process 1 would not even notice a SIGTERM.
+STOPSIGNAL SIGINT
+ENTRYPOINT ["/opt/vibroscope/tools/container-entry"]
+CMD ["vibroscope", "serve", "--address", "0.0.0.0", "--port", "5006"]

@@ -1,0 +1,88 @@
+# Everything starts here: `make run` opens the explorer, `make test` proves it. Both set up what they need in .venv,
+# once; a stamp in there is touched last, so a set-up that broke off half way is taken up again.
+
+PYTHON ?= python3
+ARGS ?=
+
+VENV := .venv
+BIN := $(VENV)/bin
+# Hashes are required and only wheels are taken: nothing is built, nothing unpinned can come in.
+INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
+
+.PHONY: help run test bench lint lock snapshots diagram image clean
+.DELETE_ON_ERROR:
+
+help:
+	@echo "make run        open the explorer in the browser"
+	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
+	@echo "make bench      measure"
+	@echo "make lint       check style and who may import whom"
+	@echo "make snapshots  renew the pictures the tests compare with"
+	@echo "make diagram    renew the bifurcation diagram kept in assets/"
+	@echo "make lock       renew requirements/ from pyproject.toml"
+	@echo "make image      build and run the container image without a container engine (Debian, root)"
+	@echo "make clean      remove .venv and what tools left behind"
+
+run: $(VENV)/run
+	$(BIN)/vibroscope serve --show $(ARGS)
+
+test: $(VENV)/test
+	@browser=$$($(BIN)/python tools/browser.py) && echo "browser: $$browser"
+	$(BIN)/pytest $(ARGS)
+
+bench: $(VENV)/test
+	@for script in benchmarks/[!_]*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+lint: $(VENV)/test
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check --quiet
+	$(BIN)/lint-imports
+
+snapshots: $(VENV)/test
+	$(BIN)/pytest -m ui --renew-snapshots $(ARGS)
+
+diagram: $(VENV)/run
+	$(BIN)/vibroscope diagram --write
+
+image:
+	tools/rehearse-image.sh
+
+clean:
+	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	find . -name __pycache__ -prune -exec rm -rf {} +
+
+# --- set-up -----------------------------------------------------------------------------------------------------
+
+$(VENV)/made:
+	@command -v "$(PYTHON)" >/dev/null || \
+	  { echo "No Python found: '$(PYTHON)' is no command. Name one: make run PYTHON=/path/to/python3.12"; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "Python 3.11 or newer is needed, '$(PYTHON)' is $$("$(PYTHON)" -V 2>&1). Name another: make run PYTHON=python3.12"; exit 1; }
+	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || \
+	  { echo "'$(PYTHON)' cannot make virtual environments. On Debian and Ubuntu: apt install python3-venv"; exit 1; }
+	"$(PYTHON)" -m venv --clear $(VENV)
+	@touch $@
+
+$(VENV)/run: $(VENV)/made requirements/run.txt pyproject.toml
+	$(INSTALL) -r requirements/run.txt
+	$(BIN)/python -m pip --disable-pip-version-check install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/test: $(VENV)/run requirements/test.txt
+	$(INSTALL) -r requirements/test.txt
+	@touch $@
+
+# --- locks ------------------------------------------------------------------------------------------------------
+
+# One version of each package for all platforms and Pythons, so that a number seen here is the number seen there.
+# Of the old locks whatever still fits is kept; `make lock ARGS=--upgrade` takes the newest.
+LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" build/lock/bin/uv pip compile pyproject.toml --quiet --universal \
+  --python-version 3.11 --fork-strategy fewest --generate-hashes --no-emit-index-url --group build $(ARGS)
+
+lock: build/lock/bin/uv
+	$(LOCK) --output-file requirements/run.txt
+	$(LOCK) --group test --group lint --group bench --constraint requirements/run.txt --output-file requirements/test.txt
+
+build/lock/bin/uv: $(VENV)/made
+	$(BIN)/python -m venv --clear build/lock
+	build/lock/bin/python -m pip --disable-pip-version-check install --quiet uv

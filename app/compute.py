@@ -1,0 +1,233 @@
+"""Both solvers for one setting: bounded cache, worker threads, and the latest move wins.
+
+The kernels release the GIL, so plain threads serve many sessions. No panel import.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from app.state import Explorer, Setting
+from engine import Cancelled, Motion, Newmark, Record, Reference, Response, System, Trajectory, motion, simulate
+
+log = logging.getLogger("vibroscope")
+
+# Periods drawn in the phase plots, at most: all of a shorter cycle, or so many of a motion that does not repeat.
+ORBIT_PERIODS = 12
+_ORBIT_SAMPLES = 1000
+TRACE_PERIODS = 2
+# Samples per period. The reference is smooth between its events, which it lists.
+# The penalty's shortest contact (half a period of √(K(1+1/μ)) at K = 10⁵, η = 0.5)
+# lasts T/1850: so many leave four samples in it even there, and its peak within 8 %.
+_SAMPLES = {Reference: 1000, Newmark: 8000}
+# A run holds up to 1.5 MB of samples; two runs make a frame.
+_CACHED_RUNS = 48
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What one solver found: the kept periods, the last two sampled finely, the orbit for the phase plots.
+
+    ``motion``, ``trace`` and ``orbit`` are None where the run diverged.
+    """
+
+    response: Response
+    motion: Motion | None
+    trace: Trajectory | None
+    orbit: Trajectory | None
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Everything the views need for one setting."""
+
+    setting: Setting
+    reference: Run
+    penalty: Run
+
+
+Method = Reference | Newmark
+
+
+class RunCache:
+    """Runs by key, the least recently used dropped first; safe between threads."""
+
+    def __init__(self, size: int = _CACHED_RUNS) -> None:
+        self._size = size
+        self._runs: OrderedDict[object, Run] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def get(self, key: object) -> Run | None:
+        """The run kept under ``key``, or None."""
+        with self._lock:
+            if key in self._runs:
+                self._runs.move_to_end(key)
+            return self._runs.get(key)
+
+    def put(self, key: object, run: Run) -> None:
+        """Keep ``run``, dropping the one that was not asked for the longest."""
+        with self._lock:
+            self._runs[key] = run
+            self._runs.move_to_end(key)
+            while len(self._runs) > self._size:
+                self._runs.popitem(last=False)
+
+    def __len__(self) -> int:
+        return len(self._runs)
+
+
+_SYSTEM = System()
+_CACHE = RunCache()
+
+
+def frame_of(setting: Setting, cancelled: Callable[[], bool] | None = None, cache: RunCache = _CACHE) -> Frame:
+    """Both runs for ``setting``, from the cache where they are in it."""
+    return Frame(setting, *(_cached_run(setting.eta, method, cancelled, cache) for method in _methods(setting)))
+
+
+def kept_frame(setting: Setting, cache: RunCache = _CACHE) -> Frame | None:
+    """The frame for ``setting`` if both runs are in the cache: it costs nothing."""
+    runs = [cache.get((setting.eta, method)) for method in _methods(setting)]
+    return None if None in runs else Frame(setting, *runs)
+
+
+def _methods(setting: Setting) -> tuple[Reference, Newmark]:
+    return (
+        Reference(joint_damping=setting.joint_damping),
+        Newmark(stiffness=setting.K, damping=setting.D, steps=setting.steps),
+    )
+
+
+def _cached_run(eta: float, method: Method, cancelled: Callable[[], bool] | None, cache: RunCache) -> Run:
+    key = (eta, method)
+    run = cache.get(key)
+    if run is None:
+        run = _solve(eta, method, cancelled)
+        cache.put(key, run)
+    return run
+
+
+def _solve(eta: float, method: Method, cancelled: Callable[[], bool] | None) -> Run:
+    record = Record(ORBIT_PERIODS, _SAMPLES[type(method)])
+    response = simulate(_SYSTEM, eta, method, record=record, cancelled=cancelled)
+    if not response.ok:
+        return Run(response, None, None, None)
+    found = motion(response)
+    sampled, response = response.trajectory, replace(response, trajectory=None)
+    per_period = (len(sampled.time) - 1) // ORBIT_PERIODS
+    orbit_periods = min(found.period or ORBIT_PERIODS, ORBIT_PERIODS)
+    stride = max(1, per_period // _ORBIT_SAMPLES)
+    return Run(
+        response,
+        found,
+        _last(sampled, TRACE_PERIODS * per_period, 1),
+        _last(sampled, orbit_periods * per_period, stride),
+    )
+
+
+def _last(sampled: Trajectory, count: int, stride: int) -> Trajectory:
+    """The last ``count`` intervals, each ``stride``-th sample from the end; copied, so that the rest is freed."""
+    begin = len(sampled.time) - 1 - count // stride * stride
+    return Trajectory(
+        *(
+            np.ascontiguousarray(values[..., begin::stride])
+            for values in (sampled.time, sampled.displacement, sampled.velocity, sampled.force)
+        )
+    )
+
+
+class Latest:
+    """One session's jobs: at most one runs and one waits, the newest.
+
+    A job that is overtaken is still delivered if it ends within ``grace`` seconds,
+    or a long drag would show nothing until it stops; after that it is cancelled.
+    ``deliver(move, result)`` is called in a worker thread, in the order of the
+    moves, with a `Frame` or with the exception that the job ended in.
+    """
+
+    def __init__(
+        self,
+        deliver: Callable[[int, Frame | Exception], None],
+        *,
+        solve: Callable[..., Frame] = frame_of,
+        pool: ThreadPoolExecutor | None = None,
+        grace: float = 0.4,
+    ) -> None:
+        self._deliver = deliver
+        self._solve = solve
+        self._pool = pool or workers()
+        self._grace = grace
+        self._lock = threading.Lock()
+        self._waiting: tuple[int, Setting] | None = None
+        self._busy = False
+        self._closed = False
+
+    def submit(self, move: int, setting: Setting) -> None:
+        """Ask for ``setting``; one that still waits is dropped."""
+        with self._lock:
+            self._waiting = (move, setting)
+            if self._busy or self._closed:
+                return
+            self._busy = True
+        self._pool.submit(self._work)
+
+    def close(self) -> None:
+        """Nothing is wanted any more; a running job is cancelled, nothing is delivered."""
+        with self._lock:
+            self._closed = True
+            self._waiting = None
+
+    def _work(self) -> None:
+        while (job := self._next()) is not None:
+            self._run(*job)
+
+    def _run(self, move: int, setting: Setting) -> None:
+        patience = time.monotonic() + self._grace
+        try:
+            result: Frame | Exception = self._solve(setting, cancelled=lambda: self._overtaken(patience))
+        except Cancelled:
+            return
+        except Exception as error:  # told on the page; a worker must not die of it
+            result = error
+        if self._closed:
+            return
+        try:
+            self._deliver(move, result)
+        except Exception:  # else the session would wait for this job for ever
+            log.exception("delivering failed")
+
+    def _overtaken(self, patience: float) -> bool:
+        return self._closed or (self._waiting is not None and time.monotonic() > patience)
+
+    def _next(self) -> tuple[int, Setting] | None:
+        with self._lock:
+            job, self._waiting = self._waiting, None
+            self._busy = job is not None
+            return job
+
+
+_pool: ThreadPoolExecutor | None = None
+_pool_lock = threading.Lock()
+
+
+def workers() -> ThreadPoolExecutor:
+    """The pool that all sessions of this process share."""
+    global _pool
+    with _pool_lock:
+        if _pool is None:
+            _pool = ThreadPoolExecutor(max_workers=max(4, os.cpu_count() or 4), thread_name_prefix="solver")
+        return _pool
+
+
+def warm() -> None:
+    """Compile or load the kernels and keep the default frame, ahead of the first visitor."""
+    workers().submit(frame_of, Explorer().setting())

@@ -1,0 +1,139 @@
+"""What all figures share: colours, fonts, margins, and writing a source in place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from bokeh.models import ColumnDataSource, Legend
+from bokeh.plotting import figure
+from bokeh.themes import Theme
+
+# Okabe–Ito: told apart by colour-blind readers. Width, dash and marker differ too.
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+INK = "#22303C"
+FONT = "Roboto, 'Segoe UI', 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif"
+
+REFERENCE = {"line_color": BLUE, "line_width": 4, "line_alpha": 0.5}
+PENALTY = {"line_color": VERMILLION, "line_width": 1.3, "line_dash": "solid"}
+
+# One margin for all time figures, so that their time axes stand above each other.
+LEFT, RIGHT = 60, 50
+
+
+# Every part that the page's own theme would restyle is named here, and so left alone by it.
+THEME = Theme(
+    json={
+        "attrs": {
+            "Plot": {},
+            "Figure": {
+                "background_fill_color": "#FFFFFF",
+                "border_fill_color": "#FFFFFF",
+                "outline_line_color": "#C6CDD4",
+            },
+            "Title": {
+                "text_font": FONT,
+                "text_font_size": "13px",
+                "text_font_style": "bold",
+                "text_color": INK,
+                "standoff": 5,
+            },
+            "Grid": {"grid_line_color": "#E4E8EC"},
+            "Axis": {
+                "axis_label_text_font": FONT,
+                "axis_label_text_font_size": "12px",
+                "axis_label_text_font_style": "normal",
+                "axis_label_text_color": INK,
+                "axis_label_standoff": 3,
+                "axis_line_color": "#8A97A3",
+                "major_label_text_font": FONT,
+                "major_label_text_font_size": "11px",
+                "major_label_text_color": INK,
+                "major_tick_line_color": "#8A97A3",
+                "major_tick_in": 0,
+                "major_tick_out": 4,
+                "minor_tick_line_color": None,
+            },
+            "Legend": {
+                "label_text_font": FONT,
+                "label_text_font_size": "11px",
+                "label_text_color": INK,
+                "border_line_color": None,
+                "background_fill_color": "#FFFFFF",
+                "background_fill_alpha": 0.8,
+                "padding": 2,
+                "margin": 3,
+                "spacing": 8,
+                "glyph_width": 18,
+                "glyph_height": 12,
+                "label_standoff": 3,
+                "label_height": 12,
+            },
+        }
+    }
+)
+
+
+def make_figure(title: str, x: str, y: str, **more) -> figure:
+    """A figure in the page's style that fills the cell it is put in."""
+    options = {
+        "title": title,
+        "x_axis_label": x,
+        "y_axis_label": y,
+        "sizing_mode": "stretch_both",
+        "output_backend": "canvas",
+        "tools": "pan,box_zoom,wheel_zoom,reset,save",
+        "active_drag": "box_zoom",
+        "toolbar_location": "above",
+        "min_border_left": LEFT,
+        "min_border_right": 12,
+        "min_border_bottom": 40,
+        "min_border_top": 4,
+        "height": 200,
+        "width": 300,
+        "lod_threshold": None,
+    }
+    return style(figure(**(options | more)))
+
+
+def style(plot: figure) -> figure:
+    """What a theme cannot say."""
+    # Else the enclosing grid gives all frames the widest margin among them.
+    plot.frame_align = False
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
+    return plot
+
+
+def legend(items: list, columns: int = 2) -> Legend:
+    """A legend inside the frame, quiet enough to lie over data."""
+    return Legend(items=items, location="top_right", ncols=columns, click_policy="mute")
+
+
+def empty(name: str, *columns: str) -> ColumnDataSource:
+    """A named source with these columns and no rows."""
+    return ColumnDataSource({column: np.empty(0, np.float32) for column in columns}, name=name)
+
+
+def sources(shape: Mapping[str, tuple[str, ...]]) -> dict[str, ColumnDataSource]:
+    """Empty sources by name."""
+    return {name: empty(name, *columns) for name, columns in shape.items()}
+
+
+def write(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> None:
+    """Put ``columns`` into ``source``, sending no more than what changed."""
+    changed = {n: c for n, c in columns.items() if not _same(source.data[n], c)}
+    if not changed:
+        return
+    lengths = {len(c) for c in columns.values()} | {len(c) for c in source.data.values()}
+    if len(lengths) > 1:
+        # All at once: columns of unequal length must never be seen.
+        source.data = dict(columns)
+        return
+    for name, column in changed.items():
+        source.data[name] = column
+
+
+def _same(old: np.ndarray, new: np.ndarray) -> bool:
+    return old.shape == new.shape and old.tobytes() == new.tobytes()

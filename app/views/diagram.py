@@ -1,0 +1,188 @@
+"""The bifurcation diagram: a picture of the reference's section over η, a cursor, and a click that sets η."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import holoviews as hv
+import numpy as np
+from bokeh.core.property.descriptors import UnsetValueError
+from bokeh.events import RangesUpdate, Tap
+from bokeh.models import ColumnDataSource, Label, Span
+
+from app.raster import raster
+from app.scenes import scenes
+from app.views.base import BLUE, FONT, INK, THEME, VERMILLION, style
+from app.views.ranges import OwnedRange
+from engine import Diagram
+
+# Before the browser has told the frame's size.
+_PIXELS = (480, 250)
+_TITLE = "Bifurcation diagram of the reference: click sets η"
+_ETA = (0.5, 4.0)
+_SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
+_ROW = {"xi1": 0, "xi2": 1}
+# From clear to Okabe–Ito blue; the darkest is where most points fall.
+_SHADES = ["#FFFFFF00"] + [f"#0072B2{alpha:02X}" for alpha in range(1, 256)]
+
+
+class DiagramView:
+    """Built once; the picture is drawn anew when the zoom, the coordinate or the joint damping changes."""
+
+    def __init__(
+        self,
+        sections: dict[str, ColumnDataSource],
+        load: Callable[[str], Diagram | None],
+        on_eta: Callable[[float], None],
+    ) -> None:
+        self._load = load
+        self._on_eta = on_eta
+        self._shown: tuple[str, str] | None = None
+        self._sections = sections
+        self._x, self._y = OwnedRange(*_ETA), OwnedRange(-10, 10)
+        self.figure, self.picture = _picture_figure()
+        self.figure.x_range, self.figure.y_range = self._x.range, self._y.range
+        self._marks = self._decorate()
+        self.figure.on_event(Tap, self._tapped)
+        self.figure.on_event(RangesUpdate, self._zoomed)
+        self.figure.on_change("inner_width", self._resized)
+
+    def _decorate(self) -> list:
+        plot = self.figure
+        for scene in scenes().values():
+            if scene.group == "motion":
+                plot.add_layout(Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted"))
+                plot.add_layout(
+                    Label(
+                        x=scene.eta,
+                        y=4,
+                        y_units="screen",
+                        text=f"[{scene.label}]",
+                        text_font=FONT,
+                        text_font_size="11px",
+                        text_color=INK,
+                        text_align="center",
+                        background_fill_color="white",
+                        background_fill_alpha=0.8,
+                    )
+                )
+        # Overlays are repainted without the picture below them.
+        self.cursor = Span(location=1.08, dimension="height", line_color=INK, line_width=1.5, level="overlay")
+        plot.add_layout(self.cursor)
+        return [
+            plot.scatter(
+                "eta",
+                "x2",
+                source=self._sections["section_reference"],
+                marker="circle",
+                size=7,
+                fill_color=BLUE,
+                line_color="white",
+                level="overlay",
+            ),
+            plot.scatter(
+                "eta",
+                "x2",
+                source=self._sections["section_penalty"],
+                marker="diamond",
+                size=10,
+                fill_color=None,
+                line_color=VERMILLION,
+                line_width=1.5,
+                level="overlay",
+            ),
+        ]
+
+    def update(self, eta: float, joint_damping: str, coordinate: str) -> None:
+        """Move the cursor; redraw the picture where it is another one. The phase plots write the sections."""
+        self.cursor.location = eta
+        if self._shown != (joint_damping, coordinate):
+            self._show(joint_damping, coordinate)
+
+    def redraw(self) -> None:
+        """A diagram has arrived: show it, if it is the one that is wanted."""
+        if self._shown is not None:
+            self._fit()
+            self._draw()
+
+    def _show(self, joint_damping: str, coordinate: str) -> None:
+        turned = self._shown is None or self._shown[1] != coordinate
+        self._shown = (joint_damping, coordinate)
+        for mark in self._marks:
+            mark.glyph.y = "x1" if coordinate == "xi1" else "x2"
+        self.figure.yaxis[0].axis_label = f"displacement {_SYMBOL[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
+        if turned:
+            self._fit()
+        self._draw()
+
+    def _points(self) -> tuple[np.ndarray, np.ndarray] | None:
+        joint_damping, coordinate = self._shown
+        diagram = self._load(joint_damping)
+        if diagram is None:
+            return None
+        return diagram.eta, diagram.displacement[_ROW[coordinate]]
+
+    def _fit(self) -> None:
+        points = self._points()
+        if points is not None:
+            self._y.follow([points[1]], fresh=True)
+
+    def _draw(self) -> None:
+        points = self._points()
+        self.figure.title.text = _TITLE if points is not None else f"{_TITLE} (being computed …)"
+        if points is None:
+            return
+        x, y = ((r.range.start, r.range.end) for r in (self._x, self._y))
+        picture = raster(*points, x, y, *self._pixels())
+        self.picture.data = {
+            "image": [picture],
+            "x": [x[0]],
+            "y": [y[0]],
+            "dw": [x[1] - x[0]],
+            "dh": [y[1] - y[0]],
+        }
+
+    def _pixels(self) -> tuple[int, int]:
+        """The frame's own size: a picture drawn larger or smaller would lose points or blur."""
+        try:
+            width, height = self.figure.inner_width, self.figure.inner_height
+        except UnsetValueError:  # no browser has laid it out yet
+            return _PIXELS
+        return (min(width, 2000), min(height, 1500)) if width and height else _PIXELS
+
+    def _tapped(self, event: Tap) -> None:
+        if event.x is not None and np.isfinite(event.x):
+            self._on_eta(float(np.clip(round(event.x, 4), *_ETA)))
+
+    def _resized(self, attr: str, old: int, new: int) -> None:
+        if self._shown is not None and old != new:
+            self._draw()
+
+    def _zoomed(self, event: RangesUpdate) -> None:
+        if self._shown is not None:
+            self._draw()
+
+
+def _picture_figure():
+    """The figure that HoloViews declares, and the source of its picture."""
+    import holoviews.plotting.bokeh  # noqa: F401 - registers the backend
+
+    hv.renderer("bokeh").webgl = False
+    hv.renderer("bokeh").theme = THEME
+    axes = [hv.Dimension("eta", label="excitation frequency η = Ω/ω₁"), hv.Dimension("xi", label="ξ")]
+    image = hv.Image(np.zeros((2, 2), np.uint8), bounds=(_ETA[0], -10, _ETA[1], 10), kdims=axes, vdims="shade").opts(
+        cmap=_SHADES,
+        clim=(0, 255),
+        responsive=True,
+        min_height=100,
+        title=_TITLE,
+        default_tools=[],
+        tools=["pan", "box_zoom", "wheel_zoom", "reset", "save"],
+        active_tools=["box_zoom"],
+    )
+    plot = hv.render(image, backend="bokeh")
+    plot.name = "diagram"
+    plot.sizing_mode = "stretch_both"
+    plot.toolbar_location = "above"
+    plot.min_border_left, plot.min_border_right, plot.min_border_bottom, plot.min_border_top = 48, 12, 40, 4
+    return style(plot), plot.renderers[0].data_source

@@ -1,0 +1,125 @@
+"""Displacements over two periods, and a strip that shows contact as the paper's sensor does."""
+
+from __future__ import annotations
+
+from bokeh.core.properties import value
+from bokeh.models import CrosshairTool, FactorRange, HoverTool, LegendItem, Range1d, Span
+
+from app.present import Columns
+from app.views.base import BLUE, PENALTY, REFERENCE, RIGHT, VERMILLION, legend, make_figure, sources, write
+from app.views.ranges import OwnedRange
+
+_LABELS = {
+    "relative": "displacement ξ (to the base) / base amplitude",
+    "absolute": "displacement ξ + cos ητ / base amplitude",
+}
+_TIME = "time τ/T in the last two excitation periods"
+
+
+class DisplacementView:
+    """The displacement figure and the contact strip below it, on one time axis."""
+
+    def __init__(self, time: Range1d, hair: Span) -> None:
+        self.sources = sources(
+            {
+                "displacements": ("t", "reference1", "reference2", "penalty1", "penalty2"),
+                "strip_reference": ("left", "right"),
+                "strip_penalty": ("left", "right"),
+            }
+        )
+        self._range = OwnedRange(-10, 10, headroom=0.3)
+        self.figure = self._displacement(time, hair)
+        self.strip = self._strip(time, hair)
+
+    def _displacement(self, time: Range1d, hair: Span):
+        plot = make_figure(
+            "Displacements",
+            _TIME,
+            "displacement / base amplitude",
+            name="displacement",
+            x_range=time,
+            y_range=self._range.range,
+            min_border_right=RIGHT,
+        )
+        items = []
+        for solver, look in (("reference", REFERENCE), ("penalty", PENALTY)):
+            for number, dash in ((1, "solid"), (2, "dashed")):
+                line = plot.line(
+                    "t",
+                    f"{solver}{number}",
+                    source=self.sources["displacements"],
+                    muted_alpha=0.1,
+                    **(look | {"line_dash": dash}),
+                )
+                items.append(LegendItem(label=f"ξ{'₁₂'[number - 1]} {solver}", renderers=[line]))
+        plot.add_layout(legend(items))
+        # One line carries the hover for all four: they share their times.
+        plot.add_tools(
+            HoverTool(
+                renderers=[items[0].renderers[0]],
+                mode="vline",
+                line_policy="nearest",
+                tooltips=[
+                    ("τ/T", "@t{0.000}"),
+                    ("reference", "ξ₁ @reference1{0.000}, ξ₂ @reference2{0.000}"),
+                    ("penalty", "ξ₁ @penalty1{0.000}, ξ₂ @penalty2{0.000}"),
+                ],
+            ),
+            CrosshairTool(overlay=hair),
+        )
+        return plot
+
+    def _strip(self, time: Range1d, hair: Span):
+        plot = make_figure(
+            "",
+            "",
+            "",
+            name="strip",
+            x_range=time,
+            y_range=FactorRange("penalty", "reference"),
+            min_border_right=RIGHT,
+            min_border_bottom=4,
+            tools="",
+            active_drag=None,
+            toolbar_location=None,
+            height=70,
+        )
+        for solver, colour, hatch in (("reference", BLUE, None), ("penalty", VERMILLION, "right_diagonal_line")):
+            # An impact has no length: its outline keeps it visible.
+            plot.hbar(
+                y=[solver],
+                left=[0],
+                right=[2],
+                height=0.6,
+                fill_color="#F1F3F5",
+                line_color=None,
+            )
+            plot.hbar(
+                y=value(solver),
+                left="left",
+                right="right",
+                height=0.6,
+                source=self.sources[f"strip_{solver}"],
+                fill_color=colour,
+                line_color=colour,
+                line_width=1.6,
+                fill_alpha=0.85 if hatch is None else 0.35,
+                hatch_pattern=hatch,
+                hatch_color=colour,
+                hatch_scale=6,
+                hatch_weight=1.2,
+            )
+        plot.xaxis.visible = False
+        plot.ygrid.grid_line_color = None
+        plot.add_tools(CrosshairTool(overlay=hair))
+        return plot
+
+    def update(self, columns: dict[str, Columns], frame: str, *, fresh: bool) -> None:
+        """Write the changed sources; the label says which displacement is shown."""
+        for name, source in self.sources.items():
+            write(source, columns[name])
+        label = _LABELS[frame]
+        turned = self.figure.yaxis[0].axis_label != label
+        self.figure.yaxis[0].axis_label = label
+        shown = [column for name, column in columns["displacements"].items() if name != "t"]
+        self._range.follow(shown, fresh=fresh or turned)

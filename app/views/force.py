@@ -1,0 +1,108 @@
+"""Contact force over two periods; impulses, which have no height as a force, on an axis of their own."""
+
+from __future__ import annotations
+
+from bokeh.models import CrosshairTool, HoverTool, LegendItem, LinearAxis, Range1d, Span
+
+from app.present import Columns
+from app.views.base import BLUE, PENALTY, REFERENCE, RIGHT, VERMILLION, legend, make_figure, sources, style, write
+from app.views.ranges import OwnedRange, extent
+
+
+class ForceView:
+    """λ of both solvers as lines; the reference's impulses and the penalty's, over each contact, as stems."""
+
+    def __init__(self, time: Range1d, hair: Span) -> None:
+        self.sources = sources(
+            {
+                "force_reference": ("t", "force"),
+                "force_penalty": ("t", "force"),
+                "impulse_reference": ("t", "impulse"),
+                "impulse_penalty": ("t", "impulse"),
+            }
+        )
+        self._force = OwnedRange(-1, 20, headroom=0.34)
+        self._impulse = OwnedRange(-0.5, 10)
+        self.figure = self._build(time, hair)
+
+    def _build(self, time: Range1d, hair: Span):
+        plot = make_figure(
+            "Contact force",
+            "time τ/T in the last two excitation periods",
+            "contact force λ",
+            name="force",
+            x_range=time,
+            y_range=self._force.range,
+            min_border_right=RIGHT,
+        )
+        plot.extra_y_ranges = {"impulse": self._impulse.range}
+        plot.add_layout(LinearAxis(y_range_name="impulse", axis_label="impulse ∫λ dτ"), "right")
+        style(plot)
+        lines = [
+            plot.line("t", "force", source=self.sources[f"force_{solver}"], muted_alpha=0.1, **look)
+            for solver, look in (("penalty", PENALTY), ("reference", REFERENCE))
+        ]
+        stems = [self._stems(plot, "penalty", VERMILLION), self._stems(plot, "reference", BLUE)]
+        plot.add_layout(
+            legend(
+                [
+                    LegendItem(label="λ reference", renderers=[lines[1]]),
+                    LegendItem(label="its impulses", renderers=stems[1]),
+                    LegendItem(label="λ penalty", renderers=[lines[0]]),
+                    LegendItem(label="its impulses", renderers=stems[0]),
+                ]
+            )
+        )
+        plot.add_tools(
+            HoverTool(renderers=lines, tooltips=[("τ/T", "@t{0.0000}"), ("λ", "@force{0.00}")]),
+            HoverTool(renderers=[s[1] for s in stems], tooltips=[("τ/T", "@t{0.0000}"), ("∫λ dτ", "@impulse{0.0000}")]),
+            CrosshairTool(overlay=hair),
+        )
+        return plot
+
+    def _stems(self, plot, solver: str, colour: str) -> list:
+        source = self.sources[f"impulse_{solver}"]
+        exact = solver == "reference"
+        stem = plot.segment(
+            "t",
+            0,
+            "t",
+            "impulse",
+            source=source,
+            y_range_name="impulse",
+            line_color=colour,
+            line_width=2 if exact else 1,
+            line_dash="solid" if exact else "dotted",
+        )
+        head = plot.scatter(
+            "t",
+            "impulse",
+            source=source,
+            y_range_name="impulse",
+            marker="circle" if exact else "diamond",
+            size=7 if exact else 11,
+            line_color=colour,
+            fill_color=colour if exact else None,
+            line_width=1.4,
+        )
+        return [stem, head]
+
+    def update(self, columns: dict[str, Columns], *, fresh: bool) -> None:
+        """Write the changed sources; the force scale keeps its zero in view."""
+        for name, source in self.sources.items():
+            write(source, columns[name])
+        forces = [columns[f"force_{solver}"]["force"] for solver in ("reference", "penalty")]
+        impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
+        self._force.follow(forces, fresh=fresh, always=(0.0, 1.0))
+        self._follow_impulses(impulses)
+
+    def _follow_impulses(self, impulses: list) -> None:
+        """Put the zero of both scales at one height: a stem then stands on the force's zero line."""
+        low, high = self._force.home
+        largest = extent(impulses)
+        if largest is None or self._force.zoomed or self._impulse.zoomed:
+            return
+        top = self._impulse.home[1]
+        if not 0.4 * top <= largest[1] <= 0.76 * top:
+            top = 1.36 * largest[1]
+        self._impulse.put(top * low / high, top)

@@ -1,0 +1,96 @@
+"""Phase plots of both pendulums: velocity over displacement, the Poincaré section marked."""
+
+from __future__ import annotations
+
+from bokeh.models import HoverTool, LegendItem
+
+from app.present import Columns
+from app.views.base import BLUE, PENALTY, REFERENCE, VERMILLION, legend, make_figure, sources, write
+from app.views.ranges import OwnedRange
+
+_SUBSCRIPT = {1: "₁", 2: "₂"}
+_WIDTHS = {"reference": REFERENCE["line_width"], "penalty": PENALTY["line_width"]}
+_SLIM, _SLIM_FROM = 1.0, 700
+
+
+class PhaseView:
+    """Two figures over the same four sources."""
+
+    def __init__(self) -> None:
+        self.sources = sources(
+            {
+                "phase_reference": ("x1", "v1", "x2", "v2"),
+                "phase_penalty": ("x1", "v1", "x2", "v2"),
+                "section_reference": ("eta", "x1", "v1", "x2", "v2"),
+                "section_penalty": ("eta", "x1", "v1", "x2", "v2"),
+            }
+        )
+        self.sections = {name: self.sources[name] for name in ("section_reference", "section_penalty")}
+        self._ranges = {name: OwnedRange(-8, 8) for name in ("x1", "x2")}
+        self._ranges |= {name: OwnedRange(-8, 8, headroom=0.16) for name in ("v1", "v2")}
+        self._lines: list = []
+        self.figures = [self._figure(1), self._figure(2)]
+
+    def _figure(self, number: int):
+        sub = _SUBSCRIPT[number]
+        plot = make_figure(
+            f"Phase plot, pendulum {number}",
+            f"displacement ξ{sub} / base amplitude",
+            f"velocity ξ{sub}′",
+            name=f"phase{number}",
+            x_range=self._ranges[f"x{number}"].range,
+            y_range=self._ranges[f"v{number}"].range,
+            min_border_left=48,
+        )
+        x, y = f"x{number}", f"v{number}"
+        reference = plot.line(x, y, source=self.sources["phase_reference"], **REFERENCE, muted_alpha=0.1)
+        penalty = plot.line(x, y, source=self.sources["phase_penalty"], **PENALTY, muted_alpha=0.1)
+        self._lines += [(reference, "reference"), (penalty, "penalty")]
+        dots = plot.scatter(
+            x,
+            y,
+            source=self.sources["section_reference"],
+            marker="circle",
+            size=7,
+            fill_color=BLUE,
+            line_color="white",
+            line_width=0.8,
+        )
+        rings = plot.scatter(
+            x,
+            y,
+            source=self.sources["section_penalty"],
+            marker="diamond",
+            size=9,
+            fill_color=None,
+            line_color=VERMILLION,
+            line_width=1.3,
+        )
+        plot.add_layout(
+            legend(
+                [
+                    LegendItem(label="reference", renderers=[reference, dots]),
+                    LegendItem(label="penalty", renderers=[penalty, rings]),
+                ]
+            )
+        )
+        plot.add_tools(
+            HoverTool(
+                renderers=[dots, rings],
+                tooltips=[
+                    ("at τ ≡ 0 (mod T)", f"ξ{sub} @{x}{{0.0000}}, ξ{sub}′ @{y}{{0.0000}}"),
+                ],
+            )
+        )
+        return plot
+
+    def update(self, columns: dict[str, Columns], *, fresh: bool) -> None:
+        """Write the changed sources; ranges follow by their rule."""
+        for name, source in self.sources.items():
+            write(source, columns[name])
+        for line, solver in self._lines:
+            # A band of many loops must stay a band of lines, not become a smear.
+            loops = len(columns[f"phase_{solver}"]["x1"]) / _SLIM_FROM
+            line.glyph.line_width = _WIDTHS[solver] if loops <= 1 else _SLIM
+        for name, owned in self._ranges.items():
+            owned.follow([columns[s][name] for s in self.sources], fresh=fresh)

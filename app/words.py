@@ -1,0 +1,116 @@
+"""What the solvers found, in plain words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from app.compute import Frame, Run
+from engine import Comparison, Response, compare
+
+_COUNTS = {
+    1: "One period",
+    2: "Two periods",
+    3: "Three periods",
+    4: "Four periods",
+    5: "Five periods",
+    6: "Six periods",
+    7: "Seven periods",
+    8: "Eight periods",
+}
+# Relative rms difference of both displacements; below the first two curves are one on the screen.
+_SAME = 0.02
+_CLOSE = 0.10
+
+
+@dataclass(frozen=True)
+class Told:
+    """The lines above the figures; ``agree`` is "yes", "partly", "no" or "unknown"."""
+
+    reference: str
+    penalty: str
+    verdict: str
+    agree: str
+
+
+def tell(frame: Frame) -> Told:
+    """All lines for one frame."""
+    verdict, agree = _verdict(frame)
+    return Told(_found(frame.reference), _found(frame.penalty), verdict, agree)
+
+
+def _found(run: Run) -> str:
+    """Period, impacts per period and share of contact of one run."""
+    if not run.response.ok:
+        return f"No result. {_sentence(run.response.message)}"
+    return f"{_period(run)}, {_impacts(run)} per period, in contact {_share(run)} of the time."
+
+
+def _period(run: Run) -> str:
+    if run.motion.period:
+        return _COUNTS.get(run.motion.period, f"{run.motion.period} periods")
+    if run.motion.near_period:
+        return f"Nearly {_COUNTS[run.motion.near_period].lower()} (scatter of ξ₂ σ = {run.motion.scatter:.2g})"
+    return "No period: the motion does not repeat"
+
+
+def _impacts(run: Run) -> str:
+    rate = run.motion.impacts_per_period
+    noun = "impact" if run.response.method.name == "reference" else "contact"
+    return f"{rate:.3g} {noun}{'' if rate == 1 else 's'}"
+
+
+def _share(run: Run) -> str:
+    share = 100 * run.motion.contact_share
+    if share == 0:
+        return "no part" if run.response.method.name != "reference" else "0 %"
+    return f"{share:.2g} %" if share < 10 else f"{share:.0f} %"
+
+
+def _sentence(text: str) -> str:
+    text = text.strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+
+
+def _verdict(frame: Frame) -> tuple[str, str]:
+    reference, penalty = frame.reference, frame.penalty
+    if not penalty.response.ok:
+        return (
+            "The penalty run ended early, so there is nothing to compare: take more steps per period, or a softer K.",
+            "unknown",
+        )
+    if not reference.response.ok:
+        return "The reference did not come to its end, so there is nothing to compare.", "unknown"
+    found = compare(_sampled(reference), _sampled(penalty))
+    if found.pointwise:
+        return _tell_periodic(found)
+    periods = found.reference.near_period, found.penalty.near_period
+    if periods == (0, 0):
+        return _tell_irregular(found)
+    mine, theirs = (_COUNTS[p].lower() if p in _COUNTS else f"{p} periods" if p else "no period" for p in periods)
+    return f"They disagree: the penalty solution has {theirs}, the reference {mine}.", "no"
+
+
+def _sampled(run: Run) -> Response:
+    """The response with the samples that the run kept of it."""
+    return replace(run.response, trajectory=run.orbit)
+
+
+def _tell_irregular(found: Comparison) -> tuple[str, str]:
+    r, p = found.reference.impacts_per_period, found.penalty.impacts_per_period
+    if abs(r - p) <= 0.1 * max(r, 0.1):
+        return (
+            "Neither repeats, so curves cannot match point by point; the numbers of impacts agree within 10 %.",
+            "partly",
+        )
+    return "Neither repeats, and their numbers of impacts differ.", "no"
+
+
+def _tell_periodic(found: Comparison) -> tuple[str, str]:
+    same_impacts = abs(found.reference.impacts_per_period - found.penalty.impacts_per_period) < 0.01
+    amount = f"{100 * found.rms:.2g} % (rms)"
+    but = "" if same_impacts else ", but not in the number of impacts"
+    if found.rms <= _SAME:
+        return f"They agree: the displacements differ by {amount}{but}.", "yes" if same_impacts else "partly"
+    if found.rms <= _CLOSE:
+        return f"They agree roughly: the displacements differ by {amount}{but}.", "partly"
+    return f"They disagree: the period is the same, but the displacements differ by {amount}.", "no"

@@ -1,0 +1,33 @@
+"""Vibroscope's engine: two solvers of one vibro-impact problem, compared."""
+
+from .compare import Comparison, compare
+from .methods import Newmark, Reference
+from .model import System
+from .motion import Motion, motion
+from .result import Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
+from .simulate import simulate
+from .store import diagram, ship_diagrams
+from .sweep import Diagram, bifurcation
+
+__all__ = [
+    "Cancelled",
+    "Checkpoint",
+    "Comparison",
+    "Cost",
+    "Diagram",
+    "Impacts",
+    "Motion",
+    "Newmark",
+    "Record",
+    "Reference",
+    "Response",
+    "Status",
+    "System",
+    "Trajectory",
+    "bifurcation",
+    "compare",
+    "diagram",
+    "motion",
+    "ship_diagrams",
+    "simulate",
+]

@@ -1,0 +1,113 @@
+"""What every driver does: call a kernel in pieces that can be withdrawn, and gather what its buffers held."""
+
+import math
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+
+from ..kernels.record import IMPACT_COLUMNS, Record, empty_record
+from ..result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
+
+CAPACITY = 4096  # rows of impacts and contacts between two visits of the driver
+
+
+class Driver(ABC):
+    """One run of one solver.
+
+    Subclasses hold the packed system and the solver's state; ``periods`` counts what is done since the start of the
+    run.
+    """
+
+    def __init__(self, eta: float, periods: int, keep: int, kept_from: int, phases: np.ndarray, sampled_periods: int):
+        self.period = 2 * math.pi / eta
+        self.periods = periods
+        self.kept_from = kept_from
+        self.sampled_from = kept_from + keep - sampled_periods
+        self.seconds = 0.0
+        self._kept = empty_record(keep, phases, sampled_periods, CAPACITY)
+        self._nothing = empty_record(0, phases, 0, 0)
+        self._impacts: list[np.ndarray] = []
+        self._contacts: list[np.ndarray] = []
+
+    def advance(self, stop: int, cancelled: Callable[[], bool] | None, *, kept: bool) -> tuple[Status, str]:
+        """Run to the end of period ``stop``, recording if the periods are kept; returns status and message."""
+        record = self._kept if kept else self._nothing
+        while self.periods < stop:
+            if cancelled is not None and cancelled():
+                raise Cancelled
+            upto = min(stop, self.periods + self.periods_per_call())
+            begin = time.perf_counter()
+            status, full = self.march(upto, record)
+            self.seconds += time.perf_counter() - begin
+            self._harvest(record)
+            if status is not Status.OK:
+                return status, self.explain(status)
+            if not full:
+                self.periods = upto
+        return Status.OK, ""
+
+    def _harvest(self, record: Record) -> None:
+        impacts, contacts = record.used
+        self._impacts.append(record.impacts[:impacts].copy())
+        self._contacts.append(record.contacts[:contacts].copy())
+        record.used[:] = 0
+
+    def results(self) -> dict:
+        """The fields of a Response that the run has filled."""
+        self.close_open_contact(self._kept)
+        self._harvest(self._kept)
+        rows = np.concatenate([np.empty((0, IMPACT_COLUMNS)), *self._impacts])
+        contacts = np.concatenate([np.empty((0, 2)), *self._contacts])
+        return {
+            "section": self._kept.section[: self.section_rows_done()],
+            "impacts": Impacts(
+                time=rows[:, 0],
+                position=rows[:, 1],
+                velocity_before=rows[:, 2:4],
+                velocity_after=rows[:, 4:6],
+                impulse=rows[:, 6],
+                closing_speed=rows[:, 7],
+            ),
+            "contacts": contacts[contacts[:, 1] > contacts[:, 0]],
+            "trajectory": self._trajectory(),
+            "cost": self.cost(),
+        }
+
+    def _trajectory(self) -> Trajectory | None:
+        phases, samples = self._kept.phases, self._kept.samples
+        if len(samples) == 0 or self.section_rows_done() < len(self._kept.section):
+            return None
+        whole, part = np.divmod(np.arange(len(samples)), len(phases))
+        time = (self.sampled_from + whole + phases[part]) * self.period
+        columns = np.ascontiguousarray(samples.T)
+        return Trajectory(time, columns[[0, 2]], columns[[1, 3]], columns[4])
+
+    @abstractmethod
+    def periods_per_call(self) -> int:
+        """Periods that take some hundredths of a second, so that a withdrawn run ends at once."""
+
+    @abstractmethod
+    def march(self, stop: int, record: Record) -> tuple[Status, bool]:
+        """Call the kernel up to the end of period ``stop``; the flag says that a buffer was full before that."""
+
+    @abstractmethod
+    def explain(self, status: Status) -> str:
+        """Why the run ended and what to change."""
+
+    @abstractmethod
+    def close_open_contact(self, record: Record) -> None:
+        """Note the contact that is open at the end of the run as ending there."""
+
+    @abstractmethod
+    def section_rows_done(self) -> int:
+        """Kept periods that were completed."""
+
+    @abstractmethod
+    def cost(self) -> Cost:
+        """Cost so far."""
+
+    @abstractmethod
+    def checkpoint(self) -> Checkpoint:
+        """The state as it stands."""

@@ -1,0 +1,133 @@
+"""The system: two neighbouring pendulums on a shaken base (paper, section 2 and Table 1).
+
+Everything is non-dimensional: τ = ω₁t, lengths in base amplitudes, ξ′ = dξ/dτ, excitation period T = 2π/η.
+"""
+
+import math
+from dataclasses import dataclass, fields
+
+ETA_RANGE = (1e-3, 1e3)
+
+
+def require(name: str, value: float, low: float, high: float, advice: str, *, open_low=False, open_high=False) -> float:
+    """``value`` as float if it is finite and lies between low and high.
+
+    Raises
+    ------
+    ValueError
+        Naming the value, the allowed range and what to do.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    above = number > low if open_low else number >= low
+    below = number < high if open_high else number <= high
+    if not (math.isfinite(number) and above and below):
+        span = f"{'(' if open_low else '['}{low:g}, {high:g}{')' if open_high else ']'}"
+        raise ValueError(f"{name} = {value!r} is outside {span}: {advice}")
+    return number
+
+
+@dataclass(frozen=True)
+class System:
+    """Two neighbouring pendulums that can touch (paper, Table 1); all numbers without dimension.
+
+    Attributes
+    ----------
+    kappa : float
+        κ = ω₂/ω₁, frequency ratio of pendulum 2.
+    d1, d2 : float
+        Damping ratios of the separate pendulums, 0 ≤ d < 1.
+    kappa3 : float
+        κ₃ = ω₃/ω₁, frequency ratio of the joined pendulums; strictly between 1 and κ.
+    d3 : float
+        Measured damping ratio of the joined pendulums, 0 ≤ d₃ < 1.
+    restitution : float
+        Coefficient of restitution e, 0 ≤ e ≤ 1.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+
+    kappa: float = 2.41
+    d1: float = 0.0033
+    d2: float = 0.0120
+    kappa3: float = 1.80
+    d3: float = 0.0330
+    restitution: float = 0.5
+
+    def __post_init__(self):
+        under = "the pendulums must be underdamped, give a ratio of at least 0 and below 1"
+        checked = {
+            "kappa": require("kappa", self.kappa, 1e-3, 1e3, "give the frequency ratio ω₂/ω₁"),
+            "d1": require("d1", self.d1, 0, 1, under, open_high=True),
+            "d2": require("d2", self.d2, 0, 1, under, open_high=True),
+            "kappa3": require("kappa3", self.kappa3, 1e-3, 1e3, "give the frequency ratio ω₃/ω₁"),
+            "d3": require("d3", self.d3, 0, 1, under, open_high=True),
+            "restitution": require("restitution", self.restitution, 0, 1, "give a coefficient of restitution"),
+        }
+        low, high = sorted((1.0, checked["kappa"]))
+        require(
+            "kappa3",
+            checked["kappa3"],
+            low,
+            high,
+            "joined pendulums swing between the frequencies of the separate ones; the mass ratio follows from it",
+            open_low=True,
+            open_high=True,
+        )
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_mass_ratio(cls, mass_ratio: float, *, kappa: float = 2.41, **others) -> "System":
+        """The system with μ = m₂/m₁ given instead of κ₃: κ₃² = (1 + μκ²)/(1 + μ)."""
+        mu = require("mass_ratio", mass_ratio, 1e-9, 1e9, "give m₂/m₁")
+        return cls(kappa=kappa, kappa3=math.sqrt((1 + mu * kappa**2) / (1 + mu)), **others)
+
+    @property
+    def mass_ratio(self) -> float:
+        """μ = m₂/m₁ = (κ₃² − 1)/(κ² − κ₃²): two springs joined on one mass (MODEL.md)."""
+        return (self.kappa3**2 - 1) / (self.kappa**2 - self.kappa3**2)
+
+    @property
+    def mass_share(self) -> float:
+        """μ/(1 + μ), the reduced mass of the two pendulums in units of m₁."""
+        return (self.kappa3**2 - 1) / (self.kappa**2 - 1)
+
+    @property
+    def derived_joint_damping(self) -> float:
+        """d₃ if the joint held the two dampers and nothing else: (d₁ + μd₂κ)/((1 + μ)κ₃)."""
+        mu = self.mass_ratio
+        return (self.d1 + mu * self.d2 * self.kappa) / ((1 + mu) * self.kappa3)
+
+    def joint_damping(self, kind: str) -> float:
+        """d₃ as measured (``"table"``) or as it follows from the dampers (``"derived"``)."""
+        return self.d3 if kind == "table" else self.derived_joint_damping
+
+    def as_dict(self) -> dict[str, float]:
+        """The constants by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+def check_eta(eta: float, system: System) -> float:
+    """η as float.
+
+    Raises
+    ------
+    ValueError
+        Outside the allowed range, or at the resonance of an undamped oscillator, where no steady motion exists.
+    """
+    eta = require("eta", eta, *ETA_RANGE, "give the excitation frequency Ω/ω₁; the paper uses 1.08 to 3.25")
+    modes = {
+        "1": (1.0, system.d1),
+        "κ": (system.kappa, system.d2),
+        "κ₃": (system.kappa3, min(system.d3, system.derived_joint_damping)),
+    }
+    for name, (frequency, damping) in modes.items():
+        if damping == 0 and eta == frequency:
+            raise ValueError(f"eta = {eta} is the resonance {name} of an undamped pendulum: change eta or give damping")
+    return eta

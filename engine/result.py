@@ -1,0 +1,180 @@
+"""What a run returns: plain arrays, in the field's own terms."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from .methods import Method
+from .model import System
+
+
+class Status(StrEnum):
+    """Why a run ended."""
+
+    OK = "ok"
+    DIVERGED = "diverged"
+    PILED_UP = "piled-up"
+    UNRESOLVED = "unresolved"
+
+
+class Cancelled(Exception):
+    """The caller withdrew a run before it ended."""
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """Impacts of the kept periods, oldest first (reference: Newton's; Newmark: beginnings of contact).
+
+    Attributes
+    ----------
+    time : (n,) ndarray
+        τ since the start of the run.
+    position : (n,) ndarray
+        Common displacement ξ (Newmark: ξ₁).
+    velocity_before, velocity_after : (n, 2) ndarray
+        ξ₁′ and ξ₂′; for Newmark at the beginning and the end of the contact.
+    impulse : (n,) ndarray
+        Impulse between the pendulums; for Newmark the time integral of the contact force over the contact.
+    closing_speed : (n,) ndarray
+        −g′ before the impact, > 0; for Newmark the mean over the step in which the gap closes.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity_before: np.ndarray
+    velocity_after: np.ndarray
+    impulse: np.ndarray
+    closing_speed: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Samples of the last periods, relative to the base.
+
+    Attributes
+    ----------
+    time : (n,) ndarray
+        τ since the start of the run.
+    displacement, velocity : (2, n) ndarray
+        ξ₁, ξ₂ and ξ₁′, ξ₂′.
+    force : (n,) ndarray
+        Contact force λ; the reference's impulses are not part of it (see Impacts).
+    """
+
+    time: np.ndarray
+    displacement: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a run took: seconds in compiled code; steps (Newmark) or events and evaluations (reference).
+
+    Steps are those of the discrete solution, which an FE code pays for one by one, whether or not they were leapt over.
+    """
+
+    seconds: float
+    steps: int = 0
+    events: int = 0
+    evaluations: int = 0
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """State of a solver after a whole number of periods; a run that goes on from it gives the same bits.
+
+    It belongs to the system, η and method of its run.
+    """
+
+    system: System
+    eta: float
+    method: Method
+    periods: int
+    state: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Record:
+    """Ask for samples of the last ``periods`` kept periods.
+
+    Attributes
+    ----------
+    periods : int
+        Periods to sample; the end of the last one is sampled too.
+    per_period : int
+        Samples per period, at most. Newmark takes every m-th step of each period, with the smallest m that keeps to it.
+    steps : int, optional
+        Sample the reference where Newmark with so many steps per period is sampled, so that both lie on one grid.
+    """
+
+    periods: int = 2
+    per_period: int = 1000
+    steps: int | None = None
+
+    def stride(self, steps: int) -> int:
+        """Steps from sample to sample, if there are so many in a period."""
+        return -(-steps // self.per_period)
+
+    def phases(self, steps: int) -> np.ndarray:
+        """The sampled instants of a period as shares of T: every stride-th of its steps."""
+        return np.arange(0, steps, self.stride(steps)) / steps
+
+
+@dataclass(frozen=True)
+class Response:
+    """Outcome of :func:`engine.simulate`.
+
+    Attributes
+    ----------
+    system, eta, method, periods, keep
+        What was asked.
+    status : Status
+    message : str
+        Why the run ended early and what to change; empty when it did not.
+    section : (keep, 4) ndarray
+        Poincaré section τ ≡ 0 mod T: ξ₁, ξ₁′, ξ₂, ξ₂′ at the end of each kept period, oldest first; only the periods
+        that were completed.
+    impacts : Impacts
+    contacts : (m, 2) ndarray
+        Beginning and end of each contact that overlaps the kept periods: permanent contacts for the reference, all
+        contacts for Newmark. A contact still open at the end of the run ends there.
+    trajectory : Trajectory or None
+    cost : Cost
+    checkpoint : Checkpoint
+        The solver's state at the beginning of the kept periods.
+    """
+
+    system: System
+    eta: float
+    method: Method
+    periods: int
+    keep: int
+    status: Status
+    message: str
+    section: np.ndarray
+    impacts: Impacts
+    contacts: np.ndarray
+    trajectory: Trajectory | None
+    cost: Cost
+    checkpoint: Checkpoint
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run reached its end."""
+        return self.status is Status.OK
+
+    @property
+    def period(self) -> float:
+        """T = 2π/η."""
+        return 2 * np.pi / self.eta
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """τ at the beginning and the end of the kept periods."""
+        end = self.checkpoint.periods + self.keep
+        return self.checkpoint.periods * self.period, end * self.period

@@ -1,0 +1,121 @@
+"""The way in: validate, allocate, run the kernel, check, wrap."""
+
+from collections.abc import Callable, Sequence
+
+from .drivers.newmark import NewmarkDriver
+from .drivers.reference import ReferenceDriver
+from .methods import Method, Newmark, Reference
+from .model import System, check_eta, require
+from .result import Checkpoint, Record, Response, Status
+
+PERIODS_LIMIT = 100_000_000
+KEEP_LIMIT = 1_000_000
+SAMPLES_LIMIT = 20_000_000
+STEPS_LIMIT = 10**13
+_DRIVERS = {Reference: ReferenceDriver, Newmark: NewmarkDriver}
+
+
+def simulate(
+    system: System,
+    eta: float,
+    method: Method,
+    *,
+    periods: int = 2050,
+    keep: int = 50,
+    initial: Sequence[float] | Checkpoint = (0.0, 0.0, 0.0, 0.0),
+    record: Record | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Response:
+    """Run one solver and keep the last periods.
+
+    Parameters
+    ----------
+    system : System
+    eta : float
+        Excitation frequency η = Ω/ω₁.
+    method : Reference or Newmark
+    periods : int
+        Excitation periods to run, the transient included.
+    keep : int
+        Last periods to keep; the transient before them leaves nothing behind.
+    initial : (4,) sequence or Checkpoint
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest; or the checkpoint of an earlier response of the same system, η
+        and method, from which the run goes on bit for bit, τ counting on from the start of that run.
+    record : Record, optional
+        Ask for samples of the last periods.
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the run is withdrawn.
+
+    Returns
+    -------
+    Response
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range: the text names it, the range and what to do.
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    eta = check_eta(eta, system)
+    periods = _whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")
+    keep = _whole("keep", keep, 1, min(periods, KEEP_LIMIT), "keep at least one period and at most all of them")
+    if isinstance(method, Newmark):
+        steps = periods * method.steps
+        require("periods × steps", steps, 1, STEPS_LIMIT, "run fewer periods or fewer steps per period")
+    if record is not None:
+        record = _checked(record, keep)
+    start = _start(initial, system, eta, method)
+    kept_from = start.periods + periods - keep
+    driver = _DRIVERS[type(method)](system, eta, method, start, keep, kept_from, record)
+    status, message = driver.advance(kept_from, cancelled, kept=False)
+    checkpoint = driver.checkpoint()
+    if status is Status.OK:
+        status, message = driver.advance(kept_from + keep, cancelled, kept=True)
+    return Response(
+        system=system,
+        eta=eta,
+        method=method,
+        periods=periods,
+        keep=keep,
+        status=status,
+        message=message,
+        checkpoint=checkpoint,
+        **driver.results(),
+    )
+
+
+def _whole(name, value, low, high, advice):
+    number = require(name, value, low, high, advice)
+    if number != int(number):
+        raise ValueError(f"{name} = {value!r} is not a whole number: {advice}")
+    return int(number)
+
+
+def _checked(record: Record, keep: int) -> Record:
+    periods = _whole("record.periods", record.periods, 1, keep, "sample at most the kept periods")
+    per_period = _whole("record.per_period", record.per_period, 1, 10_000_000, "give samples per period")
+    require("samples", periods * per_period, 1, SAMPLES_LIMIT, "sample fewer periods or fewer points in each")
+    steps = record.steps
+    if steps is not None:
+        steps = _whole("record.steps", steps, 1, 10_000_000, "give the steps per period of the other solver")
+    return Record(periods, per_period, steps)
+
+
+def _start(initial, system: System, eta: float, method: Method) -> Checkpoint:
+    if isinstance(initial, Checkpoint):
+        if (initial.system, initial.eta, initial.method) != (system, eta, method):
+            raise ValueError(
+                f"a checkpoint of {initial.method} at eta = {initial.eta:g} cannot start {method} at eta = {eta:g}: "
+                "go on with the same system, eta and method, or start from a state of four numbers"
+            )
+        return initial
+    try:
+        state = tuple(float(value) for value in initial)
+    except (TypeError, ValueError):
+        state = ()
+    if len(state) != 4:
+        raise ValueError(f"initial = {initial!r} is not four numbers: give ξ₁, ξ₁′, ξ₂, ξ₂′")
+    for name, value in zip(("ξ₁", "ξ₁′", "ξ₂", "ξ₂′"), state, strict=True):
+        require(f"initial {name}", value, -1e6, 1e6, "start within a million base amplitudes")
+    return Checkpoint(system, eta, method, 0, state)

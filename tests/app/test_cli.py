@@ -1,0 +1,151 @@
+"""The command line, as scripts see it."""
+
+import contextlib
+import json
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from app.cli import main
+from engine import Newmark, Reference, System, simulate
+
+NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500"]
+
+
+def run(capsys, *arguments):
+    try:
+        status = main(["simulate", *arguments])
+    except SystemExit as exit_:
+        status = exit_.code
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "method"),
+    [
+        (["--solver", "reference", "--eta", "2.76"], Reference()),
+        (["--solver", "reference", "--eta", "2.76", "--joint-damping", "derived"], Reference("derived")),
+        (NEWMARK, Newmark(12000, 18, 500)),
+    ],
+)
+def test_json_is_the_contract(capsys, arguments, method):
+    status, out, _ = run(capsys, *arguments, "--periods", "60", "--keep", "7", "--json")
+    expected = simulate(System(), 2.76, method, periods=60, keep=7)
+    found = json.loads(out)
+    assert status == 0
+    assert list(found) == [
+        "solver", "eta", "periods", "keep", "status", "message", "section", "impacts", "contacts", "seconds",
+    ]  # fmt: skip
+    assert (found["solver"], found["eta"], found["periods"], found["keep"]) == (method.name, 2.76, 60, 7)
+    assert (found["status"], found["message"]) == ("ok", "")
+    assert found["section"] == expected.section.tolist()
+    impacts = zip(expected.impacts.time, expected.impacts.closing_speed, strict=True)
+    assert found["impacts"] == [list(pair) for pair in impacts]
+    assert all(speed > 0 for _, speed in found["impacts"])
+    assert found["contacts"] == expected.contacts.tolist()
+    assert 0 < found["seconds"] < 1
+
+
+def test_a_run_that_blows_up_is_a_result(capsys):
+    arguments = ["--solver", "newmark", "--eta", "2.76", "--K", "60000", "--D", "1", "--steps", "100"]
+    status, out, _ = run(capsys, *arguments, "--json")
+    found = json.loads(out)
+    assert (status, found["status"], found["section"]) == (0, "diverged", [])
+    assert "step" in found["message"]
+    status, out, _ = run(capsys, *arguments)
+    assert "diverged: Newmark's solution blew up" in out
+
+
+def test_all_options_reach_the_solver(capsys):
+    arguments = ["--solver", "reference", "--eta", "1.08", "--periods", "5", "--json"]
+    _, out, _ = run(capsys, *arguments, "--restitution", "0.3", "--threshold", "0.01", "--initial", "-0.5,0,0.5,1e-1")
+    expected = simulate(
+        System(restitution=0.3), 1.08, Reference(threshold=0.01), periods=5, keep=5, initial=(-0.5, 0, 0.5, 0.1)
+    )
+    assert json.loads(out)["section"] == expected.section.tolist()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--solver", "reference"], "--eta"),
+        (["--solver", "reference", "--eta", "nan"], "eta = nan is outside"),
+        (["--solver", "reference", "--eta", "two"], "invalid float value: 'two'"),
+        (["--solver", "guess", "--eta", "1"], "invalid choice: 'guess'"),
+        (["--solver", "newmark", "--eta", "1", "--K", "1"], "needs --D, --steps"),
+        (["--solver", "newmark", "--eta", "1", "--K", "-1", "--D", "1", "--steps", "100"], "K = -1.0 is outside"),
+        (["--solver", "newmark", "--eta", "1", "--K", "1", "--D", "1", "--steps", "100.5"], "not a whole number"),
+        (["--solver", "reference", "--eta", "1.08", "--keep", "0"], "keep = 0"),
+        (["--solver", "reference", "--eta", "1.08", "--periods", "1e99"], "periods = 1e+99"),
+        (["--solver", "reference", "--eta", "1.08", "--initial", "1,2"], "four numbers"),
+        (["--solver", "reference", "--eta", "1.08", "--initial", "a,b,c,d"], "not a list of numbers"),
+        (["--solver", "reference", "--eta", "1.08", "--initial", "1,0,0,0"], "gap"),
+        (["--solver", "reference", "--eta", "1.08", "--restitution", "2"], "restitution = 2.0"),
+        (["--solver", "reference", "--eta", "1.08", "--thresh", "2"], "--thresh"),
+    ],
+)
+def test_bad_input_gives_one_line_and_status_2(capsys, arguments, words):
+    status, out, err = run(capsys, *arguments)
+    assert status == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert words in err
+
+
+@pytest.mark.parametrize("port", ["65536", "-1", "http", "²"])
+def test_a_bad_port_is_refused(port):
+    with pytest.raises(SystemExit, match="2"):
+        main(["serve", "--port", port])
+
+
+def test_a_port_in_use_is_told_in_one_line():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        command = Path(sys.executable).parent / "vibroscope"
+        port = str(taken.getsockname()[1])
+        done = subprocess.run([command, "serve", "--port", port], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith(f"127.0.0.1:{port}: Address already in use")
+
+
+@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
+def test_the_server_ends_gracefully(sign):
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    command = [Path(sys.executable).parent / "vibroscope", "serve", "--port", str(port)]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        for _ in range(600):
+            with contextlib.suppress(OSError):
+                if urllib.request.urlopen(f"http://127.0.0.1:{port}/liveness", timeout=2).status == 200:
+                    break
+            time.sleep(0.1)
+        server.send_signal(sign)
+        out, _ = server.communicate(timeout=30)
+    finally:
+        server.kill()
+    assert server.returncode == 0
+    assert "Traceback" not in out
+
+
+def test_options_of_the_other_solver_are_noted(capsys):
+    status, _, err = run(capsys, "--solver", "reference", "--eta", "2.76", "--K", "5", "--periods", "3")
+    assert status == 0
+    assert err == "vibroscope: --K has no effect on the reference solver\n"
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["simulate", "--help"], ["serve", "--help"]])
+def test_the_installed_command(arguments):
+    command = Path(sys.executable).parent / "vibroscope"
+    done = subprocess.run([command, *arguments], capture_output=True, text=True, timeout=60)
+    assert done.returncode == (0 if arguments else 2)
+    assert "usage" in done.stdout if arguments else done.stderr.count("\n") == 1

@@ -1,0 +1,172 @@
+"""Cache, cancellation, and the latest move wins."""
+
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from app.compute import Frame, Latest, RunCache, frame_of
+from app.state import Explorer
+from engine import Cancelled
+
+SETTING = Explorer().setting()
+
+
+@pytest.fixture
+def pool():
+    with ThreadPoolExecutor(2) as executor:
+        yield executor
+
+
+class Solver:
+    """Stands for the engine: ends when told, or when cancelled."""
+
+    def __init__(self):
+        self.started = []
+        self.cancelled = []
+        self.go = threading.Event()
+
+    def __call__(self, setting, cancelled):
+        self.started.append(setting.eta)
+        while not self.go.wait(0.002):
+            if cancelled():
+                self.cancelled.append(setting.eta)
+                raise Cancelled
+        return setting.eta
+
+
+def at(eta):
+    return SETTING._replace(eta=eta)
+
+
+def until(holds):
+    end = time.monotonic() + 5
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.002)
+
+
+def test_of_many_moves_the_running_and_the_last_are_delivered(pool):
+    solver, delivered = Solver(), []
+    latest = Latest(lambda move, result: delivered.append((move, result)), solve=solver, pool=pool, grace=60)
+    for move, eta in enumerate((1.0, 1.1, 1.2, 1.3)):
+        latest.submit(move, at(eta))
+        until(lambda: solver.started)
+    solver.go.set()
+    until(lambda: len(delivered) == 2)
+    assert delivered == [(0, 1.0), (3, 1.3)]
+    assert solver.started == [1.0, 1.3]
+
+
+def test_a_delivery_that_fails_does_not_stop_the_next(pool):
+    delivered = []
+
+    def deliver(move, result):
+        delivered.append(move)
+        if move == 1:
+            raise RuntimeError("no page")
+
+    latest = Latest(deliver, solve=lambda setting, cancelled: setting.eta, pool=pool)
+    latest.submit(1, at(1.0))
+    until(lambda: delivered == [1])
+    latest.submit(2, at(1.1))
+    until(lambda: delivered == [1, 2])
+
+
+def test_a_long_job_that_is_overtaken_is_cancelled(pool):
+    solver, delivered = Solver(), []
+    latest = Latest(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=0.02)
+    latest.submit(1, at(1.0))
+    until(lambda: solver.started)
+    latest.submit(2, at(2.0))
+    until(lambda: solver.cancelled == [1.0])
+    solver.go.set()
+    until(lambda: delivered == [2])
+
+
+def test_a_job_that_nobody_overtakes_may_take_its_time(pool):
+    solver, delivered = Solver(), []
+    latest = Latest(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=0.0)
+    latest.submit(1, at(1.0))
+    time.sleep(0.05)
+    solver.go.set()
+    until(lambda: delivered == [1])
+    assert solver.cancelled == []
+
+
+def test_after_close_nothing_is_delivered(pool):
+    solver, delivered = Solver(), []
+    latest = Latest(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
+    latest.submit(1, at(1.0))
+    until(lambda: solver.started)
+    latest.close()
+    until(lambda: solver.cancelled)
+    latest.submit(2, at(2.0))
+    time.sleep(0.02)
+    assert delivered == []
+
+
+def test_a_failure_is_delivered_and_the_next_move_still_served(pool):
+    delivered = []
+
+    def solve(setting, cancelled):
+        if setting.eta == 1.0:
+            raise RuntimeError("broken")
+        return setting.eta
+
+    latest = Latest(lambda move, result: delivered.append((move, result)), solve=solve, pool=pool)
+    latest.submit(1, at(1.0))
+    until(lambda: delivered)
+    latest.submit(2, at(2.0))
+    until(lambda: len(delivered) == 2)
+    assert isinstance(delivered[0][1], RuntimeError)
+    assert delivered[1] == (2, 2.0)
+
+
+def test_the_cache_is_bounded_and_forgets_the_least_recently_used():
+    cache = RunCache(size=2)
+    cache.put("a", 1)
+    cache.put("b", 2)
+    assert cache.get("a") == 1
+    cache.put("c", 3)
+    assert (cache.get("a"), cache.get("b"), cache.get("c"), len(cache)) == (1, None, 3, 2)
+
+
+def test_moving_the_penalty_numbers_does_not_run_the_reference_again():
+    cache = RunCache()
+    first = frame_of(SETTING, cache=cache)
+    second = frame_of(SETTING._replace(K=3000.0, frame="absolute"), cache=cache)
+    assert second.reference is first.reference
+    assert second.penalty is not first.penalty
+    assert len(cache) == 3
+
+
+def test_a_cancelled_frame_leaves_nothing_in_the_cache():
+    cache = RunCache()
+    with pytest.raises(Cancelled):
+        frame_of(SETTING._replace(eta=1.234), cancelled=lambda: True, cache=cache)
+    assert len(cache) == 0
+
+
+def test_traces_continue_the_run_they_belong_to():
+    frame = frame_of(SETTING, cache=RunCache())
+    assert isinstance(frame, Frame)
+    for run in (frame.reference, frame.penalty):
+        last = run.response.section[-1]
+        for trajectory in (run.trace, run.orbit):
+            end = [
+                trajectory.displacement[0, -1],
+                trajectory.velocity[0, -1],
+                trajectory.displacement[1, -1],
+                trajectory.velocity[1, -1],
+            ]
+            np.testing.assert_allclose(end, last, atol=1e-9)
+
+
+def test_a_diverged_run_is_a_result():
+    frame = frame_of(SETTING._replace(eta=2.76, K=1e5, D=100.0, steps=100), cache=RunCache())
+    assert frame.penalty.response.status == "diverged"
+    assert frame.penalty.trace is None
+    assert frame.reference.response.ok

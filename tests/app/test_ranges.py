@@ -1,0 +1,66 @@
+"""Axis ranges: calm, never taken from a user who zoomed, given back by a scene."""
+
+import numpy as np
+
+from app.views.ranges import OwnedRange, extent, wanted
+
+
+def column(low, high):
+    return [np.linspace(low, high, 11)]
+
+
+def test_small_changes_leave_the_range_alone():
+    owned = OwnedRange(-1, 1)
+    owned.follow(column(-0.8, 0.9))
+    assert owned.home == (-1, 1)
+
+
+def test_data_that_leave_the_range_or_hardly_fill_it_move_it():
+    owned = OwnedRange(-1, 1)
+    owned.follow(column(-3, 3))
+    assert owned.home[0] < -3
+    assert owned.home[1] > 3
+    owned.follow(column(-0.5, 0.5))
+    assert -0.6 < owned.home[0] < -0.5
+
+
+def test_a_zoomed_range_stays_until_a_scene():
+    owned = OwnedRange(-1, 1)
+    owned.range.update(start=0.1, end=0.2)
+    owned.follow(column(-5, 5))
+    assert (owned.range.start, owned.range.end) == (0.1, 0.2)
+    owned.follow(column(-5, 5), fresh=True)
+    assert owned.range.end > 5
+
+
+def test_the_reset_tool_returns_to_where_the_page_would_be():
+    owned = OwnedRange(-1, 1)
+    owned.follow(column(-3, 3), fresh=True)
+    assert (owned.range.reset_start, owned.range.reset_end) == owned.home
+
+
+def test_nothing_to_show_leaves_the_range_alone():
+    owned = OwnedRange(-1, 1)
+    owned.follow([np.empty(0), np.array([np.nan])], fresh=True)
+    assert owned.home == (-1, 1)
+    assert extent([np.array([np.nan])]) is None
+
+
+def test_constant_data_get_a_range_of_some_width():
+    low, high = wanted((-1, 1), (0.0, 0.0), fresh=True)
+    assert low < 0 < high
+
+
+def test_room_for_a_legend_is_kept_while_data_grow():
+    owned = OwnedRange(0, 1, headroom=0.34)
+    owned.follow(column(0, 10), fresh=True)
+    for top in np.linspace(10, 14, 40):
+        owned.follow(column(0, top))
+        assert owned.home[1] >= 1.19 * top
+
+
+def test_values_kept_in_view_hold_a_range_open_over_flat_data():
+    owned = OwnedRange(-1, 1)
+    owned.follow(column(0, 0), fresh=True, always=(0.0, 1.0))
+    assert owned.home[0] < 0
+    assert owned.home[1] > 1

@@ -1,0 +1,68 @@
+"""The frozen objects that hold the numbers."""
+
+import dataclasses
+import math
+
+import pytest
+
+from engine import Newmark, Reference, System, simulate
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("kappa", 0),
+        ("kappa3", 3.0),
+        ("kappa3", 1.0),
+        ("d1", -0.1),
+        ("d2", 1.0),
+        ("d3", math.nan),
+        ("restitution", 1.01),
+        ("d1", "x"),
+    ],
+)
+def test_system_refuses(name, value):
+    with pytest.raises(ValueError, match=f"{name} = "):
+        System(**{name: value})
+
+
+def test_mass_ratio_and_joint_frequency_belong_together():
+    """κ₃² = (1 + μκ²)/(1 + μ), there and back."""
+    for mu in (0.1, 0.8722401775, 5.0):
+        assert System.from_mass_ratio(mu).mass_ratio == pytest.approx(mu, rel=1e-12)
+        assert System.from_mass_ratio(mu).mass_share == pytest.approx(mu / (1 + mu), rel=1e-12)
+    with pytest.raises(ValueError, match="mass_ratio"):
+        System.from_mass_ratio(-1)
+
+
+def test_pendulum_2_may_be_the_slower_one():
+    system = System.from_mass_ratio(1.0, kappa=0.5)
+    response = simulate(system, 0.8, Reference("derived"), periods=50, keep=10)
+    assert response.ok
+
+
+def test_undamped_resonance_is_refused():
+    with pytest.raises(ValueError, match="resonance"):
+        simulate(System(d1=0.0), 1.0, Reference())
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: Reference("both"), "'both' is not one of table, derived"),
+        (lambda: Reference(threshold=0), "threshold = 0"),
+        (lambda: Newmark(-1, 8, 2000), "K = -1"),
+        (lambda: Newmark(100, math.inf, 2000), "D = inf"),
+        (lambda: Newmark(100, 8, 3), "steps = 3"),
+        (lambda: Newmark(100, 8, 100.5), "steps = 100.5 is not a whole number"),
+    ],
+)
+def test_methods_refuse(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()
+
+
+def test_objects_are_frozen():
+    for item in (System(), Reference(), Newmark(100, 8, 100)):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            item.name = "other"

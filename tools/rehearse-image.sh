@@ -1,0 +1,129 @@
+#!/usr/bin/env bash
+# Builds the container image and runs it the way a careful host would, without Docker: on Debian, as root.
+# The base is a minimal Debian 12 (Python 3.11) made here in place of the Dockerfile's default, so no registry is asked.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+suite=bookworm
+image=localhost/vibroscope
+work=${REHEARSAL_DIR:-/var/tmp/vibroscope-rehearsal} # the base is kept here for the next time
+container='' server=''
+
+say() { printf '%6ss  %s\n' "$SECONDS" "$*"; }
+fail() { say "FAILED: $*"; exit 1; }
+# A store of its own: whatever images this machine has stay as they are.
+store() { command buildah --root "$work/store" --runroot "$work/run" --storage-driver vfs "$@"; }
+
+clean_up() {
+    [ -z "$server" ] || kill -KILL "$server" 2>/dev/null || true
+    [ -z "$container" ] || store rm "$container" >/dev/null || true
+    store rmi --prune >/dev/null 2>&1 || true # what the new image replaced
+}
+trap clean_up EXIT
+
+# --- tools and base -------------------------------------------------------------------------------------------------
+
+[ "$(id -u)" = 0 ] || fail "this needs root"
+missing=''
+for tool in debootstrap buildah ip:iproute2; do
+    command -v "${tool%:*}" >/dev/null || missing+=" ${tool#*:}"
+done
+if [ -n "$missing" ]; then
+    apt-get update --quiet
+    # shellcheck disable=SC2086
+    apt-get install --quiet --yes --no-install-recommends $missing
+fi
+
+mkdir -p "$work"
+if ! store inspect --type image "$image-base" >/dev/null 2>&1; then
+    say "making the base: Debian $suite"
+    rm -rf "$work/base"
+    debootstrap --variant=minbase --include=python3,python3-venv,ca-certificates "$suite" "$work/base" >"$work/debootstrap.log"
+    container=$(store from scratch)
+    store add --quiet "$container" "$work/base" / >/dev/null
+    store commit --quiet "$container" "$image-base" >/dev/null
+    store rm "$container" >/dev/null
+    container=''
+    rm -rf "$work/base"
+fi
+
+# --- build ----------------------------------------------------------------------------------------------------------
+
+# pip's settings and the certificates of this machine are lent to the build and do not stay in the image.
+lent=(--volume /etc/ssl/certs:/etc/ssl/certs:ro)
+[ ! -e /etc/pip.conf ] || lent+=(--volume /etc/pip.conf:/etc/pip.conf:ro)
+say "building"
+store build --isolation chroot --format docker --pull-never --build-arg BASE="$image-base" "${lent[@]}" \
+    --tag "$image" . >"$work/build.log" 2>&1 || { tail -n 30 "$work/build.log"; fail "build, see $work/build.log"; }
+say "built"
+
+# --- run ------------------------------------------------------------------------------------------------------------
+
+# setting NAME: one entry a line of what the image says about itself
+setting() { store inspect --type image --format "{{range .Docker.Config.$1}}{{println .}}{{end}}" "$image" | sed '/^$/d'; }
+mapfile -t environment < <(setting Env)
+mapfile -t entry < <(setting Entrypoint; setting Cmd)
+mapfile -t health < <(setting Healthcheck.Test | tail -n +2)
+user=$(store inspect --type image --format '{{.Docker.Config.User}}' "$image")
+stop=$(store inspect --type image --format '{{.Docker.Config.StopSignal}}' "$image")
+uid=${user%:*} gid=${user#*:}
+
+container=$(store from "$image")
+root=$(store mount "$container")
+say "image: $(du -sm "$root" | cut -f1) MB, of it libraries $(du -sm "$root/opt/vibroscope/.venv" | cut -f1) MB and kernels $(du -sk "$root/opt/vibroscope/cache" | cut -f1) kB"
+
+# Own network (nothing outside to lean on), own processes, read-only but for /tmp, another user, no capabilities.
+started=$(date +%s%N)
+# shellcheck disable=SC2016
+unshare --mount --net --pid --fork --kill-child bash -euc '
+    root=$1 uid=$2 gid=$3; shift 3
+    mount --bind "$root" "$root"
+    mount -t proc proc "$root/proc"
+    mount -t tmpfs -o mode=1777 tmp "$root/tmp"
+    mount -t tmpfs dev "$root/dev"
+    for device in null zero urandom; do touch "$root/dev/$device"; mount --bind "/dev/$device" "$root/dev/$device"; done
+    mount -o remount,bind,ro "$root"
+    ip link set lo up
+    exec chroot "$root" setpriv --reuid "$uid" --regid "$gid" --clear-groups --bounding-set=-all --inh-caps=-all \
+        --no-new-privs env --ignore-environment --chdir /opt/vibroscope "$@"
+' rehearsal "$root" "$uid" "$gid" "${environment[@]}" "${entry[@]}" >"$work/server.log" 2>&1 &
+outer=$!
+sleep 0.1
+server=$(pgrep --parent "$outer") || { cat "$work/server.log"; fail "start"; }
+
+inside() {
+    nsenter --target "$server" --mount --net --pid --root --wd --setuid "$uid" --setgid "$gid" \
+        env --ignore-environment "${environment[@]}" "$@"
+}
+until inside "${health[@]}" 2>"$work/health.log"; do
+    kill -0 "$server" 2>/dev/null || { cat "$work/server.log"; fail "the server ended"; }
+    [ $(($(date +%s%N) - started)) -lt 60000000000 ] || { cat "$work/server.log" "$work/health.log"; fail "never healthy"; }
+    sleep 0.1
+done
+say "healthy after $((($(date +%s%N) - started) / 1000000)) ms"
+
+status() { sed -n "s/^$1:\t *//p" "/proc/$server/status"; }
+say "user $(status Uid | cut -f1), capabilities $(status CapEff), no new privileges $(status NoNewPrivs), memory $(status VmRSS)"
+[ "$(status Uid | cut -f1)" = "$uid" ] && [ "$(status CapEff)" = 0000000000000000 ] && [ "$(status CapBnd)" = 0000000000000000 ] \
+    && [ "$(status NoNewPrivs)" = 1 ] || fail "more rights than meant"
+inside sh -c '! touch /opt/vibroscope/x 2>/dev/null' || fail "the image can be written to"
+inside python3 -c "from urllib.request import urlopen; assert b'<script' in urlopen('http://127.0.0.1:5006/', timeout=60).read()" \
+    || { cat "$work/server.log"; fail "no page"; }
+say "page served"
+
+# The machine code must be found again, for either CPU: whatever is saved now was compiled now.
+for cpu in '' generic; do
+    saved=$(inside env NUMBA_CPU_NAME="$cpu" NUMBA_DEBUG_CACHE=1 "${entry[0]}" vibroscope warm | grep -c 'data saved' || true)
+    [ "$saved" = 0 ] || fail "$saved kernels compiled at start, CPU '${cpu:-chosen here}'"
+done
+say "kernels found, none compiled"
+
+stopped=$(date +%s%N)
+kill -s "${stop#SIG}" "$server"
+for _ in $(seq 100); do kill -0 "$server" 2>/dev/null || break; sleep 0.1; done
+kill -0 "$server" 2>/dev/null && fail "does not stop when told to"
+server=''
+code=0; wait "$outer" || code=$?
+say "stopped after $((($(date +%s%N) - stopped) / 1000000)) ms, exit code $code"
+[ "$code" = 0 ] || { tail -n 20 "$work/server.log"; fail "exit code $code"; }
+say "the image works"
