@@ -1,8 +1,8 @@
 """Comparing what the page shows with what it showed when someone last looked: data and picture.
 
 Baselines lie in tests/snapshots. ``pytest -m ui --renew-snapshots`` (``make snapshots``) writes them;
-a missing one fails. Data must agree on any machine within rounding; pictures to the
-pixel where the browser is the one that drew the baseline, and nearly so elsewhere.
+a missing one fails. Data must agree on any machine within rounding; pictures but for a
+few pixels where the browser is the one that drew the baseline, and nearly so elsewhere.
 """
 
 import base64
@@ -21,8 +21,10 @@ FAILED = Path(__file__).parents[1] / "results"
 # Another browser or another set of fonts moves letters and the edges of lines, not figures.
 TOLERATED_SHARE = 0.03
 TOLERATED_STEP = 60  # of 255, per channel
-# The same browser, drawing a rounded corner anew or from a cached tile, may round its grey to the next level.
+# The same browser, drawing a rounded corner anew or from a cached tile, may round its greys to other levels, on some
+# machines in some runs: seen on four pixels of 1.3 million. A changed letter has more, and its text is compared as data.
 ROUNDING_STEP = 1
+ROUNDED_SHARE = 3e-5
 DIGITS = 4
 
 
@@ -47,7 +49,7 @@ class Snapshots:
             raise AssertionError(f"{name} differs from its baseline:\n" + "\n".join(differences[:20]) + rest)
 
     def check_picture(self, name, png, tolerated_share=TOLERATED_SHARE, exact=True):
-        """Compare pixels; ``exact`` asks for each of them in the browser that drew the baseline."""
+        """Compare pixels; ``exact`` asks for nearly each of them in the browser that drew the baseline."""
         path = FOLDER / f"{name}.png"
         if self.renew:
             path.write_bytes(png)
@@ -70,7 +72,7 @@ def fault_in(path, png, exact, tolerated_share):
     worst = functools.reduce(ImageChops.lighter, ImageChops.difference(old, new).split())
     differing = worst.point(lambda value: 255 if value > (ROUNDING_STEP if exact else TOLERATED_STEP) else 0)
     share = differing.histogram()[255] / (old.size[0] * old.size[1])
-    if share <= (0 if exact else tolerated_share):
+    if share <= (ROUNDED_SHARE if exact else tolerated_share):
         return "", None
     return f"{100 * share:.3g} % of the pixels differ", differing
 
