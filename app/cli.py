@@ -1,4 +1,4 @@
-"""The command line: ``vibroscope simulate | serve | diagram | warm``."""
+"""The command line: ``vibroscope simulate | serve | bench | diagram | warm``."""
 
 import argparse
 import gc
@@ -48,6 +48,10 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=OneLineParser)
     add_simulate(commands)
     add_serve(commands)
+    bench = commands.add_parser(
+        "bench", allow_abbrev=False, help="measure cost and error of every solver (half a minute)"
+    )
+    bench.add_argument("--json", action="store_true", help="print one JSON object")
     write = commands.add_parser(
         "diagram", help="recompute the bifurcation diagrams that are shipped (some ten seconds)"
     )
@@ -239,6 +243,14 @@ def run_serve(options: argparse.Namespace) -> None:
         return 0
     except OSError as problem:
         raise OSError(f"cannot listen on {options.address}:{options.port}: {problem.strerror}") from problem
+
+
+def run_bench(options: argparse.Namespace) -> None:
+    """Measure and print."""
+    from . import bench
+
+    found = bench.report()
+    print(json.dumps(found, allow_nan=False) if options.json else bench.as_text(found))
 
 
 def run_diagram(options: argparse.Namespace) -> None:

@@ -11,18 +11,18 @@ from __future__ import annotations
 
 import importlib.util
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numba
 import numpy as np
 
 from engine import System
 
-Run = Callable[[int], np.ndarray]  # periods from rest → ξ₁, ξ₁′, ξ₂, ξ₂′, or a row of them for each lane
+Run = Callable[[int], np.ndarray]  # periods from rest → ξ₁, ξ₁′, ξ₂, ξ₂′ (nan where the peer gave up)
 
 # A peer that finds one event for ever stops here: an accurate run takes at most 70 steps per period in any scene.
-HEYOKA_STEPS = 2000
-_FASTEST = {"fast_math": True, "slp_vectorize": True, "compact_mode": False}
+MOST_STEPS = 2000
+FASTEST = {"fast_math": True, "slp_vectorize": True, "compact_mode": False}
 
 
 @numba.njit(error_model="numpy", nogil=True)
@@ -72,7 +72,7 @@ def heyoka_version() -> str | None:
     return heyoka.__version__
 
 
-def _free(hy, system: System, load, force):
+def free_motion(hy, system: System, load, force):
     """Both pendulums under a force between them: right-hand sides of ξ₁, ξ₁′, ξ₂, ξ₂′."""
     x1, v1, x2, v2 = hy.make_vars("x1", "v1", "x2", "v2")
     kappa, mu = system.kappa, system.mass_ratio
@@ -84,7 +84,7 @@ def _free(hy, system: System, load, force):
     ]
 
 
-def _excitation(hy, eta):
+def excitation(hy, eta):
     """Cos ητ and sin ητ as two more unknowns: linear, so cheaper than the series of a cosine."""
     c, s = hy.make_vars("c", "s")
     return [(c, -eta * s), (s, eta * c)]
@@ -108,16 +108,16 @@ def heyoka_reference(system: System, eta: float, d3: float, threshold: float, to
         state[1], state[3], state[2] = common - share * parting, common + opposite * parting, state[0]
         return True
 
-    options = {"tol": tolerance, **_FASTEST}
+    options = {"tol": tolerance, **FASTEST}
     down = hy.event_direction.negative
     free = hy.taylor_adaptive(
-        [*_free(hy, system, load, 0.0), *_excitation(hy, eta)],
+        [*free_motion(hy, system, load, 0.0), *excitation(hy, eta)],
         [0.0] * 4 + [1.0, 0.0],
         t_events=[hy.t_event(x2 - x1, callback=impact, direction=down)],
         **options,
     )
     joined = hy.taylor_adaptive(
-        [(x1, v1), (v1, load - system.kappa3**2 * x1 - 2 * d3 * system.kappa3 * v1), *_excitation(hy, eta)],
+        [(x1, v1), (v1, load - system.kappa3**2 * x1 - 2 * d3 * system.kappa3 * v1), *excitation(hy, eta)],
         [0.0, 0.0, 1.0, 0.0],
         t_events=[hy.t_event(spring * x1 + damper * v1, direction=down)],
         **options,
@@ -125,7 +125,7 @@ def heyoka_reference(system: System, eta: float, d3: float, threshold: float, to
     state, pair = memoryview(free.state), memoryview(joined.state)
 
     def run(periods):
-        end, most, over = periods * 2 * math.pi / eta, HEYOKA_STEPS * periods, hy.taylor_outcome.time_limit
+        end, most, over = periods * 2 * math.pi / eta, MOST_STEPS * periods, hy.taylor_outcome.time_limit
         pair[0], pair[1], pair[2], pair[3] = 0.0, 0.0, 1.0, 0.0
         joined.time = 0.0
         for _ in range(most):
@@ -166,14 +166,14 @@ def heyoka_penalty(system: System, eta: float, stiffness: float, damper: float, 
         return True
 
     solver = hy.taylor_adaptive(
-        [*_free(hy, system, eta**2 * c, force), *_excitation(hy, eta)],
+        [*free_motion(hy, system, eta**2 * c, force), *excitation(hy, eta)],
         [0.0] * 4 + [1.0, 0.0],
         pars=[1.0],
         t_events=[
             hy.t_event((1.0 - 2.0 * contact) * (x2 - x1), callback=change, direction=hy.event_direction.negative)
         ],
         tol=tolerance,
-        **_FASTEST,
+        **FASTEST,
     )
     touching = memoryview(solver.pars)
 
@@ -181,104 +181,7 @@ def heyoka_penalty(system: System, eta: float, stiffness: float, damper: float, 
         solver.state[:] = 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
         touching[0], solver.time = 1.0, 0.0
         solver.reset_cooldowns()
-        outcome = solver.propagate_until(periods * 2 * math.pi / eta, max_steps=HEYOKA_STEPS * periods)[0]
+        outcome = solver.propagate_until(periods * 2 * math.pi / eta, max_steps=MOST_STEPS * periods)[0]
         return np.array(solver.state[:4]) if outcome == hy.taylor_outcome.time_limit else np.full(4, math.nan)
 
     return run
-
-
-def heyoka_reference_batch(system: System, etas: Sequence[float], threshold: float, tolerance: float = 0.0) -> Run:
-    """The reference with derived joint damping at several η at once, one in each lane of a vector register.
-
-    All lanes share one right-hand side, so the joined pendulums are the two with the contact force between them, which
-    is the same motion when the joint holds their two dampers and nothing else.
-    """
-    import heyoka as hy
-
-    x1, v1, x2, c, s = hy.make_vars("x1", "v1", "x2", "c", "s")
-    mu, share, restitution = system.mass_ratio, system.mass_share, system.restitution
-    spring, damper = share * (system.kappa**2 - 1), share * 2 * (system.d2 * system.kappa - system.d1)
-    opposite = 1 / (1 + mu)
-    contact, eta = hy.par[0], hy.par[1]
-    force = contact * (spring * x1 + damper * v1)
-
-    def event(_, sign, lane):
-        first = state[1, lane]
-        if touching[0, lane] != 0.0:
-            touching[0, lane] = 0.0
-            state[2, lane], state[3, lane] = state[0, lane], first
-            return True
-        apart = state[3, lane] - first
-        common, parting = first + share * apart, -restitution * apart
-        if parting <= threshold and spring * state[0, lane] + damper * common > 0:
-            touching[0, lane], parting = 1.0, 0.0
-        state[1, lane], state[3, lane] = common - share * parting, common + opposite * parting
-        state[2, lane] = state[0, lane]
-        return True
-
-    lanes = len(etas)
-    frequencies = np.array(etas, dtype=float)
-    solver = hy.taylor_adaptive_batch(
-        [*_free(hy, system, c, force), (c, -eta * s), (s, eta * c)],  # c and s carry the load's factor η²
-        np.zeros((6, lanes)),
-        pars=np.zeros((2, lanes)),
-        t_events=[
-            hy.t_event_batch((1.0 - contact) * (x2 - x1) + force, callback=event, direction=hy.event_direction.negative)
-        ],
-        tol=tolerance,
-        **_FASTEST,
-    )
-    state, touching = memoryview(solver.state), memoryview(solver.pars)
-
-    def run(periods):
-        solver.state[:] = 0.0
-        solver.state[4] = frequencies**2
-        solver.pars[0], solver.pars[1] = 1.0, frequencies
-        return _run_lanes(hy, solver, periods * 2 * np.pi / frequencies, periods)
-
-    return run
-
-
-def heyoka_penalty_batch(
-    system: System, etas: Sequence[float], stiffness: float, damper: float, tolerance: float = 0.0
-) -> Run:
-    """The penalty model at several η at once, one in each lane of a vector register."""
-    import heyoka as hy
-
-    x1, v1, x2, v2, c, s = hy.make_vars("x1", "v1", "x2", "v2", "c", "s")
-    contact, eta = hy.par[0], hy.par[1]
-    force = contact * (float(stiffness) * (x1 - x2) + 2.0 * damper * (v1 - v2))
-
-    def change(_, sign, lane):
-        touching[0, lane] = 1.0 - touching[0, lane]
-        return True
-
-    lanes = len(etas)
-    frequencies = np.array(etas, dtype=float)
-    gap = (1.0 - 2.0 * contact) * (x2 - x1)
-    solver = hy.taylor_adaptive_batch(
-        [*_free(hy, system, c, force), (c, -eta * s), (s, eta * c)],
-        np.zeros((6, lanes)),
-        pars=np.zeros((2, lanes)),
-        t_events=[hy.t_event_batch(gap, callback=change, direction=hy.event_direction.negative)],
-        tol=tolerance,
-        **_FASTEST,
-    )
-    touching = memoryview(solver.pars)
-
-    def run(periods):
-        solver.state[:] = 0.0
-        solver.state[4] = frequencies**2
-        solver.pars[0], solver.pars[1] = 1.0, frequencies
-        return _run_lanes(hy, solver, periods * 2 * np.pi / frequencies, periods)
-
-    return run
-
-
-def _run_lanes(hy, solver, ends, periods):
-    solver.set_time(0.0)
-    solver.reset_cooldowns()
-    solver.propagate_until(ends, max_steps=HEYOKA_STEPS * periods)
-    states = solver.state[:4].T.copy()
-    states[[result[0] != hy.taylor_outcome.time_limit for result in solver.propagate_res]] = math.nan
-    return states
