@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import version
 
 from engine import Newmark, Reference, Response, System, motion, simulate
@@ -77,6 +78,7 @@ def add_simulate(commands) -> None:
     add("--D", type=float, metavar="F", help="newmark: contact damping")
     add("--steps", type=float, metavar="N", help="newmark: steps per excitation period, the time step is T/N")
     add("--every-step", action="store_true", help="newmark: walk through every step, as an FE code must (slower)")
+    add("--located", action="store_true", help="newmark: cut the steps at each contact change, located within the step")
     add("--periods", type=float, default=2050, metavar="N", help="excitation periods to run (default %(default)s)")
     add("--keep", type=float, metavar="N", help="last periods to report (default 50, or all if fewer are run)")
     add(
@@ -165,7 +167,7 @@ def method_of(options: argparse.Namespace) -> Reference | Newmark:
             f"the newmark solver needs {', '.join(missing)}; "
             "the paper's numbers for eta 2.76: --K 12000 --D 18 --steps 8000"
         )
-    return Newmark(options.K, options.D, options.steps, every_step=options.every_step)
+    return Newmark(options.K, options.D, options.steps, every_step=options.every_step, located=options.located)
 
 
 def run_simulate(options: argparse.Namespace) -> None:
@@ -263,7 +265,8 @@ def run_diagram(options: argparse.Namespace) -> None:
 
 def run_warm(options: argparse.Namespace) -> None:
     """Compile, or load, every kernel."""
-    for method in (Reference(), Newmark(2500.0, 8.0, 2000), Newmark(2500.0, 8.0, 2000, every_step=True)):
+    newmark = Newmark(2500.0, 8.0, 2000)
+    for method in (Reference(), newmark, replace(newmark, every_step=True), replace(newmark, located=True)):
         simulate(System(), 1.08, method, periods=2, keep=1)
 
 

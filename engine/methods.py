@@ -87,7 +87,8 @@ class Newmark:
         motion after some hundred periods (also in how many of them are kept, since those are always walked), in the
         step at which a run blows up, and in the scatter that a coarse step causes.
     located : bool
-        Cut a step at each contact change, located within it, instead of finding contact at the start of steps alone.
+        Cut a step at each contact change, located within it, instead of finding contact at the start of steps alone;
+        contacts shorter than some steps are resolved by shorter ones. All steps are walked; the cost counts each solve.
 
     Raises
     ------

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 
+from .drivers.base import Driver
+from .drivers.located import LocatedDriver
 from .drivers.newmark import NewmarkDriver
 from .drivers.reference import ReferenceDriver
 from .methods import Method, Newmark, Reference
@@ -67,7 +69,7 @@ def simulate(
         record = _checked(record, keep)
     start = _start(initial, system, eta, method)
     kept_from = start.periods + periods - keep
-    driver = _DRIVERS[type(method)](system, eta, method, start, keep, kept_from, record)
+    driver = _driver(method)(system, eta, method, start, keep, kept_from, record)
     status, message = driver.advance(kept_from, cancelled, kept=False)
     checkpoint = driver.checkpoint()
     if status is Status.OK:
@@ -83,6 +85,12 @@ def simulate(
         checkpoint=checkpoint,
         **driver.results(),
     )
+
+
+def _driver(method: Method) -> type[Driver]:
+    if isinstance(method, Newmark) and method.located:
+        return LocatedDriver
+    return _DRIVERS[type(method)]
 
 
 def _whole(name, value, low, high, advice):

@@ -33,6 +33,7 @@ def run(capsys, *arguments):
         (["--solver", "reference", "--eta", "2.76"], Reference()),
         (["--solver", "reference", "--eta", "2.76", "--joint-damping", "derived"], Reference("derived")),
         (NEWMARK, Newmark(12000, 18, 500)),
+        ([*NEWMARK, "--located"], Newmark(12000, 18, 500, located=True)),
     ],
 )
 def test_json_is_the_contract(capsys, arguments, method):

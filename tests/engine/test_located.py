@@ -1,0 +1,296 @@
+"""Newmark that lands on the contact changes: its twin, its order, its promise, and that it always ends."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from engine import Newmark, Record, Status, System, motion, simulate
+from engine.drivers.located import pack
+from engine.kernels import located as kernel
+from engine.simulate import _start
+from tests import truth
+from tests.naive_located import newmark_located
+
+CASES = {"pen|2.76|12000,18": (2.76, 12000.0, 18.0), "pen|1.08|2500,8": (1.08, 2500.0, 8.0)}
+
+
+def run(eta, stiffness, damping, n, periods=10, located=True, **options):
+    options = {"keep": periods, **options}
+    return simulate(System(), eta, Newmark(stiffness, damping, n, located=located), periods=periods, **options)
+
+
+def error(case, n, periods, **options):
+    section = run(*CASES[case], n, periods, **options).section
+    return np.abs(section[periods - 1] - truth.states(case)[periods]).max()
+
+
+@pytest.mark.parametrize(
+    ("eta", "stiffness", "damping", "n", "periods"),
+    [
+        (2.76, 12000.0, 18.0, 50, 3),
+        (1.08, 2500.0, 8.0, 80, 2),
+        (1.08, 100.0, 50.0, 40, 4),
+        (3.25, 1000.0, 0.0, 30, 4),
+        (1.70, 10.0, 30.0, 60, 4),  # overdamped
+        (0.50, 5.0, 0.1, 100, 2),  # a contact softer than the pendulums
+    ],
+)
+def test_contact_changes_and_states_are_those_of_the_twin(eta, stiffness, damping, n, periods):
+    changes, states = newmark_located(System(), eta, stiffness, damping, n, periods)
+    response = run(eta, stiffness, damping, n, periods)
+    found = response.contacts.ravel()
+    assert len(changes) > periods
+    np.testing.assert_allclose(found[: len(changes)], [tau for tau, _ in changes], atol=1e-9)
+    assert len(found) - len(changes) == (1 if changes[-1][1] else 0)
+    np.testing.assert_allclose(response.section, states, atol=1e-8)
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("periods", [1, 10])
+def test_second_order(case, periods):
+    steps = np.array([200, 400, 800, 1600, 3200])
+    errors = [error(case, int(n), periods) for n in steps]
+    order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 1.9 < order < 2.1
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_contact_changes_are_those_of_the_truth(case):
+    expected = truth.events(case)
+    errors = []
+    for n in (1600, 3200):
+        response = run(*CASES[case], n)
+        found = response.contacts.ravel()[: len(expected)]
+        assert [kind for _, kind, _ in expected] == [0, 1] * (len(expected) // 2) + [0] * (len(expected) % 2)
+        errors.append(np.abs(found - [tau for tau, _, _ in expected]).max())
+        speeds = np.array([-speed for _, kind, speed in expected if kind == 0 and speed < 0])
+        closed = len(response.impacts)
+        assert closed in (len(speeds), len(speeds) - 1)  # the last one may last beyond the events listed
+        errors.append(np.abs(response.impacts.closing_speed - speeds[:closed]).max())
+    assert errors[2] < errors[0] / 3
+    assert errors[3] < errors[1] / 3
+    assert max(errors[2:]) < 1e-3
+
+
+def test_200_steps_do_what_8000_do_not():
+    """The paper's Figure 14: the motion is periodic, and shows so; at a twentieth of the solves, or less."""
+    case = "pen|2.76|12000,18"
+    cut, plain = (run(*CASES[case], n, 2050, located, keep=50) for n, located in ((200, True), (8000, False)))
+    assert motion(cut).period == 1
+    assert motion(plain).period == 0
+    assert motion(cut).spread < 1e-6 * motion(plain).spread
+    for periods in (10, 50):
+        assert error(case, 200, periods) < 0.2 * error(case, 8000, periods, located=False)
+    assert cut.cost.steps < 0.05 * plain.cost.steps
+
+
+def test_landing_alone_is_not_enough():
+    """With contacts of two steps the landing is exact and the rebound is not: contacts need steps of their own."""
+    case = "pen|2.76|12000,18"
+    system, method = System(), Newmark(12000, 18, 200, located=True)
+    law = pack(system, 2.76, method)
+    coarse = law._replace(first=law.h)
+    assert coarse.first * math.sqrt(12000 * law.both) > 1.5  # ω_c Δτ
+    ends = []
+    for chosen in (law, coarse):
+        driver = located_driver(system, 2.76, method)
+        driver._law = chosen
+        driver.advance(10, None, kept=False)
+        state = driver._state
+        row = np.zeros(4)
+        kernel.write(row, kernel.motion_of(state))
+        ends.append(np.abs(row - truth.states(case)[10]).max())
+    assert ends[1] > 100 * ends[0]
+
+
+def located_driver(system, eta, method, initial=(0, 0, 0, 0)):
+    from engine.drivers.located import LocatedDriver
+
+    return LocatedDriver(system, eta, method, _start(initial, system, eta, method), 1, 1_000_000, None)
+
+
+def test_a_checkpoint_goes_on_bit_for_bit():
+    for eta, stiffness, damping, n in ((1.08, 2500.0, 8.0, 200), (1.70, 12000.0, 18.0, 150), (3.25, 1e6, 0.0, 37)):
+        whole = run(eta, stiffness, damping, n, 20, keep=5, record=Record(2, 30))
+        first = run(eta, stiffness, damping, n, 12, keep=3)
+        rest = run(eta, stiffness, damping, n, 11, keep=5, record=Record(2, 30), initial=first.checkpoint)
+        assert first.checkpoint.periods == 9
+        assert rest.checkpoint == whole.checkpoint
+        for name in ("section", "contacts"):
+            np.testing.assert_array_equal(getattr(rest, name), getattr(whole, name))
+        for part in ("impacts", "trajectory"):
+            for field in dataclasses.fields(getattr(whole, part)):
+                one, other = (getattr(getattr(r, part), field.name) for r in (rest, whole))
+                np.testing.assert_array_equal(one, other)
+
+
+def test_a_run_that_pauses_at_any_change_goes_on_bit_for_bit(monkeypatch):
+    arguments = 1.08, 2500.0, 8.0, 100
+    whole = run(*arguments, record=Record(10, 100))
+    monkeypatch.setattr("engine.drivers.base.CAPACITY", 1)
+    monkeypatch.setattr("engine.drivers.located.SOLVES_PER_CALL", 7)
+    paused = run(*arguments, record=Record(10, 100))
+    for name in ("section", "contacts"):
+        np.testing.assert_array_equal(getattr(paused, name), getattr(whole, name))
+    np.testing.assert_array_equal(paused.trajectory.force, whole.trajectory.force)
+    np.testing.assert_array_equal(paused.impacts.impulse, whole.impacts.impulse)
+    assert paused.cost.steps == whole.cost.steps
+
+
+def test_300_settings_end_and_make_sense():
+    """K from 1 to 1e9, D from 0 to 1e6, T/20 to T/2000: contact is where the gap is not positive, and nowhere else."""
+    rng = np.random.default_rng(7)
+    for _ in range(300):
+        eta, n = rng.uniform(0.3, 4.0), int(np.exp(rng.uniform(math.log(20), math.log(2000))))
+        stiffness = 10 ** rng.uniform(0, 9)
+        damping = rng.choice([0.0, 10 ** rng.uniform(-3, 6)])
+        start = (0, 0, 0, 0) if rng.random() < 0.5 else tuple(rng.uniform(-3, 3, 4))
+        numbers = eta, stiffness, damping, n, start
+        response = run(eta, stiffness, damping, n, 5, record=Record(5, n), initial=start)
+        assert response.status is Status.OK, numbers
+        assert np.isfinite(response.section).all(), numbers
+        edges = response.contacts.ravel()
+        assert (np.diff(edges) >= 0).all(), numbers
+        sampled = response.trajectory
+        x1, x2 = sampled.displacement
+        clear = np.abs(x2 - x1) > 1e-9 * max(1.0, np.abs(x1).max())  # else rounding of the samples decides
+        clear[-1] = False  # there an open contact is noted as ended
+        inside = np.searchsorted(edges, sampled.time, side="right") % 2 == 1
+        np.testing.assert_array_equal(inside[clear], (x2 < x1)[clear], err_msg=str(numbers))
+        assert (sampled.force[clear & ~inside] == 0).all(), numbers
+        assert response.cost.steps < most_solves(response), numbers
+
+
+def most_solves(response):
+    """What the kernel's module says that a run costs; steps that are cut have one piece more each, at most."""
+    law = pack(response.system, response.eta, response.method)
+    half = 1 / law.growth  # N/2, the solves for half a cycle
+    halves = np.diff(response.contacts).ravel() * law.growth / law.first  # 2t/T_c
+    solves = half * (np.minimum(halves, 1) + np.log(np.maximum(halves, 1))) + 40
+    return 2 * response.periods * law.steps + 1.1 * solves.sum()
+
+
+@pytest.mark.parametrize("eta", [1.08, 2.76])
+def test_none_blows_up_where_the_plain_step_does(eta):
+    blown = 0
+    for stiffness in np.geomspace(100, 6e4, 12):
+        for damping in np.geomspace(0.5, 100, 12):
+            assert run(eta, stiffness, damping, 100, 200, keep=1).ok
+            blown += not run(eta, stiffness, damping, 100, 200, located=False, keep=1).ok
+    assert blown > 10
+
+
+@pytest.mark.parametrize(
+    ("eta", "stiffness", "damping", "n"),
+    [
+        (1.08, 1e9, 0.0, 200),
+        (1.08, 1e9, 1e6, 200),
+        (2.76, 1.0, 1e6, 200),
+        (1.08, 1e12, 1e9, 50),
+        (0.5, 2500.0, 8.0, 200_000),
+        (1e3, 1e9, 10.0, 4),
+        (0.01, 1e9, 0.0, 4),
+        (1.0, 1e9, 2e4, 20),
+    ],
+)
+def test_extremes_end(eta, stiffness, damping, n):
+    response = run(eta, stiffness, damping, n, 3)
+    assert response.ok
+    assert np.isfinite(response.section).all()
+
+
+def test_too_many_solves_in_one_step_have_a_status(monkeypatch):
+    monkeypatch.setattr("engine.drivers.located.kernel.SOLVES_PER_STEP", 500)
+    driver = located_driver(System(), 0.001, Newmark(1e9, 0.0, 4, located=True))
+    march = getattr(kernel.march, "py_func", kernel.march)  # a constant is compiled into the kernel
+    monkeypatch.setattr(kernel, "march", march)
+    status, message = driver.advance(5, None, kept=False)
+    assert status is Status.UNRESOLVED
+    assert "smaller K" in message
+
+
+@pytest.mark.parametrize("depth", [1e-6, 1e-9, 1e-12, -1e-12, -1e-9, -1e-6])
+@pytest.mark.parametrize("contact", [False, True])
+def test_a_dip_within_a_step_is_found_if_it_crosses(depth, contact):
+    """A gap that comes from its side, passes its end by ``depth``, and is back before the step ends."""
+    law = pack(System(), 1.08, Newmark(0.01, 0.0, 100, located=True))  # contact as soft as can be: two like sides
+    side, h = (-1.0 if contact else 1.0), law.h
+    displaced = -1.0 * side  # pendulum 2 accelerates by (κ² − 1) x less than pendulum 1 in either
+    bend = kernel.accelerations(law, contact, (displaced, 0.0, 0.0, 0.0, 0.0, 0.0), 1.0)[5] * side
+    assert bend > 0
+    # the vertex lies half a step ahead; its height is found by stepping there, and set
+    speed, gap = -0.5 * h * bend, 0.0
+    for _ in range(30):
+        z = kernel.accelerations(law, contact, (displaced, 0.0, 0.0, side * gap, side * speed, 0.0), 1.0)
+        end = kernel.step(law, contact, z, h, kernel.cosine_at(law, 0, h))
+        vertex = -speed / (0.5 * side * (z[5] + end[5]))
+        there = kernel.step(law, contact, z, vertex, kernel.cosine_at(law, 0, vertex))
+        gap -= side * there[3] + depth
+    assert (end[3] <= 0.0) == contact  # the same side at both ends
+    theta, at, _ = kernel.change_within(law, contact, z, end, h, 0, 0.0)
+    if depth < 0:
+        assert theta == math.inf
+    else:
+        assert 0 < theta < vertex
+        for earlier in np.linspace(0, theta, 50, endpoint=False)[1:]:
+            assert side * kernel.step(law, contact, z, earlier, kernel.cosine_at(law, 0, earlier))[3] > 0
+        assert at[3] == 0.0
+        assert side * at[4] < 0
+
+
+def test_starts():
+    """At zero gap the first derivative of the gap that is not zero decides."""
+    method = Newmark(12000, 18, 200, located=True)
+    for initial, contact in (
+        ((0, 0, 0, 0), True),  # the third, negative
+        ((0, 1, 0, 2), False),  # the first
+        ((0, 2, 0, 1), True),
+        ((1, 0, 1, 0), True),  # the second: (1 − κ²) ξ
+        ((-1, 0, -1, 0), False),
+        ((0, 0, 1e-300, -5), False),
+        ((0, 0, -1e-300, 5), True),
+    ):
+        state = located_driver(System(), 2.76, method, initial)._state
+        assert bool(state[kernel.CONTACT]) == contact, initial
+    approaching = run(2.76, 12000.0, 18.0, 200, 1, initial=(0, 2, 0, 1))
+    assert approaching.impacts.time[0] == 0
+    assert approaching.impacts.closing_speed[0] == 1
+    assert run(2.76, 12000.0, 18.0, 200, 1).contacts[0, 0] == 0
+
+
+def test_impulse_is_the_change_of_momentum():
+    """Over one short contact the springs of the pendulums hardly act: μ Δξ₂′ ≈ impulse ≈ −Δξ₁′."""
+    system = System()
+    impacts = run(2.76, 1e8, 1500.0, 200, 300, keep=20).impacts
+    gained = system.mass_ratio * (impacts.velocity_after[:, 1] - impacts.velocity_before[:, 1])
+    lost = impacts.velocity_before[:, 0] - impacts.velocity_after[:, 0]
+    assert len(impacts) >= 20
+    np.testing.assert_allclose(impacts.impulse, gained, rtol=2e-3)
+    np.testing.assert_allclose(impacts.impulse, lost, rtol=2e-3)
+    np.testing.assert_allclose(
+        impacts.closing_speed, impacts.velocity_before[:, 0] - impacts.velocity_before[:, 1], rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.1, 0.5, 0.9])
+def test_a_short_impact_has_the_restitution_of_its_damping(ratio):
+    """e(ζ) of MODEL.md is for a contact that ends at zero gap, as these do: −g′⁺/g′⁻ = exp(−πζ/√(1 − ζ²))."""
+    law = pack(System(), 2.76, Newmark(1.0, 0.0, 200, located=True))
+    stiffness = 1e10
+    damping = ratio * math.sqrt(stiffness / law.both)
+    response = run(2.76, stiffness, damping, 400, 1, initial=(0, 5.0, 0, -5.0))
+    impacts = response.impacts
+    before = impacts.velocity_before[0, 0] - impacts.velocity_before[0, 1]
+    after = impacts.velocity_after[0, 1] - impacts.velocity_after[0, 0]
+    assert after / before == pytest.approx(math.exp(-math.pi * ratio / math.sqrt(1 - ratio**2)), abs=2e-3)
+
+
+def test_the_motion_between_changes_is_the_plain_one():
+    """Without contact no step is cut: the same solution, solve for solve."""
+    start = (-100.0, 0.0, 500.0, 0.0)
+    cut, plain = (run(10.0, 10.0, 0.1, 300, 1, located, initial=start) for located in (True, False))
+    np.testing.assert_allclose(cut.section, plain.section, rtol=1e-11)
+    assert len(cut.contacts) == 0
+    assert cut.cost.steps == plain.cost.steps == 300
