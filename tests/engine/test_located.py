@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engine import Newmark, Record, Status, System, motion, simulate
-from engine.drivers.located import pack
+from engine.drivers.located import LocatedDriver, pack
 from engine.kernels import located as kernel
 from engine.simulate import _start
 from tests import truth
@@ -106,8 +106,6 @@ def test_landing_alone_is_not_enough():
 
 
 def located_driver(system, eta, method, initial=(0, 0, 0, 0)):
-    from engine.drivers.located import LocatedDriver
-
     return LocatedDriver(system, eta, method, _start(initial, system, eta, method), 1, 1_000_000, None)
 
 
