@@ -37,7 +37,7 @@ class Impacts:
     impulse : (n,) ndarray
         Impulse between the pendulums; for Newmark the time integral of the contact force over the contact.
     closing_speed : (n,) ndarray
-        −g′ before the impact, > 0; for Newmark the mean over the step in which the gap closes, or at the located instant.
+        −g′ before the impact, > 0; for Newmark the mean over the step in which the gap closes, or there if located.
     """
 
     time: np.ndarray
