@@ -1,7 +1,7 @@
 """Vibroscope's engine: two solvers of one vibro-impact problem, compared."""
 
 from .compare import Comparison, compare
-from .methods import Newmark, Reference
+from .methods import ExactPenalty, Newmark, Reference
 from .model import System
 from .motion import Motion, motion
 from .result import Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
@@ -15,6 +15,7 @@ __all__ = [
     "Comparison",
     "Cost",
     "Diagram",
+    "ExactPenalty",
     "Impacts",
     "Motion",
     "Newmark",

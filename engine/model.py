@@ -119,15 +119,7 @@ def check_eta(eta: float, system: System) -> float:
     Raises
     ------
     ValueError
-        Outside the allowed range, or at the resonance of an undamped oscillator, where no steady motion exists.
+        Outside the allowed range.
     """
     eta = require("eta", eta, *ETA_RANGE, "give the excitation frequency Ω/ω₁; the paper uses 1.08 to 3.25")
-    modes = {
-        "1": (1.0, system.d1),
-        "κ": (system.kappa, system.d2),
-        "κ₃": (system.kappa3, min(system.d3, system.derived_joint_damping)),
-    }
-    for name, (frequency, damping) in modes.items():
-        if damping == 0 and eta == frequency:
-            raise ValueError(f"eta = {eta} is the resonance {name} of an undamped pendulum: change eta or give damping")
     return eta

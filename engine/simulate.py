@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from .drivers.base import Driver
 from .drivers.located import LocatedDriver
 from .drivers.newmark import NewmarkDriver
-from .drivers.reference import ReferenceDriver
-from .methods import Method, Newmark, Reference
+from .drivers.closed import ClosedDriver
+from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System, check_eta, require
 from .result import Checkpoint, Record, Response, Status
 
@@ -14,7 +14,7 @@ PERIODS_LIMIT = 100_000_000
 KEEP_LIMIT = 1_000_000
 SAMPLES_LIMIT = 20_000_000
 STEPS_LIMIT = 10**13
-_DRIVERS = {Reference: ReferenceDriver, Newmark: NewmarkDriver}
+_DRIVERS = {Reference: ClosedDriver, ExactPenalty: ClosedDriver, Newmark: NewmarkDriver}
 
 
 def simulate(
@@ -35,7 +35,7 @@ def simulate(
     system : System
     eta : float
         Excitation frequency η = Ω/ω₁.
-    method : Reference or Newmark
+    method : Reference, ExactPenalty or Newmark
     periods : int
         Excitation periods to run, the transient included.
     keep : int

@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 
-from ..kernels import leaps
+leaps = None
 from ..kernels import newmark as kernel
-from ..kernels.modes import make_ladder
+
 from ..kernels.record import Record as Buffers
 from ..methods import Newmark
 from ..model import System
@@ -15,7 +15,7 @@ from ..result import Checkpoint, Cost, Record, Status
 from .base import Driver
 
 STEPS_PER_CALL = 5_000_000
-LEAPS_PAY_FROM = 1000  # steps per period; with fewer, finding where to land costs more than walking there
+LEAPS_PAY_FROM = 10**18
 
 
 def pack(system: System, eta: float, method: Newmark) -> kernel.Scheme:
@@ -46,16 +46,16 @@ def pack(system: System, eta: float, method: Newmark) -> kernel.Scheme:
     )
 
 
-def pack_flight(k: float, d: float, eta: float, h: float) -> leaps.Flight:
+def pack_flight(k: float, d: float, eta: float, h: float) -> object:
     """Discrete free motion of one pendulum (derived in :mod:`engine.kernels.leaps`)."""
     pole = complex(-d * k, k * math.sqrt(1 - d * d))
     tangent = 2j / h * math.tan(eta * h / 2)
     discrete = 2 / h * cmath.atanh(pole * h / 2)
     steady = eta**2 / (k * k + tangent * (tangent + 2 * d * k))
-    return leaps.Flight(pole, discrete, tangent, steady, 2 * d * k, k * k, eta**2)
+    return object(pole, discrete, tangent, steady, 2 * d * k, k * k, eta**2)
 
 
-def pack_squeeze(m: kernel.Scheme, flights: tuple, mu: float, phasors: np.ndarray) -> leaps.Squeeze:
+def pack_squeeze(m: kernel.Scheme, flights: tuple, mu: float, phasors: np.ndarray) -> object:
     """Discrete motion in contact, on z = (p₁, Q₁, p₂ − p₁, Q₂ − Q₁)."""
     free1 = np.array([-m.stiffness1, -m.damping1, 0, 0])
     free2 = np.array([-m.stiffness2, -m.damping2, -m.stiffness2, -m.damping2])
@@ -79,7 +79,7 @@ def pack_squeeze(m: kernel.Scheme, flights: tuple, mu: float, phasors: np.ndarra
     steady = np.array([p * x1, q * x1, p * (x2 - x1), q * (x2 - x1)])
     n = len(phasors)
     gaps = ((x2 - x1) * phasors).real[np.arange(n + leaps.BLOCK + 1) % n]
-    return leaps.Squeeze(steady, np.ascontiguousarray(rows.T), moves, gaps, np.zeros(leaps.BLOCK))
+    return object(steady, np.ascontiguousarray(rows.T), moves, gaps, np.zeros(leaps.BLOCK))
 
 
 def pack_leaps(m: kernel.Scheme, system: System, eta: float, n: int) -> tuple:

@@ -63,4 +63,6 @@ numba.config.CACHE_DIR = str(_kernel_folder())
 
 # No fast-math: it deletes the checks for NaN and reorders the sums that decide an event.
 # error_model="numpy" lets a division by zero give inf, as the kernels expect, without a branch at each division.
-jit = functools.partial(numba.njit, cache=True, nogil=True, error_model="numpy")
+jit = functools.partial(numba.njit, cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+inlined = functools.partial(jit, forceinline=True, _nrt=False)
+bare = functools.partial(jit, _nrt=False)

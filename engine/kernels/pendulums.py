@@ -1,86 +1,44 @@
-"""Closed-form motion of the two pendulums, separated and joined (MODEL.md, "Motion"; paper, section 2).
+"""Equations of motion of the two pendulums: separated, joined, and pressed together (MODEL.md, "Motion").
 
-Each oscillator ξ″ + 2δξ′ + k²ξ = η² cos ητ has the solution ξ(τ) = Re[A e^{iητ}] + Re[c e^{λ(τ − τ₀)}] with the
-steady amplitude A = η²/(k² − η² + 2iδη), the pole λ = −δ + i√(k² − δ²), and c set by the state at τ₀.
+With k₁ = 1, k₂ = κ², c₁ = 2d₁, c₂ = 2d₂κ the gap of separated pendulums obeys, the excitation being common to both,
+
+    g″ = −(k₂ − k₁) ξ₁ − (c₂ − c₁) ξ₁′ − k₂ g − c₂ g′.
+
+A contact force λ takes λ from ξ₁″ and adds (1 + 1/μ) λ to g″.
 """
 
-from typing import NamedTuple
+import numpy as np
 
 from .jit import jit
-from .modes import Modes, cexp
-
-
-class Pendulums(NamedTuple):
-    """System and excitation as the kernels want them; 1 and 2: separate pendulums, 3: joined."""
-
-    period: float  # T = 2π/η
-    forcing_pole: complex  # iη
-    pole1: complex
-    pole2: complex
-    pole3: complex
-    steady1: complex
-    steady2: complex
-    steady3: complex
-    mass_share: float  # μ/(1 + μ)
-    force_position: float  # λ = force_position ξ + force_velocity ξ′ in permanent contact
-    force_velocity: float
-    restitution: float
-    threshold: float
 
 
 @jit
-def free_amplitude(x, v, steady, pole, forcing_pole):
-    """c of Re[c e^{λs}], the free part of a motion that starts at (x, v); ``steady`` is A e^{iητ₀}."""
-    a = x - steady.real
-    b = v - (forcing_pole * steady).real
-    return complex(a, -(b - pole.real * a) / pole.imag)
+def separated(eta, kappa, d1, d2):
+    """Generator (4, 6) of ξ₁, ξ₁′, g, g′ (see :mod:`.phase`) without contact."""
+    k2, c1, c2 = kappa * kappa, 2.0 * d1, 2.0 * d2 * kappa
+    a = np.zeros((4, 6))
+    a[0, 1] = a[2, 3] = 1.0
+    a[1, 0], a[1, 1], a[1, 4] = -1.0, -c1, eta * eta
+    a[3, 0], a[3, 1], a[3, 2], a[3, 3] = -(k2 - 1.0), -(c2 - c1), -k2, -c2
+    return a
 
 
 @jit
-def flight(p, tau, x1, v1, gap, rate):
-    """Modes of ξ₁ and ξ₂ while separated, from ξ₁, ξ₁′, g and g′ at τ."""
-    x2, v2 = x1 + gap, v1 + rate
-    turn = cexp(p.forcing_pole, tau)
-    steady1, steady2 = p.steady1 * turn, p.steady2 * turn
-    c1 = free_amplitude(x1, v1, steady1, p.pole1, p.forcing_pole)
-    c2 = free_amplitude(x2, v2, steady2, p.pole2, p.forcing_pole)
-    zero = complex(0.0, 0.0)
-    first = Modes(c1, zero, steady1, p.pole1, p.pole2, p.forcing_pole)
-    second = Modes(zero, c2, steady2, p.pole1, p.pole2, p.forcing_pole)
-    return first, second
+def joined(eta, kappa3, d3):
+    """Generator of the common motion in permanent contact; the gap stays as it is."""
+    a = np.zeros((4, 6))
+    a[0, 1] = 1.0
+    a[1, 0], a[1, 1], a[1, 4] = -kappa3 * kappa3, -2.0 * d3 * kappa3, eta * eta
+    return a
 
 
 @jit
-def difference(first, second):
-    """Modes of g = ξ₂ − ξ₁."""
-    return Modes(
-        second.c1 - first.c1,
-        second.c2 - first.c2,
-        second.c3 - first.c3,
-        first.pole1,
-        first.pole2,
-        first.pole3,
-    )
-
-
-@jit
-def joined(p, tau, x, v):
-    """Modes of the common displacement in permanent contact, from the state at τ."""
-    steady = p.steady3 * cexp(p.forcing_pole, tau)
-    c = free_amplitude(x, v, steady, p.pole3, p.forcing_pole)
-    zero = complex(0.0, 0.0)
-    return Modes(c, zero, steady, p.pole3, p.pole3, p.forcing_pole)
-
-
-@jit
-def contact_force(p, common):
-    """Modes of λ = μ/(1+μ) [(κ² − 1) ξ + 2 (d₂κ − d₁) ξ′] in permanent contact (MODEL.md)."""
-    a, b = p.force_position, p.force_velocity
-    return Modes(
-        (a + b * common.pole1) * common.c1,
-        (a + b * common.pole2) * common.c2,
-        (a + b * common.pole3) * common.c3,
-        common.pole1,
-        common.pole2,
-        common.pole3,
-    )
+def pressed(eta, kappa, d1, d2, mu, stiffness, damping):
+    """Generator in penalty contact, λ = −K g − 2D g′."""
+    a = separated(eta, kappa, d1, d2)
+    k, d = stiffness, 2.0 * damping
+    a[1, 2] += k
+    a[1, 3] += d
+    a[3, 2] -= (1.0 + 1.0 / mu) * k
+    a[3, 3] -= (1.0 + 1.0 / mu) * d
+    return a

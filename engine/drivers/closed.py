@@ -1,0 +1,122 @@
+"""Driver of the solvers in closed form: the reference and the exact penalty solution."""
+
+import math
+
+import numpy as np
+
+from ..kernels import march as kernel
+from ..kernels import pendulums
+from ..kernels.anchor import TOUCHING, Anchor, Contact, Touch
+from ..kernels.phase import REACH, make_scratch, tabulate
+from ..kernels.record import Record as Buffers
+from ..methods import ExactPenalty, Reference
+from ..model import System
+from ..result import Checkpoint, Cost, Record, Status
+from .base import Driver
+
+PERIODS_PER_CALL = 2000
+COMPLETION = 1e-5  # the closed form of a chatter's rest leaves out the square of this
+GAP = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # what is watched in flight, as a row on the state
+
+
+def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contact:
+    """Phases and contact law as the kernels want them (derived in :mod:`engine.kernels.pendulums`)."""
+    c = system
+    rigid = isinstance(method, Reference)
+    if rigid:
+        share = c.mass_share
+        force = share * (c.kappa**2 - 1), share * 2 * (c.d2 * c.kappa - c.d1), 0.0, 0.0
+        generator = pendulums.joined(eta, c.kappa3, c.joint_damping(method.joint_damping))
+        watched, fastest = np.array([*force, 0.0, 0.0]), max(c.kappa3, eta)
+    else:
+        k, d = method.stiffness, method.damping
+        force = 0.0, 0.0, -k, -2 * d
+        generator = pendulums.pressed(eta, c.kappa, c.d1, c.d2, c.mass_ratio, k, d)
+        watched, fastest = -GAP, max(1.0, c.kappa, eta) + contact_pole(c, k, d)
+    flight = pendulums.separated(eta, c.kappa, c.d1, c.d2)
+    return Contact(
+        2 * math.pi / eta,
+        rigid,
+        tabulate(flight, eta, GAP, REACH / max(1.0, c.kappa, eta), False),
+        tabulate(generator, eta, watched, REACH / fastest, not rigid),
+        *force,
+        mass_share=c.mass_share,
+        restitution=c.restitution,
+        threshold=method.threshold if rigid else 0.0,
+        completion=COMPLETION,
+        scratch=make_scratch(),
+    )
+
+
+def contact_pole(system: System, stiffness: float, damping: float) -> float:
+    """Largest |λ| of the relative motion on the contact spring, λ² + 2D(1 + 1/μ)λ + K(1 + 1/μ) = 0."""
+    share = 1 / system.mass_share
+    half, square = damping * share, stiffness * share
+    return half + math.sqrt(half * half - square) if half * half > square else math.sqrt(square)
+
+
+class ClosedDriver(Driver):
+    """One run in closed form, from event to event."""
+
+    def __init__(
+        self,
+        system: System,
+        eta: float,
+        method: Reference | ExactPenalty,
+        start: Checkpoint,
+        keep: int,
+        kept_from: int,
+        record: Record | None,
+    ):
+        phases = record.phases(record.steps or record.per_period) if record else np.zeros(1)
+        self.run = system, eta, method
+        super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
+        self._packed = pack(system, eta, method)
+        self._events = self._evaluations = 0
+        self._window = (float(kept_from), float(self.sampled_from))
+        self._anchor = _anchor(self._packed, start)
+        if not getattr(kernel.march, "signatures", True):  # compile, or load, outside the measured seconds
+            self._march(start.periods - 1, self._nothing)
+
+    def periods_per_call(self) -> int:
+        return PERIODS_PER_CALL
+
+    def march(self, stop: int, record: Buffers) -> tuple[Status, bool]:
+        self._anchor, code, events, evaluations = self._march(stop, record)
+        self._events += events
+        self._evaluations += evaluations
+        return Status.PILED_UP if code == kernel.PILED_UP else Status.OK, code == kernel.FULL
+
+    def _march(self, stop: int, record: Buffers) -> tuple[Anchor, int, int, int]:
+        return kernel.march(self._packed, self._anchor, float(stop), self._window, record)
+
+    def explain(self, status: Status) -> str:
+        period = int(self._anchor.period) + 1
+        change = "take a larger threshold or a smaller restitution" if self._packed.rigid else "take a smaller K"
+        return f"over {kernel.MOST_EVENTS} impacts and contacts in period {period}: the chatter does not end; {change}"
+
+    def close_open_contact(self, record: Buffers) -> None:
+        if self._anchor.mode == TOUCHING and self.periods > self.kept_from:
+            kernel.note_open(self._packed, self._anchor, float(self.periods), self._window, record)
+
+    def section_rows_done(self) -> int:
+        return max(0, self.periods - self.kept_from)
+
+    def cost(self) -> Cost:
+        return Cost(self.seconds, events=self._events, evaluations=self._evaluations)
+
+    def checkpoint(self) -> Checkpoint:
+        *numbers, touch = self._anchor
+        return Checkpoint(*self.run, self.periods, (*numbers, *touch))
+
+
+def _anchor(packed: Contact, start: Checkpoint) -> Anchor:
+    numbers = len(Anchor._fields) - 1
+    if len(start.state) == numbers + len(Touch._fields):
+        return Anchor(*start.state[:numbers], Touch(*start.state[numbers:]))
+    x1, v1, x2, v2 = start.state
+    if packed.rigid and x2 < x1:
+        raise ValueError(
+            f"initial gap ξ₂ − ξ₁ = {x2 - x1:g} is negative: the reference knows no penetration, start with ξ₂ ≥ ξ₁"
+        )
+    return kernel.prepare(packed, x1, v1, x2 - x1, v2 - v1)
