@@ -1,9 +1,10 @@
 """``vibroscope bench``: what each solver costs and how wrong it is, beside a plain loop and heyoka.
 
-All contenders of a scene take turns, in one process, and the median of many turns counts: a machine that is slower for
-a while is slower for all. What is timed is the solving of 200 periods from rest. What comes once per solver is not:
-for the engine its tables, for heyoka the compilation, some hundred times as long. Errors are the largest of the four
-state components after 10 periods, against 60-digit solutions (``tests/data``); without these files they are null.
+All contenders of a scene take turns, in one process, and medians over many turns count; a ratio is the median of the
+turns' own ratios. So a machine that is slower for a while is slower for all. What is timed is the solving of 200
+periods from rest. What comes once per solver is not: for the engine its tables, for heyoka the compilation, some
+hundred times as long. Errors are the largest of the four state components after 10 periods, against 60-digit solutions
+(``tests/data``); without these files they are null.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import json
 import math
 import os
 import platform
-import statistics
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -64,16 +64,19 @@ def of_peer(name: str, run: peers.Run) -> Contender:
     return Contender(name, solve)
 
 
-def interleaved(contenders: Iterable[Contender], periods: int = PERIODS, rounds: int = ROUNDS) -> dict[str, float]:
-    """Microseconds per period of each contender: medians over rounds in which all take turns."""
+def interleaved(contenders: Iterable[Contender], periods: int = PERIODS, rounds: int = ROUNDS) -> dict[str, np.ndarray]:
+    """Microseconds per period of each contender in each of the rounds, in which all take turns; each (rounds,)."""
     contenders = list(contenders)
-    seconds: dict[str, list[float]] = {contender.name: [] for contender in contenders}
-    for turn in range(-1, rounds):
-        for contender in contenders:
-            spent = contender.solve(periods)[0]
-            if turn >= 0:  # the first turn compiles and fills the caches
-                seconds[contender.name].append(spent)
-    return {name: statistics.median(values) / periods * 1e6 for name, values in seconds.items()}
+    for contender in contenders:  # compiles, and fills the caches
+        contender.solve(periods)
+    turns = [[contender.solve(periods)[0] for contender in contenders] for _ in range(rounds)]
+    seconds = dict(zip((contender.name for contender in contenders), np.array(turns).T, strict=True))
+    return {name: spent / periods * 1e6 for name, spent in seconds.items()}
+
+
+def ratio(turns: dict[str, np.ndarray], theirs: str, ours: str) -> float | None:
+    """How many times as long theirs takes: the median of the rounds' own ratios; None if it did not run."""
+    return float(np.median(turns[theirs] / turns[ours])) if theirs in turns else None
 
 
 @cache
@@ -118,25 +121,26 @@ def contenders(eta: float, stiffness: float, damping: float) -> tuple[list[Conte
     """Who solves the reference problem, and who the penalty problem, of one scene."""
     reference = [of_engine("reference", eta, REFERENCE)]
     penalty = [of_engine("exact", eta, ExactPenalty(stiffness, damping))]
-    for n in STEPS:
-        penalty += [
-            of_peer(f"plain {n}", peers.plain_loop(SYSTEM, eta, stiffness, damping, n)),
-            of_engine(f"every step {n}", eta, Newmark(stiffness, damping, n, every_step=True)),
-            of_engine(f"fast {n}", eta, Newmark(stiffness, damping, n)),
-            of_engine(f"located {n}", eta, Newmark(stiffness, damping, n, located=True)),
-        ]
-    if peers.heyoka_version():
+    if peers.heyoka_version():  # next to what it is compared with, as the plain loop is
         d3 = SYSTEM.joint_damping(REFERENCE.joint_damping)
         run = peers.heyoka_reference(SYSTEM, eta, d3, REFERENCE.threshold)
         reference.append(of_peer("heyoka", run))
         penalty.append(of_peer("heyoka penalty", peers.heyoka_penalty(SYSTEM, eta, stiffness, damping)))
+    for n in STEPS:
+        penalty += [
+            of_engine(f"every step {n}", eta, Newmark(stiffness, damping, n, every_step=True)),
+            of_peer(f"plain {n}", peers.plain_loop(SYSTEM, eta, stiffness, damping, n)),
+            of_engine(f"fast {n}", eta, Newmark(stiffness, damping, n)),
+            of_engine(f"located {n}", eta, Newmark(stiffness, damping, n, located=True)),
+        ]
     return reference, penalty
 
 
 def measure(eta: float, stiffness: float, damping: float, rounds: int = ROUNDS) -> dict:
     """All figures of one scene, by the names that ``--json`` prints."""
     reference, penalty = contenders(eta, stiffness, damping)
-    cost = interleaved([*reference, *penalty], rounds=rounds)
+    turns = interleaved([*reference, *penalty], rounds=rounds)
+    cost = {name: float(np.median(spent)) for name, spent in turns.items()}
     rights = truth(eta, REFERENCE), truth(eta, ExactPenalty(stiffness, damping))
     wrong = {c.name: error(c, right) for group, right in zip((reference, penalty), rights, strict=True) for c in group}
 
@@ -144,7 +148,7 @@ def measure(eta: float, stiffness: float, damping: float, rounds: int = ROUNDS) 
         return {str(n): values[f"{name} {n}"] for n in STEPS}
 
     def per_step(name):
-        return statistics.mean(cost[f"{name} {n}"] / n * 1e3 for n in STEPS)
+        return sum(cost[f"{name} {n}"] / n * 1e3 for n in STEPS) / len(STEPS)
 
     return {
         "eta": eta,
@@ -156,11 +160,11 @@ def measure(eta: float, stiffness: float, damping: float, rounds: int = ROUNDS) 
         "newmark_every_step_ns_per_step": per_step("every step"),
         "newmark_fast_us_per_period": by_steps(cost, "fast"),
         "newmark_located_us_per_period": by_steps(cost, "located"),
-        "newmark_plain_over_fast": {str(n): cost[f"plain {n}"] / cost[f"fast {n}"] for n in STEPS},
+        "newmark_plain_over_fast": {str(n): ratio(turns, f"plain {n}", f"fast {n}") for n in STEPS},
         "heyoka_us_per_period": cost.get("heyoka"),
-        "heyoka_over_reference": _ratio(cost.get("heyoka"), cost["reference"]),
+        "heyoka_over_reference": ratio(turns, "heyoka", "reference"),
         "heyoka_penalty_us_per_period": cost.get("heyoka penalty"),
-        "heyoka_over_exact": _ratio(cost.get("heyoka penalty"), cost["exact"]),
+        "heyoka_over_exact": ratio(turns, "heyoka penalty", "exact"),
         "errors": {
             "reference": wrong["reference"],
             "exact": wrong["exact"],
@@ -172,10 +176,6 @@ def measure(eta: float, stiffness: float, damping: float, rounds: int = ROUNDS) 
         },
         "notes": _notes(rights),
     }
-
-
-def _ratio(theirs: float | None, ours: float) -> float | None:
-    return None if theirs is None else theirs / ours
 
 
 def _notes(rights: tuple) -> list[str]:

@@ -1,105 +1,109 @@
-"""The same problems as others solve them: a plain Numba loop, and SciPy's solve_ivp with events."""
+"""The same problems as SciPy solves them: solve_ivp with events, restarted at each, with Jacobians for who takes them.
+
+Siconos, the field's platform for non-smooth mechanics, is not among the peers: it has no wheel, and its Debian package
+(python3-siconos) serves the system's own Python alone, so it cannot run in one process with the others.
+"""
 
 import math
 
-import numba
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from app.peers import plain_newmark  # noqa: F401 - a peer too
 
-@numba.njit(error_model="numpy")
-def plain_newmark(h, cosines, periods, eta, d1, d2, kappa, mu, stiffness, damper):
-    """Newmark as one writes it down: displacement, velocity, acceleration, a 2 × 2 system in each step of contact."""
-    n = cosines.shape[0] - 1
-    x1 = v1 = x2 = v2 = 0.0
-    a1 = a2 = eta * eta
-    c1, c2, k2 = 2.0 * d1, 2.0 * d2 * kappa, kappa * kappa
-    m1 = 1.0 + c1 * h / 2.0 + h * h / 4.0
-    m2 = 1.0 + c2 * h / 2.0 + k2 * h * h / 4.0
-    s = stiffness * h * h / 4.0 + damper * h
-    for _ in range(periods):
-        for k in range(1, n + 1):
-            contact = x2 - x1 <= 0.0
-            p1, q1 = x1 + h * v1 + h * h / 4.0 * a1, v1 + h / 2.0 * a1
-            p2, q2 = x2 + h * v2 + h * h / 4.0 * a2, v2 + h / 2.0 * a2
-            load = eta * eta * cosines[k]
-            r1, r2 = load - c1 * q1 - p1, load - c2 * q2 - k2 * p2
-            if contact:
-                force = stiffness * (p1 - p2) + 2.0 * damper * (q1 - q2)
-                r1, r2 = r1 - force, r2 + force / mu
-                determinant = (m1 + s) * (m2 + s / mu) - s * s / mu
-                a1, a2 = ((m2 + s / mu) * r1 + s * r2) / determinant, ((m1 + s) * r2 + s / mu * r1) / determinant
-            else:
-                a1, a2 = r1 / m1, r2 / m2
-            x1, v1 = p1 + h * h / 4.0 * a1, q1 + h / 2.0 * a1
-            x2, v2 = p2 + h * h / 4.0 * a2, q2 + h / 2.0 * a2
-    return x1, v1, x2, v2
+CARE = 0.1  # largest step, so that no two crossings of the surface lie in one; tried with and without
+MOST_PHASES = 100  # per period; who needs more finds one event for ever
+NOTHING = np.full(4, math.nan)
 
 
-def solve(rates, function, direction, begin, end, state, rtol):
-    """One phase by DOP853, up to the zero of ``function(t, y)`` that it reaches in ``direction``.
+class Solver:
+    """``solve_ivp`` with its settings."""
 
-    A phase starts where its function is zero within rounding, on either side: there its sign is taken as it must be,
-    or the event fires again at once. With no largest step a chatter loses impacts.
-    """
+    def __init__(self, method, rtol, care):
+        self.options = {"method": method, "rtol": rtol, "atol": rtol * 1e-3, "max_step": CARE if care else math.inf}
+        self.implicit = method in ("Radau", "BDF", "LSODA")
 
-    def event(t, y):
-        return function(t, y) if t > begin + 1e-9 else -direction
+    def phase(self, matrix, load, eta, event, direction, begin, end, state):
+        """y′ = matrix·y + load·cos ητ up to the zero of ``event·y`` that it reaches in ``direction``.
 
-    event.terminal, event.direction = True, direction
-    run = solve_ivp(rates, (begin, end), state, "DOP853", events=event, rtol=rtol, atol=rtol * 1e-3, max_step=0.1)
-    return run.t[-1], run.y[:, -1], run.status == 1
+        A phase starts where its event is zero within rounding, on either side: there its sign is taken as it must be,
+        or the event fires again at once.
+        """
+        rows, dimension = np.column_stack([matrix, load]).tolist(), len(load)
+        weights = event.tolist()
+        if dimension == 4:
+
+            def rates(t, y):
+                a, b, c, d = y.tolist()
+                f = math.cos(eta * t)
+                return [r[0] * a + r[1] * b + r[2] * c + r[3] * d + r[4] * f for r in rows]
+        else:
+
+            def rates(t, y):
+                a, b = y.tolist()
+                f = math.cos(eta * t)
+                return [r[0] * a + r[1] * b + r[2] * f for r in rows]
+
+        def fires(t, y):
+            if t <= begin + 1e-9:
+                return -direction
+            return sum(weight * value for weight, value in zip(weights, y.tolist(), strict=True))
+
+        fires.terminal, fires.direction = True, direction
+        jacobian = {"jac": lambda t, y: matrix} if self.implicit else {}
+        run = solve_ivp(rates, (begin, end), state, events=fires, **jacobian, **self.options)
+        if run.status < 0:
+            raise ArithmeticError(run.message)
+        return run.t[-1], run.y[:, -1], run.status == 1
 
 
-def scipy_reference(system, eta, d3, threshold, periods, rtol=1e-9):
-    """The reference, phase by phase."""
-    mu, kappa, end = system.mass_ratio, system.kappa, periods * 2 * math.pi / eta
-    share = mu / (1 + mu)
+def motions(system, stiffness=0.0, damper=0.0):
+    """Matrix and load of y = (ξ₁, ξ₁′, ξ₂, ξ₂′) with a spring and a damper between the pendulums; load per η²."""
+    mu, kappa = system.mass_ratio, system.kappa
+    spring, dashpot = np.array([1.0, 0.0, -1.0, 0.0]) * stiffness, np.array([0.0, 1.0, 0.0, -1.0]) * 2 * damper
+    force = spring + dashpot
+    first = np.array([-1.0, -2 * system.d1, 0.0, 0.0]) - force
+    second = np.array([0.0, 0.0, -(kappa**2), -2 * system.d2 * kappa]) + force / mu
+    return np.array([[0.0, 1, 0, 0], first, [0.0, 0, 0, 1], second]), np.array([0.0, 1, 0, 1])
 
-    def apart(t, y):
-        load = eta**2 * math.cos(eta * t)
-        return [y[1], load - 2 * system.d1 * y[1] - y[0], y[3], load - 2 * system.d2 * kappa * y[3] - kappa**2 * y[2]]
 
-    def joined(t, y):
-        return [y[1], eta**2 * math.cos(eta * t) - 2 * d3 * system.kappa3 * y[1] - system.kappa3**2 * y[0]]
+GAP = np.array([-1.0, 0.0, 1.0, 0.0])
 
-    def gap(t, y):
-        return y[2] - y[0]
 
-    def force(t, y):
-        return share * ((kappa**2 - 1) * y[0] + 2 * (system.d2 * kappa - system.d1) * y[1])
-
-    t, state, together, ended = 0.0, np.zeros(4), True, True
-    while ended:
+def scipy_reference(system, eta, d3, threshold, periods, rtol=1e-9, method="DOP853", care=True):
+    """The reference, phase by phase: the state at the end, nan where it is not reached."""
+    solver, end, share = Solver(method, rtol, care), periods * 2 * math.pi / eta, system.mass_share
+    apart, load = motions(system)
+    joined = np.array([[0.0, 1.0], [-(system.kappa3**2), -2 * d3 * system.kappa3]])
+    force = share * np.array([system.kappa**2 - 1, 2 * (system.d2 * system.kappa - system.d1)])
+    t, state, together = 0.0, np.zeros(4), True
+    for _ in range(MOST_PHASES * periods):
         if together:
-            t, pair, ended = solve(joined, force, -1, t, end, state[:2], rtol)
+            t, pair, ended = solver.phase(joined, load[:2] * eta**2, eta, force, -1, t, end, state[:2])
             state, together = np.tile(pair, 2), False
-            continue
-        t, state, ended = solve(apart, gap, -1, t, end, state, rtol)
-        if ended:
-            closing, common = state[1] - state[3], state[1] + share * (state[3] - state[1])
-            parting = system.restitution * closing
-            together = parting <= threshold and force(t, [state[0], common]) > 0
-            parting = 0.0 if together else parting
-            state = np.array([state[0], common - share * parting, state[0], common + parting / (1 + mu)])
-    return state
+        else:
+            t, state, ended = solver.phase(apart, load * eta**2, eta, GAP, -1, t, end, state)
+            if ended:
+                closing, common = state[1] - state[3], state[1] + share * (state[3] - state[1])
+                parting = system.restitution * closing
+                together = parting <= threshold and force @ [state[0], common] > 0
+                parting = 0.0 if together else parting
+                state = np.array([state[0], common - share * parting, state[0], common + (1 - share) * parting])
+        if not ended:
+            return state
+    return NOTHING
 
 
-def scipy_penalty(system, eta, stiffness, damper, periods, rtol=1e-9):
-    """The penalty model, restarted at each contact change."""
-    mu, kappa, end = system.mass_ratio, system.kappa, periods * 2 * math.pi / eta
-
-    def motion(contact):
-        def rates(t, y):
-            load = eta**2 * math.cos(eta * t)
-            force = stiffness * (y[0] - y[2]) + 2 * damper * (y[1] - y[3]) if contact else 0.0
-            first = load - 2 * system.d1 * y[1] - y[0] - force
-            return [y[1], first, y[3], load - 2 * system.d2 * kappa * y[3] - kappa**2 * y[2] + force / mu]
-
-        return rates
-
-    t, state, contact, ended = 0.0, np.zeros(4), True, True
-    while ended:
-        t, state, ended = solve(motion(contact), lambda t, y: y[2] - y[0], 1 if contact else -1, t, end, state, rtol)
+def scipy_penalty(system, eta, stiffness, damper, periods, rtol=1e-9, method="DOP853", care=True):
+    """The penalty model, restarted at each contact change: the state at the end, nan where it is not reached."""
+    solver, end = Solver(method, rtol, care), periods * 2 * math.pi / eta
+    phases = {False: (motions(system)[0], -1), True: (motions(system, stiffness, damper)[0], 1)}
+    load = motions(system)[1] * eta**2
+    t, state, contact = 0.0, np.zeros(4), True
+    for _ in range(MOST_PHASES * periods):
+        matrix, direction = phases[contact]
+        t, state, ended = solver.phase(matrix, load, eta, GAP, direction, t, end, state)
         contact = not contact
-    return state
+        if not ended:
+            return state
+    return NOTHING
