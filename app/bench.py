@@ -1,10 +1,11 @@
 """``vibroscope bench``: what each solver costs and how wrong it is, beside a plain loop and heyoka.
 
 All contenders of a scene take turns, in one process, and medians over many turns count; a ratio is the median of the
-turns' own ratios. So a machine that is slower for a while is slower for all. What is timed is the solving of 200
-periods from rest. What comes once per solver is not: for the engine its tables, for heyoka the compilation, some
-hundred times as long. Errors are the largest of the four state components after 10 periods, against 60-digit solutions
-(``tests/data``); without these files they are null.
+turns' own ratios. So a machine that is slower for a while is slower for all. A turn begins with a short run that is not
+timed: it brings code and tables back into the caches. What is timed is the solving of 200 periods from rest, without
+what comes once per solver: for the engine its tables, for heyoka the compilation, some hundred times as long.
+Errors are the largest of the four state components after 10 periods, against 60-digit solutions (``tests/data``);
+without these files they are null.
 """
 
 from __future__ import annotations
@@ -23,8 +24,7 @@ import numpy as np
 
 from app import peers
 from app.scenes import scenes
-from engine import Newmark, Reference, System, simulate
-from engine.methods import ExactPenalty, Method
+from engine import ExactPenalty, Newmark, Reference, System, simulate
 
 PERIODS = 200
 CHECKED = 10  # periods after which a state is compared with the truth
@@ -43,7 +43,7 @@ class Contender:
     solve: Callable[[int], tuple[float, np.ndarray]]
 
 
-def of_engine(name: str, eta: float, method: Method) -> Contender:
+def of_engine(name: str, eta: float, method: Reference | ExactPenalty | Newmark) -> Contender:
     """A solver of the engine; its seconds are those in compiled code."""
 
     def solve(periods):
@@ -64,14 +64,21 @@ def of_peer(name: str, run: peers.Run) -> Contender:
     return Contender(name, solve)
 
 
-def interleaved(contenders: Iterable[Contender], periods: int = PERIODS, rounds: int = ROUNDS) -> dict[str, np.ndarray]:
+def interleaved(contenders: Iterable[Contender], periods: int, rounds: int) -> dict[str, np.ndarray]:
     """Microseconds per period of each contender in each of the rounds, in which all take turns; each (rounds,)."""
     contenders = list(contenders)
-    for contender in contenders:  # compiles, and fills the caches
-        contender.solve(periods)
-    turns = [[contender.solve(periods)[0] for contender in contenders] for _ in range(rounds)]
+    for contender in contenders:  # compiles
+        contender.solve(CHECKED)
+    turns = [[timed(contender, periods) for contender in contenders] for _ in range(rounds)]
     seconds = dict(zip((contender.name for contender in contenders), np.array(turns).T, strict=True))
     return {name: spent / periods * 1e6 for name, spent in seconds.items()}
+
+
+def timed(contender: Contender, periods: int) -> float:
+    """Seconds of one run, its code and tables fresh in the caches."""
+    if periods > CHECKED:
+        contender.solve(CHECKED)
+    return contender.solve(periods)[0]
 
 
 def ratio(turns: dict[str, np.ndarray], theirs: str, ours: str) -> float | None:
@@ -80,14 +87,14 @@ def ratio(turns: dict[str, np.ndarray], theirs: str, ours: str) -> float | None:
 
 
 @cache
-def _solutions() -> tuple[dict, ...]:
+def solutions() -> tuple[dict, ...]:
     """The 60-digit solutions that start from rest, in one form: η, method, the state after ``CHECKED`` periods."""
     found = []
     path = TRUTH / "truth.json"
     for key, case in json.loads(path.read_text())["cases"].items() if path.exists() else ():
         law, eta, numbers = key.split("|")
         if law == "ref":
-            method: Method = Reference({"published": "table"}.get(numbers, numbers))
+            method = Reference({"published": "table"}.get(numbers, numbers))
         else:
             method = ExactPenalty(*map(float, numbers.split(",")))
         found.append({"eta": float(eta), "method": method, "state": case["states"].get(str(CHECKED))})
@@ -103,7 +110,7 @@ def _solutions() -> tuple[dict, ...]:
 
 def truth(eta: float, method: Reference | ExactPenalty) -> np.ndarray | None:
     """The state after ``CHECKED`` periods from rest, (4,), from a 60-digit solution; None where there is none."""
-    for case in _solutions():
+    for case in solutions():
         if case["eta"] == eta and case["method"] == method and case["state"] is not None:
             return np.array([float(x) for x in case["state"]])
     return None
@@ -136,10 +143,10 @@ def contenders(eta: float, stiffness: float, damping: float) -> tuple[list[Conte
     return reference, penalty
 
 
-def measure(eta: float, stiffness: float, damping: float, rounds: int = ROUNDS) -> dict:
+def measure(eta: float, stiffness: float, damping: float, periods: int, rounds: int) -> dict:
     """All figures of one scene, by the names that ``--json`` prints."""
     reference, penalty = contenders(eta, stiffness, damping)
-    turns = interleaved([*reference, *penalty], rounds=rounds)
+    turns = interleaved([*reference, *penalty], periods, rounds)
     cost = {name: float(np.median(spent)) for name, spent in turns.items()}
     rights = truth(eta, REFERENCE), truth(eta, ExactPenalty(stiffness, damping))
     wrong = {c.name: error(c, right) for group, right in zip((reference, penalty), rights, strict=True) for c in group}
@@ -181,23 +188,25 @@ def measure(eta: float, stiffness: float, damping: float, rounds: int = ROUNDS) 
 def _notes(rights: tuple) -> list[str]:
     """Why a figure is null."""
     problems = [name for name, right in zip(("reference", "penalty"), rights, strict=True) if right is None]
-    why = "the files of tests/data are not here" if not _solutions() else "tests/data has no such solution"
+    why = "the files of tests/data are not here" if not solutions() else "tests/data has no such solution"
     notes = [f"errors of the {name} problem are null: {why}" for name in problems]
     if not peers.heyoka_version():
         notes.append("heyoka is not installed: pip install heyoka")
     return notes
 
 
-def report(rounds: int = ROUNDS) -> dict:
+def report() -> dict:
     """The whole report: the machine, the setting, and the four scenes [A] to [D]."""
-    keys = [key for key, scene in scenes().items() if scene.group == "motion"]
+    chosen = {key: scene for key, scene in scenes().items() if scene.group == "motion"}
     return {
         "machine": {"processor": processor(), "cores": os.cpu_count(), "python": platform.python_version()},
         "heyoka": peers.heyoka_version(),
         "periods": PERIODS,
-        "rounds": rounds,
+        "rounds": ROUNDS,
         "error_after_periods": CHECKED,
-        "scenes": {key: measure(scenes()[key].eta, scenes()[key].K, scenes()[key].D, rounds) for key in keys},
+        "scenes": {
+            key: measure(scene.eta, float(scene.K), float(scene.D), PERIODS, ROUNDS) for key, scene in chosen.items()
+        },
     }
 
 
