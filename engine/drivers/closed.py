@@ -13,6 +13,7 @@ from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
 from .base import Driver
+from .poles import free_pole, pressed_pole
 
 PERIODS_PER_CALL = 2000
 COMPLETION = 1e-5  # the closed form of a chatter's rest leaves out the square of this
@@ -32,12 +33,12 @@ def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contac
         k, d = method.stiffness, method.damping
         force = 0.0, 0.0, -k, -2 * d
         generator = pendulums.pressed(eta, c.kappa, c.d1, c.d2, c.mass_ratio, k, d)
-        watched, fastest = -GAP, max(1.0, c.kappa, eta) + contact_pole(c, k, d)
+        watched, fastest = -GAP, pressed_pole(c, eta, k, d)
     flight = pendulums.separated(eta, c.kappa, c.d1, c.d2)
     return Contact(
         2 * math.pi / eta,
         rigid,
-        tabulate(flight, eta, GAP, REACH / max(1.0, c.kappa, eta), False),
+        tabulate(flight, eta, GAP, REACH / free_pole(c, eta), False),
         tabulate(generator, eta, watched, REACH / fastest, not rigid),
         *force,
         mass_share=c.mass_share,
@@ -46,13 +47,6 @@ def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contac
         completion=COMPLETION,
         scratch=make_scratch(),
     )
-
-
-def contact_pole(system: System, stiffness: float, damping: float) -> float:
-    """Largest |λ| of the relative motion on the contact spring, λ² + 2D(1 + 1/μ)λ + K(1 + 1/μ) = 0."""
-    share = 1 / system.mass_share
-    half, square = damping * share, stiffness * share
-    return half + math.sqrt(half * half - square) if half * half > square else math.sqrt(square)
 
 
 class ClosedDriver(Driver):

@@ -1,21 +1,21 @@
 """Driver of Newmark's method."""
 
-import cmath
 import math
 
 import numpy as np
 
-leaps = None
+from ..kernels import leaps
 from ..kernels import newmark as kernel
-
+from ..kernels.phase import REACH, make_scratch
 from ..kernels.record import Record as Buffers
 from ..methods import Newmark
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
 from .base import Driver
+from .poles import free_pole, pressed_pole
 
 STEPS_PER_CALL = 5_000_000
-LEAPS_PAY_FROM = 10**18
+SHORTEST_STRIDE = 2  # steps from entry to entry of the tables of flight; with fewer, walking is as quick
 
 
 def pack(system: System, eta: float, method: Newmark) -> kernel.Scheme:
@@ -46,50 +46,6 @@ def pack(system: System, eta: float, method: Newmark) -> kernel.Scheme:
     )
 
 
-def pack_flight(k: float, d: float, eta: float, h: float) -> object:
-    """Discrete free motion of one pendulum (derived in :mod:`engine.kernels.leaps`)."""
-    pole = complex(-d * k, k * math.sqrt(1 - d * d))
-    tangent = 2j / h * math.tan(eta * h / 2)
-    discrete = 2 / h * cmath.atanh(pole * h / 2)
-    steady = eta**2 / (k * k + tangent * (tangent + 2 * d * k))
-    return object(pole, discrete, tangent, steady, 2 * d * k, k * k, eta**2)
-
-
-def pack_squeeze(m: kernel.Scheme, flights: tuple, mu: float, phasors: np.ndarray) -> object:
-    """Discrete motion in contact, on z = (p₁, Q₁, p₂ − p₁, Q₂ − Q₁)."""
-    free1 = np.array([-m.stiffness1, -m.damping1, 0, 0])
-    free2 = np.array([-m.stiffness2, -m.damping2, -m.stiffness2, -m.damping2])
-    force = np.array([0, 0, -m.contact_p, -m.contact_q]) + m.contact_a * (free1 - free2)
-    a1, apart = free1 - m.react1 * force, free2 - free1 + (m.react1 + m.react2) * force
-    one = np.eye(4)
-    c = np.array([a1 + one[1], a1, apart + one[3], apart])
-    row = apart / 4 + one[2]
-    moves = np.empty((leaps.BLOCK, 4, 4))
-    moves[0] = c
-    for k in range(1, leaps.BLOCK):
-        moves[k] = moves[k - 1] + c + c @ moves[k - 1]
-    rows = np.vstack([row, row + row @ moves[:-1]])
-    # steady displacements: the trapezoidal rule sees the excitation at η̂
-    w = flights[0].tangent
-    spring = m.stiffness + 2 * m.damper * w
-    one, two = (f.stiffness + w * (w + f.damping) for f in flights)
-    matrix = np.array([[one + spring, -spring], [-spring / mu, two + spring / mu]])
-    x1, x2 = np.linalg.solve(matrix, np.full(2, flights[0].load, dtype=complex))
-    p, q = 1 + m.h * w + (m.h * w) ** 2 / 4, m.h * w + (m.h * w) ** 2 / 2
-    steady = np.array([p * x1, q * x1, p * (x2 - x1), q * (x2 - x1)])
-    n = len(phasors)
-    gaps = ((x2 - x1) * phasors).real[np.arange(n + leaps.BLOCK + 1) % n]
-    return object(steady, np.ascontiguousarray(rows.T), moves, gaps, np.zeros(leaps.BLOCK))
-
-
-def pack_leaps(m: kernel.Scheme, system: System, eta: float, n: int) -> tuple:
-    """What :func:`engine.kernels.leaps.leap` takes between the scheme and the state."""
-    flights = tuple(pack_flight(k, d, eta, m.h) for k, d in ((1.0, system.d1), (system.kappa, system.d2)))
-    poles = (*(flight.discrete for flight in flights), complex(0.0, eta))
-    phasors = np.exp(2j * np.pi * np.arange(n) / n)
-    return *flights, make_ladder(poles, poles), pack_squeeze(m, flights, system.mass_ratio, phasors), phasors
-
-
 class NewmarkDriver(Driver):
     """One run of Newmark's method."""
 
@@ -109,8 +65,12 @@ class NewmarkDriver(Driver):
         super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
         self._method = method
         self._scheme = pack(system, eta, method)
-        self._cosines = np.cos(2 * np.pi * np.arange(n + 1) / n)
-        self._leaps = None if method.every_step or n < LEAPS_PAY_FROM else pack_leaps(self._scheme, system, eta, n)
+        self._leaps = self._cosines = None
+        if method.every_step or SHORTEST_STRIDE * free_pole(system, eta) * self._scheme.h > REACH:
+            self._cosines = np.cos(2 * np.pi * np.arange(n + 1) / n)
+        else:
+            poles = free_pole(system, eta), pressed_pole(system, eta, method.stiffness, method.damping)
+            self._leaps = leaps.make_leaps(self._scheme, eta, n, *poles, make_scratch())
         stride = record.stride(n) if record else n
         self._window = (kept_from * n, self.sampled_from * n, stride)
         self._state = _state(self._scheme, system, eta, method, start)
@@ -119,23 +79,25 @@ class NewmarkDriver(Driver):
 
     def _load(self) -> None:
         """Compile or load what this run calls, outside the measured seconds; a call up to step 0 does nothing."""
-        state = self._state.copy()
-        if not getattr(kernel.advance_recorded, "signatures", True):
-            kernel.advance_recorded(self._scheme, self._cosines, state, 0, self._window, self._nothing)
-        if self._leaps is None and not getattr(kernel.advance, "signatures", True):
-            kernel.advance(self._scheme, self._cosines, state, 0)
-        if self._leaps is not None and not getattr(leaps.leap, "signatures", True):
-            leaps.leap(self._scheme, *self._leaps, state, 0)
+        if not getattr(self._kernel(True), "signatures", True) or not getattr(self._kernel(False), "signatures", True):
+            state, self._state = self._state, self._state.copy()
+            self.march(0, self._nothing)
+            self._state = state
+
+    def _kernel(self, kept: bool):
+        if self._leaps is not None:
+            return leaps.leap
+        return kernel.advance_recorded if kept else kernel.advance
 
     def periods_per_call(self) -> int:
         return max(1, STEPS_PER_CALL // self._method.steps)
 
     def march(self, stop: int, record: Buffers) -> tuple[Status, bool]:
         last = stop * self._method.steps
-        if record is not self._nothing:
+        if self._leaps is not None:
+            code = leaps.leap(self._leaps, self._scheme, self._state, last, self._window, record)
+        elif record is not self._nothing:
             code = kernel.advance_recorded(self._scheme, self._cosines, self._state, last, self._window, record)
-        elif self._leaps is not None:
-            code = leaps.leap(self._scheme, *self._leaps, self._state, last)
         else:
             code = kernel.advance(self._scheme, self._cosines, self._state, last)
         return (Status.DIVERGED if code == kernel.DIVERGED else Status.OK), code == kernel.FULL
@@ -148,23 +110,30 @@ class NewmarkDriver(Driver):
         )
 
     def close_open_contact(self, record: Buffers) -> None:
-        if self._state[kernel.CONTACT] > 0.0 and self._state[kernel.STEP] > self._window[0]:
-            now = kernel.motion_of(self._scheme, self._state)
-            kernel.close_contact(self._scheme, self._state, self._state[kernel.STEP], now, record)
+        last = self._steps_done()
+        if self._state[kernel.CONTACT] > 0.0 and last > self._window[0]:
+            if self._leaps is not None:
+                leaps.finish(self._leaps, self._scheme, self._state.copy(), last, record)
+            else:
+                kernel.close_contact(self._scheme, self._state, last, kernel.motion_of(self._scheme, self._state), record)
+
+    def _steps_done(self) -> int:
+        # leaps stop short of where a run is cut; a run that blew up stands where it did
+        return max(int(self._state[kernel.STEP]), self.periods * self._method.steps)
 
     def section_rows_done(self) -> int:
-        return max(0, (int(self._state[kernel.STEP]) - self._window[0]) // self._method.steps)
+        return max(0, (self._steps_done() - self._window[0]) // self._method.steps)
 
     def cost(self) -> Cost:
-        return Cost(self.seconds, steps=int(self._state[kernel.STEP]) - self._started)
+        return Cost(self.seconds, steps=self._steps_done() - self._started)
 
     def checkpoint(self) -> Checkpoint:
         return Checkpoint(*self.run, self.periods, tuple(self._state))
 
 
 def _state(scheme: kernel.Scheme, system: System, eta: float, method: Newmark, start: Checkpoint) -> np.ndarray:
-    state = np.zeros(kernel.SLOTS)
-    if len(start.state) == kernel.SLOTS:
+    state = np.zeros(leaps.SLOTS)
+    if len(start.state) == leaps.SLOTS:
         state[:] = start.state
         return state
     x1, v1, x2, v2 = start.state
@@ -177,5 +146,5 @@ def _state(scheme: kernel.Scheme, system: System, eta: float, method: Newmark, s
     state[kernel.A1], state[kernel.A2] = a1, a2
     state[kernel.Q1], state[kernel.Q2] = h * v1 + 0.5 * a1, h * v2 + 0.5 * a2
     state[kernel.P1], state[kernel.P2] = x1 + h * v1 + 0.25 * a1, x2 + h * v2 + 0.25 * a2
-    state[kernel.CONTACT] = float(contact)
+    state[kernel.CONTACT], state[leaps.GAP] = float(contact), x2 - x1
     return state

@@ -1,212 +1,286 @@
 """The discrete solution of :mod:`.newmark`, the same steps, without walking through each of them.
 
-**Flight.** With α = ½, β = ¼ Newmark is the trapezoidal rule, and its free solution is known: where the oscillator has
-the pole λ, displacements at the steps are samples of exp(λ̃ s) with
+**Flight.** The gap at the steps is read off a linear motion (:mod:`.steps`) whose first zero is found as that of the
+reference (:mod:`.root`): the steps before it can be skipped.
 
-    exp(λ̃ Δτ) = (1 + λΔτ/2) / (1 − λΔτ/2),    and iη̂ = (2i/Δτ) tan(ηΔτ/2) stands for iη in the steady amplitude.
-
-So the gap at the steps is a sum of exponentials read at multiples of Δτ, and its first zero is found as that of the
-reference (:mod:`.root`): the first step with contact is the first multiple of Δτ beyond it where the sum is not
-positive.
-
-**Contact.** The step is z → z + C z + load on z = (p₁, Q₁, p₂ − p₁, Q₂ − Q₁), with a steady part known in closed form.
-What is left of z moves by powers of 1 + C. The gaps of the next BLOCK steps are BLOCK independent products of known
-rows with one state, which the processor forms side by side; the state then moves as many steps at once by
-(1 + C)ᵐ − 1. (Increments, since 1 + C is so near to 1 that two digits would be lost.)
+**Contact.** The gaps of the next POINTS steps, which the processor forms side by side, tell how many can be skipped.
+Where a contact lasts, every s-th step is enough, as long as the gap stays further below zero than it could rise between.
 
 Both only say how many steps can be skipped; the step at which contact changes is taken as in the plain loop, and its
-gap decides. Where rounding decides, plain loop and leaps may differ.
+gap decides. Where rounding decides, plain loop and leaps may differ. Leaps do not depend on where a run is cut: one that
+reaches beyond its end is not taken, what is asked for within it is read off, and the next call begins with it.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from .jit import jit
-from .modes import Modes, at, bounds, cexp
-from .newmark import A1, A2, BEGIN, CLOSING, CONTACT, DIVERGED, DONE, LIMIT, P1, P2, Q1, Q2, STEP, step
-from .pendulums import free_amplitude
-from .root import first_root
+from .jit import bare, inlined, jit
+from .newmark import (
+    A1,
+    A2,
+    BEGIN,
+    CONTACT,
+    DIVERGED,
+    DONE,
+    FULL,
+    IMPULSE,
+    LIMIT,
+    P1,
+    P2,
+    Q1,
+    Q2,
+    STEP,
+    close_contact,
+    motion,
+    motion_of,
+    open_contact,
+    sample,
+    step,
+)
+from .newmark import SLOTS as NEWMARK_SLOTS
+from .phase import POINTS, POWERS, TERMS, Scratch, carried, circle, moved, polynomial_at
+from .record import no_room
+from .root import first_not_above, first_root
+from .steps import Flight, Squeeze, make_flight, make_squeezes
 
-BLOCK = 64
-
-
-class Flight(NamedTuple):
-    """The discrete free motion of one pendulum."""
-
-    pole: complex  # λ
-    discrete: complex  # λ̃
-    tangent: complex  # iη̂
-    steady: complex  # amplitude
-    damping: float  # 2δ
-    stiffness: float  # k²
-    load: float  # η²
-
-
-class Squeeze(NamedTuple):
-    """The discrete motion in contact."""
-
-    steady: np.ndarray  # (4,) complex amplitude of the steady z
-    rows: np.ndarray  # (4, BLOCK) the gap after 1 … BLOCK steps, from what is left of z
-    moves: np.ndarray  # (BLOCK, 4, 4) (1 + C)ᵐ − 1 for m = 1 … BLOCK
-    gaps: np.ndarray  # (n + BLOCK + 1,) the steady gap at the steps of a period, and on
-    scratch: np.ndarray  # (BLOCK,)
-
-
-@jit
-def release(f, h, p, q, turn):
-    """Free and steady amplitudes of a pendulum with predictors p, q (Q/Δτ) and excitation phase ``turn`` = e^{iητ}."""
-    a = (f.load * turn.real - f.damping * q - f.stiffness * (p - h * q)) / (
-        1.0 - 0.5 * f.damping * h + 0.25 * f.stiffness * h * h
-    )
-    steady = f.steady * turn
-    return free_amplitude(p - h * q + 0.25 * h * h * a, q - 0.5 * h * a, steady, f.pole, f.tangent), steady
+GAP, CALM, SLOTS = NEWMARK_SLOTS, NEWMARK_SLOTS + 1, NEWMARK_SLOTS + 2  # the state's last slots: g, contact lasts
+TINY = -5e-324  # the first number below zero: a gap of zero is contact
+FAR = 1e-3 * LIMIT  # beyond it every step is looked at
 
 
-@jit
-def predictors(f, h, free, steady):
-    """p and Q where the free and the steady part are as given."""
-    forced = f.tangent * steady
-    v = f.pole * free
-    a = (f.pole * v + f.tangent * forced).real
-    x, v = free.real + steady.real, v.real + forced.real
-    return x + h * v + 0.25 * h * h * a, h * v + 0.5 * h * h * a
+class Leaps(NamedTuple):
+    """Everything that leaps need."""
+
+    steps: int  # n
+    flight: Flight
+    fine: Squeeze
+    coarse: Squeeze
+    pressed: np.ndarray  # (2, 6) Δτ² ξ″ at the end of the next step in contact
+    scratch: Scratch
 
 
 @jit
-def glide(first, second, ladder, h, z, turn, pole, most):
-    """Steps of a flight that can be skipped, at most ``most``, and the predictors after them."""
-    free1, steady1 = release(first, h, z[0], z[1] / h, turn)
-    free2, steady2 = release(second, h, z[2], z[3] / h, turn)
-    gap = Modes(-free1, free2, steady2 - steady1, first.discrete, second.discrete, pole)
-    if not at(gap, 0.0)[0] > 0.0 or bounds(gap)[0] > 0.1 * LIMIT:
-        return 0, z
-    skipped = 0
-    while True:
-        arrival = first_root(gap, ladder, False, 0, 0.0, (most - skipped + 1.0) * h)
-        if math.isnan(arrival.s):
-            return 0, z
-        if arrival.s == math.inf:
-            skipped = most
-            break
-        # the first step beyond the zero has a gap that is not positive, or else the dip ended before it
-        more = int(arrival.s / h)
-        skipped = min(skipped + more, most)
-        if skipped == most or at(gap, (more + 1.0) * h)[0] <= 0.0:
-            break
-        skipped += 1
-        ahead = (more + 1.0) * h
-        gap = Modes(
-            gap.c1 * cexp(gap.pole1, ahead), gap.c2 * cexp(gap.pole2, ahead), gap.c3 * cexp(pole, ahead), *gap[3:]
-        )
-    s = skipped * h
-    swing = cexp(pole, s)
-    p1, q1 = predictors(first, h, free1 * cexp(first.discrete, s), steady1 * swing)
-    p2, q2 = predictors(second, h, free2 * cexp(second.discrete, s), steady2 * swing)
-    return skipped, (p1, q1, p2, q2)
+def make_leaps(m, eta, n, free_pole, pressed_pole, scratch):
+    """Tables for one scheme; the poles are the largest |λ| without and with contact."""
+    fine, coarse, pressed = make_squeezes(m, eta, pressed_pole)
+    return Leaps(n, make_flight(m, eta, free_pole), fine, coarse, pressed, scratch)
 
 
-@jit
-def first_change(gaps):
-    """Number of leading gaps that are those of a contact."""
-    changes = 0
-    for g in gaps:  # counted without a branch: the compiler turns this loop into vector instructions
-        changes += not (-LIMIT < g <= 0.0)
-    if changes == 0:
-        return len(gaps)
-    k = 0
-    while -LIMIT < gaps[k] <= 0.0:
-        k += 1
-    return k
+@inlined
+def dot(row, z):
+    """A row times z."""
+    return row[0] * z[0] + row[1] * z[1] + row[2] * z[2] + row[3] * z[3] + row[4] * z[4] + row[5] * z[5]
 
 
-@jit
-def endure(b, z, phasors, k, most):
-    """Steps of a contact that can be skipped, at most ``most``, and the predictors after them.
-
-    ``k`` is the number of the last step within its period.
-    """
-    n = phasors.shape[0]
-    s0, s1, s2, s3 = b.steady
-    turn = phasors[k]
-    w0, w1 = z[0] - (s0 * turn).real, z[1] - (s1 * turn).real
-    w2, w3 = z[2] - z[0] - (s2 * turn).real, z[3] - z[1] - (s3 * turn).real
-    r0, r1, r2, r3 = b.rows
-    skipped, ahead = 0, BLOCK
-    while skipped < most and ahead == BLOCK:
-        here = (k + skipped) % n + 1
-        steady = b.gaps[here : here + BLOCK]
-        for i in range(BLOCK):
-            b.scratch[i] = r0[i] * w0 + r1[i] * w1 + r2[i] * w2 + r3[i] * w3 + steady[i]
-        ahead = first_change(b.scratch)
-        more = min(ahead, most - skipped)
-        if more > 0:
-            c = b.moves[more - 1]
-            d0 = c[0, 0] * w0 + c[0, 1] * w1 + c[0, 2] * w2 + c[0, 3] * w3
-            d1 = c[1, 0] * w0 + c[1, 1] * w1 + c[1, 2] * w2 + c[1, 3] * w3
-            d2 = c[2, 0] * w0 + c[2, 1] * w1 + c[2, 2] * w2 + c[2, 3] * w3
-            d3 = c[3, 0] * w0 + c[3, 1] * w1 + c[3, 2] * w2 + c[3, 3] * w3
-            w0, w1, w2, w3 = w0 + d0, w1 + d1, w2 + d2, w3 + d3
-            skipped += more
-    turn = phasors[(k + skipped) % n]
-    p1, q1 = w0 + (s0 * turn).real, w1 + (s1 * turn).real
-    return skipped, (p1, q1, p1 + w2 + (s2 * turn).real, q1 + w3 + (s3 * turn).real)
+@inlined
+def later(p, contact, z, m):
+    """p₁, Q₁, p₂ − p₁ and Q₂ − Q₁ after m steps, all of them with the same contact state."""
+    if contact:
+        entries = m // p.coarse.stride if p.coarse.stride > 0 else 0
+        return carried(p.fine.moves, carried(p.coarse.moves, z, entries), m - entries * p.coarse.stride)[:4]
+    f = p.flight
+    entries = m // f.stride
+    rest = m - entries * f.stride
+    z = moved(f.phase, z, entries)
+    if rest == 0:
+        return z[:4]
+    terms = p.scratch.products[: 4 * TERMS]
+    z0, z1, z2, z3, z4, z5 = z
+    w0, w1, w2, w3, w4, w5 = f.within[0], f.within[1], f.within[2], f.within[3], f.within[4], f.within[5]
+    for k in range(4 * TERMS):
+        terms[k] = w0[k] * z0 + w1[k] * z1 + w2[k] * z2 + w3[k] * z3 + w4[k] * z4 + w5[k] * z5
+    u = rest / f.stride
+    p1, q1 = polynomial_at(terms[:TERMS], u)[0], polynomial_at(terms[TERMS : 2 * TERMS], u)[0]
+    apart, drift = polynomial_at(terms[2 * TERMS : 3 * TERMS], u)[0], polynomial_at(terms[3 * TERMS :], u)[0]
+    return p1, q1, apart, drift
 
 
-@jit
-def leap(m, first, second, ladder, squeeze, phasors, state, stop):
-    """As :func:`.newmark.advance`: to the end of step ``stop``, leaving nothing behind but the state.
+@inlined
+def glide(f, z, scratch):
+    """Steps of a flight that can be skipped, and whether a change of contact may follow."""
+    if not dot(f.phase.rows[:, POWERS], z) > 0.0:
+        return 0, True
+    i, u, _, _ = first_root(f.phase, z, 0, scratch)
+    return i * f.stride + int(u * f.stride), i < POINTS
+
+
+@inlined
+def endure(b, z, level, scratch):
+    """Entries of a contact's tables up to which it lasts."""
+    z0, z1, z2, z3, z4, z5 = z
+    d0, d1, d2, d3, d4, d5 = b.depths[0], b.depths[1], b.depths[2], b.depths[3], b.depths[4], b.depths[5]
+    depths = scratch.products[:POINTS]
+    for j in range(POINTS):
+        depths[j] = d0[j] * z0 + d1[j] * z1 + d2[j] * z2 + d3[j] * z3 + d4[j] * z4 + d5[j] * z5
+    return first_not_above(depths, level, 0)
+
+
+@inlined
+def hold(p, z, gap, calm):
+    """Steps of a contact that can be skipped, whether a change may follow, whether contact lasts, and the gap there."""
+    coarse = p.coarse
+    if calm and coarse.stride > 0:
+        level = 0.0
+        for i in range(6):
+            level += coarse.bend[i] * abs(z[i])
+        entries = endure(coarse, z, level, p.scratch) if -gap > level else 0
+        if entries > 0:
+            return entries * coarse.stride, False, entries == POINTS, -p.scratch.products[entries - 1]
+    entries = endure(p.fine, z, TINY, p.scratch)
+    if entries == 0:
+        return 0, True, False, gap
+    return entries, entries < POINTS, entries == POINTS, -p.scratch.products[entries - 1]
+
+
+@inlined
+def motion_after(p, m, contact, z, i, t):
+    """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of step t, from z after step i < t: rows times the z before step t."""
+    c, s = circle((t - 1) % p.steps / p.steps)
+    z = (*later(p, contact, z, t - 1 - i), c, s)
+    rows = p.pressed if contact else p.flight.motion
+    a1, a2 = dot(rows[0], z), dot(rows[1], z)
+    p1, q1, p2, q2 = z[0], z[1], z[0] + z[2], z[1] + z[3]
+    return p1 + 0.25 * a1, (q1 + 0.5 * a1) / m.h, p2 + 0.25 * a2, (q2 + 0.5 * a2) / m.h
+
+
+@inlined
+def emit(p, m, contact, z, i, skipped, window, record):
+    """Write the section rows and samples of the steps i + 1 … i + skipped."""
+    n, end = p.steps, i + skipped
+    t = (max(i, window[0]) // n + 1) * n
+    while t <= end:
+        record.section[(t - window[0]) // n - 1] = motion_after(p, m, contact, z, i, t)
+        t += n
+    t, stride = max(i + 1, window[1]), window[2]
+    while t <= end and record.samples.shape[0] > 0:
+        late = (t % n) % stride
+        if late > 0:
+            t += min(stride - late, n - t % n)
+            continue
+        j = (t - window[1]) // n * record.phases.shape[0] + (t % n) // stride
+        if j < record.samples.shape[0]:
+            sample(m, record.samples[j], motion_after(p, m, contact, z, i, t), contact)
+        t += 1
+
+
+@bare
+def leap(p, m, state, stop, window, record):
+    """Carry the discrete solution to the end of step ``stop``, as :func:`.newmark.advance_recorded` does.
 
     Parameters
     ----------
+    p : Leaps
     m : Scheme
-    first, second : Flight
-    ladder : Ladder
-        For the discrete poles and iη.
-    squeeze : Squeeze
-    phasors : (n,) complex128
-        e^{iητ} at the steps of one period.
     state : (SLOTS,) float64
-        Changed in place.
+        Changed in place. ``state[STEP]`` is the step from which the next call goes on: ``stop`` or, where a leap reaches
+        beyond, the step before that leap.
     stop : int
+    window : (3,) int64
+        The step at which the kept periods begin, the step at which sampling begins, and the steps from sample to
+        sample, counted anew in each period.
+    record : Record
+        Nothing is kept if it has no room for a section.
 
     Returns
     -------
     int
-        DONE or DIVERGED.
+        DONE, DIVERGED or FULL.
     """
-    n = phasors.shape[0]
-    pole = complex(0.0, 2.0 * math.pi / (n * m.h))
     p1, q1, p2, q2, contact = state[P1], state[Q1], state[P2], state[Q2], state[CONTACT] > 0.0
-    a1, a2 = state[A1], state[A2]
-    i, status = int(state[STEP]), DONE
+    a1, a2, impulse, gap, calm = state[A1], state[A2], state[IMPULSE], state[GAP], state[CALM] > 0.0
+    n, i, status, kept = p.steps, int(state[STEP]), DONE, record.section.shape[0] > 0
+    k = i % n  # steps done in the period
+    if kept and i == window[1] and record.samples.shape[0] > 0:
+        sample(m, record.samples[0], motion(m, p1, q1, a1, p2, q2, a2), contact)
     while i < stop:
+        if kept and no_room(record):
+            status = FULL
+            break
+        c, s = circle(k / n)
+        z = (p1, q1, p2 - p1, q2 - q1, c, s)
+        skipped, due, lasts, there = 0, True, False, gap
+        if abs(z[0]) + abs(z[2]) + n * (abs(z[1]) + abs(z[3])) < FAR:
+            if contact:
+                skipped, due, lasts, there = hold(p, z, gap, calm)
+            else:
+                skipped, due = glide(p.flight, z, p.scratch)
+        if skipped > 0:
+            if kept:
+                emit(p, m, contact, z, i, min(skipped, stop - i), window, record)
+            if i + skipped >= stop:
+                break
+            if kept and contact:
+                impulse += pressed_impulse(p, z, skipped)
+            p1, q1, apart, drift = later(p, contact, z, skipped)
+            p2, q2 = p1 + apart, q1 + drift
+            i += skipped
+            k = (k + skipped) % n
+            if contact:
+                gap = there
+            else:
+                c, s = circle(k / n)
+                gap = dot(p.flight.here, (p1, q1, apart, drift, c, s))
+        calm = lasts
+        if not due:
+            continue
         # one step as the plain loop takes it
-        a1, a2, _ = step(m, p1, q1, p2, q2, contact, phasors[(i + 1) % n].real)
-        g = p2 - p1 + 0.25 * (a2 - a1)
+        before = gap
+        a1, a2, force = step(m, p1, q1, p2, q2, contact, circle((k + 1) % n / n)[0])
+        gap = p2 - p1 + 0.25 * (a2 - a1)
         q1 += a1
         q2 += a2
         p1 += q1
         p2 += q2
         i += 1
-        if (g <= 0.0) != contact:
+        k = (k + 1) % n
+        impulse += m.h * force  # the trapezoidal rule carries a force into two half steps, hence one whole step each
+        change = (gap <= 0.0) != contact
+        now = motion(m, p1, q1, a1, p2, q2, a2) if kept or change else (0.0, 0.0, 0.0, 0.0)
+        if change:
             contact = not contact
             if contact:
-                state[BEGIN], state[CLOSING] = i, 0.0
-        if not abs(g) < LIMIT:
+                open_contact(state, i, now, (before - gap) / m.h if kept else 0.0)
+                impulse = 0.0
+            elif kept:
+                state[IMPULSE] = impulse
+                close_contact(m, state, i, now, record)
+        if kept:
+            if k == 0:
+                record.section[(i - window[0]) // n - 1] = now
+            j = (i - window[1]) // n * record.phases.shape[0] + k // window[2]
+            if i >= window[1] and k % window[2] == 0 and j < record.samples.shape[0]:
+                sample(m, record.samples[j], now, contact)
+        if not abs(gap) < LIMIT:
             status = DIVERGED
             break
-        most = stop - 1 - i
-        if most <= 0:
-            continue
-        z = (p1, q1, p2, q2)
-        if contact:
-            skipped, z = endure(squeeze, z, phasors, i % n, most)
-        else:
-            skipped, z = glide(first, second, ladder, m.h, z, phasors[i % n], pole, most)
-        p1, q1, p2, q2 = z
-        i += skipped
-    state[P1], state[Q1], state[P2], state[Q2] = p1, q1, p2, q2
+    state[P1], state[Q1], state[P2], state[Q2], state[GAP] = p1, q1, p2, q2, gap
     state[A1], state[A2], state[CONTACT], state[STEP] = a1, a2, (1.0 if contact else 0.0), i
+    state[IMPULSE], state[CALM] = impulse, (1.0 if calm else 0.0)
     return status
+
+
+@inlined
+def pressed_impulse(p, z, skipped):
+    """Δτ Σλ over the steps of a leap in contact."""
+    entries = skipped // p.coarse.stride if p.coarse.stride > 0 else 0
+    if entries * p.coarse.stride == skipped and entries > 0:
+        return dot(p.coarse.sums[entries - 1], z)
+    return dot(p.fine.sums[skipped - 1], z)
+
+
+@bare
+def finish(p, m, state, stop, record):
+    """Walk through what is left of an open contact up to ``stop``, and note it as if it ended there."""
+    k, i = int(state[STEP]) % p.steps, int(state[STEP])
+    while i < stop:
+        k = (k + 1) % p.steps
+        cosine = circle(k / p.steps)[0]
+        state[A1], state[A2], force = step(m, state[P1], state[Q1], state[P2], state[Q2], True, cosine)
+        state[Q1] += state[A1]
+        state[Q2] += state[A2]
+        state[P1] += state[Q1]
+        state[P2] += state[Q2]
+        state[IMPULSE] += m.h * force
+        i += 1
+    close_contact(m, state, i, motion_of(m, state), record)

@@ -68,13 +68,42 @@ def make_scratch() -> Scratch:
 
 
 @jit
+def product(a, b):
+    """The product of two (6, 6) matrices; at this size a library call costs more than the sums."""
+    out = np.zeros((6, 6))
+    for i in range(6):
+        for k in range(6):
+            for j in range(6):
+                out[i, j] += a[i, k] * b[k, j]
+    return out
+
+
+@jit
+def row_times(row, a):
+    """A row (6,) times a (6, 6) matrix."""
+    out = np.zeros(6)
+    for k in range(6):
+        for j in range(6):
+            out[j] += row[k] * a[k, j]
+    return out
+
+
+@jit
+def powers(a):
+    """Aʲ for j = 1 … POINTS, by products of two of them that are known: rounding adds up but log₂ j times."""
+    out = np.zeros((POINTS, 6, 6))
+    out[0] = a
+    for j in range(2, POINTS + 1):
+        out[j - 1] = product(out[j // 2 - 1], out[j - j // 2 - 1])
+    return out
+
+
+@jit
 def exponential(a):
-    """exp(a) of a small matrix, by its series: for norms of at most about one."""
-    n = a.shape[0]
-    total = np.eye(n)
-    term = np.eye(n)
+    """exp(a) of a (6, 6) matrix, by its series: for norms of at most about one."""
+    total, term = np.eye(6), np.eye(6)
     for k in range(1, 24):
-        term = term @ a / k
+        term = product(term, a) / k
         total += term
     return total
 
@@ -94,7 +123,7 @@ def polynomial(row, a, h):
     terms = np.zeros((6, TERMS))
     for k in range(TERMS):
         terms[:, k] = row
-        row = row @ a * (h / (k + 1))
+        row = row_times(row, a) * (h / (k + 1))
     return terms
 
 
@@ -104,12 +133,9 @@ TO_BERNSTEIN = np.array([[math.comb(j, k) / math.comb(_N, k) for j in range(TERM
 
 
 @jit
-def powers(generator, eta, h):
-    """E(jh) for j = 1 … POINTS, by products of two of them that are known, so that rounding adds up but log₂ j times."""
-    moves = np.zeros((POINTS, 6, 6))
-    moves[0] = exponential(full(generator, eta) * h)
-    for j in range(2, POINTS + 1):
-        moves[j - 1] = moves[j // 2 - 1] @ moves[j - j // 2 - 1]
+def moves_of(a, eta, h):
+    """E(jh) for j = 1 … POINTS."""
+    moves = powers(exponential(a * h))
     for j in range(1, POINTS + 1):
         turn = j * h * eta
         moves[j - 1, 4, 4] = moves[j - 1, 5, 5] = math.cos(turn)
@@ -138,18 +164,18 @@ def tabulate(generator, eta, row, h, integrated):
     Phase
     """
     a = full(generator, eta)
-    moves = powers(generator, eta, h)
+    moves = moves_of(a, eta, h)
     rows = np.zeros((6, INTEGRAL + 1))
     rows[:, POWERS:FIRST] = polynomial(row, a, h)
     rows[:, BERNSTEIN:POWERS] = rows[:, POWERS:FIRST].copy() @ TO_BERNSTEIN
     rows[:, FIRST:GAP] = polynomial(np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), a, h)
     rows[:, GAP:BEND] = polynomial(np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), a, h)
-    curve = row @ a @ a
+    curve = row_times(row_times(row, a), a)
     bend = np.abs(curve)
     for j in range(POINTS):
-        rows[:, VALUES + j] = row @ moves[j]
-        bend = np.maximum(bend, np.abs(curve @ moves[j]))
-    rows[:, BEND] = bend @ exponential(np.abs(a) * (h / 2)) * (h * h / 8)
+        rows[:, VALUES + j] = row_times(row, moves[j])
+        bend = np.maximum(bend, np.abs(row_times(curve, moves[j])))
+    rows[:, BEND] = row_times(bend, exponential(np.abs(a) * (h / 2))) * (h * h / 8)
     if integrated:
         rows[:, INTEGRAL] = np.linalg.solve(a.T, row)
     return Phase(h, rows, moves)
@@ -191,11 +217,11 @@ def bend(phase, z):
 
 
 @inlined
-def moved(phase, z, j):
-    """z after j spacings."""
+def carried(moves, z, j):
+    """z moved on by entry j of a table of maps, 0 for none."""
     if j == 0:
         return z
-    m = phase.moves[j - 1]
+    m = moves[j - 1]
     z0, z1, z2, z3, z4, z5 = z
     return (
         m[0, 0] * z0 + m[0, 1] * z1 + m[0, 2] * z2 + m[0, 3] * z3 + m[0, 4] * z4 + m[0, 5] * z5,
@@ -205,6 +231,12 @@ def moved(phase, z, j):
         m[4, 4] * z4 + m[4, 5] * z5,
         m[5, 4] * z4 + m[5, 5] * z5,
     )
+
+
+@inlined
+def moved(phase, z, j):
+    """z after j spacings."""
+    return carried(phase.moves, z, j)
 
 
 @inlined
