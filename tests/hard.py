@@ -51,3 +51,9 @@ def events(case):
     endless chatters (group "limit") the impacts slower than 1e-6 are left out; CASES[case]["omitted"] counts them.
     """
     return [(float(t), kind, float(v)) for t, kind, v in CASES[case]["events"]]
+
+
+def energy(case):
+    """{"work", "damped", "lost"} of the whole run (what hard.json says of them), or None where it was not computed."""
+    budget = CASES[case].get("energy")
+    return budget and {name: float(value) for name, value in budget.items() if name != "residual"}

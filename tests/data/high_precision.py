@@ -348,12 +348,11 @@ def solve(problem, energy=False):
         If the working precision cannot tell whether there is an event.
     """
     run = _Run(problem, gauss(NODES) if energy else ())
-    begin = run.stored()
     while len(run.states) <= problem.periods:
         run.step()
     budget = None
     if energy:
-        residual = run.stored() - begin + run.damped + run.lost - run.work
+        residual = run.stored() - run.begin + run.damped + run.lost - run.work
         budget = Budget(run.work, run.damped, run.lost, residual)
     return Solution(run.states, run.events, budget)
 
@@ -381,6 +380,7 @@ class _Run:
         self.rule, self.work, self.damped, self.lost = rule, mpf(0), mpf(0), mpf(0)
         self.reference = problem.method["name"] == "reference"
         self.phases = {name: problem.phase(name) for name in ("flight", "joined" if self.reference else "contact")}
+        self.begin = self.stored()
         self.states, self.events = [], []
         self.note_state()
         if self.y[2] == 0:

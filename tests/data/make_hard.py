@@ -1,8 +1,8 @@
 """Makes hard.json: hard cases solved by high_precision.py, whose docstring says how events are certified.
 
-    .venv/bin/python tests/data/make_hard.py             every case, about an hour
-    .venv/bin/python tests/data/make_hard.py chatter     the cases whose name contains "chatter"; the rest is kept
-    .venv/bin/python tests/data/make_hard.py --check     nothing but the comparison with truth.json
+    .venv/bin/python tests/data/make_hard.py                 every case
+    .venv/bin/python tests/data/make_hard.py chatter limit   those with either in the name; the others are kept
+    .venv/bin/python tests/data/make_hard.py --check         nothing but the comparison with truth.json
 
 Each case is solved twice, with 60 and with 80 digits (COARSE and FINE), thereby with another order of the series and
 other bounds. The events must be the same in number and kind; the largest difference, of states and of events, is
@@ -125,6 +125,36 @@ def _graze(name, eta, start, times, target):
         yield name.replace("grazing", "grazing-exact"), Problem(eta, exact(12000, 18), 3, initial=initial), more
 
 
+# η, ξ near the graze, ξ′, time of the dip
+FORCE_GRAZES = {"a": (2.76, 0.5, -2.5, 0.46), "b": (1.08, 0.12, -0.5, 0.48)}
+
+
+def grazing_force():
+    """Starts in permanent contact whose force λ dips to a chosen value; below zero they part for an instant."""
+    for name, (eta, x, v, dip) in FORCE_GRAZES.items():
+        for target in DIPS:
+            start = Problem(eta, reference(), 3, initial=(0.0, v, 0.0, v))
+            matrix = mp.matrix(start.joined_matrix())
+            row = mp.matrix([[-start.share * c for c in start.free_acceleration()[:2]] + [0] * 4])
+
+            def force(x, t, start=start, matrix=matrix, row=row):
+                y = mp.matrix(start.start())
+                y[0] = x
+                y = mp.expm(matrix * t) * y
+                return [(row * y)[0], (row * matrix * y)[0]]
+
+            def tuned(x, t, force=force, target=target):
+                value, slope = force(x, t)
+                return [value - mpf(target), slope]
+
+            tolerance = mpf(10) ** (-1.6 * mp.dps)
+            rounded = float(mp.findroot(tuned, (x, dip), tol=tolerance, maxsteps=60)[0])
+            time_of_dip = mp.findroot(lambda t, x=rounded, force=force: force(x, t)[1], dip)
+            more = {"dip": text(force(rounded, time_of_dip)[0]), "dip_time": text(time_of_dip)}
+            initial = (rounded, v, rounded, v)
+            yield f"grazing-force|{name}|{target:g}", Problem(eta, reference(), 3, initial=initial), more
+
+
 PRESSED = (100.0, 0.0, 100.0, -1.0)  # so far out, springs press the pendulums together: chatter ends even at e = 0.99
 
 
@@ -230,7 +260,7 @@ def starts():
     yield "start|never-ends|D=1e6", Problem(2.76, exact(1, 1e6), 5, initial=(1.0, 0.0, 0.5, 0.0))
 
 
-GROUPS = (from_rest, chatter, resonance, stiffness, grazing, limits, close_frequencies, undamped, starts)
+GROUPS = (from_rest, chatter, resonance, stiffness, grazing, grazing_force, limits, close_frequencies, undamped, starts)
 
 
 # ------------------------------------------------------------------------------------------------------ writing
@@ -319,13 +349,13 @@ def check():
         print(f"{name}: states {mp.nstr(states, 2)}, times {mp.nstr(times, 2)}, kinds {'same' if same else 'DIFFER'}")
 
 
-def main(part):
-    """Make the cases whose names contain ``part``, keep the others; cases that are no more are dropped."""
+def main(parts):
+    """Make the cases whose names contain one of ``parts``, keep the others; cases that are no more are dropped."""
     path = HERE / "hard.json"
     known = json.loads(path.read_text())["cases"] if path.exists() else {}
     asked = [(name, problem, more[0] if more else {}) for group in GROUPS for name, problem, *more in group()]
     for name, problem, more in asked:
-        if part not in name:
+        if not any(part in name for part in parts):
             continue
         begin = time.perf_counter()
         try:
@@ -344,4 +374,4 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["--check"]:
         check()
     else:
-        main(sys.argv[1] if sys.argv[1:] else "")
+        main(sys.argv[1:] or [""])
