@@ -15,18 +15,19 @@ followed from one row of the section through the events of the response to the n
 
     ∫₀ˢ zᵀQz dτ = z(0)ᵀ G(s) z(0),    G(2s) = G(s) + E(s)ᵀ G(s) E(s),    E(2s) = E(s)².
 
-An event missed, misplaced or misjudged leaves a residual. For Newmark's method with a constant step the same sums are those
-of the discrete solution, which balances exactly within each step: the residual is the energy that the steps make where
+An event missed, misplaced or misjudged leaves a residual. For Newmark's method with a constant step the sums are those of
+the discrete solution, which balances exactly within each step: the residual is the energy that the steps make where
 contact changes.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from .kernels import pendulums
-from .methods import ExactPenalty, Newmark, Reference
+from .methods import Newmark, Reference
 from .result import Response
 
 FLIGHT, TOUCHING, CHATTERING = range(3)
@@ -54,7 +55,7 @@ class EnergyBalance:
     impacts : ndarray
         What impacts take (reference).
     stored : float
-        Largest mechanical energy at the ends of these periods.
+        Largest mechanical energy met: at events, and at the quarters of each period.
     """
 
     gain: np.ndarray
@@ -204,34 +205,33 @@ class _Piece(NamedTuple):
     begin: float  # τ
     end: float
     impact: int  # index of the impact that it begins with, or −1
-    closes: bool  # whether it ends at an event
+    clock: float  # the share of the period at which it ends; 0 if an event ends it
 
 
 def _pieces(response: Response, rows: np.ndarray) -> list[_Piece]:
-    """The phases between consecutive rows of the section, cut at events and at the section."""
-    period, (_, last) = response.period, response.window
-    whole = round(last / period)
-    first = whole - (len(rows) - 1)
-    rigid = isinstance(response.method, Reference)
+    """The phases between consecutive rows of the section, cut at events and at the quarters of each period."""
+    period, last = response.period, round(response.window[1] / response.period)
     impacts, contacts = response.impacts.time, response.contacts
-    begins, ends = contacts[:, 0], contacts[:, 1]
-    ends = ends[ends < last]
-    times = np.concatenate([impacts if rigid else [], begins, ends])
-    pieces = []
-    for n in range(first, whole):
-        low, high = n * period, (n + 1) * period
-        inside = times[(times > low if n > 0 else times >= low) & (times < high)]
-        cuts = np.unique(np.concatenate([[low], inside, [high]]))
-        for begin, end in zip(cuts[:-1], cuts[1:], strict=True):
+    rigid = isinstance(response.method, Reference)
+    closed = contacts[contacts[:, 1] < response.window[1], 1]
+    times = np.unique(np.concatenate([impacts if rigid else [], contacts[:, 0], closed]))
+    bare = np.setdiff1d(contacts[:, 0], impacts)  # contacts that begin without an impact: at the end of a chatter
+    pieces, first, chattering = [], last - (len(rows) - 1), False
+    for n in range(first, last):
+        shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # to see the energy between events too
+        clock = (n + shares) * period
+        events = times[(times > clock[0] if n > 0 else times >= 0) & (times < clock[-1])]
+        cuts = np.union1d(clock, events)
+        for begin, end in pairwise(cuts):
             k = np.searchsorted(contacts[:, 0], begin, side="right") - 1
             touching = k >= 0 and begin < contacts[k, 1]
             hit = int(np.searchsorted(impacts, begin, side="right")) - 1 if rigid else -1
-            struck = hit >= 0 and impacts[hit] == begin and (begin > low or n == 0)
-            mode = TOUCHING if touching else FLIGHT
-            ends_bare = end < high and end in begins and end not in impacts
-            if rigid and not touching and struck and ends_bare:
-                mode = CHATTERING
-            pieces.append(_Piece(n - first, mode, begin, end, hit if struck else -1, bool(end < high)))
+            struck = hit >= 0 and impacts[hit] == begin and (begin > clock[0] or n == 0)
+            following = times[min(np.searchsorted(times, begin, side="right"), len(times) - 1)] if len(times) else 0.0
+            chattering = rigid and not touching and (struck or chattering) and following in bare
+            mode = TOUCHING if touching else CHATTERING if chattering else FLIGHT
+            by_clock = 0.0 if end in events else float(shares[np.searchsorted(clock, end)])
+            pieces.append(_Piece(n - first, mode, begin, end, hit if struck else -1, by_clock))
     return pieces
 
 
@@ -249,9 +249,9 @@ def _of_phases(response: Response, rows: np.ndarray) -> EnergyBalance:
             moves[chosen], held[chosen] = _integrals(law.generators[mode], law.powers[mode], spans[part][chosen])
         for piece, span, move, form in zip(pieces[part], spans[part], moves, held, strict=True):
             walk.along(piece, span, move, form)
-    stored = np.array([walk.stored(walk.state(row)) for row in rows])
+    ends = np.array([walk.stored(walk.state(row)) for row in rows])
     work, dampers, contact, impacts = sums.T
-    return EnergyBalance(np.diff(stored), work, dampers, contact, impacts, float(stored.max()))
+    return EnergyBalance(np.diff(ends), work, dampers, contact, impacts, max(walk.most, float(ends.max())))
 
 
 class _Walk:
@@ -259,7 +259,7 @@ class _Walk:
 
     def __init__(self, response: Response, law: _Law, rows: np.ndarray, sums: np.ndarray):
         self.response, self.law, self.rows, self.sums = response, law, rows, sums
-        self.row = -1
+        self.row, self.most = -1, 0.0
 
     @staticmethod
     def state(row: np.ndarray) -> np.ndarray:
@@ -283,13 +283,14 @@ class _Walk:
         self.sums[piece.row, :3] += z @ held @ z + change * (end @ self.law.powers[piece.mode] @ end)
         self.z = end + change * slope + 0.5 * change**2 * (a @ slope)
         self.elapsed += span + change
-        if piece.closes and self.law.rigid:
+        self.most = max(self.most, float(self.stored(self.z)))
+        if piece.clock == 0.0 and self.law.rigid:
             self.z[2] = 0.0
 
     def correction(self, piece: _Piece, span: float, end: np.ndarray, a: np.ndarray) -> float:
         """What the duration lacks: the times of events are rounded, what vanishes at them need not be."""
-        if not piece.closes:
-            return self.response.period - self.elapsed - span
+        if piece.clock > 0.0:
+            return piece.clock * self.response.period - self.elapsed - span
         allowed = 4 * EPSILON * (piece.end + self.response.period)
         if piece.mode == CHATTERING:
             return 0.0
@@ -316,7 +317,7 @@ class _Walk:
 def _of_steps(response: Response) -> EnergyBalance:
     """The balance of the discrete solution: Δξ = Δτ·mean ξ′ and Δξ′ = Δτ·mean ξ″ in each step."""
     sampled, c, method = response.trajectory, response.system, response.method
-    if sampled is None or len(sampled.time) < 2 or (len(sampled.time) - 1) % method.steps:
+    if sampled is None or not np.isclose(sampled.time[1] - sampled.time[0], response.period / method.steps, rtol=1e-3):
         raise ValueError("Newmark's energy is balanced step by step: record every step of the sampled periods")
     periods = (len(sampled.time) - 1) // method.steps
     mu, h = c.mass_ratio, response.period / method.steps
@@ -340,5 +341,5 @@ def _of_steps(response: Response) -> EnergyBalance:
         dampers=per_period(2 * h * (c.d1 * mean[0] ** 2 + mu * c.d2 * c.kappa * mean[1] ** 2)),
         contact=per_period(contact),
         impacts=np.zeros(periods),
-        stored=float(ends.max()),
+        stored=float(stored.max()),
     )
