@@ -161,7 +161,7 @@ def draw(data):
         text(
             LEFT,
             height - 10,
-            f"{data['processor']}; {versions}. 200 periods from rest, one process, medians of interleaved rounds.",
+            f"{data['processor']}; {versions}. 200 periods from rest; processor time, medians of interleaved rounds.",
             size=10,
             colour="#666",
         )

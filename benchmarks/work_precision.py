@@ -1,10 +1,12 @@
 """Work against precision: every solver of both problems over its own accuracy setting, interleaved in one process.
 
-    .venv/bin/python benchmarks/work_precision.py            (some minutes; heyoka takes part where it is installed)
+    .venv/bin/python benchmarks/work_precision.py --write       (some minutes; heyoka takes part where it is installed)
 
-Prints a table for each problem and writes assets/work-precision.json and .svg. Cost: microseconds per period over 200
-periods from rest (SciPy: 10), medians of rounds in which all take turns, without what is prepared once. Error: largest
-of the four state components after 10 periods, against 60-digit solutions.
+Prints a table for each problem; --write renews assets/work-precision.json and .svg.
+
+Cost: microseconds per period over 200 periods from rest (SciPy: 10), processor time, medians of rounds in which all
+take turns, without what is prepared once. Error: largest of the four state components after 10 periods, against
+60-digit solutions.
 """
 
 import argparse
@@ -27,6 +29,7 @@ ASSETS = Path(__file__).resolve().parents[1] / "assets"
 ETAS = {"A": 1.08, "B": 1.70, "C": 2.76, "D": 3.25}
 PENALTIES = {"C": (2.76, 12000.0, 18.0), "A": (1.08, 2500.0, 8.0)}
 STEPS = (500, 1000, 2000, 4000, 8000, 16000, 32000, 64000)
+LOCATED_STEPS = (100, 200, 500, 1000, 2000, 4000, 8000)
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 0.0)  # heyoka's; 0 is the accuracy of a double
 RTOLS = {
     "DOP853": (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
@@ -109,6 +112,7 @@ def penalty_points(eta, stiffness, damping):
         yield theirs("Newmark, plain loop", f"T/{n}", peers.plain_loop(system, eta, stiffness, damping, n))
         yield ours("Newmark, every step", f"T/{n}", eta, Newmark(stiffness, damping, n, every_step=True))
         yield ours("Newmark", f"T/{n}", eta, Newmark(stiffness, damping, n))
+    for n in LOCATED_STEPS:
         yield ours("Newmark, located", f"T/{n}", eta, Newmark(stiffness, damping, n, located=True))
     if peers.heyoka_version():
         import _heyoka_batch as batch
