@@ -15,7 +15,7 @@ followed from one row of the section through the events of the response to the n
 
     ∫₀ˢ zᵀQz dτ = z(0)ᵀ G(s) z(0),    G(2s) = G(s) + E(s)ᵀ G(s) E(s),    E(2s) = E(s)².
 
-An event missed, misplaced or misjudged leaves a residual. For Newmark's method with a constant step the sums are those of
+An event missed, misplaced or misjudged leaves a residual. For Newmark with a constant step the sums are those of
 the discrete solution, which balances exactly within each step: the residual is the energy that the steps make where
 contact changes.
 """

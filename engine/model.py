@@ -91,12 +91,15 @@ class System:
     @property
     def mass_ratio(self) -> float:
         """μ = m₂/m₁ = (κ₃² − 1)/(κ² − κ₃²): two springs joined on one mass (MODEL.md)."""
-        return (self.kappa3**2 - 1) / (self.kappa**2 - self.kappa3**2)
+        # products, not squares: they keep their digits where the frequencies lie close together
+        k, k3 = self.kappa, self.kappa3
+        return (k3 - 1) * (k3 + 1) / ((k - k3) * (k + k3))
 
     @property
     def mass_share(self) -> float:
         """μ/(1 + μ), the reduced mass of the two pendulums in units of m₁."""
-        return (self.kappa3**2 - 1) / (self.kappa**2 - 1)
+        k, k3 = self.kappa, self.kappa3
+        return (k3 - 1) * (k3 + 1) / ((k - 1) * (k + 1))
 
     @property
     def derived_joint_damping(self) -> float:

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Sequence
 
 from .drivers.base import Driver
+from .drivers.closed import ClosedDriver
 from .drivers.located import LocatedDriver
 from .drivers.newmark import NewmarkDriver
-from .drivers.closed import ClosedDriver
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System, check_eta, require
 from .result import Checkpoint, Record, Response, Status

@@ -6,18 +6,21 @@ import numpy as np
 
 from ..kernels import march as kernel
 from ..kernels import pendulums
-from ..kernels.anchor import TOUCHING, Anchor, Contact, Touch
-from ..kernels.phase import REACH, make_scratch, tabulate
+from ..kernels.anchor import Anchor, Contact, Touch, touches
+from ..kernels.phase import INTEGRAL, REACH, full, make_scratch, tabulate
 from ..kernels.record import Record as Buffers
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
 from .base import Driver
 from .poles import free_pole, pressed_pole
+from .slow import APART, split
 
 PERIODS_PER_CALL = 2000
+_STATUS = {kernel.PILED_UP: Status.PILED_UP, kernel.UNRESOLVED: Status.UNRESOLVED}
 COMPLETION = 1e-5  # the closed form of a chatter's rest leaves out the square of this
 GAP = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # what is watched in flight, as a row on the state
+NOTHING_FAST = np.zeros((0, 6))
 
 
 def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contact:
@@ -26,7 +29,7 @@ def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contac
     rigid = isinstance(method, Reference)
     if rigid:
         share = c.mass_share
-        force = share * (c.kappa**2 - 1), share * 2 * (c.d2 * c.kappa - c.d1), 0.0, 0.0
+        force = (c.kappa3 - 1) * (c.kappa3 + 1), share * 2 * (c.d2 * c.kappa - c.d1), 0.0, 0.0
         generator = pendulums.joined(eta, c.kappa3, c.joint_damping(method.joint_damping))
         watched, fastest = np.array([*force, 0.0, 0.0]), max(c.kappa3, eta)
     else:
@@ -35,11 +38,21 @@ def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contac
         generator = pendulums.pressed(eta, c.kappa, c.d1, c.d2, c.mass_ratio, k, d)
         watched, fastest = -GAP, pressed_pole(c, eta, k, d)
     flight = pendulums.separated(eta, c.kappa, c.d1, c.d2)
+    touching = tabulate(generator, eta, watched, REACH / fastest, not rigid)
+    calm, fast = touching, NOTHING_FAST
+    parts = None if rigid or fastest < APART * free_pole(c, eta) else split(full(generator, eta))
+    if parts:
+        fast, slow_pole = parts
+        rest = generator @ (np.eye(6) - fast)
+        calm = tabulate(rest, eta, watched, REACH / max(slow_pole, free_pole(c, eta)), False)
+        calm.rows[:, INTEGRAL] = touching.rows[:, INTEGRAL]
     return Contact(
         2 * math.pi / eta,
         rigid,
         tabulate(flight, eta, GAP, REACH / free_pole(c, eta), False),
-        tabulate(generator, eta, watched, REACH / fastest, not rigid),
+        touching,
+        calm,
+        np.ascontiguousarray(fast[:4]),
         *force,
         mass_share=c.mass_share,
         restitution=c.restitution,
@@ -79,18 +92,23 @@ class ClosedDriver(Driver):
         self._anchor, code, events, evaluations = self._march(stop, record)
         self._events += events
         self._evaluations += evaluations
-        return Status.PILED_UP if code == kernel.PILED_UP else Status.OK, code == kernel.FULL
+        return _STATUS.get(code, Status.OK), code == kernel.FULL
 
     def _march(self, stop: int, record: Buffers) -> tuple[Anchor, int, int, int]:
         return kernel.march(self._packed, self._anchor, float(stop), self._window, record)
 
     def explain(self, status: Status) -> str:
         period = int(self._anchor.period) + 1
+        if status is Status.UNRESOLVED:
+            return (
+                f"in period {period} the joined pendulums would part into each other: their joint damping and the two "
+                "dampers contradict each other; take the derived joint damping, or smaller damping ratios"
+            )
         change = "take a larger threshold or a smaller restitution" if self._packed.rigid else "take a smaller K"
         return f"over {kernel.MOST_EVENTS} impacts and contacts in period {period}: the chatter does not end; {change}"
 
     def close_open_contact(self, record: Buffers) -> None:
-        if self._anchor.mode == TOUCHING and self.periods > self.kept_from:
+        if touches(self._anchor) and self.periods > self.kept_from:
             kernel.note_open(self._packed, self._anchor, float(self.periods), self._window, record)
 
     def section_rows_done(self) -> int:

@@ -115,7 +115,9 @@ class NewmarkDriver(Driver):
             if self._leaps is not None:
                 leaps.finish(self._leaps, self._scheme, self._state.copy(), last, record)
             else:
-                kernel.close_contact(self._scheme, self._state, last, kernel.motion_of(self._scheme, self._state), record)
+                kernel.close_contact(
+                    self._scheme, self._state, last, kernel.motion_of(self._scheme, self._state), record
+                )
 
     def _steps_done(self) -> int:
         # leaps stop short of where a run is cut; a run that blew up stands where it did

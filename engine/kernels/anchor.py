@@ -3,11 +3,14 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from .jit import inlined
 from .phase import Phase, Scratch, circle
 
-# what follows an anchor; COLLIDING: an impact or a touch is due
-SEPARATED, TOUCHING, COLLIDING = 0.0, 1.0, 2.0
+# what follows an anchor. CALM: pressed together, what was fast in it having died away; COLLIDING: an impact or a touch
+# is due
+SEPARATED, TOUCHING, CALM, COLLIDING = 0.0, 1.0, 2.0, 3.0
 
 
 class Contact(NamedTuple):
@@ -20,6 +23,8 @@ class Contact(NamedTuple):
     rigid: bool  # whether the contact is the reference's
     flight: Phase  # its watched quantity is the gap
     touching: Phase  # its watched quantity is the contact force (reference) or the penetration −g (penalty)
+    calm: Phase  # what touching is left with when its fast modes have died away, see engine.drivers.slow
+    fast: np.ndarray  # (4, 6) what of z is fast; (0, 6) if there is no phase of its own for the rest
     force_position: float  # contact force λ = force_position ξ₁ + force_velocity ξ₁′ + force_gap g + force_rate g′
     force_velocity: float
     force_gap: float
@@ -54,8 +59,9 @@ class Anchor(NamedTuple):
     v1: float
     gap: float  # g = ξ₂ − ξ₁
     rate: float  # g′
-    mode: float  # SEPARATED, TOUCHING or COLLIDING
+    mode: float  # SEPARATED, TOUCHING, CALM or COLLIDING
     order: float  # of the first derivative of the watched quantity that is not zero
+    events: float  # in this period so far
     touch: Touch
 
 
@@ -63,6 +69,12 @@ class Anchor(NamedTuple):
 def untouched():
     """No contact is open."""
     return Touch(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined
+def touches(a):
+    """Whether the pendulums touch from this anchor on."""
+    return a.mode in (TOUCHING, CALM)
 
 
 @inlined
@@ -83,4 +95,5 @@ def after(p, a, s, x1, v1, gap, rate, mode, order, touch):
     """An anchor s later."""
     tau = a.tau + s
     whole = math.floor(tau / p.period)
-    return Anchor(a.period + whole, tau - whole * p.period, x1, v1, gap, rate, mode, order, touch)
+    events = a.events if whole == 0.0 else 0.0
+    return Anchor(a.period + whole, tau - whole * p.period, x1, v1, gap, rate, mode, order, events, touch)

@@ -14,7 +14,7 @@ order r² over a time of order r. Position and velocity at t∞ from the series 
 so is the whole: the threshold ε that sticking needs without this enters in the first power.
 """
 
-from .jit import inlined, jit
+from .jit import inlined
 from .phase import GAP, find_gap, first_at, gap_at
 
 

@@ -33,7 +33,7 @@ def first_order(p, z, start):
 @inlined
 def fly(a, v1, rate, order):
     """The anchor from which the pendulums part."""
-    return Anchor(a.period, a.tau, a.x1, v1, 0.0, rate, SEPARATED, order, untouched())
+    return Anchor(a.period, a.tau, a.x1, v1, 0.0, rate, SEPARATED, order, a.events, untouched())
 
 
 @inlined
@@ -44,18 +44,18 @@ def touch(p, a, rate, order):
     """
     opened = Touch(clock(p, a), max(-a.rate, 0.0), a.x1, a.v1, a.v1 + a.rate, 0.0)
     if p.rigid:
-        return Anchor(a.period, a.tau, a.x1, a.v1 + p.mass_share * a.rate, 0.0, 0.0, TOUCHING, order, opened)
-    return Anchor(a.period, a.tau, a.x1, a.v1, 0.0, rate, TOUCHING, order, opened)
+        return Anchor(a.period, a.tau, a.x1, a.v1 + p.mass_share * a.rate, 0.0, 0.0, TOUCHING, order, a.events, opened)
+    return Anchor(a.period, a.tau, a.x1, a.v1, 0.0, rate, TOUCHING, order, a.events, opened)
 
 
 @inlined
-def classify(p, a):
-    """The phase that follows a touch without approach.
+def classify(p, a, start):
+    """The phase that follows a touch without approach, the gap's derivatives below order ``start`` being zero.
 
     The first derivative of the free gap that is not zero decides: positive, the pendulums part; negative, or if all
-    are zero, they touch. A speed within rounding of zero counts as zero.
+    are zero, they touch.
     """
-    order, value = first_order(p, state(p, a), 1)
+    order, value = first_order(p, state(p, a), start)
     rate = a.rate if order == 1 else 0.0
     if value > 0.0:
         return fly(a, a.v1, rate, float(order))
@@ -86,7 +86,7 @@ def strike(p, a):
         return a
     if a.rate < 0.0:
         return impact(p, a) if p.rigid else touch(p, a, a.rate, 1.0)
-    return classify(p, a)
+    return classify(p, a, 1)
 
 
 @inlined
@@ -94,14 +94,26 @@ def settle(p, a):
     """The anchor after what follows from the start of a flight alone: too slow a start, or the rest of a chatter."""
     if a.mode != SEPARATED or a.order != 1.0:
         return a
-    if a.rate <= ROUNDING * (abs(a.v1) + abs(a.x1)):
-        return classify(p, a)  # so slow that rounding hides it: higher derivatives decide
     if p.rigid and p.threshold == 0.0:
         z = state(p, a)
         if completes(p.flight, z, p.restitution, p.completion, p.scratch):
             s, x, v = complete(p.flight, z, p.restitution, p.mass_share, p.scratch)
             return touch(p, after(p, a, s, x, v, 0.0, 0.0, SEPARATED, 0.0, a.touch), 0.0, 0.0)
+    if a.rate <= ROUNDING * (abs(a.v1) + abs(a.x1)):
+        return classify(p, a, 2)  # so slow that rounding hides it: higher derivatives decide
     return a
+
+
+@inlined
+def parts(p, a):
+    """Whether pendulums that the contact force lets go do part.
+
+    The force is −μ/(1 + μ) g″ of the free gap, yet joined pendulums feel a joint damping that free ones do not: where it
+    is far from what the two dampers add up to, the free gap may fall although the force falls too.
+    """
+    if not p.rigid or a.mode != SEPARATED or a.order < 3.0:
+        return True
+    return first_order(p, state(p, a), 3)[1] >= 0.0
 
 
 @inlined

@@ -20,6 +20,7 @@ from .newmark import (
     A1,
     A2,
     BEGIN,
+    CLOSING,
     CONTACT,
     DIVERGED,
     DONE,
@@ -39,7 +40,7 @@ from .newmark import (
     step,
 )
 from .newmark import SLOTS as NEWMARK_SLOTS
-from .phase import POINTS, POWERS, TERMS, Scratch, carried, circle, moved, polynomial_at
+from .phase import POINTS, POWERS, TERMS, Scratch, carried, circle, dot, moved, polynomial_at
 from .record import no_room
 from .root import first_not_above, first_root
 from .steps import Flight, Squeeze, make_flight, make_squeezes
@@ -65,12 +66,6 @@ def make_leaps(m, eta, n, free_pole, pressed_pole, scratch):
     """Tables for one scheme; the poles are the largest |λ| without and with contact."""
     fine, coarse, pressed = make_squeezes(m, eta, pressed_pole)
     return Leaps(n, make_flight(m, eta, free_pole), fine, coarse, pressed, scratch)
-
-
-@inlined
-def dot(row, z):
-    """A row times z."""
-    return row[0] * z[0] + row[1] * z[1] + row[2] * z[2] + row[3] * z[3] + row[4] * z[4] + row[5] * z[5]
 
 
 @inlined
@@ -191,13 +186,14 @@ def leap(p, m, state, stop, window, record):
     a1, a2, impulse, gap, calm = state[A1], state[A2], state[IMPULSE], state[GAP], state[CALM] > 0.0
     n, i, status, kept = p.steps, int(state[STEP]), DONE, record.section.shape[0] > 0
     k = i % n  # steps done in the period
+    share = 1.0 / n
+    c, s = circle(k * share)
     if kept and i == window[1] and record.samples.shape[0] > 0:
         sample(m, record.samples[0], motion(m, p1, q1, a1, p2, q2, a2), contact)
     while i < stop:
         if kept and no_room(record):
             status = FULL
             break
-        c, s = circle(k / n)
         z = (p1, q1, p2 - p1, q2 - q1, c, s)
         skipped, due, lasts, there = 0, True, False, gap
         if abs(z[0]) + abs(z[2]) + n * (abs(z[1]) + abs(z[3])) < FAR:
@@ -215,42 +211,46 @@ def leap(p, m, state, stop, window, record):
             p1, q1, apart, drift = later(p, contact, z, skipped)
             p2, q2 = p1 + apart, q1 + drift
             i += skipped
-            k = (k + skipped) % n
+            k += skipped
+            if k >= n:
+                k %= n
+            c, s = circle(k * share)
             if contact:
                 gap = there
             else:
-                c, s = circle(k / n)
                 gap = dot(p.flight.here, (p1, q1, apart, drift, c, s))
         calm = lasts
         if not due:
             continue
         # one step as the plain loop takes it
         before = gap
-        a1, a2, force = step(m, p1, q1, p2, q2, contact, circle((k + 1) % n / n)[0])
+        k = k + 1 if k + 1 < n else 0
+        c, s = circle(k * share)
+        a1, a2, force = step(m, p1, q1, p2, q2, contact, c)
         gap = p2 - p1 + 0.25 * (a2 - a1)
         q1 += a1
         q2 += a2
         p1 += q1
         p2 += q2
         i += 1
-        k = (k + 1) % n
         impulse += m.h * force  # the trapezoidal rule carries a force into two half steps, hence one whole step each
         change = (gap <= 0.0) != contact
-        now = motion(m, p1, q1, a1, p2, q2, a2) if kept or change else (0.0, 0.0, 0.0, 0.0)
-        if change:
-            contact = not contact
-            if contact:
-                open_contact(state, i, now, (before - gap) / m.h if kept else 0.0)
+        contact = contact != change
+        if kept:
+            now = motion(m, p1, q1, a1, p2, q2, a2)
+            if change and contact:
+                open_contact(state, i, now, (before - gap) / m.h)
                 impulse = 0.0
-            elif kept:
+            elif change:
                 state[IMPULSE] = impulse
                 close_contact(m, state, i, now, record)
-        if kept:
             if k == 0:
                 record.section[(i - window[0]) // n - 1] = now
             j = (i - window[1]) // n * record.phases.shape[0] + k // window[2]
             if i >= window[1] and k % window[2] == 0 and j < record.samples.shape[0]:
                 sample(m, record.samples[j], now, contact)
+        elif change and contact:  # outside the kept periods its impact is not asked for
+            state[BEGIN], state[CLOSING] = i, 0.0
         if not abs(gap) < LIMIT:
             status = DIVERGED
             break

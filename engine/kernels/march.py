@@ -8,15 +8,16 @@ number of periods.
 
 import numpy as np
 
-from .anchor import COLLIDING, SEPARATED, TOUCHING, Anchor, Touch, after, clock, state, untouched
+from .anchor import CALM, COLLIDING, SEPARATED, TOUCHING, Anchor, Touch, after, clock, state, touches, untouched
 from .jit import bare, inlined
-from .laws import ROUNDING, release, settle, strike
-from .phase import INTEGRAL, POINTS, first_at, gap_at, moved
+from .laws import ROUNDING, parts, release, settle, strike
+from .phase import INTEGRAL, POINTS, dot, first_at, gap_at, moved
 from .record import no_room
 from .root import first_root
 
 # how a march ends
-DONE, FULL, PILED_UP = range(3)
+DONE, FULL, PILED_UP, UNRESOLVED = range(4)
+LOST = 2.0**-44
 MOST_EVENTS = 100_000  # in one period; chatter at e = 0.99 down to a closing speed of 1e-12 has 2,750
 
 
@@ -29,7 +30,19 @@ def pressed_on(p, phase, a, begin, end):
     t = a.touch
     impulse = t.impulse - p.force_gap * squeezed + p.force_rate * (end[2] - begin[2])
     carried = Touch(t.begun, t.closing, t.position, t.speed1, t.speed2, impulse)
-    return Anchor(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, carried)
+    return Anchor(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events, carried)
+
+
+@inlined
+def calmed(p, a):
+    """The anchor without its fast part, once that is lost in the rounding of the penetration."""
+    if a.mode != TOUCHING or a.order > 0.0 or p.fast.shape[0] == 0:
+        return a
+    z = state(p, a)
+    x1, v1, gap, rate = dot(p.fast[0], z), dot(p.fast[1], z), dot(p.fast[2], z), dot(p.fast[3], z)
+    if abs(gap) + abs(rate) * p.touching.spacing > LOST * abs(a.gap):
+        return a
+    return Anchor(a.period, a.tau, a.x1 - x1, a.v1 - v1, a.gap - gap, a.rate - rate, CALM, 0.0, a.events, a.touch)
 
 
 @inlined
@@ -37,7 +50,7 @@ def end_of_phase(p, phase, a, z, i, u, slope):
     """The anchor where a phase ends."""
     x1, v1 = first_at(phase, moved(phase, z, i), u, p.scratch)
     s = (i + u) * phase.spacing
-    if a.mode == TOUCHING:
+    if touches(a):
         return release(p, a, s, x1, v1, slope)
     return after(p, a, s, x1, v1, 0.0, slope, COLLIDING, 0.0, untouched())
 
@@ -86,9 +99,18 @@ def emit(p, phase, a, z, s, window, record):
             x1, v1, gap, rate = state_at(p, phase, z, t)
             row = record.samples[j]
             row[0], row[1], row[2], row[3], row[4] = x1, v1, x1 + gap, v1 + rate, 0.0
-            if a.mode == TOUCHING:
+            if touches(a):
                 row[4] = p.force_position * x1 + p.force_velocity * v1 + p.force_gap * gap + p.force_rate * rate
         j += 1
+
+
+@inlined
+def emit_chatter(p, a, b, stop, window, record):
+    """Write what falls into the rest of a chatter, from anchor a to anchor b: the pendulums' common motion."""
+    x1, v1, _, rate, c, s = state(p, a)
+    together = (x1, v1 + p.mass_share * rate, 0.0, 0.0, c, s)
+    length = (b.period - a.period) * p.period + b.tau - a.tau
+    emit(p, p.touching, a, together, min(length, (stop - a.period) * p.period - a.tau), window, record)
 
 
 @inlined
@@ -132,13 +154,13 @@ def march(p, a, stop, window, record):
     Returns
     -------
     (Anchor, int, int, int)
-        The last anchor before the end of ``stop``; DONE, FULL (make room for impacts or contacts, then call again) or
-        PILED_UP; events; intervals examined.
+        The last anchor before the end of ``stop``; DONE, FULL (make room for impacts or contacts, then call again),
+        PILED_UP or UNRESOLVED; events; intervals examined.
     """
     kept = record.section.shape[0] > 0
     kept_from = window[0] * p.period
-    events, examined, burst = 0, 0, 0
-    phases = (p.flight, p.touching)
+    events, examined = 0, 0
+    phases = (p.flight, p.touching, p.calm)
     while True:
         if kept and no_room(record):
             return a, FULL, events, examined
@@ -146,8 +168,13 @@ def march(p, a, stop, window, record):
         if kept and p.rigid and before.mode == COLLIDING and before.rate < 0.0:
             v1, v2, time = before.v1, before.v1 + before.rate, clock(p, before)
             note_impact(time, a.x1, v1, v2, a.v1, a.v1 + a.rate, v1 - a.v1, -before.rate, record)
-        a = settle(p, a)
-        phase = phases[1 if a.mode == TOUCHING else 0]
+        before, a = a, settle(p, a)
+        if kept and clock(p, a) > clock(p, before):
+            emit_chatter(p, before, a, stop, window, record)
+        if not parts(p, a):
+            return a, UNRESOLVED, events, examined
+        a = calmed(p, a)
+        phase = phases[int(a.mode)]
         z = state(p, a)
         horizon = (stop - a.period) * p.period - a.tau
         i, u, slope, tries = first_root(phase, z, int(a.order), p.scratch)
@@ -159,29 +186,30 @@ def march(p, a, stop, window, record):
             return a, DONE, events, examined
         begin = a
         a = end_of_block(p, phase, a, z) if i == POINTS else end_of_phase(p, phase, a, z, i, u, slope)
-        if kept and begin.mode == TOUCHING and not p.rigid:
+        if kept and touches(begin) and not p.rigid:
             a = pressed_on(p, phase, a, z, state(p, a))
         if i == POINTS:
             continue
-        if kept and begin.mode == TOUCHING:
+        if kept and touches(begin):
             note_contact(p, a.touch, a, kept_from, record)
         events += 1
-        burst = burst + 1 if a.period == begin.period else 0
-        if burst > MOST_EVENTS:
+        a = Anchor(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.touch)
+        if a.events > MOST_EVENTS:
             return a, PILED_UP, events, examined
 
 
 @bare
 def note_open(p, a, stop, window, record):
     """Append the contact that is open at the end of period ``stop``, as if it ended there."""
-    if a.mode != TOUCHING:
+    if not touches(a):
         return
+    phase = p.calm if a.mode == CALM else p.touching
     z = state(p, a)
     s = (stop - a.period) * p.period - a.tau
-    x1, v1, gap, rate = state_at(p, p.touching, z, s)
-    now = after(p, a, s, x1, v1, gap, rate, TOUCHING, 0.0, a.touch)
+    x1, v1, gap, rate = state_at(p, phase, z, s)
+    now = after(p, a, s, x1, v1, gap, rate, a.mode, 0.0, a.touch)
     if not p.rigid:
-        now = pressed_on(p, p.touching, now, z, state(p, now))
+        now = pressed_on(p, phase, now, z, state(p, now))
     note_contact(p, now.touch, now, window[0] * p.period, record)
 
 
@@ -190,4 +218,4 @@ def prepare(p, x1, v1, gap, rate):
     """The anchor of a run that starts at τ = 0; a gap within rounding of zero is none."""
     small = ROUNDING * (abs(x1) + abs(x1 + gap))
     mode = SEPARATED if gap > small else TOUCHING if gap < -small else COLLIDING
-    return Anchor(0.0, 0.0, x1, v1, 0.0 if mode == COLLIDING else gap, rate, mode, 0.0, untouched())
+    return Anchor(0.0, 0.0, x1, v1, 0.0 if mode == COLLIDING else gap, rate, mode, 0.0, 0.0, untouched())

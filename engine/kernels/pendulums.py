@@ -16,10 +16,11 @@ from .jit import jit
 def separated(eta, kappa, d1, d2):
     """Generator (4, 6) of ξ₁, ξ₁′, g, g′ (see :mod:`.phase`) without contact."""
     k2, c1, c2 = kappa * kappa, 2.0 * d1, 2.0 * d2 * kappa
+    apart = (kappa - 1.0) * (kappa + 1.0)  # k₂ − k₁ to all digits
     a = np.zeros((4, 6))
     a[0, 1] = a[2, 3] = 1.0
     a[1, 0], a[1, 1], a[1, 4] = -1.0, -c1, eta * eta
-    a[3, 0], a[3, 1], a[3, 2], a[3, 3] = -(k2 - 1.0), -(c2 - c1), -k2, -c2
+    a[3, 0], a[3, 1], a[3, 2], a[3, 3] = -apart, -(c2 - c1), -k2, -c2
     return a
 
 

@@ -217,6 +217,12 @@ def bend(phase, z):
 
 
 @inlined
+def dot(row, z):
+    """A row times z."""
+    return row[0] * z[0] + row[1] * z[1] + row[2] * z[2] + row[3] * z[3] + row[4] * z[4] + row[5] * z[5]
+
+
+@inlined
 def carried(moves, z, j):
     """z moved on by entry j of a table of maps, 0 for none."""
     if j == 0:
@@ -281,9 +287,10 @@ def circle(share):
     scaled = share * _TURNS
     k = int(scaled + 0.5)
     x = (scaled - k) * _ANGLE
-    k = k % _TURNS
+    k &= _TURNS - 1
     y = x * x
-    sine = x * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0))))
-    versine = y / 2.0 * (1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0)))
+    # x is at most π/64: the terms left out are below rounding. Products, since a division would take as long as all
+    sine = x * (1.0 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880)))))
+    versine = y * (1 / 2 + y * (-1 / 24 + y * (1 / 720 + y * (-1 / 40320))))
     c, s = _COSINES[k], _SINES[k]
     return c - (c * versine + s * sine), s + (c * sine - s * versine)
