@@ -1,9 +1,12 @@
 """How far a result answers to the last digits of its data: the error that no solver in double precision can undercut.
 
-Every number that goes in carries a relative rounding error ε = 2⁻⁵². A solver is as good as can be if its error is not much
-more than what the same run shows when its data change by ε. The change is not measured at ε, where it would hold the solver's own
-errors, but at a larger δ, and scaled down: errors of the solver enter it with ε/δ at most. δ is the largest for which no
-event comes or goes, and which the result answers to in proportion.
+Every number that goes in carries a relative rounding error ε = 2⁻⁵². A solver is as good as can be if its error is not
+much more than what the same run shows when its data change by ε. The change is not measured at ε, where it would hold
+the solver's own errors, but at a larger δ, and scaled down: errors of the solver enter it with ε/δ at most. δ is the
+largest for which no event comes or goes, and which the result answers to in proportion.
+
+At the edge of two results, as in a grazing impact, there is no such δ. A gap off by δg changes the speed of such an
+impact by √(2 g″ δg) at most: half of the digits are all there are.
 """
 
 from collections.abc import Iterator
@@ -18,7 +21,8 @@ from .simulate import simulate
 EPSILON = float(np.finfo(float).eps)
 SHARES = tuple(10.0**-k for k in range(6, 13))
 PROPORTION = (1.5, 2.7)  # the answer to 2δ in units of that to δ
-MARGIN = 64  # what is allowed for: some tens of operations between two events
+MARGIN = 64  # what is allowed for: some tens of operations in each piece
+PIECE = 1.0  # radians in each of which a motion in closed form may be rounded once
 
 
 @dataclass(frozen=True)
@@ -60,16 +64,29 @@ def sensitivity(run: Run) -> float | None:
 def attainable(run: Run) -> float | None:
     """The error to be expected of a solver in double precision, MARGIN included; None as for :func:`sensitivity`."""
     measured = sensitivity(run)
-    if measured is None:
-        return None
-    return MARGIN * EPSILON * (measured + floor(run))
+    return None if measured is None else MARGIN * EPSILON * (measured + rounding(run))
 
 
-def floor(run: Run) -> float:
-    """Rounding of the states themselves, in units of ε: their size, times the radians they turn through."""
-    section = run.solve().section
-    turned = run.periods * (1 + 2 * np.pi * max(1.0, run.system.kappa) / run.eta)
-    return float(np.abs(section).max() * turned)
+def at_the_edge(run: Run, clear: Run) -> float:
+    """The same for a run with a grazing impact; ``clear`` is the same but for the graze, which it passes by."""
+    size = _size(clear.solve())
+    bend = max(1.0, run.system.kappa) ** 2 * size + run.eta**2
+    speed = np.sqrt(2 * bend * MARGIN * EPSILON * size)
+    return float(2 * speed * max(1.0, sensitivity(clear) / size))
+
+
+def rounding(run: Run) -> float:
+    """What rounding the states adds up to, in units of ε: once in PIECE radians, of the contact's vibration too."""
+    response = run.solve()
+    turned = response.window[1] * max(1.0, run.system.kappa, run.eta)
+    stiffness = getattr(run.method, "stiffness", 0.0)
+    touching = float((response.contacts[:, 1] - response.contacts[:, 0]).sum())
+    turned += touching * np.sqrt(stiffness / run.system.mass_share)
+    return _size(response) * (1 + turned / PIECE)
+
+
+def _size(response) -> float:
+    return float(max(np.abs(response.section).max(), response.eta))  # a body at rest in space has ξ′ = η sin ητ
 
 
 def _answer(base, run, change) -> float | None:

@@ -7,6 +7,7 @@ import numpy as np
 from ..kernels import march as kernel
 from ..kernels import pendulums
 from ..kernels.anchor import Anchor, Contact, Touch, touches
+from ..kernels.folded import fold
 from ..kernels.phase import INTEGRAL, REACH, full, make_scratch, tabulate
 from ..kernels.record import Record as Buffers
 from ..methods import ExactPenalty, Reference
@@ -20,7 +21,6 @@ PERIODS_PER_CALL = 2000
 _STATUS = {kernel.PILED_UP: Status.PILED_UP, kernel.UNRESOLVED: Status.UNRESOLVED}
 COMPLETION = 1e-5  # the closed form of a chatter's rest leaves out the square of this
 GAP = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # what is watched in flight, as a row on the state
-NOTHING_FAST = np.zeros((0, 6))
 
 
 def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contact:
@@ -39,7 +39,7 @@ def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contac
         watched, fastest = -GAP, pressed_pole(c, eta, k, d)
     flight = pendulums.separated(eta, c.kappa, c.d1, c.d2)
     touching = tabulate(generator, eta, watched, REACH / fastest, not rigid)
-    calm, fast = touching, NOTHING_FAST
+    calm, fast = touching, np.zeros((6, 6))
     parts = None if rigid or fastest < APART * free_pole(c, eta) else split(full(generator, eta))
     if parts:
         fast, slow_pole = parts
@@ -52,6 +52,7 @@ def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contac
         tabulate(flight, eta, GAP, REACH / free_pole(c, eta), False),
         touching,
         calm,
+        bool(parts),
         np.ascontiguousarray(fast[:4]),
         *force,
         mass_share=c.mass_share,
@@ -79,6 +80,7 @@ class ClosedDriver(Driver):
         self.run = system, eta, method
         super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
         self._packed = pack(system, eta, method)
+        self._folded = fold(self._packed)
         self._events = self._evaluations = 0
         self._window = (float(kept_from), float(self.sampled_from))
         self._anchor = _anchor(self._packed, start)
@@ -95,7 +97,7 @@ class ClosedDriver(Driver):
         return _STATUS.get(code, Status.OK), code == kernel.FULL
 
     def _march(self, stop: int, record: Buffers) -> tuple[Anchor, int, int, int]:
-        return kernel.march(self._packed, self._anchor, float(stop), self._window, record)
+        return kernel.march(self._folded, self._anchor, float(stop), self._window, record)
 
     def explain(self, status: Status) -> str:
         period = int(self._anchor.period) + 1

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..kernels import leaps
 from ..kernels import newmark as kernel
+from ..kernels.folded import fold
 from ..kernels.phase import REACH, make_scratch
 from ..kernels.record import Record as Buffers
 from ..methods import Newmark
@@ -70,7 +71,7 @@ class NewmarkDriver(Driver):
             self._cosines = np.cos(2 * np.pi * np.arange(n + 1) / n)
         else:
             poles = free_pole(system, eta), pressed_pole(system, eta, method.stiffness, method.damping)
-            self._leaps = leaps.make_leaps(self._scheme, eta, n, *poles, make_scratch())
+            self._leaps = fold(leaps.make_leaps(self._scheme, eta, n, *poles, make_scratch()))
         stride = record.stride(n) if record else n
         self._window = (kept_from * n, self.sampled_from * n, stride)
         self._state = _state(self._scheme, system, eta, method, start)
@@ -95,7 +96,7 @@ class NewmarkDriver(Driver):
     def march(self, stop: int, record: Buffers) -> tuple[Status, bool]:
         last = stop * self._method.steps
         if self._leaps is not None:
-            code = leaps.leap(self._leaps, self._scheme, self._state, last, self._window, record)
+            code = leaps.leap(self._leaps, self._state, last, self._window, record)
         elif record is not self._nothing:
             code = kernel.advance_recorded(self._scheme, self._cosines, self._state, last, self._window, record)
         else:
@@ -113,7 +114,7 @@ class NewmarkDriver(Driver):
         last = self._steps_done()
         if self._state[kernel.CONTACT] > 0.0 and last > self._window[0]:
             if self._leaps is not None:
-                leaps.finish(self._leaps, self._scheme, self._state.copy(), last, record)
+                leaps.finish(self._leaps, self._state.copy(), last, record)
             else:
                 kernel.close_contact(
                     self._scheme, self._state, last, kernel.motion_of(self._scheme, self._state), record

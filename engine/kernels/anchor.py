@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .jit import inlined
-from .phase import Phase, Scratch, circle
+from .folded import viewers
+from .jit import inlined, spliced
+from .phase import PHASE_SHAPES, SCRATCH_SHAPES, Phase, Scratch, circle
 
 # what follows an anchor. CALM: pressed together, what was fast in it having died away; COLLIDING: an impact or a touch
 # is due
@@ -24,7 +25,8 @@ class Contact(NamedTuple):
     flight: Phase  # its watched quantity is the gap
     touching: Phase  # its watched quantity is the contact force (reference) or the penetration −g (penalty)
     calm: Phase  # what touching is left with when its fast modes have died away, see engine.drivers.slow
-    fast: np.ndarray  # (4, 6) what of z is fast; (0, 6) if there is no phase of its own for the rest
+    stiff: bool  # whether there is such a phase
+    fast: np.ndarray  # (4, 6) what of z is fast
     force_position: float  # contact force λ = force_position ξ₁ + force_velocity ξ₁′ + force_gap g + force_rate g′
     force_velocity: float
     force_gap: float
@@ -34,6 +36,26 @@ class Contact(NamedTuple):
     threshold: float
     completion: float  # how far a chatter must have come to be completed (see chatter.py)
     scratch: Scratch
+
+
+_laws = [()] * 8
+_views = viewers((), (), *PHASE_SHAPES * 3, (), (4, 6), *_laws, *SCRATCH_SHAPES)
+_period, _rigid, _h1, _rows1, _moves1, _h2, _rows2, _moves2, _h3, _rows3, _moves3, _stiff, _fast = _views[:13]
+_law1, _law2, _law3, _law4, _law5, _law6, _law7, _law8, _products, _stack = _views[13:]
+
+
+@spliced
+def unfold(f):
+    """The contact of an array that :func:`.folded.fold` made of it; its own arrays are views."""
+    flight = Phase(_h1(f), _rows1(f), _moves1(f))
+    touching = Phase(_h2(f), _rows2(f), _moves2(f))
+    calm = Phase(_h3(f), _rows3(f), _moves3(f))
+    scratch = Scratch(_products(f), _stack(f))
+    force = _law1(f), _law2(f), _law3(f), _law4(f)
+    laws = _law5(f), _law6(f), _law7(f), _law8(f)
+    return Contact(
+        _period(f), _rigid(f) > 0.0, flight, touching, calm, _stiff(f) > 0.0, _fast(f), *force, *laws, scratch
+    )
 
 
 class Touch(NamedTuple):

@@ -61,8 +61,14 @@ def _private_copy(folder: Path) -> Path:
 
 numba.config.CACHE_DIR = str(_kernel_folder())
 
-# No fast-math: it deletes the checks for NaN and reorders the sums that decide an event.
+# Of fast-math only the fusing of a product and a sum, which rounds once in place of twice. The rest would delete the
+# checks for NaN and reorder the sums that decide an event.
 # error_model="numpy" lets a division by zero give inf, as the kernels expect, without a branch at each division.
-jit = functools.partial(numba.njit, cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-inlined = functools.partial(jit, forceinline=True, _nrt=False)
+exact = functools.partial(numba.njit, cache=True, nogil=True, error_model="numpy")  # for sums whose rounding is known
+jit = functools.partial(exact, fastmath={"contract"})
+# Kernels that make no array. Without _nrt Numba counts references to every array that passes from function to function,
+# by locked instructions that took half the time of a march; their arrays belong to the caller, who outlives the call.
 bare = functools.partial(jit, _nrt=False)
+inlined = functools.partial(bare, forceinline=True)
+# Functions that give views of an array: part of their caller before it is compiled, so that no array passes between.
+spliced = functools.partial(bare, inline="always")

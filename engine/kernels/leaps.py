@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .jit import bare, inlined, jit
+from .folded import viewers
+from .jit import bare, inlined, jit, spliced
 from .newmark import (
     A1,
     A2,
@@ -32,6 +33,7 @@ from .newmark import (
     Q1,
     Q2,
     STEP,
+    Scheme,
     close_contact,
     motion,
     motion_of,
@@ -40,10 +42,10 @@ from .newmark import (
     step,
 )
 from .newmark import SLOTS as NEWMARK_SLOTS
-from .phase import POINTS, POWERS, TERMS, Scratch, carried, circle, dot, moved, polynomial_at
+from .phase import POINTS, POWERS, SCRATCH_SHAPES, TERMS, Phase, Scratch, carried, circle, dot, moved, polynomial_at
 from .record import no_room
 from .root import first_not_above, first_root
-from .steps import Flight, Squeeze, make_flight, make_squeezes
+from .steps import FLIGHT_SHAPES, SQUEEZE_SHAPES, Flight, Squeeze, make_flight, make_squeezes
 
 GAP, CALM, SLOTS = NEWMARK_SLOTS, NEWMARK_SLOTS + 1, NEWMARK_SLOTS + 2  # the state's last slots: g, contact lasts
 TINY = -5e-324  # the first number below zero: a gap of zero is contact
@@ -58,14 +60,32 @@ class Leaps(NamedTuple):
     fine: Squeeze
     coarse: Squeeze
     pressed: np.ndarray  # (2, 6) Δτ² ξ″ at the end of the next step in contact
+    scheme: Scheme
     scratch: Scratch
+
+
+_views = viewers((), *FLIGHT_SHAPES, *SQUEEZE_SHAPES * 2, (2, 6), (len(Scheme._fields),), *SCRATCH_SHAPES)
+_steps, _stride, _h, _rows, _moves, _within, _motion, _here = _views[:8]
+_stride1, _depths1, _moves1, _sums1, _bend1, _stride2, _depths2, _moves2, _sums2, _bend2 = _views[8:18]
+_pressed, _scheme, _products, _stack = _views[18:]
+
+
+@spliced
+def unfold(f):
+    """The leaps of an array that :func:`.folded.fold` made of them; their own arrays are views."""
+    flight = Flight(int(_stride(f)), Phase(_h(f), _rows(f), _moves(f)), _within(f), _motion(f), _here(f))
+    fine = Squeeze(int(_stride1(f)), _depths1(f), _moves1(f), _sums1(f), _bend1(f))
+    coarse = Squeeze(int(_stride2(f)), _depths2(f), _moves2(f), _sums2(f), _bend2(f))
+    m = _scheme(f)
+    scheme = Scheme(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], m[10], m[11], m[12], m[13])
+    return Leaps(int(_steps(f)), flight, fine, coarse, _pressed(f), scheme, Scratch(_products(f), _stack(f)))
 
 
 @jit
 def make_leaps(m, eta, n, free_pole, pressed_pole, scratch):
     """Tables for one scheme; the poles are the largest |λ| without and with contact."""
     fine, coarse, pressed = make_squeezes(m, eta, pressed_pole)
-    return Leaps(n, make_flight(m, eta, free_pole), fine, coarse, pressed, scratch)
+    return Leaps(n, make_flight(m, eta, free_pole), fine, coarse, pressed, m, scratch)
 
 
 @inlined
@@ -160,13 +180,13 @@ def emit(p, m, contact, z, i, skipped, window, record):
 
 
 @bare
-def leap(p, m, state, stop, window, record):
+def leap(folded, state, stop, window, record):
     """Carry the discrete solution to the end of step ``stop``, as :func:`.newmark.advance_recorded` does.
 
     Parameters
     ----------
-    p : Leaps
-    m : Scheme
+    folded : (n,) float64
+        Leaps, as :func:`.folded.fold` gives them.
     state : (SLOTS,) float64
         Changed in place. ``state[STEP]`` is the step from which the next call goes on: ``stop`` or, where a leap reaches
         beyond, the step before that leap.
@@ -182,6 +202,8 @@ def leap(p, m, state, stop, window, record):
     int
         DONE, DIVERGED or FULL.
     """
+    p = unfold(folded)
+    m = p.scheme
     p1, q1, p2, q2, contact = state[P1], state[Q1], state[P2], state[Q2], state[CONTACT] > 0.0
     a1, a2, impulse, gap, calm = state[A1], state[A2], state[IMPULSE], state[GAP], state[CALM] > 0.0
     n, i, status, kept = p.steps, int(state[STEP]), DONE, record.section.shape[0] > 0
@@ -270,8 +292,10 @@ def pressed_impulse(p, z, skipped):
 
 
 @bare
-def finish(p, m, state, stop, record):
+def finish(folded, state, stop, record):
     """Walk through what is left of an open contact up to ``stop``, and note it as if it ended there."""
+    p = unfold(folded)
+    m = p.scheme
     k, i = int(state[STEP]) % p.steps, int(state[STEP])
     while i < stop:
         k = (k + 1) % p.steps

@@ -8,7 +8,7 @@ number of periods.
 
 import numpy as np
 
-from .anchor import CALM, COLLIDING, SEPARATED, TOUCHING, Anchor, Touch, after, clock, state, touches, untouched
+from .anchor import CALM, COLLIDING, SEPARATED, TOUCHING, Anchor, Touch, after, clock, state, touches, unfold, untouched
 from .jit import bare, inlined
 from .laws import ROUNDING, parts, release, settle, strike
 from .phase import INTEGRAL, POINTS, dot, first_at, gap_at, moved
@@ -36,7 +36,7 @@ def pressed_on(p, phase, a, begin, end):
 @inlined
 def calmed(p, a):
     """The anchor without its fast part, once that is lost in the rounding of the penetration."""
-    if a.mode != TOUCHING or a.order > 0.0 or p.fast.shape[0] == 0:
+    if a.mode != TOUCHING or a.order > 0.0 or not p.stiff:
         return a
     z = state(p, a)
     x1, v1, gap, rate = dot(p.fast[0], z), dot(p.fast[1], z), dot(p.fast[2], z), dot(p.fast[3], z)
@@ -135,12 +135,13 @@ def note_contact(p, t, now, kept_from, record):
 
 
 @bare
-def march(p, a, stop, window, record):
+def march(folded, a, stop, window, record):
     """Carry the motion to the end of period ``stop``.
 
     Parameters
     ----------
-    p : Contact
+    folded : (n,) float64
+        A contact, as :func:`.folded.fold` gives it.
     a : Anchor
         State of the solver. A march that goes on from the anchor of an earlier one gives the same bits as one that
         never stopped.
@@ -157,6 +158,7 @@ def march(p, a, stop, window, record):
         The last anchor before the end of ``stop``; DONE, FULL (make room for impacts or contacts, then call again),
         PILED_UP or UNRESOLVED; events; intervals examined.
     """
+    p = unfold(folded)
     kept = record.section.shape[0] > 0
     kept_from = window[0] * p.period
     events, examined = 0, 0

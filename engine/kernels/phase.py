@@ -22,11 +22,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from . import twofold
 from .jit import inlined, jit
 
 POINTS = 64
 TERMS = 12
 REACH = 0.15  # REACH¹²/12! and, for derivatives, REACH¹¹/11! are below rounding
+_SERIES = 16  # terms of exp(Ah): the rest is far below rounding
 _TURNS = 64  # entries of the table from which the excitation's phase is read
 
 
@@ -39,16 +41,13 @@ GAP = FIRST + TERMS  # g in powers of u
 BEND = GAP + TERMS  # sup|(w A² E)| h²/8
 INTEGRAL = BEND + 1  # ∫f dτ = row·Δz, where asked for
 TERMS_LEFT = INTEGRAL + 1  # (of the products only) a polynomial that is worked on
-_WIDTH = TERMS_LEFT + TERMS
+WIDTH = TERMS_LEFT + TERMS
 DEEPEST = 48  # halvings of an interval
 LOW, SPAN = TERMS, TERMS + 1
 
 
 class Phase(NamedTuple):
-    """Tables of one phase.
-
-    Two arrays hold them all: a call from Python unpacks each array anew, which takes as long as a flight.
-    """
+    """Tables of one phase."""
 
     spacing: float  # h
     rows: np.ndarray  # (6, INTEGRAL + 1)
@@ -58,13 +57,17 @@ class Phase(NamedTuple):
 class Scratch(NamedTuple):
     """Room to work in, so that no kernel allocates."""
 
-    products: np.ndarray  # (_WIDTH,) the state times the rows of a phase, as far as they were asked for
+    products: np.ndarray  # (WIDTH,) the state times the rows of a phase, as far as they were asked for
     stack: np.ndarray  # (DEEPEST, TERMS + 2) right halves: Bernstein coefficients, LOW and SPAN
+
+
+PHASE_SHAPES = (), (6, INTEGRAL + 1), (POINTS, 6, 6)
+SCRATCH_SHAPES = (WIDTH,), (DEEPEST, TERMS + 2)
 
 
 def make_scratch() -> Scratch:
     """Room for one march."""
-    return Scratch(np.zeros(_WIDTH), np.zeros((DEEPEST, TERMS + 2)))
+    return Scratch(np.zeros(WIDTH), np.zeros((DEEPEST, TERMS + 2)))
 
 
 @jit
@@ -135,7 +138,7 @@ TO_BERNSTEIN = np.array([[math.comb(j, k) / math.comb(_N, k) for j in range(TERM
 @jit
 def moves_of(a, eta, h):
     """E(jh) for j = 1 … POINTS."""
-    moves = powers(exponential(a * h))
+    moves = twofold.powers(twofold.exponential(twofold.scaled(a, h), _SERIES), POINTS)
     for j in range(1, POINTS + 1):
         turn = j * h * eta
         moves[j - 1, 4, 4] = moves[j - 1, 5, 5] = math.cos(turn)

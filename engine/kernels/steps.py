@@ -19,7 +19,19 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
-from .phase import POINTS, REACH, TERMS, Phase, exponential, polynomial, powers, product, row_times, tabulate
+from .phase import (
+    PHASE_SHAPES,
+    POINTS,
+    REACH,
+    TERMS,
+    Phase,
+    exponential,
+    polynomial,
+    powers,
+    product,
+    row_times,
+    tabulate,
+)
 
 MOST_STRIDE = 16
 COARSE = 1.0  # |λ| times the spacing of the coarse tables in contact; the quasi-static gap is then certified
@@ -52,6 +64,10 @@ class Squeeze(NamedTuple):
     moves: np.ndarray  # (POINTS, 6, 6) M to the power j·stride
     sums: np.ndarray  # (POINTS, 6) Δτ Σλ over the next j·stride steps
     bend: np.ndarray  # (6,) bound of |g″| (stride · Δτ)²/8 between
+
+
+FLIGHT_SHAPES = (), *PHASE_SHAPES, (6, 4 * TERMS), (2, 6), (6,)
+SQUEEZE_SHAPES = (), (6, POINTS), (POINTS, 6, 6), (POINTS, 6), (6,)
 
 
 @jit

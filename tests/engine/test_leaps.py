@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from engine import Newmark, Status, System, simulate
-from engine.kernels.newmark import BEGIN, CONTACT, STEP
+from engine import Newmark, Record, Status, System, simulate
+from engine.drivers.newmark import pack
+from engine.kernels.newmark import step
+from engine.kernels.steps import make_flight, make_squeezes, step_map
 
 SETTINGS = [
     (1.08, 2500.0, 8.0, 2000),
@@ -22,24 +24,31 @@ SETTINGS = [
 ]
 
 
-def at_the_end(eta, stiffness, damping, n, periods, *, every_step, x1=0.0):
-    """The solver's whole state after some periods, the transient alone: predictors, contact and when it last began."""
-    method = Newmark(stiffness, damping, n, every_step=every_step)
-    response = simulate(System(), eta, method, periods=periods + 1, keep=1, initial=(x1, 0, 0, 0))
-    return response, np.array(response.checkpoint.state)
+def both(eta, stiffness, damping, n, periods, **options):
+    """The same run, walked and leapt."""
+    return (
+        simulate(System(), eta, Newmark(stiffness, damping, n, every_step=walk), periods=periods, **options)
+        for walk in (True, False)
+    )
 
 
-def same_contact(one, other):
-    return (one[[CONTACT, STEP, BEGIN]] == other[[CONTACT, STEP, BEGIN]]).all()
+def steps_of(response):
+    """The steps at which contacts begin and end."""
+    return np.rint(response.contacts * response.method.steps * response.eta / (2 * math.pi)).astype(int)
 
 
 @pytest.mark.parametrize(("eta", "stiffness", "damping", "n"), SETTINGS)
 def test_the_same_steps(eta, stiffness, damping, n):
-    for periods in (1, 2, 5, 10):
-        _, walked = at_the_end(eta, stiffness, damping, n, periods, every_step=True)
-        _, leapt = at_the_end(eta, stiffness, damping, n, periods, every_step=False)
-        assert same_contact(leapt, walked)
-        np.testing.assert_allclose(leapt[:4], walked[:4], atol=1e-7)
+    walked, leapt = both(eta, stiffness, damping, n, 10, keep=10, record=Record(2, 500))
+    np.testing.assert_array_equal(steps_of(leapt), steps_of(walked))
+    scale = np.abs(walked.section).max()
+    np.testing.assert_allclose(leapt.section, walked.section, atol=1e-8 * scale)
+    for name in ("time", "position", "velocity_before", "velocity_after", "impulse", "closing_speed"):
+        one, other = getattr(walked.impacts, name), getattr(leapt.impacts, name)
+        np.testing.assert_allclose(other, one, atol=1e-7 * max(1, np.abs(one).max()))
+    for name in ("time", "displacement", "velocity", "force"):
+        one, other = getattr(walked.trajectory, name), getattr(leapt.trajectory, name)
+        np.testing.assert_allclose(other, one, atol=1e-7 * max(1, np.abs(one).max()))
 
 
 def test_the_same_steps_wherever_rounding_does_not_decide():
@@ -48,37 +57,101 @@ def test_the_same_steps_wherever_rounding_does_not_decide():
     Many bounces in a period multiply a rounding error by up to 1e9. How much, the plain loop itself tells, started
     1e-11 beside rest: leaps may not differ from it by more than that, nor by any contact step where that does not.
     """
-    rng, compared = np.random.default_rng(20), 0
+    rng, compared, phases = np.random.default_rng(20), 0, 0
     for _ in range(300):
         eta, n = rng.uniform(0.5, 4.0), int(np.exp(rng.uniform(math.log(1000), math.log(8000))))
         numbers = eta, 10 ** rng.uniform(1, 5), 10 ** rng.uniform(-1, 2), n
-        walked, one = at_the_end(*numbers, 3, every_step=True)
-        leapt, other = at_the_end(*numbers, 3, every_step=False)
-        nudged = at_the_end(*numbers, 3, every_step=True, x1=-1e-11)[1]
+        walked, leapt = both(*numbers, 3, keep=3)
+        nudged, _ = both(*numbers, 3, keep=3, initial=(-1e-11, 0, 0, 0))
         assert leapt.status == walked.status
-        sensitivity = np.abs(one[:4] - nudged[:4]).max()
+        if walked.section.shape != nudged.section.shape:
+            continue
+        sensitivity = np.abs(walked.section - nudged.section).max()
         if sensitivity > 1e-4:
             continue
         compared += 1
-        assert same_contact(one, other), numbers
-        assert np.abs(one[:4] - other[:4]).max() < 1e-9 + 10 * sensitivity, numbers
+        phases += walked.contacts.size
+        np.testing.assert_array_equal(steps_of(leapt), steps_of(walked), err_msg=str(numbers))
+        assert np.abs(walked.section - leapt.section).max() < 1e-9 + 10 * sensitivity, numbers
     assert compared > 250
+    assert phases > 2000
+
+
+def test_leaps_do_not_depend_on_where_a_run_is_cut():
+    """Chaotic motion: the last bit would show."""
+    method = Newmark(12000.0, 18.0, 2000)
+    long = simulate(System(), 1.70, method, periods=400, keep=400)
+    short = simulate(System(), 1.70, method, periods=400, keep=3)
+    sampled = simulate(System(), 1.70, method, periods=400, keep=20, record=Record(7, 300))
+    np.testing.assert_array_equal(long.section[-3:], short.section)
+    np.testing.assert_array_equal(long.section[-20:], sampled.section)
+    begun = simulate(System(), 1.70, method, periods=151, keep=1).checkpoint
+    ahead = simulate(System(), 1.70, method, periods=250, keep=3, initial=begun)
+    np.testing.assert_array_equal(long.section[-3:], ahead.section)
+
+
+@pytest.mark.parametrize("contact", [False, True])
+def test_a_step_is_its_map(contact):
+    eta, method = 1.3, Newmark(3000.0, 5.0, 500)
+    scheme = pack(System(), eta, method)
+    one, turn = step_map(scheme, eta, contact), eta * scheme.h
+    p1, q1, p2, q2, phase = 0.3, 0.02, 0.25, -0.01, 0.7
+    z = np.array([p1, q1, p2 - p1, q2 - q1, math.cos(phase), math.sin(phase)])
+    a1, a2, force = step(scheme, p1, q1, p2, q2, contact, math.cos(phase + turn))
+    np.testing.assert_allclose(one.accelerations @ z, (a1, a2), atol=1e-13)
+    np.testing.assert_allclose(one.force @ z, force, atol=1e-11)
+    np.testing.assert_allclose(one.gap @ z, p2 - p1 + (a2 - a1) / 4, atol=1e-14)
+    after = (p1 + q1 + a1, q1 + a1, p2 - p1 + q2 - q1 + a2 - a1, q2 - q1 + a2 - a1)
+    np.testing.assert_allclose((one.move @ z)[:4], after, atol=1e-13)
+
+
+def test_tables_of_many_steps_are_powers_of_the_map():
+    eta, method = 1.08, Newmark(2500.0, 8.0, 2000)
+    scheme, rng = pack(System(), eta, method), np.random.default_rng(3)
+    free, pressed = step_map(scheme, eta, False), step_map(scheme, eta, True)
+    flight = make_flight(scheme, eta, 2.41)
+    fine, coarse, _ = make_squeezes(scheme, eta, 90.0)
+    assert flight.stride > 10
+    assert coarse.stride > 1
+    z = np.append(rng.normal(size=4), (math.cos(0.4), math.sin(0.4)))
+    power = np.linalg.matrix_power
+    for j in (1, 7, 64):
+        np.testing.assert_allclose(flight.phase.moves[j - 1] @ z, power(free.move, j * flight.stride) @ z, atol=1e-11)
+        for table in (fine, coarse):
+            steps = j * table.stride
+            np.testing.assert_allclose(table.moves[j - 1] @ z, power(pressed.move, steps) @ z, atol=1e-10)
+            depth = -pressed.gap @ power(pressed.move, steps - 1) @ z
+            np.testing.assert_allclose(table.depths[:, j - 1] @ z, depth, atol=1e-11)
+            force = sum(pressed.force @ power(pressed.move, k) @ z for k in range(steps))
+            np.testing.assert_allclose(table.sums[j - 1] @ z, scheme.h * force, atol=1e-9 * abs(force))
+
+
+def test_between_coarse_steps_the_gap_keeps_to_its_bound():
+    eta, method = 1.08, Newmark(2500.0, 8.0, 2000)
+    scheme, rng = pack(System(), eta, method), np.random.default_rng(4)
+    pressed = step_map(scheme, eta, True)
+    _, coarse, _ = make_squeezes(scheme, eta, 90.0)
+    stride = coarse.stride
+    for _ in range(50):
+        phase = rng.uniform(0, 2 * math.pi)
+        z = np.append(rng.normal(size=4) * (1, 0.01, 1e-3, 1e-4), (math.cos(phase), math.sin(phase)))
+        gaps = [pressed.gap @ np.linalg.matrix_power(pressed.move, k) @ z for k in range(64 * stride)]
+        bound = coarse.bend @ np.abs(z)
+        ends, share = np.array(gaps[stride - 1 :: stride]), np.arange(stride + 1) / stride
+        chords = ends[:-1, None] * (1 - share) + ends[1:, None] * share
+        inside = np.array([gaps[k : k + stride + 1] for k in range(stride - 1, len(gaps) - stride, stride)])
+        assert np.abs(inside - chords).max() <= bound
 
 
 def test_a_blow_up_is_met_at_the_same_step():
-    arguments = 2.76, 1e7, 1.0, 1000
-    walked, _ = at_the_end(*arguments, 40, every_step=True)
-    leapt, _ = at_the_end(*arguments, 40, every_step=False)
+    walked, leapt = both(2.76, 1e7, 1.0, 1000, 40, keep=1)
     assert walked.status is leapt.status is Status.DIVERGED
     assert walked.cost.steps == leapt.cost.steps
+    assert walked.message == leapt.message
 
 
 def test_the_discrete_flight_is_newmarks():
     """Without contact the closed form and the loop agree over many periods, at any step."""
     for n in (1000, 3000):
-        start = (0.0, 0.0, 500.0, 0.0)
-        ends = [
-            simulate(System(), 0.7, Newmark(10, 0.1, n, every_step=walk), periods=21, keep=1, initial=start).checkpoint
-            for walk in (True, False)
-        ]
-        np.testing.assert_allclose(ends[0].state[:4], ends[1].state[:4], rtol=1e-10)
+        walked, leapt = both(0.7, 10, 0.1, n, 21, keep=21, initial=(0.0, 0.0, 500.0, 0.0))
+        np.testing.assert_allclose(leapt.section, walked.section, rtol=1e-9, atol=1e-9)

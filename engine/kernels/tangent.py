@@ -1,0 +1,253 @@
+"""The march once more, with the derivative of the state with respect to its start: the Jacobian of the Poincaré map.
+
+Let δ be what a small change of the start changes of y = (ξ₁, ξ₁′, g, g′) *at a fixed time*. Within a phase the excitation
+does not change, so δ(s) = E(s) δ(0), with the upper left part of the phase's own E (see :mod:`.phase`): a move of the table,
+then the polynomials of ξ₁ and g, and of their rates, over the rest.
+
+An event takes place where the watched f = w·y falls to zero, so the change moves its time, and the state that it meets:
+
+    dτ = −w·δ / f′,        d = δ + y′ dτ        the change *along the event*, y′ before it,
+
+and after it, with the y′ of the phase that follows, δ = d − y′ dτ. With the reset y⁺ = R(y⁻) between the two, d⁺ = R d⁻,
+
+    δ⁺ = [R + (y′⁺ − R y′⁻) (−wᵀ/f′)] δ⁻,
+
+which is known as the saltation matrix. It needs the resets alone:
+
+- *Impact*: ξ₁′ gains (1 + e) μ/(1 + μ) g′, and g′ becomes −e g′.
+- *Impact that sticks*, and any other beginning of a permanent contact: ξ₁′ gains μ/(1 + μ) g′; g = g′ = 0 whatever the
+  start: the rank falls to two.
+- *Release*: nothing is reset. If the joined pendulums feel no other damping than the free ones, y′ does not jump either (the force
+  is zero), and δ goes on as it is; with the measured joint damping ξ₁″ jumps by the rest of it.
+- *Contact of the exact penalty*: nothing is reset, but the damper's 2D g′ sets in at once, and lets go at once: y′ jumps.
+- *Rest of a chatter* (see :mod:`.chatter`), whose end moves by dτ + dt∞. With q = 2rj / (3(1 − e)a²), t∞ = 2r(1 + q) / ((1 − e)a),
+
+      dt∞ = t∞ (dr/r − da/a) + 2r dq / ((1 − e)a),      dq = q (dr/r + dj/j − 2 da/a),
+
+  a = −g″ and j = g‴ being those of the free gap: da = −(w A²)·δ − j dτ, dj = (w A³)·δ + g⁗ dτ. The common motion is a
+  solution of the free equations, and has a δ of its own.
+- *What was fast in a contact is dropped*: δ is projected as the state is.
+
+At a grazing impact f′ = 0: there is no derivative, and the result is not finite.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .anchor import CALM, COLLIDING, SEPARATED, TOUCHING, Anchor, clock, state, touches
+from .chatter import falling
+from .jit import jit
+from .laws import parts, settle, strike
+from .march import DONE, MOST_EVENTS, PILED_UP, UNRESOLVED, calmed, end_of_block, end_of_phase, state_at
+from .phase import FIRST, GAP, POINTS, POWERS, first_at, gap_at, polynomial_at
+from .root import first_root
+
+
+class Change(NamedTuple):
+    """What each unit change of the start changes; columns belong to the start, rows to what is changed."""
+
+    state: np.ndarray  # (4, 4) δ within a phase, d at an event
+    time: np.ndarray  # (4,) dτ of the event; zero within a phase
+
+
+@jit
+def flow(phase, z):
+    """y′ at z."""
+    square = 2.0 / (phase.spacing * phase.spacing)
+    first, gap = 0.0, 0.0
+    for i in range(6):
+        first += phase.rows[i, FIRST + 2] * z[i]
+        gap += phase.rows[i, GAP + 2] * z[i]
+    return z[1], first * square, z[3], gap * square
+
+
+@jit
+def shift(change, rate, sign):
+    """From fixed time to the event (sign = 1), or back (−1)."""
+    for k in range(4):
+        for i in range(4):
+            change.state[i, k] += sign * rate[i] * change.time[k]
+
+
+@jit
+def advance(phase, change, i, u):
+    """δ after i + u spacings of the phase."""
+    rest = np.empty((4, 4))
+    for j in range(4):
+        rest[0, j], rate = polynomial_at(phase.rows[j, FIRST:GAP], u)
+        rest[1, j] = rate / phase.spacing
+        rest[2, j], rate = polynomial_at(phase.rows[j, GAP : 2 * GAP - FIRST], u)
+        rest[3, j] = rate / phase.spacing
+    if i > 0:
+        apply(phase.moves[i - 1], change)
+    apply(rest, change)
+
+
+@jit
+def apply(matrix, change):
+    """δ, or d, times the upper left part of a matrix."""
+    for k in range(4):
+        old = change.state[0, k], change.state[1, k], change.state[2, k], change.state[3, k]
+        for i in range(4):
+            change.state[i, k] = (
+                matrix[i, 0] * old[0] + matrix[i, 1] * old[1] + matrix[i, 2] * old[2] + matrix[i, 3] * old[3]
+            )
+
+
+@jit
+def meet(phase, change, z, slope):
+    """From δ to d at the event z that ends a phase, f′ = ``slope``."""
+    for k in range(4):
+        value = 0.0
+        for i in range(4):
+            value += phase.rows[i, POWERS] * change.state[i, k]
+        change.time[k] = -value / slope
+    shift(change, flow(phase, z), 1.0)
+
+
+@jit
+def leave(phase, change, z):
+    """From d to δ at the beginning z of a phase."""
+    shift(change, flow(phase, z), -1.0)
+    change.time[:] = 0.0
+
+
+@jit
+def reset(p, change, before, after):
+    """d over what joins the pendulums, or throws them back; the anchors are those before and after it."""
+    if not p.rigid:
+        return
+    joins = touches(after) and not touches(before)
+    bounces = before.mode == COLLIDING and before.rate < 0.0
+    if joins or bounces:
+        left = 0.0 if joins else p.restitution
+        change.state[1] += p.mass_share * (1.0 + left) * change.state[3]
+        change.state[2] = 0.0
+        change.state[3] *= -left
+    elif after.rate != before.rate:  # a speed that rounding hides
+        change.state[3] = 0.0
+
+
+@jit
+def common(p, change, z):
+    """Common motion of separated pendulums that are about to be one: d and z of it."""
+    change.state[1] += p.mass_share * change.state[3]
+    change.state[2:] = 0.0
+    return z[0], z[1] + p.mass_share * z[3], 0.0, 0.0, z[4], z[5]
+
+
+@jit
+def lengthened(p, change, z, length):
+    """dt∞ of the chatter that begins at z; to be called with d as it is there."""
+    phase = p.flight
+    h, r = phase.spacing, z[3]
+    a, j = falling(phase, z, p.scratch)
+    y, snap = flow(phase, z), 0.0
+    for i in range(6):
+        snap += phase.rows[i, GAP + 4] * z[i] * 24.0 / (h * h * h * h)
+    share = 2.0 / (3.0 * (1.0 - p.restitution) * a * a)  # q = share r j
+    out = np.empty(4)
+    for k in range(4):
+        time = change.time[k]
+        da, dj, dr = -j * time, snap * time, change.state[3, k]
+        for i in range(4):
+            delta = change.state[i, k] - y[i] * time
+            da -= phase.rows[i, GAP + 2] * delta * 2.0 / (h * h)
+            dj += phase.rows[i, GAP + 3] * delta * 6.0 / (h * h * h)
+        dq = share * (dr * j + r * dj - 2.0 * r * j * da / a)
+        out[k] = length * (dr / r - da / a) + 2.0 * r * dq / ((1.0 - p.restitution) * a)
+    return out
+
+
+@jit
+def over_chatter(p, change, before, after):
+    """d over the rest of a chatter, from the anchor at its beginning to that at its end."""
+    z, length = state(p, before), clock(p, after) - clock(p, before)
+    longer = lengthened(p, change, z, length)
+    begun = change.time.copy()
+    z = common(p, change, z)
+    leave(p.flight, change, z)
+    u = length / p.flight.spacing
+    advance(p.flight, change, 0, u)
+    x, v = first_at(p.flight, z, u, p.scratch)
+    g, rate = gap_at(p.flight, z, u, p.scratch)
+    _, _, _, _, c, s = state(p, after)
+    change.time[:] = begun + longer
+    shift(change, flow(p.flight, (x, v, g, rate, c, s)), 1.0)
+    change.state[0] += p.mass_share * change.state[2]
+    common(p, change, z)
+
+
+@jit
+def at_end(p, phase, change, z, s):
+    """(ξ₁, ξ₁′, g, g′) at s within the block that begins at z, δ being carried there."""
+    i = min(max(int(s / phase.spacing), 0), POINTS - 1)
+    advance(phase, change, i, s / phase.spacing - i)
+    return state_at(p, phase, z, s)
+
+
+@jit
+def at_event(p, change, a, stop):
+    """The anchor after what is due at a, d being carried over it, and whether the rest of a chatter ends after ``stop``."""
+    before, a = a, strike(p, a)
+    reset(p, change, before, a)
+    before, a = a, settle(p, a)
+    if clock(p, a) > clock(p, before):
+        if (stop - a.period) * p.period < a.tau:
+            return before, True
+        over_chatter(p, change, before, a)
+    else:
+        reset(p, change, before, a)
+    return a, False
+
+
+@jit
+def march_along(p, a, stop):
+    """Carry the motion and its derivative to the end of period ``stop``.
+
+    Parameters
+    ----------
+    p : Contact
+    a : Anchor
+        The start, at a whole period.
+    stop : float
+        Number of periods since the start of the run.
+
+    Returns
+    -------
+    ((4,) tuple, (4, 4) float64, int)
+        (ξ₁, ξ₁′, g, g′) there, its derivative with respect to that at ``a``, and how the march ended (see
+        :func:`engine.kernels.march.march`; unless DONE, the numbers mean nothing).
+    """
+    change = Change(np.eye(4), np.zeros(4))
+    phases = (p.flight, p.touching, p.calm)
+    if a.mode == COLLIDING and a.rate < 0.0:
+        meet(p.flight, change, state(p, a), a.rate)
+    while True:
+        a, within = at_event(p, change, a, stop)
+        horizon = (stop - a.period) * p.period - a.tau
+        if within:
+            z = common(p, change, state(p, a))
+            leave(p.touching, change, z)
+            return at_end(p, p.touching, change, z, horizon), change.state, DONE
+        if not parts(p, a):
+            return (0.0, 0.0, 0.0, 0.0), change.state, UNRESOLVED
+        before, a = a, calmed(p, a)
+        if a.mode == CALM and before.mode == TOUCHING:
+            apply(np.eye(4) - p.fast[:, :4], change)
+        phase = phases[int(a.mode)]
+        z = state(p, a)
+        leave(phase, change, z)
+        i, u, slope, _ = first_root(phase, z, int(a.order), p.scratch)
+        if (i + u) * phase.spacing >= horizon:
+            return at_end(p, phase, change, z, horizon), change.state, DONE
+        advance(phase, change, i, u)
+        if i == POINTS:
+            a = end_of_block(p, phase, a, z)
+            continue
+        a = end_of_phase(p, phase, a, z, i, u, slope)
+        meet(phase, change, state(p, a), slope)
+        a = Anchor(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.touch)
+        if a.events > MOST_EVENTS:
+            return (0.0, 0.0, 0.0, 0.0), change.state, PILED_UP
