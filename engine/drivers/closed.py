@@ -19,6 +19,7 @@ from .slow import APART, split
 
 PERIODS_PER_CALL = 2000
 _STATUS = {kernel.PILED_UP: Status.PILED_UP, kernel.UNRESOLVED: Status.UNRESOLVED}
+MOST_PAUSES = 50  # in one period, a second or so
 COMPLETION = 1e-5  # the closed form of a chatter's rest leaves out the square of this
 GAP = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # what is watched in flight, as a row on the state
 
@@ -81,7 +82,8 @@ class ClosedDriver(Driver):
         super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
         self._packed = pack(system, eta, method)
         self._folded = fold(self._packed)
-        self._events = self._evaluations = 0
+        self._events = self._evaluations = self._pauses = 0
+        self._paused_in = -1.0
         self._window = (float(kept_from), float(self.sampled_from))
         self._anchor = _anchor(self._packed, start)
         if not getattr(kernel.march, "signatures", True):  # compile, or load, outside the measured seconds
@@ -94,13 +96,23 @@ class ClosedDriver(Driver):
         self._anchor, code, events, evaluations = self._march(stop, record)
         self._events += events
         self._evaluations += evaluations
-        return _STATUS.get(code, Status.OK), code == kernel.FULL
+        if code == kernel.PAUSED:
+            self._pauses = self._pauses + 1 if self._anchor.period == self._paused_in else 0
+            self._paused_in = self._anchor.period
+            if self._pauses > MOST_PAUSES:
+                return Status.UNRESOLVED, False
+        return _STATUS.get(code, Status.OK), code in (kernel.FULL, kernel.PAUSED)
 
     def _march(self, stop: int, record: Buffers) -> tuple[Anchor, int, int, int]:
         return kernel.march(self._folded, self._anchor, float(stop), self._window, record)
 
     def explain(self, status: Status) -> str:
         period = int(self._anchor.period) + 1
+        if status is Status.UNRESOLVED and self._pauses > MOST_PAUSES:
+            return (
+                f"following period {period} was given up: what is fast in it does not die away; "
+                "take a smaller K or a larger D, or a higher eta"
+            )
         if status is Status.UNRESOLVED:
             return (
                 f"in period {period} the joined pendulums would part into each other: their joint damping and the two "

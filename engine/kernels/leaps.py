@@ -117,7 +117,12 @@ def glide(f, z, scratch):
     if not dot(f.phase.rows[:, POWERS], z) > 0.0:
         return 0, True
     i, u, _, _ = first_root(f.phase, z, 0, scratch)
-    return i * f.stride + int(u * f.stride), i < POINTS
+    if i == POINTS:
+        return POINTS * f.stride, False
+    # the gap at the end of step k + 1 is f there: that step is skipped as well, unless rounding may have hidden a zero
+    into = u * f.stride
+    whole = int(into)
+    return i * f.stride + whole + (1 if into - whole > 1e-6 else 0), True
 
 
 @inlined

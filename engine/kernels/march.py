@@ -16,7 +16,8 @@ from .record import no_room
 from .root import first_root
 
 # how a march ends
-DONE, FULL, PILED_UP, UNRESOLVED = range(4)
+DONE, FULL, PILED_UP, UNRESOLVED, PAUSED = range(5)
+MOST_EFFORT = 300_000  # intervals examined in one call, which then takes some hundredths of a second
 LOST = 2.0**-44
 MOST_EVENTS = 100_000  # in one period; chatter at e = 0.99 down to a closing speed of 1e-12 has 2,750
 
@@ -156,7 +157,7 @@ def march(folded, a, stop, window, record):
     -------
     (Anchor, int, int, int)
         The last anchor before the end of ``stop``; DONE, FULL (make room for impacts or contacts, then call again),
-        PILED_UP or UNRESOLVED; events; intervals examined.
+        PAUSED (call again), PILED_UP or UNRESOLVED; events; intervals examined.
     """
     p = unfold(folded)
     kept = record.section.shape[0] > 0
@@ -191,6 +192,8 @@ def march(folded, a, stop, window, record):
         if kept and touches(begin) and not p.rigid:
             a = pressed_on(p, phase, a, z, state(p, a))
         if i == POINTS:
+            if examined > MOST_EFFORT:
+                return a, PAUSED, events, examined
             continue
         if kept and touches(begin):
             note_contact(p, a.touch, a, kept_from, record)
