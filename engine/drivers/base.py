@@ -54,6 +54,11 @@ class Driver(ABC):
         self._contacts.append(record.contacts[:contacts].copy())
         record.used[:] = 0
 
+    @property
+    def section(self) -> np.ndarray:
+        """Rows of the kept periods that were completed."""
+        return self._kept.section[: self.section_rows_done()]
+
     def results(self) -> dict:
         """The fields of a Response that the run has filled."""
         self.close_open_contact(self._kept)
@@ -61,7 +66,7 @@ class Driver(ABC):
         rows = np.concatenate([np.empty((0, IMPACT_COLUMNS)), *self._impacts])
         contacts = np.concatenate([np.empty((0, 2)), *self._contacts])
         return {
-            "section": self._kept.section[: self.section_rows_done()],
+            "section": self.section,
             "impacts": Impacts(
                 time=rows[:, 0],
                 position=rows[:, 1],

@@ -19,7 +19,7 @@ from .slow import APART, split
 
 PERIODS_PER_CALL = 2000
 _STATUS = {kernel.PILED_UP: Status.PILED_UP, kernel.UNRESOLVED: Status.UNRESOLVED}
-MOST_PAUSES = 50  # in one period, a second or so
+MOST_PAUSES = 8  # in one period
 COMPLETION = 1e-5  # the closed form of a chatter's rest leaves out the square of this
 GAP = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # what is watched in flight, as a row on the state
 
@@ -80,12 +80,12 @@ class ClosedDriver(Driver):
         phases = record.phases(record.steps or record.per_period) if record else np.zeros(1)
         self.run = system, eta, method
         super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
-        self._packed = pack(system, eta, method)
-        self._folded = fold(self._packed)
+        self.packed = pack(system, eta, method)
+        self._folded = fold(self.packed)
         self._events = self._evaluations = self._pauses = 0
         self._paused_in = -1.0
         self._window = (float(kept_from), float(self.sampled_from))
-        self._anchor = _anchor(self._packed, start)
+        self._anchor = _anchor(self.packed, start)
         if not getattr(kernel.march, "signatures", True):  # compile, or load, outside the measured seconds
             self._march(start.periods - 1, self._nothing)
 
@@ -118,12 +118,12 @@ class ClosedDriver(Driver):
                 f"in period {period} the joined pendulums would part into each other: their joint damping and the two "
                 "dampers contradict each other; take the derived joint damping, or smaller damping ratios"
             )
-        change = "take a larger threshold or a smaller restitution" if self._packed.rigid else "take a smaller K"
+        change = "take a larger threshold or a smaller restitution" if self.packed.rigid else "take a smaller K"
         return f"over {kernel.MOST_EVENTS} impacts and contacts in period {period}: the chatter does not end; {change}"
 
     def close_open_contact(self, record: Buffers) -> None:
         if touches(self._anchor) and self.periods > self.kept_from:
-            kernel.note_open(self._packed, self._anchor, float(self.periods), self._window, record)
+            kernel.note_open(self.packed, self._anchor, float(self.periods), self._window, record)
 
     def section_rows_done(self) -> int:
         return max(0, self.periods - self.kept_from)

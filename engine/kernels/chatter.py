@@ -4,14 +4,14 @@ Let the pendulums part with the speed r from g = 0 under the relative accelerati
 
     g = r s − a s²/2 + j s³/6 + …      ends after    t = 2r/a + 4jr²/(3a³) + O(r³)
 
-with the closing speed r − (2/3) j r²/a² + O(r³), of which e is left; the next flight has the acceleration −a + jt. Summed
-over the geometric sequence that follows, the chatter lasts
+with the closing speed r − (2/3) j r²/a² + O(r³), of which e is left; the next flight has the acceleration −a + jt.
+Summed over the geometric sequence that follows, the chatter lasts
 
     t∞ = 2r / (a(1 − e)) · [1 + 2jr / (3a²(1 − e))] + O(r³).
 
 Impacts conserve momentum, so the common motion ξ̄ = ξ₁ + μ/(1 + μ) g goes on smoothly; the gap that it feels is of
-order r² over a time of order r. Position and velocity at t∞ from the series at g = g′ = 0 therefore are exact to O(r³), and
-so is the whole: the threshold ε that sticking needs without this enters in the first power.
+order r² over a time of order r. Position and velocity at t∞ from the series at g = g′ = 0 therefore are exact to O(r³),
+and so is the whole: the threshold ε that sticking needs without this enters in the first power.
 """
 
 from .jit import inlined
@@ -30,8 +30,8 @@ def falling(phase, z, scratch):
 def completes(phase, z, restitution, limit, scratch):
     """Whether the chatter that begins at z is sure to end in contact and is short enough to be summed.
 
-    The expansion goes in powers of r |j| / (a²(1 − e)) and of t∞ against the time h/REACH of the fastest oscillation; both
-    must be at most ``limit``.
+    The expansion goes in powers of r |j| / (a²(1 − e)) and of t∞ against the time h/REACH of the fastest oscillation;
+    both must be at most ``limit``.
     """
     r = z[3]
     if restitution >= 1.0:

@@ -1,8 +1,8 @@
 """The tables of a solver in one array.
 
 A call from Python takes each array that it is given apart. A solver has ten to twenty, which together take as long as
-tens of periods of the motion; folded they are one. Their shapes do not change from run to run, so a kernel finds them at
-places that the compiler knows.
+tens of periods of the motion; folded they are one. Their shapes do not change from run to run, so a kernel finds them
+at places that the compiler knows.
 """
 
 import math

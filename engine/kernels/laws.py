@@ -108,8 +108,8 @@ def settle(p, a):
 def parts(p, a):
     """Whether pendulums that the contact force lets go do part.
 
-    The force is −μ/(1 + μ) g″ of the free gap, yet joined pendulums feel a joint damping that free ones do not: where it
-    is far from what the two dampers add up to, the free gap may fall although the force falls too.
+    The force is −μ/(1 + μ) g″ of the free gap, yet joined pendulums feel a joint damping that free ones do not: where
+    it is far from what the two dampers add up to, the free gap may fall although the force falls too.
     """
     if not p.rigid or a.mode != SEPARATED or a.order < 3.0:
         return True

@@ -4,11 +4,12 @@
 reference (:mod:`.root`): the steps before it can be skipped.
 
 **Contact.** The gaps of the next POINTS steps, which the processor forms side by side, tell how many can be skipped.
-Where a contact lasts, every s-th step is enough, as long as the gap stays further below zero than it could rise between.
+Where a contact lasts, every s-th step is enough, as long as the gap stays further below zero than it could rise
+between.
 
 Both only say how many steps can be skipped; the step at which contact changes is taken as in the plain loop, and its
-gap decides. Where rounding decides, plain loop and leaps may differ. Leaps do not depend on where a run is cut: one that
-reaches beyond its end is not taken, what is asked for within it is read off, and the next call begins with it.
+gap decides. Where rounding decides, plain loop and leaps may differ. Leaps do not depend on where a run is cut: one
+that reaches beyond its end is not taken, what is asked for within it is read off, and the next call begins with it.
 """
 
 from typing import NamedTuple
@@ -193,8 +194,8 @@ def leap(folded, state, stop, window, record):
     folded : (n,) float64
         Leaps, as :func:`.folded.fold` gives them.
     state : (SLOTS,) float64
-        Changed in place. ``state[STEP]`` is the step from which the next call goes on: ``stop`` or, where a leap reaches
-        beyond, the step before that leap.
+        Changed in place. ``state[STEP]`` is the step from which the next call goes on: ``stop`` or, where a leap
+        reaches beyond, the step before that leap.
     stop : int
     window : (3,) int64
         The step at which the kept periods begin, the step at which sampling begins, and the steps from sample to
@@ -242,10 +243,7 @@ def leap(folded, state, stop, window, record):
             if k >= n:
                 k %= n
             c, s = circle(k * share)
-            if contact:
-                gap = there
-            else:
-                gap = dot(p.flight.here, (p1, q1, apart, drift, c, s))
+            gap = there if contact else dot(p.flight.here, (p1, q1, apart, drift, c, s))
         calm = lasts
         if not due:
             continue

@@ -1,9 +1,9 @@
 """From event to event in closed form: the reference and the exact penalty solution (MODEL.md, "Motion").
 
-The state of the solver is its last event, or the beginning of the block in which it looks for the next one: period, time
-within the period, motion, and the mode that follows. Displacements between events are evaluated only where a record asks
-for them. Time is counted in whole periods and a remainder, so that the phase of the excitation stays exact over any
-number of periods.
+The state of the solver is its last event, or the beginning of the block in which it looks for the next one: period,
+time within the period, motion, and the mode that follows. Displacements between events are evaluated only where a
+record asks for them. Time is counted in whole periods and a remainder, so that the phase of the excitation stays exact
+over any number of periods.
 """
 
 import numpy as np

@@ -5,9 +5,9 @@ In flight, joined, or squeezed by a contact spring, the state
     z = (ξ₁, ξ₁′, g, g′, C, S),    C = cos ητ,  S = sin ητ,
 
 obeys z′ = A z with a constant generator A, whatever the dampings, at resonance too. (The gap g = ξ₂ − ξ₁ stands for ξ₂,
-so that a short flight keeps its digits.) So z(s) = E(s) z(0), E(s) = exp(As), and every quantity f = w·z, such as the gap
-or the contact force, is one row of numbers times z(0). Nothing here knows a mode or a steady amplitude, which cancel
-where a pendulum is hardly damped and its excitation resonant.
+so that a short flight keeps its digits.) So z(s) = E(s) z(0), E(s) = exp(As), and every quantity f = w·z, such as the
+gap or the contact force, is one row of numbers times z(0). Nothing here knows a mode or a steady amplitude, which
+cancel where a pendulum is hardly damped and its excitation resonant.
 
 The tables hold, for POINTS instants s = jh, the rows w·E(jh) and the moves E(jh), and for the interval between two
 instants the coefficients of f and of ξ₁ as polynomials in u = s/h. With |λ|h ≤ REACH for every eigenvalue λ of A,

@@ -4,8 +4,9 @@
 c = h²/8 · sup|f″| at both ends of an interval, it has no zero within: f lies above its chord by no less than −c.
 
 **Within an interval** that this leaves open f is, to rounding, a polynomial in u = s/h. In Bernstein's basis it has no
-zero in (0, 1) if no coefficient changes sign, and exactly one if there is one change (Descartes' rule); with more changes
-the interval is halved (de Casteljau). Newton's method then finishes from where the control polygon falls through zero.
+zero in (0, 1) if no coefficient changes sign, and exactly one if there is one change (Descartes' rule); with more
+changes the interval is halved (de Casteljau). Newton's method then finishes from where the control polygon falls
+through zero.
 
 A phase that starts on the surface starts with f = 0: there the polynomial is divided by uᵐ, m the order of the first
 derivative that is not zero, so that a flight of any shortness, its f below what rounding leaves of larger numbers,
@@ -139,7 +140,7 @@ def polish(terms, u, low, high):
 
 @inlined
 def open_interval(terms, b, scratch):
-    """First zero in (0, 1) of a polynomial with terms[0] > 0 whose Bernstein coefficients change sign, and its slope."""
+    """First zero in (0, 1), and the slope there, of a polynomial with terms[0] > 0 whose coefficients change sign."""
     low, width, depth = 0.0, 1.0, 0
     while True:
         changes = sign_changes(b, 0)

@@ -7,10 +7,10 @@ As long as contact does not change, a step maps
 the predictors of :mod:`.newmark`, linearly, z → M z, and the gap at its end is a row ρ times z. So the gaps at the ends
 of the next POINTS steps are rows ρ Mʲ⁻¹ times one state, and Mʲ moves it on.
 
-M is the exponential of Ã Δτ: the motion of a linear system z′ = Ã z, read at the steps. With the trapezoidal rule behind
-it, (M − 1)(M + 1)⁻¹ has the eigenvalues λΔτ/2, λ those of the equations of motion, so where Δτ is short beside every
-oscillation Ã Δτ = 2 artanh of it is a short series. Where the gap is read at every s-th step only, the bound of its
-second derivative tells what it does between.
+M is the exponential of Ã Δτ: the motion of a linear system z′ = Ã z, read at the steps. With the trapezoidal rule
+behind it, (M − 1)(M + 1)⁻¹ has the eigenvalues λΔτ/2, λ those of the equations of motion, so where Δτ is short beside
+every oscillation Ã Δτ = 2 artanh of it is a short series. Where the gap is read at every s-th step only, the bound of
+its second derivative tells what it does between.
 """
 
 import math
@@ -125,7 +125,7 @@ def make_flight(m, eta, fastest):
 
 @jit
 def make_squeeze(one, h, stride):
-    """Tables of contact at every ``stride``-th step; with bounds between them, for which Ã must exist, if it is over 1."""
+    """Tables of contact at every ``stride``-th step, and bounds between them, for which Ã must exist, if it is over 1."""
     strider, sums, total = np.eye(6), np.zeros((POINTS, 6)), np.zeros(6)
     for _ in range(stride):
         total += h * row_times(one.force, strider)

@@ -1,14 +1,14 @@
 """The march once more, with the derivative of the state with respect to its start: the Jacobian of the Poincaré map.
 
-Let δ be what a small change of the start changes of y = (ξ₁, ξ₁′, g, g′) *at a fixed time*. Within a phase the excitation
-does not change, so δ(s) = E(s) δ(0), with the upper left part of the phase's own E (see :mod:`.phase`): a move of the table,
-then the polynomials of ξ₁ and g, and of their rates, over the rest.
+Let δ be what a small change of the start changes of y = (ξ₁, ξ₁′, g, g′) *at a fixed time*. Within a phase the
+excitation does not change, so δ(s) = E(s) δ(0), with the upper left part of the phase's own E (see :mod:`.phase`): a
+move of the table, then the polynomials of ξ₁ and g, and of their rates, over the rest.
 
 An event takes place where the watched f = w·y falls to zero, so the change moves its time, and the state that it meets:
 
     dτ = −w·δ / f′,        d = δ + y′ dτ        the change *along the event*, y′ before it,
 
-and after it, with the y′ of the phase that follows, δ = d − y′ dτ. With the reset y⁺ = R(y⁻) between the two, d⁺ = R d⁻,
+and after it, with the y′ of the phase that follows, δ = d − y′ dτ. Between the two is the reset y⁺ = R(y⁻), d⁺ = R d⁻:
 
     δ⁺ = [R + (y′⁺ − R y′⁻) (−wᵀ/f′)] δ⁻,
 
@@ -17,12 +17,12 @@ which is known as the saltation matrix. It needs the resets alone:
 - *Impact*: ξ₁′ gains (1 + e) μ/(1 + μ) g′, and g′ becomes −e g′.
 - *Impact that sticks*, and any other beginning of a permanent contact: ξ₁′ gains μ/(1 + μ) g′; g = g′ = 0 whatever the
   start: the rank falls to two.
-- *Release*: nothing is reset. If the joined pendulums feel no other damping than the free ones, y′ does not jump either (the force
-  is zero), and δ goes on as it is; with the measured joint damping ξ₁″ jumps by the rest of it.
-- *Contact of the exact penalty*: nothing is reset, but the damper's 2D g′ sets in at once, and lets go at once: y′ jumps.
-- *Rest of a chatter* (see :mod:`.chatter`), whose end moves by dτ + dt∞. With q = 2rj / (3(1 − e)a²), t∞ = 2r(1 + q) / ((1 − e)a),
+- *Release*: nothing is reset. If the joined pendulums feel no other damping than the free ones, y′ does not jump either
+  (the force is zero), and δ goes on as it is; with the measured joint damping ξ₁″ jumps by the rest of it.
+- *Contact of the exact penalty*: nothing is reset, but the damper's 2D g′ sets in, and lets go, at once: y′ jumps.
+- *Rest of a chatter* (see :mod:`.chatter`), whose end moves by dτ + dt∞. With q = 2rj / (3(1 − e)a²),
 
-      dt∞ = t∞ (dr/r − da/a) + 2r dq / ((1 − e)a),      dq = q (dr/r + dj/j − 2 da/a),
+      t∞ = 2r(1 + q) / ((1 − e)a),   dt∞ = t∞ (dr/r − da/a) + 2r dq / ((1 − e)a),   dq = q (dr/r + dj/j − 2 da/a),
 
   a = −g″ and j = g‴ being those of the free gap: da = −(w A²)·δ − j dτ, dj = (w A³)·δ + g⁗ dτ. The common motion is a
   solution of the free equations, and has a δ of its own.
@@ -35,12 +35,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .anchor import CALM, COLLIDING, SEPARATED, TOUCHING, Anchor, clock, state, touches
+from .anchor import CALM, COLLIDING, TOUCHING, Anchor, clock, state, touches
 from .chatter import falling
 from .jit import jit
 from .laws import parts, settle, strike
 from .march import DONE, MOST_EVENTS, PILED_UP, UNRESOLVED, calmed, end_of_block, end_of_phase, state_at
-from .phase import FIRST, GAP, POINTS, POWERS, first_at, gap_at, polynomial_at
+from .phase import BEND, FIRST, GAP, POINTS, POWERS, first_at, gap_at, polynomial_at
 from .root import first_root
 
 
@@ -77,7 +77,7 @@ def advance(phase, change, i, u):
     for j in range(4):
         rest[0, j], rate = polynomial_at(phase.rows[j, FIRST:GAP], u)
         rest[1, j] = rate / phase.spacing
-        rest[2, j], rate = polynomial_at(phase.rows[j, GAP : 2 * GAP - FIRST], u)
+        rest[2, j], rate = polynomial_at(phase.rows[j, GAP:BEND], u)
         rest[3, j] = rate / phase.spacing
     if i > 0:
         apply(phase.moves[i - 1], change)
@@ -189,7 +189,7 @@ def at_end(p, phase, change, z, s):
 
 @jit
 def at_event(p, change, a, stop):
-    """The anchor after what is due at a, d being carried over it, and whether the rest of a chatter ends after ``stop``."""
+    """The anchor after what is due at a, d being carried over it; the flag: within a chatter that outlasts ``stop``."""
     before, a = a, strike(p, a)
     reset(p, change, before, a)
     before, a = a, settle(p, a)
