@@ -29,7 +29,7 @@ import mpmath
 from mpmath import mp, mpf
 
 REACH = 6
-STIFF = 1e3
+STIFF = 100
 NODES = 48
 BITS = 560  # of the integers that decide on zeros: 1e-168
 TABLE = {"kappa": 2.41, "d1": 0.0033, "d2": 0.0120, "kappa3": 1.80, "d3": 0.0330, "restitution": 0.5}
