@@ -1,11 +1,12 @@
 """Vibroscope's engine: two solvers of one vibro-impact problem, compared."""
 
 from .compare import Comparison, compare
-from .methods import ExactPenalty, Newmark, Reference
+from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System
 from .motion import Motion, motion
 from .result import Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 from .simulate import simulate
+from .steady import Steady, steady
 from .store import diagram, ship_diagrams
 from .sweep import Diagram, bifurcation
 
@@ -17,12 +18,14 @@ __all__ = [
     "Diagram",
     "ExactPenalty",
     "Impacts",
+    "Method",
     "Motion",
     "Newmark",
     "Record",
     "Reference",
     "Response",
     "Status",
+    "Steady",
     "System",
     "Trajectory",
     "bifurcation",
@@ -31,4 +34,5 @@ __all__ = [
     "motion",
     "ship_diagrams",
     "simulate",
+    "steady",
 ]

@@ -67,7 +67,7 @@ def simulate(
         require("periods × steps", steps, 1, STEPS_LIMIT, "run fewer periods or fewer steps per period")
     if record is not None:
         record = _checked(record, keep)
-    start = _start(initial, system, eta, method)
+    start = beginning(initial, system, eta, method)
     kept_from = start.periods + periods - keep
     driver = _driver(method)(system, eta, method, start, keep, kept_from, record)
     status, message = driver.advance(kept_from, cancelled, kept=False)
@@ -110,7 +110,14 @@ def _checked(record: Record, keep: int) -> Record:
     return Record(periods, per_period, steps)
 
 
-def _start(initial, system: System, eta: float, method: Method) -> Checkpoint:
+def beginning(initial: Sequence[float] | Checkpoint, system: System, eta: float, method: Method) -> Checkpoint:
+    """The checkpoint from which a run begins, as :func:`simulate` takes it.
+
+    Raises
+    ------
+    ValueError
+        If it is not four numbers within range, or belongs to another run.
+    """
     if isinstance(initial, Checkpoint):
         if (initial.system, initial.eta, initial.method) != (system, eta, method):
             raise ValueError(

@@ -39,7 +39,18 @@ from .anchor import CALM, COLLIDING, TOUCHING, Anchor, clock, state, touches
 from .chatter import falling
 from .jit import jit
 from .laws import parts, settle, strike
-from .march import DONE, MOST_EVENTS, PILED_UP, UNRESOLVED, calmed, end_of_block, end_of_phase, state_at
+from .march import (
+    DONE,
+    MOST_EFFORT,
+    MOST_EVENTS,
+    PAUSED,
+    PILED_UP,
+    UNRESOLVED,
+    calmed,
+    end_of_block,
+    end_of_phase,
+    state_at,
+)
 from .phase import BEND, FIRST, GAP, POINTS, POWERS, first_at, gap_at, polynomial_at
 from .root import first_root
 
@@ -218,9 +229,9 @@ def march_along(p, a, stop):
     -------
     ((4,) tuple, (4, 4) float64, int)
         (ξ₁, ξ₁′, g, g′) there, its derivative with respect to that at ``a``, and how the march ended (see
-        :func:`engine.kernels.march.march`; unless DONE, the numbers mean nothing).
+        :func:`engine.kernels.march.march`). Unless DONE, the numbers mean nothing; PAUSED: it is not worth going on.
     """
-    change = Change(np.eye(4), np.zeros(4))
+    change, nothing, examined = Change(np.eye(4), np.zeros(4)), (0.0, 0.0, 0.0, 0.0), 0
     phases = (p.flight, p.touching, p.calm)
     if a.mode == COLLIDING and a.rate < 0.0:
         meet(p.flight, change, state(p, a), a.rate)
@@ -232,22 +243,25 @@ def march_along(p, a, stop):
             leave(p.touching, change, z)
             return at_end(p, p.touching, change, z, horizon), change.state, DONE
         if not parts(p, a):
-            return (0.0, 0.0, 0.0, 0.0), change.state, UNRESOLVED
+            return nothing, change.state, UNRESOLVED
         before, a = a, calmed(p, a)
         if a.mode == CALM and before.mode == TOUCHING:
             apply(np.eye(4) - p.fast[:, :4], change)
         phase = phases[int(a.mode)]
         z = state(p, a)
         leave(phase, change, z)
-        i, u, slope, _ = first_root(phase, z, int(a.order), p.scratch)
+        i, u, slope, tries = first_root(phase, z, int(a.order), p.scratch)
+        examined += tries
         if (i + u) * phase.spacing >= horizon:
             return at_end(p, phase, change, z, horizon), change.state, DONE
         advance(phase, change, i, u)
         if i == POINTS:
+            if examined > MOST_EFFORT:
+                return nothing, change.state, PAUSED
             a = end_of_block(p, phase, a, z)
             continue
         a = end_of_phase(p, phase, a, z, i, u, slope)
         meet(phase, change, state(p, a), slope)
         a = Anchor(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.touch)
         if a.events > MOST_EVENTS:
-            return (0.0, 0.0, 0.0, 0.0), change.state, PILED_UP
+            return nothing, change.state, PILED_UP
