@@ -5,7 +5,7 @@ turns' own ratios. So a machine that is slower for a while is slower for all; an
 other programs do not count. A turn begins with a short run that is not timed: it brings code and tables back into the
 caches. What is timed is the solving of 200 periods from rest, without what comes once per solver: for the engine its
 tables, for heyoka the compilation, some hundred times as long. Errors are the largest of the four state components
-after 10 periods, against 60-digit solutions (``tests/data``); without these files they are null.
+after 10 periods, against 60-digit solutions (``assets/truth``); without these files they are null.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ROUNDS = 25
 STEPS = (2000, 8000)
 SYSTEM = System()
 REFERENCE = Reference("derived")  # what a penalty model tends to, and what other solvers' figures are given for
-TRUTH = Path(__file__).resolve().parent.parent / "tests" / "data"
+TRUTH = Path(__file__).resolve().parent.parent / "assets" / "truth"
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ def measure(eta: float, stiffness: float, damping: float, periods: int, rounds: 
 def _notes(rights: tuple) -> list[str]:
     """Why a figure is null."""
     problems = [name for name, right in zip(("reference", "penalty"), rights, strict=True) if right is None]
-    why = "the files of tests/data are not here" if not solutions() else "tests/data has no such solution"
+    why = "the files of assets/truth are not here" if not solutions() else "assets/truth has no such solution"
     notes = [f"errors of the {name} problem are null: {why}" for name in problems]
     if not peers.heyoka_version():
         notes.append("heyoka is not installed: pip install heyoka")

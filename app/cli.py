@@ -1,4 +1,4 @@
-"""The command line: ``vibroscope simulate | serve | bench | diagram | warm``."""
+"""The command line: ``vibroscope simulate | serve | bench | stability | diagram | warm``."""
 
 import argparse
 import gc
@@ -53,6 +53,10 @@ def build_parser() -> argparse.ArgumentParser:
         "bench", allow_abbrev=False, help="measure cost and error of every solver (half a minute)"
     )
     bench.add_argument("--json", action="store_true", help="print one JSON object")
+    stability = commands.add_parser(
+        "stability", allow_abbrev=False, help="run the hard cases; exit status 1 if any is not as expected"
+    )
+    stability.add_argument("--json", action="store_true", help="print one JSON list")
     write = commands.add_parser(
         "diagram", help="recompute the bifurcation diagrams that are shipped (some ten seconds)"
     )
@@ -255,6 +259,13 @@ def run_bench(options: argparse.Namespace) -> None:
     print(json.dumps(found, allow_nan=False) if options.json else bench.as_text(found))
 
 
+def run_stability(options: argparse.Namespace) -> int:
+    """Run the hard cases and print."""
+    from . import stability
+
+    return stability.run(as_json=options.json)
+
+
 def run_diagram(options: argparse.Namespace) -> None:
     """Write the shipped diagrams anew."""
     from engine import ship_diagrams
@@ -274,7 +285,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status."""
     options = build_parser().parse_args(with_signs(sys.argv[1:] if arguments is None else arguments))
     try:
-        globals()[f"run_{options.command}"](options)
+        status = globals()[f"run_{options.command}"](options)
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read the output has enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -287,4 +298,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     except KeyboardInterrupt:
         return 130
-    return 0
+    return status or 0

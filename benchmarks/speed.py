@@ -3,7 +3,7 @@
     .venv/bin/python benchmarks/speed.py
 
 Errors are the largest of the four state components after 10 periods from rest: against the 60-digit solutions of
-tests/data where there is one, else "-".
+assets/truth where there is one, else "-".
 """
 
 import json
@@ -19,7 +19,7 @@ import numpy as np
 from engine import Newmark, Reference, System, simulate
 
 SYSTEM = System()
-TRUTH = json.loads((Path(__file__).parents[1] / "tests" / "data" / "truth.json").read_text())["cases"]
+TRUTH = json.loads((Path(__file__).parents[1] / "assets" / "truth" / "truth.json").read_text())["cases"]
 SCENES = {
     1.08: (2500.0, 8.0, 2000),
     1.70: (12000.0, 18.0, 2000),

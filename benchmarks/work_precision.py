@@ -185,7 +185,7 @@ def main():
     found = []
     for key, title, right, points in problems():
         if right is None:
-            sys.exit(f"{title}: no 60-digit solution in tests/data")
+            sys.exit(f"{title}: no 60-digit solution in assets/truth")
         points = measure(points, right, options.rounds)
         print_table(title, points)
         found.append(as_json(key, title, points))

@@ -160,9 +160,9 @@ def _known(group: str, *truths: str, **changed) -> Iterable[Case]:
 
 
 def _grazing():
-    for flow in "abcde":
-        for dip in ("1e-14", "-1e-14", "0"):
-            for law in ("grazing", "grazing-exact") if flow in "abc" else ("grazing",):
+    for law, flows in (("grazing", "abcde"), ("grazing-exact", "abc"), ("grazing-force", "ab")):
+        for flow in flows:
+            for dip in ("1e-14", "-1e-14", "0"):
                 truth = f"{law}|{flow}|{dip}"
                 yield Case(f"grazing: {truth}", run_of(truth), truth=truth, clear=f"{law}|{flow}|1e-06")
 
@@ -171,7 +171,7 @@ def _chatter():
     for e in ("0.0", "0.1", "0.5", "0.9", "0.99"):
         for threshold in ("0.002", "1e-06"):
             yield from _known("chatter", f"chatter|{e}|{threshold}", f"chatter-pressed|{e}|{threshold}")
-    for e in ("0.1", "0.5", "0.9"):
+    for e in ("0.1", "0.5", "0.9", "0.99"):
         yield from _known("chatter, limit of the threshold", f"limit-pressed|2.76|{e}|table|1e-24", threshold=0.0)
     yield from _known("chatter, limit of the threshold", "limit|1.08|0.5|derived|1e-24", threshold=0.0)
     yield from _known("elastic", "elastic|2.76|table", "elastic|2.76|derived", "elastic-pressed|2.76|table")

@@ -1,4 +1,4 @@
-"""The hard cases solved to 25 digits (tests/data/hard.json, made by tests/data/make_hard.py; both say how)."""
+"""The hard cases solved to 25 digits (assets/truth/hard.json, made by tests/data/make_hard.py; both say how)."""
 
 import json
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 from engine import System
 from engine.methods import ExactPenalty, Reference
 
-CASES = json.loads((Path(__file__).parent / "data" / "hard.json").read_text())["cases"]
+CASES = json.loads((Path(__file__).parents[1] / "assets" / "truth" / "hard.json").read_text())["cases"]
 _METHODS = {method.name: method for method in (Reference, ExactPenalty)}
 
 

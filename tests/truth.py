@@ -1,9 +1,9 @@
-"""The 60-digit solutions that the engine is checked against (tests/data/truth.json; says itself how it was made)."""
+"""The 60-digit solutions that the engine is checked against (assets/truth/truth.json; says itself how it was made)."""
 
 import json
 from pathlib import Path
 
-CASES = json.loads((Path(__file__).parent / "data" / "truth.json").read_text())["cases"]
+CASES = json.loads((Path(__file__).parents[1] / "assets" / "truth" / "truth.json").read_text())["cases"]
 
 
 def states(case):

@@ -65,7 +65,7 @@ def test_without_the_solutions_errors_are_null_with_a_reason(monkeypatch, tmp_pa
         bench.solutions.cache_clear()
     errors = found["errors"]
     assert errors["reference"] is errors["exact"] is errors["newmark_fast"]["2000"] is None
-    assert sum("tests/data are not here" in note for note in found["notes"]) == 2
+    assert sum("assets/truth are not here" in note for note in found["notes"]) == 2
 
 
 @pytest.mark.parametrize(("eta", "stiffness", "damping"), SCENES.values())

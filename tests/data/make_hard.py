@@ -1,4 +1,4 @@
-"""Makes hard.json: hard cases solved by high_precision.py, whose docstring says how events are certified.
+"""Makes assets/truth/hard.json: hard cases solved by high_precision.py, whose docstring says how events are certified.
 
     .venv/bin/python tests/data/make_hard.py                 every case
     .venv/bin/python tests/data/make_hard.py chatter limit   those with either in the name; the others are kept
@@ -20,7 +20,7 @@ from pathlib import Path
 from high_precision import IMPACT, Problem, solve
 from mpmath import mp, mpf
 
-HERE = Path(__file__).parent
+TRUTH = Path(__file__).resolve().parents[2] / "assets" / "truth"
 COARSE, FINE, DIGITS = 60, 80, 25
 AGREEMENT = 1e-28
 BALANCE = 1e-40
@@ -327,12 +327,12 @@ def write(cases):
     """One case a line, so that a difference can be read."""
     lines = [f"{json.dumps(name)}: {json.dumps(entry, separators=(',', ':'))}" for name, entry in cases.items()]
     head = json.dumps(ABOUT, ensure_ascii=False, indent=1)[:-2]
-    (HERE / "hard.json").write_text(head + ',\n "cases": {\n' + ",\n".join(lines) + "\n}}\n")
+    (TRUTH / "hard.json").write_text(head + ',\n "cases": {\n' + ",\n".join(lines) + "\n}}\n")
 
 
 def check():
     """Largest differences from truth.json, which another program made, and every event's kind."""
-    for name, expected in json.loads((HERE / "truth.json").read_text())["cases"].items():
+    for name, expected in json.loads((TRUTH / "truth.json").read_text())["cases"].items():
         law, eta, method = name.split("|")
         joint = {"published": "table"}.get(method, method)
         method = reference(joint) if law == "ref" else exact(*map(float, method.split(",")))
@@ -351,7 +351,7 @@ def check():
 
 def main(parts):
     """Make the cases whose names contain one of ``parts``, keep the others; cases that are no more are dropped."""
-    path = HERE / "hard.json"
+    path = TRUTH / "hard.json"
     known = json.loads(path.read_text())["cases"] if path.exists() else {}
     asked = [(name, problem, more[0] if more else {}) for group in GROUPS for name, problem, *more in group()]
     for name, problem, more in asked:

@@ -44,7 +44,7 @@ def test_the_balance_closes(case):
     response = run(eta, method, hard.periods(case), system, hard.initial(case))
     balance = energy(response, hard.initial(case))
     assert np.abs(balance.residual).max() < 100 * EPSILON * balance.size * (fastest(method) + eta + 1 / eta)
-    assert (balance.impacts >= 0).all()
+    assert (balance.impacts >= -EPSILON * balance.size).all()  # nothing, at e = 1
     assert (balance.dampers >= 0).all()
 
 
