@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
 
-from engine import Newmark, Reference, Response, System, motion, simulate
+from engine import ExactPenalty, Method, Newmark, Reference, Response, Steady, System, motion, simulate, steady
 
 DESCRIPTION = """\
 Is what a penalty contact model shows the motion, or an artefact of K, D or the time step?
@@ -22,10 +22,16 @@ examples:
   vibroscope serve                                  open the explorer on this machine
   vibroscope simulate --solver reference --eta 1.08
   vibroscope simulate --solver newmark --eta 2.76 --K 12000 --D 18 --steps 8000 --json
+  vibroscope simulate --solver exact --eta 2.76 --K 12000 --D 18
 """
 
-# restitution belongs to the system, yet only the reference has an impact law
-SOLVER_OPTIONS = {"reference": ("joint_damping", "threshold", "restitution"), "newmark": ("K", "D", "steps")}
+# what each solver takes, and of that needs; restitution belongs to the system, yet only the reference has an impact law
+SOLVER_OPTIONS = {
+    "reference": ("joint_damping", "threshold", "restitution"),
+    "exact": ("K", "D"),
+    "newmark": ("K", "D", "steps", "every_step", "located"),
+}
+NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -76,10 +82,15 @@ def add_simulate(commands) -> None:
         epilog="A run that blows up prints its status and the step; the exit status is 2 only for bad input.",
     )
     add = command.add_argument
-    add("--solver", required=True, choices=("reference", "newmark"), help="semi-analytical reference, or penalty model")
+    add(
+        "--solver",
+        required=True,
+        choices=tuple(SOLVER_OPTIONS),
+        help="semi-analytical reference; penalty model without a time step, or by Newmark",
+    )
     add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1; paper: 1.08 to 3.25")
-    add("--K", type=float, metavar="F", help="newmark: contact stiffness")
-    add("--D", type=float, metavar="F", help="newmark: contact damping")
+    add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
+    add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
     add("--steps", type=float, metavar="N", help="newmark: steps per excitation period, the time step is T/N")
     add("--every-step", action="store_true", help="newmark: walk through every step, as an FE code must (slower)")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change, located within the step")
@@ -95,13 +106,19 @@ def add_simulate(commands) -> None:
         "--threshold",
         type=float,
         metavar="F",
-        help="reference: parting speed that begins permanent contact (default 0.002)",
+        help="reference: parting speed that begins permanent contact (default 0.002); 0: its limit",
     )
     add(
         "--initial",
         type=numbers,
         metavar="x1,v1,x2,v2",
         help="state at tau = 0 (default rest); the reference needs x2 >= x1",
+    )
+    add(
+        "--steady",
+        action="store_true",
+        help="reference, exact: find the steady motion without its transient (Newton's method on the Poincare map); "
+        "if there is none, the usual run of 2050 periods; --periods and --keep have no effect",
     )
     add("--json", action="store_true", help="print one JSON object")
 
@@ -154,32 +171,40 @@ def numbers(text: str) -> tuple[float, ...]:
         raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers: give x1,v1,x2,v2") from None
 
 
-def method_of(options: argparse.Namespace) -> Reference | Newmark:
-    """The solver that the options ask for; options of the other solver get a note on stderr."""
-    other = "newmark" if options.solver == "reference" else "reference"
-    for name in SOLVER_OPTIONS[other]:
-        if getattr(options, name) is not None:
+def method_of(options: argparse.Namespace) -> Method:
+    """The solver that the options ask for; options of other solvers get a note on stderr."""
+    own = SOLVER_OPTIONS[options.solver]
+    for name in dict.fromkeys(name for names in SOLVER_OPTIONS.values() for name in names):
+        if name not in own and getattr(options, name) not in (None, False):
             print(
                 f"vibroscope: --{name.replace('_', '-')} has no effect on the {options.solver} solver", file=sys.stderr
             )
+    missing = [f"--{name}" for name in NEEDED[options.solver] if getattr(options, name) is None]
+    if missing:
+        raise ValueError(
+            f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers for eta 2.76: "
+            f"--K 12000 --D 18{' --steps 8000' if options.solver == 'newmark' else ''}"
+        )
     if options.solver == "reference":
         given = {name: getattr(options, name) for name in ("joint_damping", "threshold")}
         return Reference(**{name: value for name, value in given.items() if value is not None})
-    missing = [f"--{name}" for name in SOLVER_OPTIONS["newmark"] if getattr(options, name) is None]
-    if missing:
-        raise ValueError(
-            f"the newmark solver needs {', '.join(missing)}; "
-            "the paper's numbers for eta 2.76: --K 12000 --D 18 --steps 8000"
-        )
+    if options.solver == "exact":
+        return ExactPenalty(options.K, options.D)
     return Newmark(options.K, options.D, options.steps, every_step=options.every_step, located=options.located)
 
 
 def run_simulate(options: argparse.Namespace) -> None:
     """Simulate and print."""
-    exact = options.solver == "reference" and options.restitution is not None  # the penalty model knows no impact law
-    system = System(restitution=options.restitution) if exact else System()
+    hard = options.solver == "reference" and options.restitution is not None  # the penalty model knows no impact law
+    system = System(restitution=options.restitution) if hard else System()
     keep = min(50, options.periods) if options.keep is None else options.keep
     start = (0.0, 0.0, 0.0, 0.0) if options.initial is None else options.initial
+    if options.steady:
+        found = steady(system, options.eta, method_of(options), initial=start)
+        print(
+            json.dumps(steady_as_json(found, options.solver), allow_nan=False) if options.json else steady_text(found)
+        )
+        return
     response = simulate(system, options.eta, method_of(options), periods=options.periods, keep=keep, initial=start)
     if options.json:
         print(json.dumps(as_json(response, options.solver), allow_nan=False))
@@ -204,6 +229,45 @@ def as_json(response: Response, solver: str) -> dict:
         "contacts": response.contacts.tolist(),
         "seconds": response.cost.seconds,
     }
+
+
+def steady_as_json(found: Steady, solver: str) -> dict:
+    """The same of a steady motion, whose section holds one cycle; the run that it falls back to has the rest."""
+    numbers = as_json(found.response, solver)
+    return numbers | {
+        "message": numbers["message"] or found.message,
+        "periodic": found.periodic,
+        "period": found.period,
+        "multipliers": [[value.real, value.imag] for value in found.multipliers.tolist()],
+        "residual": found.residual if found.periodic else None,
+        "periods_run": found.periods,
+    }
+
+
+def steady_text(found: Steady) -> str:
+    """The same for people."""
+    if not found.periodic:
+        return f"{as_text(found.response)}\n{found.message}"
+    response, p = found.response, found.period
+    begin, end = response.window
+    spans = response.contacts.clip(begin, end)
+    share = (spans[:, 1] - spans[:, 0]).sum() / (end - begin)
+    begun = (response.contacts[:, 0] > begin).sum()
+    multipliers = ", ".join(
+        f"{value:.6g}" if value.imag else f"{value.real:.6g}" for value in found.multipliers.tolist()
+    )
+    state = ", ".join(f"{value:.6g}" for value in found.state)
+    return "\n".join(
+        [
+            f"{response.method}",
+            f"eta = {response.eta:g}, steady motion found by running {found.periods} periods",
+            f"motion            repeats every {'period' if p == 1 else f'{p} periods'}, to {found.residual:.2g}",
+            f"multipliers       {multipliers}, {'stable' if found.stable else 'unstable'}",
+            f"impacts           {len(response.impacts) / p:g} per period",
+            f"contacts          {begun / p:g} per period, {100 * share:.2f} % of the time",
+            f"section           xi1, xi1', xi2, xi2' = {state}",
+        ]
+    )
 
 
 def as_text(response: Response) -> str:
@@ -277,7 +341,13 @@ def run_diagram(options: argparse.Namespace) -> None:
 def run_warm(options: argparse.Namespace) -> None:
     """Compile, or load, every kernel."""
     newmark = Newmark(2500.0, 8.0, 2000)
-    for method in (Reference(), newmark, replace(newmark, every_step=True), replace(newmark, located=True)):
+    for method in (
+        Reference(),
+        ExactPenalty(2500.0, 8.0),
+        newmark,
+        replace(newmark, every_step=True),
+        replace(newmark, located=True),
+    ):
         simulate(System(), 1.08, method, periods=2, keep=1)
 
 

@@ -39,18 +39,21 @@ def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contac
         generator = pendulums.pressed(eta, c.kappa, c.d1, c.d2, c.mass_ratio, k, d)
         watched, fastest = -GAP, pressed_pole(c, eta, k, d)
     flight = pendulums.separated(eta, c.kappa, c.d1, c.d2)
-    touching = tabulate(generator, eta, watched, REACH / fastest, not rigid)
+    touching = tabulate(generator, eta, watched, REACH / fastest)
+    if not rigid:
+        # z′ = A z gives ∫z dτ = A⁻¹ Δz
+        touching.rows[:, INTEGRAL] = np.linalg.solve(full(generator, eta).T, watched)
     calm, fast = touching, np.zeros((6, 6))
     parts = None if rigid or fastest < APART * free_pole(c, eta) else split(full(generator, eta))
     if parts:
         fast, slow_pole = parts
         rest = generator @ (np.eye(6) - fast)
-        calm = tabulate(rest, eta, watched, REACH / max(slow_pole, free_pole(c, eta)), False)
+        calm = tabulate(rest, eta, watched, REACH / max(slow_pole, free_pole(c, eta)))
         calm.rows[:, INTEGRAL] = touching.rows[:, INTEGRAL]
     return Contact(
         2 * math.pi / eta,
         rigid,
-        tabulate(flight, eta, GAP, REACH / free_pole(c, eta), False),
+        tabulate(flight, eta, GAP, REACH / free_pole(c, eta)),
         touching,
         calm,
         bool(parts),

@@ -14,7 +14,7 @@ order r² over a time of order r. Position and velocity at t∞ from the series 
 and so is the whole: the threshold ε that sticking needs without this enters in the first power.
 """
 
-from .jit import inlined
+from .jit import bare, inlined
 from .phase import GAP, find_gap, first_at, gap_at
 
 
@@ -26,7 +26,7 @@ def falling(phase, z, scratch):
     return -2.0 * scratch.products[GAP + 2] / (h * h), 6.0 * scratch.products[GAP + 3] / (h * h * h)
 
 
-@inlined
+@bare
 def completes(phase, z, restitution, limit, scratch):
     """Whether the chatter that begins at z is sure to end in contact and is short enough to be summed.
 
@@ -41,7 +41,7 @@ def completes(phase, z, restitution, limit, scratch):
     return a > 0.0 and r * abs(j) <= small * a * a and 2.0 * r <= small * a * phase.spacing
 
 
-@inlined
+@bare
 def complete(phase, z, restitution, mass_share, scratch):
     """How long the chatter lasts, and ξ and ξ′ of the joined pendulums at its end."""
     r, h = z[3], phase.spacing

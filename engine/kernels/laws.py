@@ -6,7 +6,7 @@ nothing jumps; contact begins and ends where the gap passes zero.
 
 from .anchor import COLLIDING, SEPARATED, TOUCHING, Anchor, Touch, after, clock, state, untouched
 from .chatter import complete, completes
-from .jit import inlined
+from .jit import bare, inlined
 from .phase import POWERS
 
 ROUNDING = 16 * 2.0**-52  # a derivative below this share of the numbers that make it up is not told from zero
@@ -48,7 +48,7 @@ def touch(p, a, rate, order):
     return Anchor(a.period, a.tau, a.x1, a.v1, 0.0, rate, TOUCHING, order, a.events, opened)
 
 
-@inlined
+@bare
 def classify(p, a, start):
     """The phase that follows a touch without approach, the gap's derivatives below order ``start`` being zero.
 
@@ -104,7 +104,7 @@ def settle(p, a):
     return a
 
 
-@inlined
+@bare
 def parts(p, a):
     """Whether pendulums that the contact force lets go do part.
 

@@ -154,7 +154,7 @@ def hold(p, z, gap, calm):
     return entries, entries < POINTS, entries == POINTS, -p.scratch.products[entries - 1]
 
 
-@inlined
+@bare
 def motion_after(p, m, contact, z, i, t):
     """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of step t, from z after step i < t: rows times the z before step t."""
     c, s = circle((t - 1) % p.steps / p.steps)
@@ -165,7 +165,7 @@ def motion_after(p, m, contact, z, i, t):
     return p1 + 0.25 * a1, (q1 + 0.5 * a1) / m.h, p2 + 0.25 * a2, (q2 + 0.5 * a2) / m.h
 
 
-@inlined
+@bare
 def emit(p, m, contact, z, i, skipped, window, record):
     """Write the section rows and samples of the steps i + 1 … i + skipped."""
     n, end = p.steps, i + skipped
@@ -285,7 +285,7 @@ def leap(folded, state, stop, window, record):
     return status
 
 
-@inlined
+@bare
 def pressed_impulse(p, z, skipped):
     """Δτ Σλ over the steps of a leap in contact."""
     entries = skipped // p.coarse.stride if p.coarse.stride > 0 else 0

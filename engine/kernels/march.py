@@ -22,7 +22,7 @@ LOST = 2.0**-44
 MOST_EVENTS = 100_000  # in one period; chatter at e = 0.99 down to a closing speed of 1e-12 has 2,750
 
 
-@inlined
+@bare
 def pressed_on(p, phase, a, begin, end):
     """The anchor with the impulse that the open contact has gathered between two states, ∫λ = K ∫(−g) − 2D Δg."""
     squeezed = 0.0
@@ -63,7 +63,7 @@ def end_of_block(p, phase, a, z):
     return after(p, a, POINTS * phase.spacing, x1, v1, gap, rate, a.mode, 0.0, a.touch)
 
 
-@inlined
+@bare
 def state_at(p, phase, z, s):
     """(ξ₁, ξ₁′, g, g′) at s within the block that begins at z."""
     h = phase.spacing
@@ -75,7 +75,7 @@ def state_at(p, phase, z, s):
     return x1, v1, gap, rate
 
 
-@inlined
+@bare
 def emit(p, phase, a, z, s, window, record):
     """Write the section rows and samples that fall into [anchor, anchor + s], s within the block."""
     origin, sampled_from = window
@@ -105,7 +105,7 @@ def emit(p, phase, a, z, s, window, record):
         j += 1
 
 
-@inlined
+@bare
 def emit_chatter(p, a, b, stop, window, record):
     """Write what falls into the rest of a chatter, from anchor a to anchor b: the pendulums' common motion."""
     x1, v1, _, rate, c, s = state(p, a)
@@ -114,7 +114,7 @@ def emit_chatter(p, a, b, stop, window, record):
     emit(p, p.touching, a, together, min(length, (stop - a.period) * p.period - a.tau), window, record)
 
 
-@inlined
+@bare
 def note_impact(time, position, speed1, speed2, v1, v2, impulse, closing, record):
     """Append an impact to the record."""
     row = record.impacts[record.used[0]]
@@ -123,7 +123,7 @@ def note_impact(time, position, speed1, speed2, v1, v2, impulse, closing, record
     record.used[0] += 1
 
 
-@inlined
+@bare
 def note_contact(p, t, now, kept_from, record):
     """Append a contact that ends ``now`` (an anchor) to the record; a pressed one has been an impact as well."""
     end = clock(p, now)

@@ -24,6 +24,7 @@ import numpy as np
 
 from . import twofold
 from .jit import inlined, jit
+from .matrices import raise_to, row_times, spread, unit
 
 POINTS = 64
 TERMS = 12
@@ -70,75 +71,35 @@ def make_scratch() -> Scratch:
     return Scratch(np.zeros(WIDTH), np.zeros((DEEPEST, TERMS + 2)))
 
 
-@jit
-def product(a, b):
-    """The product of two (6, 6) matrices; at this size a library call costs more than the sums."""
-    out = np.zeros((6, 6))
-    for i in range(6):
-        for k in range(6):
-            for j in range(6):
-                out[i, j] += a[i, k] * b[k, j]
-    return out
-
-
-@jit
-def row_times(row, a):
-    """A row (6,) times a (6, 6) matrix."""
-    out = np.zeros(6)
-    for k in range(6):
-        for j in range(6):
-            out[j] += row[k] * a[k, j]
-    return out
-
-
-@jit
-def powers(a):
-    """Aʲ for j = 1 … POINTS, by products of two of them that are known: rounding adds up but log₂ j times."""
-    out = np.zeros((POINTS, 6, 6))
-    out[0] = a
-    for j in range(2, POINTS + 1):
-        out[j - 1] = product(out[j // 2 - 1], out[j - j // 2 - 1])
-    return out
-
-
-@jit
-def exponential(a):
-    """exp(a) of a (6, 6) matrix, by its series: for norms of at most about one."""
-    total, term = np.eye(6), np.eye(6)
-    for k in range(1, 24):
-        term = product(term, a) / k
-        total += term
-    return total
-
-
-@jit
-def full(generator, eta):
-    """The (6, 6) generator: the phase of the excitation turns by itself."""
-    a = np.zeros((6, 6))
-    a[:4] = generator
-    a[4, 5], a[5, 4] = -eta, eta
-    return a
-
-
-@jit
-def polynomial(row, a, h):
-    """w·z(s) as a polynomial in s/h: column k holds w Aᵏ hᵏ/k!."""
-    terms = np.zeros((6, TERMS))
-    for k in range(TERMS):
-        terms[:, k] = row
-        row = row_times(row, a) * (h / (k + 1))
-    return terms
-
-
 # Σ powers[k] uᵏ has the coefficients powers @ TO_BERNSTEIN in Bernstein's basis on (0, 1)
 _N = TERMS - 1
 TO_BERNSTEIN = np.array([[math.comb(j, k) / math.comb(_N, k) for j in range(TERMS)] for k in range(TERMS)])
 
 
 @jit
+def full(generator, eta):
+    """The (6, 6) generator: the phase of the excitation turns by itself."""
+    a = np.zeros((6, 6))
+    for i in range(4):
+        for j in range(6):
+            a[i, j] = generator[i, j]
+    a[4, 5], a[5, 4] = -eta, eta
+    return a
+
+
+@jit
+def fill_polynomial(out, begin, row, a, h):
+    """Write w·z(s) as a polynomial in s/h: column begin + k of ``out`` becomes w Aᵏ hᵏ/k!."""
+    for k in range(TERMS):
+        for i in range(6):
+            out[i, begin + k] = row[i]
+        row = row_times(row, a, h / (k + 1))
+
+
+@jit
 def moves_of(a, eta, h):
     """E(jh) for j = 1 … POINTS."""
-    moves = twofold.powers(twofold.exponential(twofold.scaled(a, h), _SERIES), POINTS)
+    moves = twofold.powers(twofold.exponential(a, h, _SERIES), POINTS)
     for j in range(1, POINTS + 1):
         turn = j * h * eta
         moves[j - 1, 4, 4] = moves[j - 1, 5, 5] = math.cos(turn)
@@ -148,7 +109,7 @@ def moves_of(a, eta, h):
 
 
 @jit
-def tabulate(generator, eta, row, h, integrated):
+def tabulate(generator, eta, row, h):
     """Tables of the phase z′ = A z in which f = ``row``·z is watched.
 
     Parameters
@@ -159,8 +120,6 @@ def tabulate(generator, eta, row, h, integrated):
     row : (6,) float64
     h : float
         At most REACH over the largest |eigenvalue|.
-    integrated : bool
-        Whether the integral of f is asked for too. Then A must be regular: z′ = A z gives ∫z dτ = A⁻¹ Δz.
 
     Returns
     -------
@@ -169,18 +128,24 @@ def tabulate(generator, eta, row, h, integrated):
     a = full(generator, eta)
     moves = moves_of(a, eta, h)
     rows = np.zeros((6, INTEGRAL + 1))
-    rows[:, POWERS:FIRST] = polynomial(row, a, h)
-    rows[:, BERNSTEIN:POWERS] = rows[:, POWERS:FIRST].copy() @ TO_BERNSTEIN
-    rows[:, FIRST:GAP] = polynomial(np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), a, h)
-    rows[:, GAP:BEND] = polynomial(np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), a, h)
-    curve = row_times(row_times(row, a), a)
-    bend = np.abs(curve)
+    fill_polynomial(rows, POWERS, row, a, h)
+    fill_polynomial(rows, FIRST, unit(0), a, h)
+    fill_polynomial(rows, GAP, unit(2), a, h)
+    for i in range(6):
+        for j in range(TERMS):
+            for k in range(j + 1):
+                rows[i, BERNSTEIN + j] += rows[i, POWERS + k] * TO_BERNSTEIN[k, j]
+    curve = row_times(row_times(row, a, 1.0), a, 1.0)
+    bound = np.zeros(6)
+    raise_to(bound, curve)
     for j in range(POINTS):
-        rows[:, VALUES + j] = row_times(row, moves[j])
-        bend = np.maximum(bend, np.abs(row_times(curve, moves[j])))
-    rows[:, BEND] = row_times(bend, exponential(np.abs(a) * (h / 2))) * (h * h / 8)
-    if integrated:
-        rows[:, INTEGRAL] = np.linalg.solve(a.T, row)
+        value = row_times(row, moves[j], 1.0)
+        for i in range(6):
+            rows[i, VALUES + j] = value[i]
+        raise_to(bound, row_times(curve, moves[j], 1.0))
+    bound = spread(bound, a, h / 2)
+    for i in range(6):
+        rows[i, BEND] = bound[i] * (h * h / 8)
     return Phase(h, rows, moves)
 
 

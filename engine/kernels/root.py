@@ -13,7 +13,7 @@ derivative that is not zero, so that a flight of any shortness, its f below what
 is solved to all digits.
 """
 
-from .jit import inlined
+from .jit import bare, inlined
 from .phase import (
     BERNSTEIN,
     DEEPEST,
@@ -52,7 +52,7 @@ def first_not_above(values, level, start):
     return POINTS
 
 
-@inlined
+@bare
 def to_bernstein(terms, b):
     """Coefficients in Bernstein's basis on (0, 1), from those of the powers."""
     for j in range(TERMS):
@@ -70,7 +70,7 @@ def sign_changes(b, start):
     return count
 
 
-@inlined
+@bare
 def halve(b, right):
     """De Casteljau: b becomes the left half, ``right`` the right one."""
     for k in range(TERMS):
@@ -138,7 +138,7 @@ def polish(terms, u, low, high):
     return u, curve_at(terms, u)[1]
 
 
-@inlined
+@bare
 def open_interval(terms, b, scratch):
     """First zero in (0, 1), and the slope there, of a polynomial with terms[0] > 0 whose coefficients change sign."""
     low, width, depth = 0.0, 1.0, 0

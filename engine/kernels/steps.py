@@ -7,10 +7,9 @@ As long as contact does not change, a step maps
 the predictors of :mod:`.newmark`, linearly, z → M z, and the gap at its end is a row ρ times z. So the gaps at the ends
 of the next POINTS steps are rows ρ Mʲ⁻¹ times one state, and Mʲ moves it on.
 
-M is the exponential of Ã Δτ: the motion of a linear system z′ = Ã z, read at the steps. With the trapezoidal rule
-behind it, (M − 1)(M + 1)⁻¹ has the eigenvalues λΔτ/2, λ those of the equations of motion, so where Δτ is short beside
-every oscillation Ã Δτ = 2 artanh of it is a short series. Where the gap is read at every s-th step only, the bound of
-its second derivative tells what it does between.
+M is the exponential of Ã Δτ: the motion of a linear system z′ = Ã z, read at the steps. Where Δτ is short beside every
+oscillation, the eigenvalues of M lie near 1 and Ã Δτ = log M is a short series. Where the gap is read at every s-th
+step only, the bound of its second derivative in that motion tells what it does between.
 """
 
 import math
@@ -19,19 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
-from .phase import (
-    PHASE_SHAPES,
-    POINTS,
-    REACH,
-    TERMS,
-    Phase,
-    exponential,
-    polynomial,
-    powers,
-    product,
-    row_times,
-    tabulate,
-)
+from .matrices import add, exponential, identity, logarithm, powers, product, raise_to, row_times, spread, unit
+from .phase import PHASE_SHAPES, POINTS, REACH, TERMS, Phase, fill_polynomial, tabulate
 
 MOST_STRIDE = 16
 COARSE = 1.0  # |λ| times the spacing of the coarse tables in contact; the quasi-static gap is then certified
@@ -73,37 +61,44 @@ SQUEEZE_SHAPES = (), (6, POINTS), (POINTS, 6, 6), (POINTS, 6), (6,)
 @jit
 def step_map(m, eta, contact):
     """The map of a step, from the coefficients of :class:`.newmark.Scheme`."""
-    one = np.eye(6)
     turn = eta * m.h
-    cosine = math.cos(turn) * one[4] - math.sin(turn) * one[5]
-    sine = math.sin(turn) * one[4] + math.cos(turn) * one[5]
-    a1 = m.load1 * cosine - m.damping1 * one[1] - m.stiffness1 * one[0]
-    a2 = m.load2 * cosine - m.damping2 * (one[1] + one[3]) - m.stiffness2 * (one[0] + one[2])
-    force = np.zeros(6)
+    accelerations, force, gap, move = np.zeros((2, 6)), np.zeros(6), np.zeros(6), np.zeros((6, 6))
+    cosine, sine = math.cos(turn), math.sin(turn)
+    a1, a2 = accelerations[0], accelerations[1]
+    a1[0], a1[1] = -m.stiffness1, -m.damping1
+    a2[0] = a2[2] = -m.stiffness2
+    a2[1] = a2[3] = -m.damping2
+    a1[4], a1[5] = m.load1 * cosine, -m.load1 * sine
+    a2[4], a2[5] = m.load2 * cosine, -m.load2 * sine
     if contact:
-        force = m.contact_a * (a1 - a2) - m.contact_p * one[2] - m.contact_q * one[3]
-        a1, a2 = a1 - m.react1 * force, a2 + m.react2 * force
-    move = np.zeros((6, 6))
-    move[1] = one[1] + a1
-    move[0] = one[0] + move[1]
-    move[3] = one[3] + (a2 - a1)
-    move[2] = one[2] + move[3]
-    move[4], move[5] = cosine, sine
-    accelerations = np.zeros((2, 6))
-    accelerations[0], accelerations[1] = a1, a2
-    return Map(move, accelerations, force, one[2] + 0.25 * (a2 - a1))
+        for i in range(6):
+            force[i] = m.contact_a * (a1[i] - a2[i])
+        force[2] -= m.contact_p
+        force[3] -= m.contact_q
+        for i in range(6):
+            a1[i] -= m.react1 * force[i]
+            a2[i] += m.react2 * force[i]
+    for i in range(6):
+        move[0, i] = move[1, i] = a1[i]
+        move[2, i] = move[3, i] = a2[i] - a1[i]
+        gap[i] = 0.25 * (a2[i] - a1[i])
+    # p + Q + A, Q + A, and the same of the differences
+    for i in (0, 2):
+        move[i, i] += 1.0
+        move[i, i + 1] += 1.0
+        move[i + 1, i + 1] += 1.0
+    gap[2] += 1.0
+    move[4, 4] = move[5, 5] = cosine
+    move[5, 4], move[4, 5] = sine, -sine
+    return Map(move, accelerations, force, gap)
 
 
 @jit
 def generator(move, h):
     """Ã = log M / Δτ, where the eigenvalues of M are near 1."""
-    one = np.eye(6)
-    x = np.linalg.solve((move + one).T, (move - one).T).T
-    square, term, total = product(x, x), x.copy(), x.copy()
-    for k in range(3, 60, 2):
-        term = product(term, square)
-        total += term / k
-    return 2.0 / h * total
+    total = np.zeros((6, 6))
+    add(total, logarithm(move), 1.0 / h)
+    return total
 
 
 @jit
@@ -115,39 +110,43 @@ def make_flight(m, eta, fastest):
     spacing = stride * m.h
     within = np.zeros((6, 4 * TERMS))
     for i in range(4):
-        row = np.zeros(6)
-        row[i] = 1.0
-        within[:, i * TERMS : (i + 1) * TERMS] = polynomial(row, a, spacing)
-    # g here = ρ M⁻¹ z
-    here = np.linalg.solve(one.move.T, one.gap)
-    return Flight(stride, tabulate(a[:4].copy(), eta, one.gap, spacing, False), within, one.accelerations, here)
+        fill_polynomial(within, i * TERMS, unit(i), a, spacing)
+    here = row_times(one.gap, exponential(a, -m.h), 1.0)  # ρ M⁻¹
+    return Flight(stride, tabulate(a[:4], eta, one.gap, spacing), within, one.accelerations, here)
 
 
 @jit
 def make_squeeze(one, h, stride):
-    """Tables of contact at every ``stride``-th step, and bounds between them, for which Ã must exist, if it is over 1."""
-    strider, sums, total = np.eye(6), np.zeros((POINTS, 6)), np.zeros(6)
+    """Tables of contact at every ``stride``-th step; if that is over 1, with bounds between, for which Ã must exist."""
+    strider, sums, total, last = identity(), np.zeros((POINTS, 6)), np.zeros(6), np.zeros(6)
+    depths, bend = np.zeros((6, POINTS)), np.zeros(6)
     for _ in range(stride):
-        total += h * row_times(one.force, strider)
-        last = row_times(one.gap, strider)
+        pressed = row_times(one.force, strider, h)
+        for i in range(6):
+            total[i] += pressed[i]
+        last = row_times(one.gap, strider, 1.0)
         strider = product(one.move, strider)
-    moves, depths = powers(strider), np.zeros((6, POINTS))
-    depths[:, 0], sums[0] = -last, total
-    for j in range(1, POINTS):
-        depths[:, j] = -row_times(last, moves[j - 1])
-        sums[j] = sums[j - 1] + row_times(total, moves[j - 1])
+    moves = powers(strider, POINTS)
+    for j in range(POINTS):
+        before = moves[j - 1] if j > 0 else identity()
+        depth, pressed = row_times(last, before, -1.0), row_times(total, before, 1.0)
+        for i in range(6):
+            depths[i, j] = depth[i]
+            sums[j, i] = pressed[i] + (sums[j - 1, i] if j > 0 else 0.0)
     if stride == 1:
-        return Squeeze(stride, depths, moves, sums, np.zeros(6))
+        return Squeeze(stride, depths, moves, sums, bend)
     a = generator(one.move, h)
-    curve = row_times(row_times(np.linalg.solve(one.move.T, one.gap), a), a)
-    quarter, bend = exponential(a * (0.25 * stride * h)), np.abs(curve)
+    curve = row_times(row_times(row_times(one.gap, exponential(a, -h), 1.0), a, 1.0), a, 1.0)
+    quarter = exponential(a, 0.25 * stride * h)
     for _ in range(4):
+        raise_to(bend, curve)
         for j in range(POINTS):
-            bend = np.maximum(bend, np.abs(row_times(curve, moves[j])))
-        curve = row_times(curve, quarter)
-        bend = np.maximum(bend, np.abs(curve))
-    margin = exponential(np.abs(a) * (0.125 * stride * h))
-    return Squeeze(stride, depths, moves, sums, row_times(bend, margin) * ((stride * h) ** 2 / 8))
+            raise_to(bend, row_times(curve, moves[j], 1.0))
+        curve = row_times(curve, quarter, 1.0)
+    bend = spread(bend, a, 0.125 * stride * h)
+    for i in range(6):
+        bend[i] *= (stride * h) ** 2 / 8
+    return Squeeze(stride, depths, moves, sums, bend)
 
 
 @jit

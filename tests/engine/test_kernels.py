@@ -102,7 +102,7 @@ class Table:
 
     def __init__(self, generator, eta, row, fastest):
         self.a, self.row, self.h = full(generator, eta), row, REACH / fastest
-        self.phase = tabulate(generator, eta, row, self.h, False)
+        self.phase = tabulate(generator, eta, row, self.h)
         self.length = POINTS * self.h
         step = expm(self.a * (self.length / self.SAMPLES))
         rows = [row]
