@@ -11,8 +11,9 @@ last state y differs so little from what the Jacobian foretells,
 
     |P(y) − z − DP (y − z)| ≤ ½ (1 − γ) |y − z|,
 
-that it comes closer to z. The difference is of second order in y − z, so that this holds from there on. Otherwise the
-run goes on, four times as long.
+that it comes closer to z. The difference is of second order in y − z as long as events come in the same sequence, so
+that this holds from there on. Both are checked, cycle by cycle, until a tenth of y − z is left. Otherwise the run goes
+on, four times as long.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,6 +40,7 @@ STEPS = 30  # of Newton's method
 SMALLEST_STEP = 2.0**-10
 FARTHEST = 1e3  # sizes of the section that a step may lead away
 RESIDUAL = 1e-12  # of the section's size
+FOLLOWED = 0.1  # the run is followed until it is so much nearer to the orbit
 CAUGHT = 1e-10  # so near to the orbit, a state is on it but for rounding
 GROWTH_TERMS = 60  # doublings of the sum that makes up the norm
 
@@ -168,6 +170,7 @@ class _Return(NamedTuple):
 
     state: np.ndarray
     jacobian: np.ndarray
+    course: int  # differs between different sequences of impacts, contacts and flights
     miss: float  # largest |P(y) − y|
 
 
@@ -197,12 +200,12 @@ class _Map:
         """None if the march ends early, or has no derivative."""
         if self.cancelled is not None and self.cancelled():
             raise Cancelled
-        end, jacobian, code = march_along(self.packed, self.start(y), float(count))
+        end, jacobian, course, code = march_along(self.packed, self.start(y), float(count))
         self.periods += count
         end = np.array(end)
         if code != kernel.DONE or not (np.isfinite(end).all() and np.isfinite(jacobian).all()):
             return None
-        return _Return(end, jacobian, float(np.abs(end - y).max()))
+        return _Return(end, jacobian, course, float(np.abs(end - y).max()))
 
 
 class _Search:
@@ -273,16 +276,18 @@ class _Search:
             self.rejected = f"the orbit of period {orbit.period} near the end of the run is unstable: it grows "
             self.rejected += f"{largest:.4g}-fold in each cycle"
             return False
-        away = y - orbit.state
-        if np.abs(away).max() <= CAUGHT * size:
-            return True
         shrinks = (1 + largest) / 2
         factor = _norm(jacobian / shrinks)
-        back = self.map(y, orbit.period)
-        if back is None:
-            return False
-        beyond = back.state - orbit.state - jacobian @ away
-        if np.linalg.norm(factor @ beyond) <= 0.5 * (1 - shrinks) * np.linalg.norm(factor @ away):
+        away, farthest = y - orbit.state, np.linalg.norm(factor @ (y - orbit.state))
+        while np.abs(away).max() > CAUGHT * size and np.linalg.norm(factor @ away) > FOLLOWED * farthest:
+            back = self.map(orbit.state + away, orbit.period)
+            foretold, here = jacobian @ away, np.linalg.norm(factor @ away)
+            if back is None or back.course != orbit.back.course:
+                break
+            away = back.state - orbit.state
+            if np.linalg.norm(factor @ (away - foretold)) > 0.5 * (1 - shrinks) * here:
+                break
+        else:
             return True
         self.rejected = f"the run has not settled to the orbit of period {orbit.period} that lies near"
         return False

@@ -50,8 +50,10 @@ class Driver(ABC):
 
     def _harvest(self, record: Record) -> None:
         impacts, contacts = record.used
-        self._impacts.append(record.impacts[:impacts].copy())
-        self._contacts.append(record.contacts[:contacts].copy())
+        if impacts:
+            self._impacts.append(record.impacts[:impacts].copy())
+        if contacts:
+            self._contacts.append(record.contacts[:contacts].copy())
         record.used[:] = 0
 
     @property

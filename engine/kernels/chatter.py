@@ -1,26 +1,31 @@
 """The rest of a chatter, infinitely many impacts in a finite time, in closed form.
 
-Let the pendulums part with the speed r from g = 0 under the relative acceleration −a and the jerk j = g‴. The flight
+Impacts conserve momentum, so the common motion ξ̄ = ξ₁ + s g, s = μ/(1 + μ), goes on smoothly, and the pendulums bounce
+on each other in it: with k₁, k₂, c₁, c₂ as in :mod:`.pendulums`, to first order in g,
 
-    g = r s − a s²/2 + j s³/6 + …      ends after    t = 2r/a + 4jr²/(3a³) + O(r³)
+    g″ = −A + J t − γ g′,    γ = c₂ − s (c₂ − c₁),    A = −g″ and J = g‴ − γA of the free motion from g = g′ = 0.
 
-with the closing speed r − (2/3) j r²/a² + O(r³), of which e is left; the next flight has the acceleration −a + jt.
-Summed over the geometric sequence that follows, the chatter lasts
+(γ matters: an impact turns g′, and so changes the acceleration at once.) Parting with the speed r, the flight
 
-    t∞ = 2r / (a(1 − e)) · [1 + 2jr / (3a²(1 − e))] + O(r³).
+    g = r t − (A + γr) t²/2 + (J + γA + …) t³/6      ends after    t = 2r/A · [1 + r (2J/(3A²) − γ/(3A)) + …]
 
-Impacts conserve momentum, so the common motion ξ̄ = ξ₁ + μ/(1 + μ) g goes on smoothly; the gap that it feels is of
-order r² over a time of order r. Position and velocity at t∞ from the series at g = g′ = 0 therefore are exact to O(r³),
-and so is the whole: the threshold ε that sticking needs without this enters in the first power.
+and leaves e of the speed at which it ends. Summed over the sequence that follows, the chatter lasts
+
+    t∞ = 2r / (A(1 − e)) · [1 + r (2J/(3A²) − γ/(3A)) / (1 − e)] + O(r³).
+
+The common motion feels a gap of order r² over a time of order r. Its series is taken from g = g′ = 0 as free motion,
+where g falls to −At²/2 in place of bouncing back to zero; of what ξ̄″ = … − s(1 − s)(c₂ − c₁) g′ makes of that, the
+part in ξ̄′ is of order r² and is taken back. So is all exact to O(r³), where the threshold ε that sticking needs
+without this enters in the first power.
 """
 
-from .jit import bare, inlined
+from .jit import bare
 from .phase import GAP, find_gap, first_at, gap_at
 
 
-@inlined
+@bare
 def falling(phase, z, scratch):
-    """(a, j) of the free gap at z."""
+    """−g″ and g‴ of the free gap at z."""
     h = phase.spacing
     find_gap(phase, z, scratch)
     return -2.0 * scratch.products[GAP + 2] / (h * h), 6.0 * scratch.products[GAP + 3] / (h * h * h)
@@ -30,7 +35,7 @@ def falling(phase, z, scratch):
 def completes(phase, z, restitution, limit, scratch):
     """Whether the chatter that begins at z is sure to end in contact and is short enough to be summed.
 
-    The expansion goes in powers of r |j| / (a²(1 − e)) and of t∞ against the time h/REACH of the fastest oscillation;
+    The expansion goes in powers of r |g‴| / (A²(1 − e)) and of t∞ against the time h/REACH of the fastest oscillation;
     both must be at most ``limit``.
     """
     r = z[3]
@@ -45,10 +50,12 @@ def completes(phase, z, restitution, limit, scratch):
 def complete(phase, z, restitution, mass_share, scratch):
     """How long the chatter lasts, and ξ and ξ′ of the joined pendulums at its end."""
     r, h = z[3], phase.spacing
-    a, j = falling(phase, z, scratch)
-    share = 2.0 * r / (3.0 * (1.0 - restitution))
-    s = 3.0 * share / a * (1.0 + share * j / (a * a))
     together = (z[0], z[1] + mass_share * r, 0.0, 0.0, z[4], z[5])
+    a, j = falling(phase, together, scratch)
+    apart = -2.0 * phase.rows[1, GAP + 2] / (h * h)  # c₂ − c₁: g″ holds −(c₂ − c₁) ξ₁′ − c₂ g′
+    gamma = -2.0 * phase.rows[3, GAP + 2] / (h * h) - mass_share * apart
+    bent = 2.0 * (j - gamma * a) / (3.0 * a * a) - gamma / (3.0 * a)
+    s = 2.0 * r / (a * (1.0 - restitution)) * (1.0 + r * bent / (1.0 - restitution))
     x, v = first_at(phase, together, s / h, scratch)
     g, rate = gap_at(phase, together, s / h, scratch)
-    return s, x + mass_share * g, v + mass_share * rate
+    return s, x + mass_share * g, v + mass_share * rate + mass_share * (1.0 - mass_share) * apart * g

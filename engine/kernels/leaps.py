@@ -90,14 +90,11 @@ def make_leaps(m, eta, n, free_pole, pressed_pole, scratch):
 
 
 @inlined
-def later(p, contact, z, m):
-    """p₁, Q₁, p₂ − p₁ and Q₂ − Q₁ after m steps, all of them with the same contact state."""
+def ahead(p, contact, z, entries, rest):
+    """p₁, Q₁, p₂ − p₁ and Q₂ − Q₁ after so many strides and ``rest`` steps, all of them with the same contact state."""
     if contact:
-        entries = m // p.coarse.stride if p.coarse.stride > 0 else 0
-        return carried(p.fine.moves, carried(p.coarse.moves, z, entries), m - entries * p.coarse.stride)[:4]
+        return carried(p.fine.moves, carried(p.coarse.moves, z, entries), rest)[:4]
     f = p.flight
-    entries = m // f.stride
-    rest = m - entries * f.stride
     z = moved(f.phase, z, entries)
     if rest == 0:
         return z[:4]
@@ -114,16 +111,16 @@ def later(p, contact, z, m):
 
 @inlined
 def glide(f, z, scratch):
-    """Steps of a flight that can be skipped, and whether a change of contact may follow."""
+    """Strides and further steps of a flight that can be skipped, and whether a change of contact may follow."""
     if not dot(f.phase.rows[:, POWERS], z) > 0.0:
-        return 0, True
+        return 0, 0, True
     i, u, _, _ = first_root(f.phase, z, 0, scratch)
     if i == POINTS:
-        return POINTS * f.stride, False
+        return POINTS, 0, False
     # the gap at the end of step k + 1 is f there: that step is skipped as well, unless rounding may have hidden a zero
     into = u * f.stride
     whole = int(into)
-    return i * f.stride + whole + (1 if into - whole > 1e-6 else 0), True
+    return i, whole + (1 if into - whole > 1e-6 else 0), True
 
 
 @inlined
@@ -139,7 +136,7 @@ def endure(b, z, level, scratch):
 
 @inlined
 def hold(p, z, gap, calm):
-    """Steps of a contact that can be skipped, whether a change may follow, whether contact lasts, and the gap there."""
+    """Strides, or else steps, of a contact to skip; whether a change may follow; whether it lasts; the gap there."""
     coarse = p.coarse
     if calm and coarse.stride > 0:
         level = 0.0
@@ -147,18 +144,20 @@ def hold(p, z, gap, calm):
             level += coarse.bend[i] * abs(z[i])
         entries = endure(coarse, z, level, p.scratch) if -gap > level else 0
         if entries > 0:
-            return entries * coarse.stride, False, entries == POINTS, -p.scratch.products[entries - 1]
+            return entries, 0, False, entries == POINTS, -p.scratch.products[entries - 1]
     entries = endure(p.fine, z, TINY, p.scratch)
     if entries == 0:
-        return 0, True, False, gap
-    return entries, entries < POINTS, entries == POINTS, -p.scratch.products[entries - 1]
+        return 0, 0, True, False, gap
+    return 0, entries, entries < POINTS, entries == POINTS, -p.scratch.products[entries - 1]
 
 
 @bare
 def motion_after(p, m, contact, z, i, t):
     """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of step t, from z after step i < t: rows times the z before step t."""
     c, s = circle((t - 1) % p.steps / p.steps)
-    z = (*later(p, contact, z, t - 1 - i), c, s)
+    stride = p.coarse.stride if contact else p.flight.stride
+    entries, rest = divmod(t - 1 - i, stride) if stride > 0 else (0, t - 1 - i)
+    z = (*ahead(p, contact, z, entries, rest), c, s)
     rows = p.pressed if contact else p.flight.motion
     a1, a2 = dot(rows[0], z), dot(rows[1], z)
     p1, q1, p2, q2 = z[0], z[1], z[0] + z[2], z[1] + z[3]
@@ -223,20 +222,21 @@ def leap(folded, state, stop, window, record):
             status = FULL
             break
         z = (p1, q1, p2 - p1, q2 - q1, c, s)
-        skipped, due, lasts, there = 0, True, False, gap
+        entries, rest, due, lasts, there = 0, 0, True, False, gap
         if abs(z[0]) + abs(z[2]) + n * (abs(z[1]) + abs(z[3])) < FAR:
             if contact:
-                skipped, due, lasts, there = hold(p, z, gap, calm)
+                entries, rest, due, lasts, there = hold(p, z, gap, calm)
             else:
-                skipped, due = glide(p.flight, z, p.scratch)
+                entries, rest, due = glide(p.flight, z, p.scratch)
+        skipped = entries * (p.coarse.stride if contact else p.flight.stride) + rest
         if skipped > 0:
             if kept:
                 emit(p, m, contact, z, i, min(skipped, stop - i), window, record)
             if i + skipped >= stop:
                 break
             if kept and contact:
-                impulse += pressed_impulse(p, z, skipped)
-            p1, q1, apart, drift = later(p, contact, z, skipped)
+                impulse += dot(p.coarse.sums[entries - 1] if entries > 0 else p.fine.sums[rest - 1], z)
+            p1, q1, apart, drift = ahead(p, contact, z, entries, rest)
             p2, q2 = p1 + apart, q1 + drift
             i += skipped
             k += skipped
@@ -283,15 +283,6 @@ def leap(folded, state, stop, window, record):
     state[A1], state[A2], state[CONTACT], state[STEP] = a1, a2, (1.0 if contact else 0.0), i
     state[IMPULSE], state[CALM] = impulse, (1.0 if calm else 0.0)
     return status
-
-
-@bare
-def pressed_impulse(p, z, skipped):
-    """Δτ Σλ over the steps of a leap in contact."""
-    entries = skipped // p.coarse.stride if p.coarse.stride > 0 else 0
-    if entries * p.coarse.stride == skipped and entries > 0:
-        return dot(p.coarse.sums[entries - 1], z)
-    return dot(p.fine.sums[skipped - 1], z)
 
 
 @bare

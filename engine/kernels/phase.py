@@ -243,10 +243,20 @@ def gap_at(phase, z, u, scratch):
     return g, rate / phase.spacing
 
 
-# The table of e^{iητ} at _TURNS instants of a period.
-_COSINES = np.cos(2 * np.pi * np.arange(_TURNS) / _TURNS)
-_SINES = np.sin(2 * np.pi * np.arange(_TURNS) / _TURNS)
 _ANGLE = 2 * math.pi / _TURNS
+
+
+def _on_circle(k):
+    # from an angle of at most an eighth of a turn, whose rounding is the smallest
+    quarters, rest = divmod(k + _TURNS // 8, _TURNS // 4)
+    angle = (rest - _TURNS // 8) * _ANGLE
+    c, s = math.cos(angle), math.sin(angle)
+    return ((c, s), (-s, c), (-c, -s), (s, -c))[quarters % 4]
+
+
+# The table of e^{iητ} at _TURNS instants of a period.
+_COSINES = np.array([_on_circle(k)[0] for k in range(_TURNS)])
+_SINES = np.array([_on_circle(k)[1] for k in range(_TURNS)])
 
 
 @inlined

@@ -133,7 +133,8 @@ def polish(terms, u, low, high):
         if not low <= nearer <= high:
             nearer = 0.5 * (low + high)
         change, u = abs(nearer - u), nearer
-        if change <= 1e-5 * u:  # cubic: the next correction is below rounding
+        # cubic, so the next correction is below rounding; near a double zero only once it is short beside its distance
+        if change <= 1e-5 * u and change * abs(curve) <= 1e-5 * abs(slope):
             break
     return u, curve_at(terms, u)[1]
 

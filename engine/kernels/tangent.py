@@ -54,6 +54,8 @@ from .march import (
 from .phase import BEND, FIRST, GAP, POINTS, POWERS, first_at, gap_at, polynomial_at
 from .root import first_root
 
+COURSES = 2**61 - 1  # a prime
+
 
 class Change(NamedTuple):
     """What each unit change of the start changes; columns belong to the start, rows to what is changed."""
@@ -227,11 +229,12 @@ def march_along(p, a, stop):
 
     Returns
     -------
-    ((4,) tuple, (4, 4) float64, int)
-        (ξ₁, ξ₁′, g, g′) there, its derivative with respect to that at ``a``, and how the march ended (see
-        :func:`engine.kernels.march.march`). Unless DONE, the numbers mean nothing; PAUSED: it is not worth going on.
+    ((4,) tuple, (4, 4) float64, int, int)
+        (ξ₁, ξ₁′, g, g′) there; its derivative with respect to that at ``a``; a number that tells one sequence of phases
+        from another; and how the march ended (see :func:`engine.kernels.march.march`). Unless DONE, the other numbers
+        mean nothing; PAUSED: it is not worth going on.
     """
-    change, nothing, examined = Change(np.eye(4), np.zeros(4)), (0.0, 0.0, 0.0, 0.0), 0
+    change, nothing, examined, course = Change(np.eye(4), np.zeros(4)), (0.0, 0.0, 0.0, 0.0), 0, 1
     phases = (p.flight, p.touching, p.calm)
     if a.mode == COLLIDING and a.rate < 0.0:
         meet(p.flight, change, state(p, a), a.rate)
@@ -241,9 +244,9 @@ def march_along(p, a, stop):
         if within:
             z = common(p, change, state(p, a))
             leave(p.touching, change, z)
-            return at_end(p, p.touching, change, z, horizon), change.state, DONE
+            return at_end(p, p.touching, change, z, horizon), change.state, course, DONE
         if not parts(p, a):
-            return nothing, change.state, UNRESOLVED
+            return nothing, change.state, course, UNRESOLVED
         before, a = a, calmed(p, a)
         if a.mode == CALM and before.mode == TOUCHING:
             apply(np.eye(4) - p.fast[:, :4], change)
@@ -253,15 +256,16 @@ def march_along(p, a, stop):
         i, u, slope, tries = first_root(phase, z, int(a.order), p.scratch)
         examined += tries
         if (i + u) * phase.spacing >= horizon:
-            return at_end(p, phase, change, z, horizon), change.state, DONE
+            return at_end(p, phase, change, z, horizon), change.state, course, DONE
         advance(phase, change, i, u)
         if i == POINTS:
             if examined > MOST_EFFORT:
-                return nothing, change.state, PAUSED
+                return nothing, change.state, course, PAUSED
             a = end_of_block(p, phase, a, z)
             continue
         a = end_of_phase(p, phase, a, z, i, u, slope)
         meet(phase, change, state(p, a), slope)
+        course = (course * 4 + int(a.mode)) % COURSES
         a = Anchor(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.touch)
         if a.events > MOST_EVENTS:
-            return nothing, change.state, PILED_UP
+            return nothing, change.state, course, PILED_UP

@@ -13,7 +13,7 @@ WIDTH = 1e-6  # of a difference; the error of a central one is of the order of i
 
 
 def mapped(packed, y, periods):
-    state, jacobian, code = march_along(packed, prepare(packed, *map(float, y)), float(periods))
+    state, jacobian, _, code = march_along(packed, prepare(packed, *map(float, y)), float(periods))
     assert code == DONE
     return np.array(state), jacobian
 
