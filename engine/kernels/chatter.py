@@ -47,13 +47,20 @@ def completes(phase, z, restitution, limit, scratch):
 
 
 @bare
+def dampers(phase, mass_share):
+    """c₂ − c₁ and γ, from how g″ holds −(c₂ − c₁) ξ₁′ − c₂ g′."""
+    square = 2.0 / (phase.spacing * phase.spacing)
+    apart = -square * phase.rows[1, GAP + 2]
+    return apart, -square * phase.rows[3, GAP + 2] - mass_share * apart
+
+
+@bare
 def complete(phase, z, restitution, mass_share, scratch):
     """How long the chatter lasts, and ξ and ξ′ of the joined pendulums at its end."""
     r, h = z[3], phase.spacing
     together = (z[0], z[1] + mass_share * r, 0.0, 0.0, z[4], z[5])
     a, j = falling(phase, together, scratch)
-    apart = -2.0 * phase.rows[1, GAP + 2] / (h * h)  # c₂ − c₁: g″ holds −(c₂ − c₁) ξ₁′ − c₂ g′
-    gamma = -2.0 * phase.rows[3, GAP + 2] / (h * h) - mass_share * apart
+    apart, gamma = dampers(phase, mass_share)
     bent = 2.0 * (j - gamma * a) / (3.0 * a * a) - gamma / (3.0 * a)
     s = 2.0 * r / (a * (1.0 - restitution)) * (1.0 + r * bent / (1.0 - restitution))
     x, v = first_at(phase, together, s / h, scratch)

@@ -20,12 +20,13 @@ which is known as the saltation matrix. It needs the resets alone:
 - *Release*: nothing is reset. If the joined pendulums feel no other damping than the free ones, y′ does not jump either
   (the force is zero), and δ goes on as it is; with the measured joint damping ξ₁″ jumps by the rest of it.
 - *Contact of the exact penalty*: nothing is reset, but the damper's 2D g′ sets in, and lets go, at once: y′ jumps.
-- *Rest of a chatter* (see :mod:`.chatter`), whose end moves by dτ + dt∞. With q = 2rj / (3(1 − e)a²),
+- *Rest of a chatter*, whose end moves by dτ + dt∞. In the names of :mod:`.chatter`, with b = 2J/(3A²) − γ/(3A) =
+  2g‴/(3A²) − γ/A, it lasts t∞ = 2r(1 + rb/(1 − e)) / ((1 − e)A), and
 
-      t∞ = 2r(1 + q) / ((1 − e)a),   dt∞ = t∞ (dr/r − da/a) + 2r dq / ((1 − e)a),   dq = q (dr/r + dj/j − 2 da/a),
+      dt∞ = t∞ (dr/r − dA/A) + 2r (b dr + r db) / ((1 − e)²A),    db = 2 dg‴/(3A²) − (4g‴/(3A) − γ) dA/A²,
 
-  a = −g″ and j = g‴ being those of the free gap: da = −(w A²)·δ − j dτ, dj = (w A³)·δ + g⁗ dτ. The common motion is a
-  solution of the free equations, and has a δ of its own.
+  A = −g″ and g‴ being those of the common motion: with the rows w of the gap's derivatives dA = −w₂·δ − g‴ dτ and
+  dg‴ = w₃·δ + g⁗ dτ. The common motion is a solution of the free equations, and has a δ of its own.
 - *What was fast in a contact is dropped*: δ is projected as the state is.
 
 At a grazing impact f′ = 0: there is no derivative, and the result is not finite.
@@ -36,7 +37,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .anchor import CALM, COLLIDING, TOUCHING, Anchor, clock, state, touches
-from .chatter import falling
+from .chatter import dampers, falling
 from .jit import jit
 from .laws import parts, settle, strike
 from .march import (
@@ -151,25 +152,27 @@ def common(p, change, z):
 
 
 @jit
-def lengthened(p, change, z, length):
-    """dt∞ of the chatter that begins at z; to be called with d as it is there."""
-    phase = p.flight
-    h, r = phase.spacing, z[3]
+def lengthened(p, change, z, r, parted):
+    """dt∞ of the chatter that the common motion z begins with the parting speed r, from d of both."""
+    phase, k = p.flight, 1.0 / (1.0 - p.restitution)
+    h = phase.spacing
     a, j = falling(phase, z, p.scratch)
-    y, snap = flow(phase, z), 0.0
+    _, gamma = dampers(phase, p.mass_share)
+    snap = 0.0
     for i in range(6):
         snap += phase.rows[i, GAP + 4] * z[i] * 24.0 / (h * h * h * h)
-    share = 2.0 / (3.0 * (1.0 - p.restitution) * a * a)  # q = share r j
+    y, bent = flow(phase, z), 2.0 * j / (3.0 * a * a) - gamma / a
+    once = 2.0 * r * k / a
     out = np.empty(4)
-    for k in range(4):
-        time = change.time[k]
-        da, dj, dr = -j * time, snap * time, change.state[3, k]
-        for i in range(4):
-            delta = change.state[i, k] - y[i] * time
-            da -= phase.rows[i, GAP + 2] * delta * 2.0 / (h * h)
-            dj += phase.rows[i, GAP + 3] * delta * 6.0 / (h * h * h)
-        dq = share * (dr * j + r * dj - 2.0 * r * j * da / a)
-        out[k] = length * (dr / r - da / a) + 2.0 * r * dq / ((1.0 - p.restitution) * a)
+    for i in range(4):
+        da, dj = -j * change.time[i], snap * change.time[i]
+        for n in range(4):
+            delta = change.state[n, i] - y[n] * change.time[i]
+            da -= phase.rows[n, GAP + 2] * delta * 2.0 / (h * h)
+            dj += phase.rows[n, GAP + 3] * delta * 6.0 / (h * h * h)
+        dbent = 2.0 * dj / (3.0 * a * a) - (4.0 * j / (3.0 * a) - gamma) * da / (a * a)
+        share = parted[i] / r - da / a
+        out[i] = once * ((1.0 + r * k * bent) * share + k * (parted[i] * bent + r * dbent))
     return out
 
 
@@ -177,18 +180,20 @@ def lengthened(p, change, z, length):
 def over_chatter(p, change, before, after):
     """d over the rest of a chatter, from the anchor at its beginning to that at its end."""
     z, length = state(p, before), clock(p, after) - clock(p, before)
-    longer = lengthened(p, change, z, length)
-    begun = change.time.copy()
+    r, parted = z[3], change.state[3].copy()
     z = common(p, change, z)
+    end = change.time + lengthened(p, change, z, r, parted)
     leave(p.flight, change, z)
     u = length / p.flight.spacing
     advance(p.flight, change, 0, u)
     x, v = first_at(p.flight, z, u, p.scratch)
     g, rate = gap_at(p.flight, z, u, p.scratch)
     _, _, _, _, c, s = state(p, after)
-    change.time[:] = begun + longer
+    change.time[:] = end
     shift(change, flow(p.flight, (x, v, g, rate, c, s)), 1.0)
+    apart, _ = dampers(p.flight, p.mass_share)
     change.state[0] += p.mass_share * change.state[2]
+    change.state[1] += p.mass_share * (1.0 - p.mass_share) * apart * change.state[2]
     common(p, change, z)
 
 

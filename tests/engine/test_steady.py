@@ -122,7 +122,7 @@ def test_steady_motion_is_what_the_long_run_tends_to(eta, method, period):
     assert found.residual <= 1e-12 * size
     np.testing.assert_allclose(found.state, long.section[-1], atol=1e-10)  # 2,050 is a multiple of the period
     np.testing.assert_allclose(found.response.section, long.section[-period:], atol=1e-10)
-    assert found.periods < long.periods / 10
+    assert found.periods < long.periods / 5
     described, response = motion(long), found.response
     assert len(response.impacts) == described.impacts_per_period * period
     begin, end = response.window
