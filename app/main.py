@@ -9,7 +9,7 @@ from bokeh.document import Document
 
 from app import compute
 from app.diagrams import kept
-from app.files import asset
+from app.files import ASSETS, asset
 from app.session import Session
 
 TITLE = "Vibroscope"
@@ -96,4 +96,5 @@ def serve(*, address: str = "127.0.0.1", port: int = 5006, show: bool = False, o
         threaded=False,
         liveness=True,
         location=False,
+        static_dirs={"speed": str(ASSETS / "speed")},
     )

@@ -171,5 +171,5 @@ def draw(data):
 
 if __name__ == "__main__":  # draw anew from kept data
     assets = Path(__file__).resolve().parents[1] / "assets"
-    source = Path(sys.argv[1]) if sys.argv[1:] else assets / "work-precision.json"
+    source = Path(sys.argv[1]) if sys.argv[1:] else assets / "speed" / "work-precision.json"
     source.with_suffix(".svg").write_text(draw(json.loads(source.read_text())))

@@ -2,7 +2,7 @@
 
     .venv/bin/python benchmarks/work_precision.py --write       (some minutes; heyoka takes part where it is installed)
 
-Prints a table for each problem; --write renews assets/work-precision.json and .svg.
+Prints a table for each problem; --write renews assets/speed/work-precision.json and .svg.
 
 Cost: microseconds per period over 200 periods from rest (SciPy: 10), processor time, medians of rounds in which all
 take turns, without what is prepared once. Error: largest of the four state components after 10 periods, against
@@ -177,7 +177,7 @@ def main():
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=ROUNDS)
-    parser.add_argument("--write", action="store_true", help="renew assets/work-precision.json and .svg")
+    parser.add_argument("--write", action="store_true", help="renew assets/speed/work-precision.json and .svg")
     options = parser.parse_args()
     with_heyoka = peers.heyoka_version()
     print(f"{bench.processor()}, {os.cpu_count()} cores; heyoka {with_heyoka or 'not installed: pip install heyoka'}")
@@ -200,10 +200,10 @@ def main():
         "problems": found,
     }
     if options.write:
-        (ASSETS / "work-precision.json").write_text(
+        (ASSETS / "speed" / "work-precision.json").write_text(
             json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
         )
-        (ASSETS / "work-precision.svg").write_text(_figure.draw(data))
+        (ASSETS / "speed" / "work-precision.svg").write_text(_figure.draw(data))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-// Three lines of words and an error banner. Only textContent is ever set.
+// Three lines of words, an error banner and a link. Only textContent is ever set.
 
 const TITLES = {
   reference: "Reference (exact impacts)",
@@ -13,7 +13,7 @@ export function render({ model }) {
   const error = document.createElement("div");
   error.className = "error";
   error.setAttribute("role", "alert");
-  root.append(error);
+  root.append(error, speed());
   const draw = () => {
     lines.forEach((show) => show(model.told));
     error.textContent = model.error;
@@ -38,4 +38,15 @@ function line(root, name, title) {
     text.textContent = told[name] ?? "computing …";
     box.dataset.agree = told.agree ?? "";
   };
+}
+
+// A figure of its own, served from assets/speed.
+function speed() {
+  const link = document.createElement("a");
+  link.className = "speed";
+  link.href = "speed/work-precision.svg";
+  link.target = "_blank";
+  link.rel = "noopener";
+  link.textContent = "How fast, how exact";
+  return link;
 }
