@@ -349,6 +349,7 @@ def run_warm(options: argparse.Namespace) -> None:
         replace(newmark, located=True),
     ):
         simulate(System(), 1.08, method, periods=2, keep=1)
+    steady(System(), 1.08, Reference())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
-from engine import Newmark, Reference, System, simulate
+from engine import Newmark, Reference, System, simulate, steady
 
 NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500"]
 
@@ -54,6 +54,33 @@ def test_json_is_the_contract(capsys, arguments, method):
     assert 0 < found["seconds"] < 1
 
 
+def test_steady_motion_adds_to_the_contract(capsys):
+    arguments = ["--solver", "reference", "--eta", "3.25", "--steady"]
+    status, out, _ = run(capsys, *arguments, "--json")
+    expected, found = steady(System(), 3.25, Reference()), json.loads(out)
+    assert status == 0
+    assert list(found)[-5:] == ["periodic", "period", "multipliers", "residual", "periods_run"]
+    assert (found["periodic"], found["period"], found["message"]) == (True, 2, "")
+    assert found["section"] == expected.response.section.tolist()
+    assert [complex(*pair) for pair in found["multipliers"]] == expected.multipliers.tolist()
+    assert (found["residual"], found["periods_run"]) == (expected.residual, expected.periods)
+    _, out, _ = run(capsys, *arguments)
+    assert f"found by running {expected.periods} periods" in out
+    assert "repeats every 2 periods" in out
+    assert "0.5 per period" in out
+
+
+def test_motion_that_is_not_steady_is_told_and_shown_by_the_long_run(capsys):
+    arguments = ["--solver", "reference", "--eta", "1.70", "--steady"]
+    status, out, _ = run(capsys, *arguments, "--json")
+    found = json.loads(out)
+    assert (status, found["status"], found["periodic"], found["period"], found["residual"]) == (0, "ok", False, 0, None)
+    assert found["section"] == simulate(System(), 1.70, Reference()).section.tolist()
+    assert found["message"].startswith("no periodic motion found")
+    _, out, _ = run(capsys, *arguments)
+    assert out.splitlines()[-1] == found["message"]
+
+
 def test_a_run_that_blows_up_is_a_result(capsys):
     arguments = ["--solver", "newmark", "--eta", "2.76", "--K", "60000", "--D", "1", "--steps", "100"]
     status, out, _ = run(capsys, *arguments, "--json")
@@ -90,6 +117,7 @@ def test_all_options_reach_the_solver(capsys):
         (["--solver", "reference", "--eta", "1.08", "--initial", "1,0,0,0"], "gap"),
         (["--solver", "reference", "--eta", "1.08", "--restitution", "2"], "restitution = 2.0"),
         (["--solver", "reference", "--eta", "1.08", "--thresh", "2"], "--thresh"),
+        ([*NEWMARK, "--steady"], "has a time step"),
     ],
 )
 def test_bad_input_gives_one_line_and_status_2(capsys, arguments, words):
