@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..kernels.record import IMPACT_COLUMNS, Record, empty_record
+from ..kernels.record import IMPACT_COLUMNS, Folded, Record, empty_record
 from ..result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
 
 CAPACITY = 4096  # rows of impacts and contacts between two visits of the driver
@@ -41,7 +41,7 @@ class Driver(ABC):
             begin = time.perf_counter()
             status, full = self.march(upto, record)
             self.seconds += time.perf_counter() - begin
-            self._harvest(record)
+            self._harvest(record.views)
             if status is not Status.OK:
                 return status, self.explain(status)
             if not full:
@@ -59,12 +59,12 @@ class Driver(ABC):
     @property
     def section(self) -> np.ndarray:
         """Rows of the kept periods that were completed."""
-        return self._kept.section[: self.section_rows_done()]
+        return self._kept.views.section[: self.section_rows_done()]
 
     def results(self) -> dict:
         """The fields of a Response that the run has filled."""
-        self.close_open_contact(self._kept)
-        self._harvest(self._kept)
+        self.close_open_contact(self._kept.views)
+        self._harvest(self._kept.views)
         rows = np.concatenate([np.empty((0, IMPACT_COLUMNS)), *self._impacts])
         contacts = np.concatenate([np.empty((0, 2)), *self._contacts])
         return {
@@ -83,8 +83,8 @@ class Driver(ABC):
         }
 
     def _trajectory(self) -> Trajectory | None:
-        phases, samples = self._kept.phases, self._kept.samples
-        if len(samples) == 0 or self.section_rows_done() < len(self._kept.section):
+        phases, samples = self._kept.views.phases, self._kept.views.samples
+        if len(samples) == 0 or self.section_rows_done() < len(self._kept.views.section):
             return None
         whole, part = np.divmod(np.arange(len(samples)), len(phases))
         time = (self.sampled_from + whole + phases[part]) * self.period
@@ -96,7 +96,7 @@ class Driver(ABC):
         """Periods that take some hundredths of a second, so that a withdrawn run ends at once."""
 
     @abstractmethod
-    def march(self, stop: int, record: Record) -> tuple[Status, bool]:
+    def march(self, stop: int, record: Folded) -> tuple[Status, bool]:
         """Call the kernel up to the end of period ``stop``; the flag says that a buffer was full before that."""
 
     @abstractmethod

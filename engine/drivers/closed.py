@@ -9,6 +9,7 @@ from ..kernels import pendulums
 from ..kernels.anchor import Anchor, Contact, Touch, touches
 from ..kernels.folded import fold
 from ..kernels.phase import INTEGRAL, REACH, full, make_scratch, tabulate
+from ..kernels.record import Folded
 from ..kernels.record import Record as Buffers
 from ..methods import ExactPenalty, Reference
 from ..model import System
@@ -88,26 +89,32 @@ class ClosedDriver(Driver):
         self._events = self._evaluations = self._pauses = 0
         self._paused_in = -1.0
         self._window = (float(kept_from), float(self.sampled_from))
-        self._anchor = _anchor(self.packed, start)
+        self._state = _state(self.packed, start)
         if not getattr(kernel.march, "signatures", True):  # compile, or load, outside the measured seconds
-            self._march(start.periods - 1, self._nothing)
+            state, self._state = self._state, self._state.copy()
+            self.march(start.periods - 1, self._nothing)
+            self._state = state
 
     def periods_per_call(self) -> int:
         return PERIODS_PER_CALL
 
-    def march(self, stop: int, record: Buffers) -> tuple[Status, bool]:
-        self._anchor, code, events, evaluations = self._march(stop, record)
+    @property
+    def _anchor(self) -> Anchor:
+        numbers = len(Anchor._fields) - 1
+        return Anchor(*self._state[:numbers], Touch(*self._state[numbers:]))
+
+    def march(self, stop: int, record: Folded) -> tuple[Status, bool]:
+        code, events, evaluations = kernel.march(
+            self._folded, self._state, float(stop), self._window, record.flat, record.sizes
+        )
         self._events += events
         self._evaluations += evaluations
         if code == kernel.PAUSED:
-            self._pauses = self._pauses + 1 if self._anchor.period == self._paused_in else 0
-            self._paused_in = self._anchor.period
+            self._pauses = self._pauses + 1 if self._state[0] == self._paused_in else 0
+            self._paused_in = self._state[0]
             if self._pauses > MOST_PAUSES:
                 return Status.UNRESOLVED, False
         return _STATUS.get(code, Status.OK), code in (kernel.FULL, kernel.PAUSED)
-
-    def _march(self, stop: int, record: Buffers) -> tuple[Anchor, int, int, int]:
-        return kernel.march(self._folded, self._anchor, float(stop), self._window, record)
 
     def explain(self, status: Status) -> str:
         period = int(self._anchor.period) + 1
@@ -135,17 +142,16 @@ class ClosedDriver(Driver):
         return Cost(self.seconds, events=self._events, evaluations=self._evaluations)
 
     def checkpoint(self) -> Checkpoint:
-        *numbers, touch = self._anchor
-        return Checkpoint(*self.run, self.periods, (*numbers, *touch))
+        return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
 
 
-def _anchor(packed: Contact, start: Checkpoint) -> Anchor:
-    numbers = len(Anchor._fields) - 1
-    if len(start.state) == numbers + len(Touch._fields):
-        return Anchor(*start.state[:numbers], Touch(*start.state[numbers:]))
+def _state(packed: Contact, start: Checkpoint) -> np.ndarray:
+    if len(start.state) > 4:
+        return np.array(start.state)
     x1, v1, x2, v2 = start.state
     if packed.rigid and x2 < x1:
         raise ValueError(
             f"initial gap ξ₂ − ξ₁ = {x2 - x1:g} is negative: the reference knows no penetration, start with ξ₂ ≥ ξ₁"
         )
-    return kernel.prepare(packed, x1, v1, x2 - x1, v2 - v1)
+    *numbers, touch = kernel.prepare(packed, x1, v1, x2 - x1, v2 - v1)
+    return np.array([*numbers, *touch])

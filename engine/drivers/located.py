@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ..kernels import located as kernel
+from ..kernels.record import Folded
 from ..kernels.record import Record as Buffers
 from ..methods import Newmark
 from ..model import System
@@ -63,14 +64,14 @@ class LocatedDriver(Driver):
         self._state = _state(self._law, start, kept_from == 0)
         self._started = self._state[kernel.SOLVES]
         if not getattr(kernel.march, "signatures", True):  # compile or load outside the measured seconds
-            kernel.march(self._law, self._cosines, self._state.copy(), 0, 0, self._window, self._nothing)
+            kernel.march(self._law, self._cosines, self._state.copy(), 0, 0, self._window, self._nothing.views)
 
     def periods_per_call(self) -> int:
         return max(1, SOLVES_PER_CALL // self._method.steps)
 
-    def march(self, stop: int, record: Buffers) -> tuple[Status, bool]:
+    def march(self, stop: int, record: Folded) -> tuple[Status, bool]:
         last = stop * self._method.steps
-        code = kernel.march(self._law, self._cosines, self._state, last, SOLVES_PER_CALL, self._window, record)
+        code = kernel.march(self._law, self._cosines, self._state, last, SOLVES_PER_CALL, self._window, record.views)
         ends = {kernel.DIVERGED: Status.DIVERGED, kernel.CROWDED: Status.UNRESOLVED}
         return ends.get(code, Status.OK), code == kernel.PAUSED
 

@@ -8,6 +8,7 @@ from ..kernels import leaps
 from ..kernels import newmark as kernel
 from ..kernels.folded import fold
 from ..kernels.phase import REACH, make_scratch
+from ..kernels.record import Folded
 from ..kernels.record import Record as Buffers
 from ..methods import Newmark
 from ..model import System
@@ -93,12 +94,12 @@ class NewmarkDriver(Driver):
     def periods_per_call(self) -> int:
         return max(1, STEPS_PER_CALL // self._method.steps)
 
-    def march(self, stop: int, record: Buffers) -> tuple[Status, bool]:
+    def march(self, stop: int, record: Folded) -> tuple[Status, bool]:
         last = stop * self._method.steps
         if self._leaps is not None:
-            code = leaps.leap(self._leaps, self._state, last, self._window, record)
+            code = leaps.leap(self._leaps, self._state, last, self._window, record.flat, record.sizes)
         elif record is not self._nothing:
-            code = kernel.advance_recorded(self._scheme, self._cosines, self._state, last, self._window, record)
+            code = kernel.advance_recorded(self._scheme, self._cosines, self._state, last, self._window, record.views)
         else:
             code = kernel.advance(self._scheme, self._cosines, self._state, last)
         return (Status.DIVERGED if code == kernel.DIVERGED else Status.OK), code == kernel.FULL

@@ -44,7 +44,7 @@ from .newmark import (
 )
 from .newmark import SLOTS as NEWMARK_SLOTS
 from .phase import POINTS, POWERS, SCRATCH_SHAPES, TERMS, Phase, Scratch, carried, circle, dot, moved, polynomial_at
-from .record import no_room
+from .record import no_room, unfold_record
 from .root import first_not_above, first_root
 from .steps import FLIGHT_SHAPES, SQUEEZE_SHAPES, Flight, Squeeze, make_flight, make_squeezes
 
@@ -185,7 +185,7 @@ def emit(p, m, contact, z, i, skipped, window, record):
 
 
 @bare
-def leap(folded, state, stop, window, record):
+def leap(folded, state, stop, window, flat, sizes):
     """Carry the discrete solution to the end of step ``stop``, as :func:`.newmark.advance_recorded` does.
 
     Parameters
@@ -199,15 +199,15 @@ def leap(folded, state, stop, window, record):
     window : (3,) int64
         The step at which the kept periods begin, the step at which sampling begins, and the steps from sample to
         sample, counted anew in each period.
-    record : Record
-        Nothing is kept if it has no room for a section.
+    flat, sizes
+        A folded record. Nothing is kept if it has no room for a section.
 
     Returns
     -------
     int
         DONE, DIVERGED or FULL.
     """
-    p = unfold(folded)
+    p, record = unfold(folded), unfold_record(flat, sizes)
     m = p.scheme
     p1, q1, p2, q2, contact = state[P1], state[Q1], state[P2], state[Q2], state[CONTACT] > 0.0
     a1, a2, impulse, gap, calm = state[A1], state[A2], state[IMPULSE], state[GAP], state[CALM] > 0.0

@@ -12,7 +12,7 @@ from .anchor import CALM, COLLIDING, SEPARATED, TOUCHING, Anchor, Touch, after, 
 from .jit import bare, inlined
 from .laws import ROUNDING, parts, release, settle, strike
 from .phase import INTEGRAL, POINTS, dot, first_at, gap_at, moved
-from .record import no_room
+from .record import no_room, unfold_record
 from .root import first_root
 
 # how a march ends
@@ -135,38 +135,63 @@ def note_contact(p, t, now, kept_from, record):
         note_impact(t.begun, t.position, t.speed1, t.speed2, v1, v2, t.impulse, t.closing, record)
 
 
+@inlined
+def anchor_of(numbers):
+    """The anchor that an array holds."""
+    n = numbers
+    opened = Touch(n[9], n[10], n[11], n[12], n[13], n[14])
+    return Anchor(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], opened)
+
+
+@inlined
+def keep_anchor(numbers, a):
+    """Write an anchor into an array."""
+    n, t = numbers, a.touch
+    n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7] = a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order
+    n[8], n[9], n[10], n[11], n[12], n[13], n[14] = (
+        a.events,
+        t.begun,
+        t.closing,
+        t.position,
+        t.speed1,
+        t.speed2,
+        t.impulse,
+    )
+
+
 @bare
-def march(folded, a, stop, window, record):
+def march(folded, state_of, stop, window, flat, sizes):
     """Carry the motion to the end of period ``stop``.
 
     Parameters
     ----------
     folded : (n,) float64
         A contact, as :func:`.folded.fold` gives it.
-    a : Anchor
-        State of the solver. A march that goes on from the anchor of an earlier one gives the same bits as one that
-        never stopped.
+    state_of : (len(Anchor) + len(Touch) − 1,) float64
+        The anchor from which to go on, changed in place. A march that goes on from the anchor of an earlier one gives
+        the same bits as one that never stopped.
     stop : float
         Number of periods since the start of the run.
     window : (2,) float64
         Period at which the section begins, period at which sampling begins.
-    record : Record
-        Nothing is kept if it has no room for a section.
+    flat, sizes
+        A folded record. Nothing is kept if it has no room for a section.
 
     Returns
     -------
-    (Anchor, int, int, int)
-        The last anchor before the end of ``stop``; DONE, FULL (make room for impacts or contacts, then call again),
-        PAUSED (call again), PILED_UP or UNRESOLVED; events; intervals examined.
+    (int, int, int)
+        DONE (the anchor is the last before the end of ``stop``), FULL (make room for impacts or contacts, then call
+        again), PAUSED (call again), PILED_UP or UNRESOLVED; events; intervals examined.
     """
-    p = unfold(folded)
+    p, record, a = unfold(folded), unfold_record(flat, sizes), anchor_of(state_of)
     kept = record.section.shape[0] > 0
     kept_from = window[0] * p.period
     events, examined = 0, 0
     phases = (p.flight, p.touching, p.calm)
     while True:
         if kept and no_room(record):
-            return a, FULL, events, examined
+            end = FULL
+            break
         before, a = a, strike(p, a)
         if kept and p.rigid and before.mode == COLLIDING and before.rate < 0.0:
             v1, v2, time = before.v1, before.v1 + before.rate, clock(p, before)
@@ -174,8 +199,9 @@ def march(folded, a, stop, window, record):
         before, a = a, settle(p, a)
         if kept and clock(p, a) > clock(p, before):
             emit_chatter(p, before, a, stop, window, record)
-        if not parts(p, a):
-            return a, UNRESOLVED, events, examined
+        if a.order == 3.0 and not parts(p, a):
+            end = UNRESOLVED
+            break
         a = calmed(p, a)
         phase = phases[int(a.mode)]
         z = state(p, a)
@@ -186,21 +212,26 @@ def march(folded, a, stop, window, record):
         if kept:
             emit(p, phase, a, z, min(s, horizon), window, record)
         if s >= horizon:
-            return a, DONE, events, examined
+            end = DONE
+            break
         begin = a
         a = end_of_block(p, phase, a, z) if i == POINTS else end_of_phase(p, phase, a, z, i, u, slope)
         if kept and touches(begin) and not p.rigid:
             a = pressed_on(p, phase, a, z, state(p, a))
         if i == POINTS:
             if examined > MOST_EFFORT:
-                return a, PAUSED, events, examined
+                end = PAUSED
+                break
             continue
         if kept and touches(begin):
             note_contact(p, a.touch, a, kept_from, record)
         events += 1
         a = Anchor(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.touch)
         if a.events > MOST_EVENTS:
-            return a, PILED_UP, events, examined
+            end = PILED_UP
+            break
+    keep_anchor(state_of, a)
+    return end, events, examined
 
 
 @bare

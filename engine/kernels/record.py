@@ -4,9 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .jit import jit
+from .jit import jit, spliced
 
 IMPACT_COLUMNS = 8  # τ, ξ, ξ₁′ and ξ₂′ before, ξ₁′ and ξ₂′ after, impulse, closing speed
+
+_COLUMNS = np.array([4, IMPACT_COLUMNS, 2, 1, 5])
 
 
 class Record(NamedTuple):
@@ -26,17 +28,39 @@ class Record(NamedTuple):
     used: np.ndarray
 
 
-def empty_record(periods: int, phases: np.ndarray, sampled_periods: int, capacity: int) -> Record:
+class Folded(NamedTuple):
+    """A record whose arrays lie in one: a call from Python takes each array apart that it is given, at some cost."""
+
+    flat: np.ndarray  # (n,) section, impacts, contacts, phases and samples, one after the other
+    sizes: np.ndarray  # (7,) int64: rows of each, then ``used``
+    views: Record
+
+
+def empty_record(periods: int, phases: np.ndarray, sampled_periods: int, capacity: int) -> Folded:
     """Zeroed buffers for ``periods`` kept periods, of which the last ``sampled_periods`` are sampled."""
     samples = sampled_periods * len(phases) + 1 if sampled_periods else 0
-    return Record(
-        np.zeros((periods, 4)),
-        np.zeros((capacity, IMPACT_COLUMNS)),
-        np.zeros((capacity, 2)),
-        phases,
-        np.zeros((samples, 5)),
-        np.zeros(2, dtype=np.int64),
+    sizes = np.array([periods, capacity, capacity, len(phases), samples, 0, 0], dtype=np.int64)
+    flat = np.zeros(int(sizes[:5] @ _COLUMNS))
+    ends = np.cumsum(sizes[:5] * _COLUMNS)
+    parts = [flat[end - n * c : end] for end, n, c in zip(ends, sizes, _COLUMNS, strict=False)]
+    section, impacts, contacts, kept_phases, sampled = (
+        part if c == 1 else part.reshape(-1, c) for part, c in zip(parts, _COLUMNS, strict=True)
     )
+    kept_phases[:] = phases
+    return Folded(flat, sizes, Record(section, impacts, contacts, kept_phases, sampled, sizes[5:]))
+
+
+@spliced
+def unfold_record(flat, sizes):
+    """The record of a :class:`Folded`, as views of its arrays."""
+    a = sizes[0] * 4
+    b = a + sizes[1] * IMPACT_COLUMNS
+    c = b + sizes[2] * 2
+    d = c + sizes[3]
+    e = d + sizes[4] * 5
+    section, impacts = flat[:a].reshape((sizes[0], 4)), flat[a:b].reshape((sizes[1], IMPACT_COLUMNS))
+    contacts, samples = flat[b:c].reshape((sizes[2], 2)), flat[d:e].reshape((sizes[4], 5))
+    return Record(section, impacts, contacts, flat[c:d], samples, sizes[5:])
 
 
 @jit
