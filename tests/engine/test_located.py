@@ -9,7 +9,7 @@ import pytest
 from engine import Newmark, Record, Status, System, motion, simulate
 from engine.drivers.located import LocatedDriver, pack
 from engine.kernels import located as kernel
-from engine.simulate import _start
+from engine.simulate import beginning
 from tests import truth
 from tests.naive_located import newmark_located
 
@@ -106,7 +106,7 @@ def test_landing_alone_is_not_enough():
 
 
 def located_driver(system, eta, method, initial=(0, 0, 0, 0)):
-    return LocatedDriver(system, eta, method, _start(initial, system, eta, method), 1, 1_000_000, None)
+    return LocatedDriver(system, eta, method, beginning(initial, system, eta, method), 1, 1_000_000, None)
 
 
 def test_a_checkpoint_goes_on_bit_for_bit():
