@@ -22,7 +22,7 @@ FAILED = Path(__file__).parents[1] / "results"
 TOLERATED_SHARE = 0.03
 TOLERATED_STEP = 60  # of 255, per channel
 # The same browser, drawing a rounded corner anew or from a cached tile, may round its greys to other levels, on some
-# machines in some runs: seen on four pixels of 1.3 million. A changed letter has more, and its text is compared as data.
+# machines in some runs: seen on four pixels of 1.3 million. A changed letter has more, and text is compared as data.
 ROUNDING_STEP = 1
 ROUNDED_SHARE = 3e-5
 DIGITS = 4
