@@ -1,5 +1,14 @@
 """Options that all tests share."""
 
+import os
+
+import hypothesis
+
+# The same examples in every run, so that what passed passes again; VIBROSCOPE_FUZZ=1 looks for new ones.
+hypothesis.settings.register_profile("repeatable", derandomize=True)
+if not os.environ.get("VIBROSCOPE_FUZZ"):
+    hypothesis.settings.load_profile("repeatable")
+
 
 def pytest_addoption(parser):
     parser.addoption(

@@ -260,3 +260,14 @@ def test_a_refused_link_leaves_complete_controls(visit):
     explorer.moved(lambda: explorer.type("eta", "2"))
     assert explorer.error() == ""
     in_address(explorer, eta="2")
+
+
+def test_the_figure_of_speed_and_error_opens(visit):
+    explorer = visit()
+    link = explorer.page.get_by_role("link", name="How fast, how exact")
+    with explorer.page.context.expect_page() as opened:
+        link.click()
+    figure = opened.value
+    figure.wait_for_load_state()
+    assert figure.locator("svg text", has_text="Vibroscope").count() > 0
+    figure.close()
