@@ -85,7 +85,7 @@ def emit(p, phase, a, z, s, window, record):
     while k - origin <= record.section.shape[0] and (k - a.period) * p.period - a.tau <= s:
         t = (k - a.period) * p.period - a.tau
         if t >= slack:
-            x1, v1, gap, rate = state_at(p, phase, z, t)
+            x1, v1, gap, rate = state_at(p, phase, z, max(t, 0.0))
             row = record.section[int(k - origin) - 1]
             row[0], row[1], row[2], row[3] = x1, v1, x1 + gap, v1 + rate
         k += 1.0
@@ -97,7 +97,7 @@ def emit(p, phase, a, z, s, window, record):
         if t > s:
             return
         if t >= slack:
-            x1, v1, gap, rate = state_at(p, phase, z, t)
+            x1, v1, gap, rate = state_at(p, phase, z, max(t, 0.0))
             row = record.samples[j]
             row[0], row[1], row[2], row[3], row[4] = x1, v1, x1 + gap, v1 + rate, 0.0
             if touches(a):

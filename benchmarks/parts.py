@@ -1,0 +1,138 @@
+"""Where the time of a march goes: cycles of each part of a flight beside the least that its arithmetic could take.
+
+    .venv/bin/python benchmarks/parts.py
+
+Two bounds. **Width**: a table product is so many fused products and sums; the processor does two vectors of them a
+cycle. **Latency**: Horner's rule and Halley's method are chains, in which each operation waits for the one before, four
+cycles for a product and sum, some fourteen for a division or a root. Each part is repeated on its own result, so that
+it cannot overlap with itself, as in the march, where the next flight waits for this one. The clock is taken from a
+chain of products and sums, four cycles each.
+
+A flight of the reference with one impact a period (η = 2.76) is: its first interval, one block, the interval of the
+zero, the state there. What the march takes beyond these parts is impact law, time keeping and moving numbers between
+registers.
+"""
+
+import time
+
+import numba
+
+from engine import Reference, System, simulate
+from engine.drivers.closed import pack
+from engine.kernels import phase, root
+
+LANES = 8  # of a vector: AVX-512; with AVX2 it is 4
+FUSED, DIVISION = 4, 14  # cycles until the result is there
+REPEATS = 100_000
+TURNS = 7
+# a state on the surface, just parted; and one that falls towards it within an interval
+PARTED, FALLING = (-1.0, 3.0, 0.0, 5.0, 1.0, 0.0), (-1.0, 3.0, 0.05, -5.0, 1.0, 0.0)
+
+compiled = numba.njit(error_model="numpy", fastmath={"contract"}, _nrt=False)
+part = numba.njit(error_model="numpy", fastmath={"contract"}, _nrt=False, forceinline=True)
+
+
+@part
+def block(tables, z, scratch):
+    """All values of a block, and the first that is not certain."""
+    phase.find_values(tables, z, scratch)
+    return float(root.first_not_above(scratch.products[: phase.POINTS], phase.bend(tables, z), 0))
+
+
+@part
+def first_interval(tables, z, scratch):
+    """An interval without a zero."""
+    return root.in_interval(tables, z, 1, scratch)[0]
+
+
+@part
+def zero(tables, z, scratch):
+    """An interval with a zero, and the zero."""
+    return root.in_interval(tables, z, 0, scratch)[0]
+
+
+@part
+def state_there(tables, z, scratch):
+    """ξ₁ and ξ₁′ within an interval."""
+    return phase.first_at(tables, phase.moved(tables, z, 30), 0.3, scratch)[1]
+
+
+def width(products):
+    """Cycles for so many products and sums side by side."""
+    return products / LANES / 2
+
+
+def chain(fused, divisions=0):
+    """Cycles for operations that wait for each other."""
+    return fused * FUSED + divisions * DIVISION
+
+
+# even and odd powers apart: half as many steps as terms, then two to join them
+POLYNOMIAL = chain(phase.TERMS // 2 + 2)
+PARTS = {
+    "first interval": (first_interval, PARTED, width(6 * 2 * phase.TERMS)),
+    "block of 64 instants": (block, PARTED, width(6 * phase.POINTS)),
+    # guess, three steps of Halley's method, the slope
+    "interval of the zero": (
+        zero,
+        FALLING,
+        width(6 * 2 * phase.TERMS) + chain(0, 1) + 3 * (POLYNOMIAL + chain(2, 1)) + POLYNOMIAL,
+    ),
+    "state there": (state_there, FALLING, width(6 * 6 + 6 * phase.TERMS) + POLYNOMIAL),
+}
+
+
+@compiled
+def clock(n, x):
+    """A chain of n products and sums."""
+    for _ in range(n):
+        x = x * x + 0.1
+    return x
+
+
+def least(run):
+    """Least seconds of several turns; the first, which compiles, does not count."""
+    run()
+    seconds = []
+    for _ in range(TURNS):
+        begin = time.perf_counter()
+        run()
+        seconds.append(time.perf_counter() - begin)
+    return min(seconds)
+
+
+def repeated(function):
+    """The function, each time on a state that depends on its last result."""
+
+    @compiled
+    def loop(tables, start, scratch, n):
+        z = start
+        for _ in range(n):
+            result = function(tables, z, scratch)
+            z = (start[0], start[1], start[2], start[3] + 1e-300 * result, start[4], start[5])
+        return z[3]
+
+    return loop
+
+
+def main():
+    """Print the table."""
+    contact = pack(System(), 2.76, Reference("derived"))
+    tables, scratch = contact.flight, contact.scratch
+    cycle = least(lambda: clock(10_000_000, 0.1)) / 10_000_000 / FUSED
+    print(f"{1e-9 / cycle:.2f} GHz\n\n{'part':24}{'ns':>8}{'cycles':>9}{'bound':>8}")
+    total = floor = 0.0
+    for name, (function, z, bound) in PARTS.items():
+        loop = repeated(function)
+        spent = least(lambda loop=loop, z=z: loop(tables, z, scratch, REPEATS)) / REPEATS
+        total, floor = total + spent, floor + bound
+        print(f"{name:24}{spent * 1e9:8.1f}{spent / cycle:9.0f}{bound:8.0f}")
+    periods = 20_000
+    runs = [simulate(System(), 2.76, Reference("derived"), periods=periods, keep=1) for _ in range(TURNS)]
+    march = min(run.cost.seconds for run in runs) / periods
+    print(f"{'sum':24}{total * 1e9:8.1f}{total / cycle:9.0f}{floor:8.0f}")
+    print(f"{'the march, a period':24}{march * 1e9:8.1f}{march / cycle:9.0f}")
+
+
+if __name__ == "__main__":
+    main()
