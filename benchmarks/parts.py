@@ -42,13 +42,13 @@ def block(tables, z, scratch):
 @part
 def first_interval(tables, z, scratch):
     """An interval without a zero."""
-    return root.in_interval(tables, z, 1, scratch)[0]
+    return root.in_interval(tables, z, 1, root.NEWTON_LIMIT, scratch)[0]
 
 
 @part
 def zero(tables, z, scratch):
     """An interval with a zero, and the zero."""
-    return root.in_interval(tables, z, 0, scratch)[0]
+    return root.in_interval(tables, z, 0, root.NEWTON_LIMIT, scratch)[0]
 
 
 @part

@@ -3,13 +3,14 @@
 **Flight.** The gap at the steps is read off a linear motion (:mod:`.steps`) whose first zero is found as that of the
 reference (:mod:`.root`): the steps before it can be skipped.
 
-**Contact.** The gaps of the next POINTS steps, which the processor forms side by side, tell how many can be skipped.
+**Contact.** The gaps of the next HELD steps, which the processor forms side by side, tell how many can be skipped.
 Where a contact lasts, every s-th step is enough, as long as the gap stays further below zero than it could rise
 between.
 
-Both only say how many steps can be skipped; the step at which contact changes is taken as in the plain loop, and its
-gap decides. Where rounding decides, plain loop and leaps may differ. Leaps do not depend on where a run is cut: one
-that reaches beyond its end is not taken, what is asked for within it is read off, and the next call begins with it.
+A leap ends with the step in which contact changes, or, where the gap there is so near to zero that rounding could turn
+its sign, before it: then a step as in the plain loop decides, and plain loop and leaps may differ. Leaps do not depend
+on where a run is cut: one that reaches beyond its end is not taken, what is asked for within it is read off, and the
+next call begins with it.
 """
 
 from typing import NamedTuple
@@ -43,14 +44,45 @@ from .newmark import (
     step,
 )
 from .newmark import SLOTS as NEWMARK_SLOTS
-from .phase import POINTS, POWERS, SCRATCH_SHAPES, TERMS, Phase, Scratch, carried, circle, dot, moved, polynomial_at
+from .phase import (
+    FIRST,
+    HELD,
+    POINTS,
+    POWERS,
+    SCRATCH_SHAPES,
+    TERMS,
+    Phase,
+    Scratch,
+    carried,
+    circle,
+    dot,
+    moved,
+    polynomial_at,
+)
 from .record import no_room, unfold_record
-from .root import first_not_above, first_root
+from .root import first_root, polished
 from .steps import FLIGHT_SHAPES, SQUEEZE_SHAPES, Flight, Squeeze, make_flight, make_squeezes
 
 GAP, CALM, SLOTS = NEWMARK_SLOTS, NEWMARK_SLOTS + 1, NEWMARK_SLOTS + 2  # the state's last slots: g, contact lasts
 TINY = -5e-324  # the first number below zero: a gap of zero is contact
 FAR = 1e-3 * LIMIT  # beyond it every step is looked at
+
+
+# what follows a leap: another one; a step of which it is not known whether contact changes; a change, in its last step
+GO_ON, LOOK, FLIP = range(3)
+CERTAIN = 2.0**-40  # a gap beyond this share of the displacements has a sign that rounding cannot change
+CHUNK = 32  # entries of a contact's tables that are looked at together
+ROUGHLY = 1  # corrections of a zero that is wanted to a step; signs tell whether they were enough
+
+
+class Leap(NamedTuple):
+    """A number of steps with the same contact state."""
+
+    strides: int
+    steps: int  # in addition
+    then: int  # GO_ON, LOOK or FLIP
+    before: float  # the gap before its last step
+    gap: float  # and after it, in contact or if it ends in a change
 
 
 class Leaps(NamedTuple):
@@ -90,7 +122,7 @@ def make_leaps(m, eta, n, free_pole, pressed_pole, scratch):
 
 
 @inlined
-def ahead(p, contact, z, entries, rest):
+def later(p, contact, z, entries, rest):
     """p₁, Q₁, p₂ − p₁ and Q₂ − Q₁ after so many strides and ``rest`` steps, all of them with the same contact state."""
     if contact:
         return carried(p.fine.moves, carried(p.coarse.moves, z, entries), rest)[:4]
@@ -110,45 +142,72 @@ def ahead(p, contact, z, entries, rest):
 
 
 @inlined
+def crossing(f, u, scratch):
+    """Whole steps in the interval up to its zero at u, and the gap at the ends of the steps before and after it."""
+    powers = scratch.products[POWERS:FIRST]
+    whole = min(int(u * f.stride), f.stride - 1)
+    share = 1.0 / f.stride
+    return whole, polynomial_at(powers, whole * share)[0], polynomial_at(powers, (whole + 1) * share)[0]
+
+
+@inlined
 def glide(f, z, scratch):
-    """Strides and further steps of a flight that can be skipped, and whether a change of contact may follow."""
+    """The leap through a flight."""
     if not dot(f.phase.rows[:, POWERS], z) > 0.0:
-        return 0, 0, True
-    i, u, _, _ = first_root(f.phase, z, 0, scratch)
+        return Leap(0, 0, LOOK, 0.0, 0.0)
+    i, u, _, _ = first_root(f.phase, z, 0, ROUGHLY, scratch)
     if i == POINTS:
-        return POINTS, 0, False
-    # the gap at the end of step k + 1 is f there: that step is skipped as well, unless rounding may have hidden a zero
-    into = u * f.stride
-    whole = int(into)
-    return i, whole + (1 if into - whole > 1e-6 else 0), True
+        return Leap(POINTS, 0, GO_ON, 0.0, 0.0)
+    # f is the gap at the end of the step that begins there: positive after ``whole`` steps, and not after one more
+    certain = CERTAIN * (abs(z[0]) + abs(z[2]))
+    whole, above, below = crossing(f, u, scratch)
+    if not min(above, -below) > certain:
+        u = polished(u, scratch)
+        whole, above, below = crossing(f, u, scratch)
+    if min(above, -below) > certain:
+        over = whole + 2 > f.stride
+        return Leap(i + 1 if over else i, whole + 2 - f.stride if over else whole + 2, FLIP, above, below)
+    return Leap(i, max(whole - 1, 0), LOOK, 0.0, 0.0)
 
 
 @inlined
 def endure(b, z, level, scratch):
-    """Entries of a contact's tables up to which it lasts."""
+    """Entries of a contact's tables up to which it lasts; ``scratch.products`` holds the depths, one more included."""
     z0, z1, z2, z3, z4, z5 = z
     d0, d1, d2, d3, d4, d5 = b.depths[0], b.depths[1], b.depths[2], b.depths[3], b.depths[4], b.depths[5]
-    depths = scratch.products[:POINTS]
-    for j in range(POINTS):
-        depths[j] = d0[j] * z0 + d1[j] * z1 + d2[j] * z2 + d3[j] * z3 + d4[j] * z4 + d5[j] * z5
-    return first_not_above(depths, level, 0)
+    depths = scratch.products
+    for begin in range(0, HELD, CHUNK):
+        low = 0
+        for j in range(begin, begin + CHUNK):
+            depth = d0[j] * z0 + d1[j] * z1 + d2[j] * z2 + d3[j] * z3 + d4[j] * z4 + d5[j] * z5
+            depths[j] = depth
+            low += not (depth > level)
+        if low > 0:
+            j = begin
+            while depths[j] > level:
+                j += 1
+            return j
+    return HELD
 
 
 @inlined
 def hold(p, z, gap, calm):
-    """Strides, or else steps, of a contact to skip; whether a change may follow; whether it lasts; the gap there."""
-    coarse = p.coarse
+    """The leap through a contact, which is ``calm`` if it has lasted through the tables of the leap before."""
+    coarse, depths = p.coarse, p.scratch.products
     if calm and coarse.stride > 0:
         level = 0.0
         for i in range(6):
             level += coarse.bend[i] * abs(z[i])
         entries = endure(coarse, z, level, p.scratch) if -gap > level else 0
         if entries > 0:
-            return entries, 0, False, entries == POINTS, -p.scratch.products[entries - 1]
-    entries = endure(p.fine, z, TINY, p.scratch)
-    if entries == 0:
-        return 0, 0, True, False, gap
-    return 0, entries, entries < POINTS, entries == POINTS, -p.scratch.products[entries - 1]
+            return Leap(entries, 0, GO_ON, gap, -depths[entries - 1])
+    steps = endure(p.fine, z, TINY, p.scratch)
+    before = -depths[steps - 1] if steps > 0 else gap
+    if steps == HELD:
+        return Leap(0, steps, GO_ON, gap, before)
+    if -depths[steps] > CERTAIN * (abs(z[0]) + abs(z[2])):
+        return Leap(0, steps + 1, FLIP, before, -depths[steps])
+    return Leap(0, steps, LOOK, gap, before)
 
 
 @bare
@@ -157,7 +216,7 @@ def motion_after(p, m, contact, z, i, t):
     c, s = circle((t - 1) % p.steps / p.steps)
     stride = p.coarse.stride if contact else p.flight.stride
     entries, rest = divmod(t - 1 - i, stride) if stride > 0 else (0, t - 1 - i)
-    z = (*ahead(p, contact, z, entries, rest), c, s)
+    z = (*later(p, contact, z, entries, rest), c, s)
     rows = p.pressed if contact else p.flight.motion
     a1, a2 = dot(rows[0], z), dot(rows[1], z)
     p1, q1, p2, q2 = z[0], z[1], z[0] + z[2], z[1] + z[3]
@@ -165,9 +224,9 @@ def motion_after(p, m, contact, z, i, t):
 
 
 @bare
-def emit(p, m, contact, z, i, skipped, window, record):
-    """Write the section rows and samples of the steps i + 1 … i + skipped."""
-    n, end = p.steps, i + skipped
+def emit(p, m, contact, z, i, end, flip, window, record):
+    """Write the section rows and samples of the steps i + 1 … end; ``flip``: the step with which contact changes."""
+    n = p.steps
     t = (max(i, window[0]) // n + 1) * n
     while t <= end:
         record.section[(t - window[0]) // n - 1] = motion_after(p, m, contact, z, i, t)
@@ -180,7 +239,7 @@ def emit(p, m, contact, z, i, skipped, window, record):
             continue
         j = (t - window[1]) // n * record.phases.shape[0] + (t % n) // stride
         if j < record.samples.shape[0]:
-            sample(m, record.samples[j], motion_after(p, m, contact, z, i, t), contact)
+            sample(m, record.samples[j], motion_after(p, m, contact, z, i, t), contact != (t == flip))
         t += 1
 
 
@@ -222,30 +281,43 @@ def leap(folded, state, stop, window, flat, sizes):
             status = FULL
             break
         z = (p1, q1, p2 - p1, q2 - q1, c, s)
-        entries, rest, due, lasts, there = 0, 0, True, False, gap
+        ahead = Leap(0, 0, LOOK, gap, gap)
         if abs(z[0]) + abs(z[2]) + n * (abs(z[1]) + abs(z[3])) < FAR:
-            if contact:
-                entries, rest, due, lasts, there = hold(p, z, gap, calm)
-            else:
-                entries, rest, due = glide(p.flight, z, p.scratch)
-        skipped = entries * (p.coarse.stride if contact else p.flight.stride) + rest
+            ahead = hold(p, z, gap, calm) if contact else glide(p.flight, z, p.scratch)
+        skipped = ahead.strides * (p.coarse.stride if contact else p.flight.stride) + ahead.steps
         if skipped > 0:
+            then = i + skipped
             if kept:
-                emit(p, m, contact, z, i, min(skipped, stop - i), window, record)
-            if i + skipped >= stop:
+                emit(p, m, contact, z, i, min(then, stop), then if ahead.then == FLIP else -1, window, record)
+            if then >= stop:
                 break
-            if kept and contact:
-                impulse += dot(p.coarse.sums[entries - 1] if entries > 0 else p.fine.sums[rest - 1], z)
-            p1, q1, apart, drift = ahead(p, contact, z, entries, rest)
+            p1, q1, apart, drift = later(p, contact, z, ahead.strides, ahead.steps)
             p2, q2 = p1 + apart, q1 + drift
-            i += skipped
             k += skipped
             if k >= n:
                 k %= n
             c, s = circle(k * share)
-            gap = there if contact else dot(p.flight.here, (p1, q1, apart, drift, c, s))
-        calm = lasts
-        if not due:
+            gap = ahead.gap
+            if not contact and ahead.then == LOOK:
+                gap = dot(p.flight.here, (p1, q1, apart, drift, c, s))
+            if kept and contact:
+                sums = p.coarse.sums[ahead.strides - 1] if ahead.strides > 0 else p.fine.sums[ahead.steps - 1]
+                impulse += dot(sums, z)
+            if kept and ahead.then == FLIP:
+                now = motion_after(p, m, contact, z, i, then)
+                if contact:
+                    state[IMPULSE] = impulse
+                    close_contact(m, state, then, now, record)
+                else:
+                    open_contact(state, then, now, (ahead.before - gap) / m.h)
+                    impulse = 0.0
+            i = then
+        calm = contact and ahead.then == GO_ON and ahead.strides in (0, HELD)
+        if ahead.then == FLIP:
+            contact = not contact
+            if contact and not kept:
+                state[BEGIN], state[CLOSING] = i, 0.0
+        if ahead.then != LOOK:
             continue
         # one step as the plain loop takes it
         before = gap

@@ -13,7 +13,7 @@ from .jit import bare, inlined
 from .laws import ROUNDING, parts, release, settle, strike
 from .phase import INTEGRAL, POINTS, dot, first_at, gap_at, moved
 from .record import no_room, unfold_record
-from .root import first_root
+from .root import NEWTON_LIMIT, first_root
 
 # how a march ends
 DONE, FULL, PILED_UP, UNRESOLVED, PAUSED = range(5)
@@ -206,7 +206,7 @@ def march(folded, state_of, stop, window, flat, sizes):
         phase = phases[int(a.mode)]
         z = state(p, a)
         horizon = (stop - a.period) * p.period - a.tau
-        i, u, slope, tries = first_root(phase, z, int(a.order), p.scratch)
+        i, u, slope, tries = first_root(phase, z, int(a.order), NEWTON_LIMIT, p.scratch)
         examined += tries
         s = (i + u) * phase.spacing
         if kept:

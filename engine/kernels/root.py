@@ -118,12 +118,12 @@ def falls_through(b, order):
 
 
 @inlined
-def polish(terms, u, low, high):
+def polish(terms, u, low, high, most):
     """The one zero in (low, high) of the polynomial, which falls through it, and its slope there.
 
     Halley's method from ``u``, held inside the bracket.
     """
-    for _ in range(NEWTON_LIMIT):
+    for _ in range(most):
         value, slope, curve = curve_at(terms, u)
         if value > 0.0:
             low = u
@@ -140,13 +140,19 @@ def polish(terms, u, low, high):
 
 
 @bare
+def polished(u, scratch):
+    """The zero of the interval examined last, exact to rounding, from one that is not."""
+    return polish(scratch.products[TERMS_LEFT : TERMS_LEFT + TERMS], u, 0.0, 1.0, NEWTON_LIMIT)[0]
+
+
+@bare
 def open_interval(terms, b, scratch):
     """First zero in (0, 1), and the slope there, of a polynomial with terms[0] > 0 whose coefficients change sign."""
     low, width, depth = 0.0, 1.0, 0
     while True:
         changes = sign_changes(b, 0)
         if changes == 1:
-            return polish(terms, low + width * falls_through(b, 0), low, low + width)
+            return polish(terms, low + width * falls_through(b, 0), low, low + width, NEWTON_LIMIT)
         if changes > 1 and width > 2.0**-DEEPEST:
             width *= 0.5
             halve(b, scratch.stack[depth])
@@ -164,7 +170,7 @@ def open_interval(terms, b, scratch):
 
 
 @inlined
-def in_interval(phase, z, order, scratch):
+def in_interval(phase, z, order, most, scratch):
     """First zero of f in (0, h], as u = s/h, and f′ there; (NONE, 0) if there is none.
 
     ``order``: of the first derivative that is not zero at the beginning, where f is positive from then on.
@@ -182,11 +188,11 @@ def in_interval(phase, z, order, scratch):
         if powers[1] < 0.0:
             return 0.0, powers[1] / phase.spacing
         shift = 1
-    terms = scratch.products[TERMS_LEFT:]
+    terms = scratch.products[TERMS_LEFT : TERMS_LEFT + TERMS]
     for k in range(TERMS):
         terms[k] = powers[k + shift] if k + shift < TERMS else 0.0
     if order <= 1 and shift == order and b[order] > 0.0 and sign_changes(b, order) == 1:
-        u, slope = polish(terms, falls_through(b, order), 0.0, 1.0)
+        u, slope = polish(terms, falls_through(b, order), 0.0, 1.0, most)
     else:
         if shift > 0:
             to_bernstein(terms, b)
@@ -197,7 +203,7 @@ def in_interval(phase, z, order, scratch):
 
 
 @inlined
-def first_root(phase, z, order, scratch):
+def first_root(phase, z, order, most, scratch):
     """First zero of f within the block that begins at z.
 
     Parameters
@@ -206,6 +212,8 @@ def first_root(phase, z, order, scratch):
     z : (6,) tuple of float64
     order : int
         0 if f > 0 at the beginning, else that of the first derivative which is not zero there; it must be positive.
+    most : int
+        Corrections of the zero, NEWTON_LIMIT for one that is exact to rounding.
     scratch : Scratch
 
     Returns
@@ -214,7 +222,7 @@ def first_root(phase, z, order, scratch):
         Interval and u where the zero lies, s = (interval + u) h; f′ there; intervals examined.
         The interval is POINTS if there is no zero.
     """
-    u, slope = in_interval(phase, z, order, scratch)
+    u, slope = in_interval(phase, z, order, most, scratch)
     if u >= 0.0:
         return 0, u, slope, 1
     examined, i = 1, 1
@@ -228,7 +236,7 @@ def first_root(phase, z, order, scratch):
         i = max(i, k - 1)
         if i == POINTS:
             break
-        u, slope = in_interval(phase, moved(phase, z, i), 0, scratch)
+        u, slope = in_interval(phase, moved(phase, z, i), 0, most, scratch)
         examined += 1
         if u >= 0.0:
             return i, u, slope, examined

@@ -5,7 +5,7 @@ As long as contact does not change, a step maps
     z = (p₁, Q₁, p₂ − p₁, Q₂ − Q₁, C, S),    C = cos ητ,  S = sin ητ,
 
 the predictors of :mod:`.newmark`, linearly, z → M z, and the gap at its end is a row ρ times z. So the gaps at the ends
-of the next POINTS steps are rows ρ Mʲ⁻¹ times one state, and Mʲ moves it on.
+of the next HELD steps are rows ρ Mʲ⁻¹ times one state, and Mʲ moves it on.
 
 M is the exponential of Ã Δτ: the motion of a linear system z′ = Ã z, read at the steps. Where Δτ is short beside every
 oscillation, the eigenvalues of M lie near 1 and Ã Δτ = log M is a short series. Where the gap is read at every s-th
@@ -19,7 +19,7 @@ import numpy as np
 
 from .jit import jit
 from .matrices import add, exponential, identity, logarithm, powers, product, raise_to, row_times, spread, unit
-from .phase import PHASE_SHAPES, POINTS, REACH, TERMS, Phase, fill_polynomial, tabulate
+from .phase import HELD, PHASE_SHAPES, REACH, TERMS, Phase, fill_polynomial, tabulate
 
 MOST_STRIDE = 16
 COARSE = 1.0  # |λ| times the spacing of the coarse tables in contact; the quasi-static gap is then certified
@@ -48,14 +48,14 @@ class Squeeze(NamedTuple):
     """Steps in contact, ``stride`` at a time."""
 
     stride: int  # 0 if the tables are empty
-    depths: np.ndarray  # (6, POINTS) −g at the end of step j·stride, j = 1 … POINTS
-    moves: np.ndarray  # (POINTS, 6, 6) M to the power j·stride
-    sums: np.ndarray  # (POINTS, 6) Δτ Σλ over the next j·stride steps
+    depths: np.ndarray  # (6, HELD) −g at the end of step j·stride, j = 1 … HELD
+    moves: np.ndarray  # (HELD, 6, 6) M to the power j·stride
+    sums: np.ndarray  # (HELD, 6) Δτ Σλ over the next j·stride steps
     bend: np.ndarray  # (6,) bound of |g″| (stride · Δτ)²/8 between
 
 
 FLIGHT_SHAPES = (), *PHASE_SHAPES, (6, 4 * TERMS), (2, 6), (6,)
-SQUEEZE_SHAPES = (), (6, POINTS), (POINTS, 6, 6), (POINTS, 6), (6,)
+SQUEEZE_SHAPES = (), (6, HELD), (HELD, 6, 6), (HELD, 6), (6,)
 
 
 @jit
@@ -118,16 +118,16 @@ def make_flight(m, eta, fastest):
 @jit
 def make_squeeze(one, h, stride):
     """Tables of contact at every ``stride``-th step; if that is over 1, with bounds between, for which Ã must exist."""
-    strider, sums, total, last = identity(), np.zeros((POINTS, 6)), np.zeros(6), np.zeros(6)
-    depths, bend = np.zeros((6, POINTS)), np.zeros(6)
+    strider, sums, total, last = identity(), np.zeros((HELD, 6)), np.zeros(6), np.zeros(6)
+    depths, bend = np.zeros((6, HELD)), np.zeros(6)
     for _ in range(stride):
         pressed = row_times(one.force, strider, h)
         for i in range(6):
             total[i] += pressed[i]
         last = row_times(one.gap, strider, 1.0)
         strider = product(one.move, strider)
-    moves = powers(strider, POINTS)
-    for j in range(POINTS):
+    moves = powers(strider, HELD)
+    for j in range(HELD):
         before = moves[j - 1] if j > 0 else identity()
         depth, pressed = row_times(last, before, -1.0), row_times(total, before, 1.0)
         for i in range(6):
@@ -140,7 +140,7 @@ def make_squeeze(one, h, stride):
     quarter = exponential(a, 0.25 * stride * h)
     for _ in range(4):
         raise_to(bend, curve)
-        for j in range(POINTS):
+        for j in range(HELD):
             raise_to(bend, row_times(curve, moves[j], 1.0))
         curve = row_times(curve, quarter, 1.0)
     bend = spread(bend, a, 0.125 * stride * h)
@@ -152,7 +152,7 @@ def make_squeeze(one, h, stride):
 @jit
 def no_squeeze():
     """Tables that are not there."""
-    return Squeeze(0, np.zeros((6, POINTS)), np.zeros((POINTS, 6, 6)), np.zeros((POINTS, 6)), np.zeros(6))
+    return Squeeze(0, np.zeros((6, HELD)), np.zeros((HELD, 6, 6)), np.zeros((HELD, 6)), np.zeros(6))
 
 
 @jit

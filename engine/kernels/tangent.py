@@ -53,7 +53,7 @@ from .march import (
     state_at,
 )
 from .phase import BEND, FIRST, GAP, POINTS, POWERS, first_at, gap_at, polynomial_at
-from .root import first_root
+from .root import NEWTON_LIMIT, first_root
 
 COURSES = 2**61 - 1  # a prime
 
@@ -258,7 +258,7 @@ def march_along(p, a, stop):
         phase = phases[int(a.mode)]
         z = state(p, a)
         leave(phase, change, z)
-        i, u, slope, tries = first_root(phase, z, int(a.order), p.scratch)
+        i, u, slope, tries = first_root(phase, z, int(a.order), NEWTON_LIMIT, p.scratch)
         examined += tries
         if (i + u) * phase.spacing >= horizon:
             return at_end(p, phase, change, z, horizon), change.state, course, DONE

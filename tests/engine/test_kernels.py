@@ -20,7 +20,7 @@ from engine.kernels import phase as tables
 from engine.kernels.jit import source_digest
 from engine.kernels.pendulums import joined, pressed, separated
 from engine.kernels.phase import POINTS, REACH, bend, circle, full, make_scratch, tabulate
-from engine.kernels.root import NONE, first_root, in_interval, open_interval, to_bernstein
+from engine.kernels.root import NEWTON_LIMIT, NONE, first_root, in_interval, open_interval, to_bernstein
 from engine.simulate import simulate
 from tests import hard
 
@@ -178,7 +178,7 @@ def test_the_circle_is_round(share):
 
 def root_of(table, z, order):
     """Where the first root lies, inf if there is none in the block."""
-    i, u, slope, _ = first_root(table.phase, z, order, SCRATCH)
+    i, u, slope, _ = first_root(table.phase, z, order, NEWTON_LIMIT, SCRATCH)
     return (math.inf if i == POINTS else (i + u) * table.phase.spacing), slope
 
 
@@ -291,7 +291,7 @@ def test_a_flight_of_any_shortness_keeps_its_digits(exponent):
     table, rate = TABLES["flight"], 10.0**exponent
     z = 1.0, 0.0, 0.0, rate, 1.0, 0.0
     a = -table.value(0.0, np.array([*z[:3], 0.0, *z[4:]]), derivative=2)
-    u, slope = in_interval(table.phase, z, 1, SCRATCH)
+    u, slope = in_interval(table.phase, z, 1, NEWTON_LIMIT, SCRATCH)
     if exponent < -8:
         assert u * table.h == pytest.approx(2 * rate / a, rel=100 * rate + 1e-14)
         assert slope == pytest.approx(-rate, rel=100 * rate + 1e-14)

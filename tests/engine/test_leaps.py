@@ -52,19 +52,19 @@ def test_the_same_steps(eta, stiffness, damping, n):
 
 
 def test_the_same_steps_wherever_rounding_does_not_decide():
-    """300 settings drawn over the whole range of the explorer, three periods each.
+    """300 settings drawn over the whole range of the explorer and more, three periods each.
 
     Many bounces in a period multiply a rounding error by up to 1e9. How much, the plain loop itself tells, started
     1e-11 beside rest: leaps may not differ from it by more than that, nor by any contact step where that does not.
     """
     rng, compared, phases = np.random.default_rng(20), 0, 0
     for _ in range(300):
-        eta, n = rng.uniform(0.5, 4.0), int(np.exp(rng.uniform(math.log(1000), math.log(8000))))
+        eta, n = rng.uniform(0.5, 4.0), int(np.exp(rng.uniform(math.log(200), math.log(64000))))
         numbers = eta, 10 ** rng.uniform(1, 5), 10 ** rng.uniform(-1, 2), n
         walked, leapt = both(*numbers, 3, keep=3)
         nudged, _ = both(*numbers, 3, keep=3, initial=(-1e-11, 0, 0, 0))
         assert leapt.status == walked.status
-        if walked.section.shape != nudged.section.shape:
+        if not (walked.ok and nudged.ok):  # a run that blows up magnifies rounding beyond any bound
             continue
         sensitivity = np.abs(walked.section - nudged.section).max()
         if sensitivity > 1e-4:
