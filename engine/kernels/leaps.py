@@ -72,6 +72,7 @@ FAR = 1e-3 * LIMIT  # beyond it every step is looked at
 GO_ON, LOOK, FLIP = range(3)
 CERTAIN = 2.0**-40  # a gap beyond this share of the displacements has a sign that rounding cannot change
 CHUNK = 32  # entries of a contact's tables that are looked at together
+NOWHERE = (0.0, 0.0, 0.0, 0.0)  # a motion that nobody asks for
 ROUGHLY = 1  # corrections of a zero that is wanted to a step; signs tell whether they were enough
 
 
@@ -210,6 +211,14 @@ def hold(p, z, gap, calm):
     return Leap(0, steps, LOOK, gap, before)
 
 
+@inlined
+def look_ahead(p, contact, z, gap, calm):
+    """The leap from z; none where the motion is about to blow up."""
+    if not abs(z[0]) + abs(z[2]) + p.steps * (abs(z[1]) + abs(z[3])) < FAR:
+        return Leap(0, 0, LOOK, gap, gap)
+    return hold(p, z, gap, calm) if contact else glide(p.flight, z, p.scratch)
+
+
 @bare
 def motion_after(p, m, contact, z, i, t):
     """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of step t, from z after step i < t: rows times the z before step t."""
@@ -241,6 +250,32 @@ def emit(p, m, contact, z, i, end, flip, window, record):
         if j < record.samples.shape[0]:
             sample(m, record.samples[j], motion_after(p, m, contact, z, i, t), contact != (t == flip))
         t += 1
+
+
+@inlined
+def note_change(m, state, opens, i, now, closed, impulse, kept, record):
+    """Note that contact begins or ends with step i, in which the gap falls by ``closed``; returns its impulse."""
+    if not kept:  # outside the kept periods its impact is not asked for
+        if opens:
+            state[BEGIN], state[CLOSING] = i, 0.0
+        return impulse
+    if opens:
+        open_contact(state, i, now, closed / m.h)
+        return 0.0
+    state[IMPULSE] = impulse
+    close_contact(m, state, i, now, record)
+    return impulse
+
+
+@inlined
+def write_step(p, m, contact, i, now, window, record):
+    """Write the section row and the sample of one step, if it has any."""
+    n, k = p.steps, i % p.steps
+    if k == 0:
+        record.section[(i - window[0]) // n - 1] = now
+    j = (i - window[1]) // n * record.phases.shape[0] + k // window[2]
+    if i >= window[1] and k % window[2] == 0 and j < record.samples.shape[0]:
+        sample(m, record.samples[j], now, contact)
 
 
 @bare
@@ -281,9 +316,7 @@ def leap(folded, state, stop, window, flat, sizes):
             status = FULL
             break
         z = (p1, q1, p2 - p1, q2 - q1, c, s)
-        ahead = Leap(0, 0, LOOK, gap, gap)
-        if abs(z[0]) + abs(z[2]) + n * (abs(z[1]) + abs(z[3])) < FAR:
-            ahead = hold(p, z, gap, calm) if contact else glide(p.flight, z, p.scratch)
+        ahead = look_ahead(p, contact, z, gap, calm)
         skipped = ahead.strides * (p.coarse.stride if contact else p.flight.stride) + ahead.steps
         if skipped > 0:
             then = i + skipped
@@ -303,20 +336,12 @@ def leap(folded, state, stop, window, flat, sizes):
             if kept and contact:
                 sums = p.coarse.sums[ahead.strides - 1] if ahead.strides > 0 else p.fine.sums[ahead.steps - 1]
                 impulse += dot(sums, z)
-            if kept and ahead.then == FLIP:
-                now = motion_after(p, m, contact, z, i, then)
-                if contact:
-                    state[IMPULSE] = impulse
-                    close_contact(m, state, then, now, record)
-                else:
-                    open_contact(state, then, now, (ahead.before - gap) / m.h)
-                    impulse = 0.0
+            if ahead.then == FLIP:
+                now = motion_after(p, m, contact, z, i, then) if kept else NOWHERE
+                impulse = note_change(m, state, not contact, then, now, ahead.before - gap, impulse, kept, record)
             i = then
         calm = contact and ahead.then == GO_ON and ahead.strides in (0, HELD)
-        if ahead.then == FLIP:
-            contact = not contact
-            if contact and not kept:
-                state[BEGIN], state[CLOSING] = i, 0.0
+        contact = contact != (ahead.then == FLIP)
         if ahead.then != LOOK:
             continue
         # one step as the plain loop takes it
@@ -333,21 +358,11 @@ def leap(folded, state, stop, window, flat, sizes):
         impulse += m.h * force  # the trapezoidal rule carries a force into two half steps, hence one whole step each
         change = (gap <= 0.0) != contact
         contact = contact != change
+        now = motion(m, p1, q1, a1, p2, q2, a2) if kept else NOWHERE
+        if change:
+            impulse = note_change(m, state, contact, i, now, before - gap, impulse, kept, record)
         if kept:
-            now = motion(m, p1, q1, a1, p2, q2, a2)
-            if change and contact:
-                open_contact(state, i, now, (before - gap) / m.h)
-                impulse = 0.0
-            elif change:
-                state[IMPULSE] = impulse
-                close_contact(m, state, i, now, record)
-            if k == 0:
-                record.section[(i - window[0]) // n - 1] = now
-            j = (i - window[1]) // n * record.phases.shape[0] + k // window[2]
-            if i >= window[1] and k % window[2] == 0 and j < record.samples.shape[0]:
-                sample(m, record.samples[j], now, contact)
-        elif change and contact:  # outside the kept periods its impact is not asked for
-            state[BEGIN], state[CLOSING] = i, 0.0
+            write_step(p, m, contact, i, now, window, record)
         if not abs(gap) < LIMIT:
             status = DIVERGED
             break
