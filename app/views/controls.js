@@ -70,7 +70,8 @@ class Link {
     this.timer = setTimeout(() => this.busy(true), BUSY_AFTER);
   }
 
-  // True when this answers the latest move: only then may it overwrite what the user is moving.
+  // True when this answers the latest move and none waits to be sent: only then may it overwrite what the user is
+  // moving, or a key pressed meanwhile would start from the value before.
   answered(shown) {
     if (shown.frame > this.painted) {
       this.painted = shown.frame;
@@ -78,7 +79,7 @@ class Link {
     }
     this.root.dataset.frame = shown.frame;
     this.answeredMove = shown.move;
-    if (shown.move < this.move) return false;
+    if (shown.move < this.move || this.waiting) return false;
     this.root.dataset.move = shown.move;
     clearTimeout(this.timer);
     this.busy(false);
