@@ -1,0 +1,162 @@
+"""``vibroscope simulate``: run one solver and print what moves."""
+
+import argparse
+import json
+
+from engine import Response, Steady, System, motion, simulate, steady
+
+from .options import SOLVER_OPTIONS, method_of, numbers
+
+
+def add(commands) -> None:
+    """``vibroscope simulate``."""
+    command = commands.add_parser(
+        "simulate",
+        allow_abbrev=False,
+        help="run one solver and print what moves",
+        description="Run one solver from rest (or --initial) and report the last --keep periods. All numbers are "
+        "non-dimensional: time is counted in 1/omega1, lengths in base amplitudes.",
+        epilog="A run that blows up prints its status and the step; the exit status is 2 only for bad input.",
+    )
+    add = command.add_argument
+    add(
+        "--solver",
+        required=True,
+        choices=tuple(SOLVER_OPTIONS),
+        help="semi-analytical reference; penalty model without a time step, or by Newmark",
+    )
+    add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1; paper: 1.08 to 3.25")
+    add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
+    add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
+    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period, the time step is T/N")
+    add("--every-step", action="store_true", help="newmark: walk through every step, as an FE code must (slower)")
+    add("--located", action="store_true", help="newmark: cut the steps at each contact change, located within the step")
+    add("--periods", type=float, default=2050, metavar="N", help="excitation periods to run (default %(default)s)")
+    add("--keep", type=float, metavar="N", help="last periods to report (default 50, or all if fewer are run)")
+    add(
+        "--joint-damping",
+        choices=("table", "derived"),
+        help="reference: damping of the joined pendulums (default table)",
+    )
+    add("--restitution", type=float, metavar="F", help="reference: coefficient of restitution (default 0.5)")
+    add(
+        "--threshold",
+        type=float,
+        metavar="F",
+        help="reference: parting speed that begins permanent contact (default 0.002); 0: its limit",
+    )
+    add(
+        "--initial",
+        type=numbers,
+        metavar="x1,v1,x2,v2",
+        help="state at tau = 0 (default rest); the reference needs x2 >= x1",
+    )
+    add(
+        "--steady",
+        action="store_true",
+        help="reference, exact: find the steady motion without its transient (Newton's method on the Poincare map); "
+        "if there is none, the usual run of 2050 periods; --periods and --keep have no effect",
+    )
+    add("--json", action="store_true", help="print one JSON object")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Simulate and print."""
+    hard = options.solver == "reference" and options.restitution is not None  # the penalty model knows no impact law
+    system = System(restitution=options.restitution) if hard else System()
+    keep = min(50, options.periods) if options.keep is None else options.keep
+    start = (0.0, 0.0, 0.0, 0.0) if options.initial is None else options.initial
+    if options.steady:
+        found = steady(system, options.eta, method_of(options), initial=start)
+        print(
+            json.dumps(steady_as_json(found, options.solver), allow_nan=False) if options.json else steady_text(found)
+        )
+        return
+    response = simulate(system, options.eta, method_of(options), periods=options.periods, keep=keep, initial=start)
+    if options.json:
+        print(json.dumps(as_json(response, options.solver), allow_nan=False))
+    else:
+        print(as_text(response))
+
+
+def as_json(response: Response, solver: str) -> dict:
+    """The contract for scripts."""
+    return {
+        "solver": solver,
+        "eta": response.eta,
+        "periods": response.periods,
+        "keep": response.keep,
+        "status": str(response.status),
+        "message": response.message,
+        "section": response.section.tolist(),
+        "impacts": [
+            list(pair)
+            for pair in zip(response.impacts.time.tolist(), response.impacts.closing_speed.tolist(), strict=True)
+        ],
+        "contacts": response.contacts.tolist(),
+        "seconds": response.cost.seconds,
+    }
+
+
+def steady_as_json(found: Steady, solver: str) -> dict:
+    """The same of a steady motion, whose section holds one cycle; the run that it falls back to has the rest."""
+    numbers = as_json(found.response, solver)
+    return numbers | {
+        "message": numbers["message"] or found.message,
+        "periodic": found.periodic,
+        "period": found.period,
+        "multipliers": [[value.real, value.imag] for value in found.multipliers.tolist()],
+        "residual": found.residual if found.periodic else None,
+        "periods_run": found.periods,
+    }
+
+
+def steady_text(found: Steady) -> str:
+    """The same for people."""
+    if not found.periodic:
+        return f"{as_text(found.response)}\n{found.message}"
+    response, p = found.response, found.period
+    begin, end = response.window
+    spans = response.contacts.clip(begin, end)
+    share = (spans[:, 1] - spans[:, 0]).sum() / (end - begin)
+    begun = (response.contacts[:, 0] > begin).sum()
+    multipliers = ", ".join(
+        f"{value:.6g}" if value.imag else f"{value.real:.6g}" for value in found.multipliers.tolist()
+    )
+    state = ", ".join(f"{value:.6g}" for value in found.state)
+    return "\n".join(
+        [
+            f"{response.method}",
+            f"eta = {response.eta:g}, steady motion found by running {found.periods} periods",
+            f"motion            repeats every {'period' if p == 1 else f'{p} periods'}, to {found.residual:.2g}",
+            f"multipliers       {multipliers}, {'stable' if found.stable else 'unstable'}",
+            f"impacts           {len(response.impacts) / p:g} per period",
+            f"contacts          {begun / p:g} per period, {100 * share:.2f} % of the time",
+            f"section           xi1, xi1', xi2, xi2' = {state}",
+        ]
+    )
+
+
+def as_text(response: Response) -> str:
+    """The same for people."""
+    lines = [
+        f"{response.method}",
+        f"eta = {response.eta:g}, {response.periods} periods, the last {response.keep} kept",
+        f"solved in {response.cost.seconds * 1e3:.2f} ms",
+    ]
+    if not response.ok:
+        return "\n".join([*lines, f"{response.status}: {response.message}"])
+    found = motion(response)
+    repeats = {0: f"does not repeat within {response.keep // 2} periods", 1: "repeats every period"}
+    if response.keep < 4:
+        repeats[0] = f"{response.keep} kept periods are too few to tell"
+    last = ", ".join(f"{value:.6g}" for value in response.section[-1])
+    lines += [
+        f"motion            {repeats.get(found.period, f'repeats every {found.period} periods')}",
+        f"impacts           {found.impacts_per_period:g} per period",
+        f"contacts          {found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
+        f"section at end    xi1, xi1', xi2, xi2' = {last}",
+        f"spread of xi2     {found.spread:.3g}",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,26 @@
+"""``vibroscope warm``: compile every kernel ahead of the first start."""
+
+import argparse
+from dataclasses import replace
+
+from engine import ExactPenalty, Newmark, Reference, System, simulate, steady
+
+
+def add(commands) -> None:
+    """``vibroscope warm``."""
+    command = commands.add_parser("warm", help="compile every kernel now, so that the first start is quick")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Compile, or load, every kernel."""
+    newmark = Newmark(2500.0, 8.0, 2000)
+    for method in (
+        Reference(),
+        ExactPenalty(2500.0, 8.0),
+        newmark,
+        replace(newmark, every_step=True),
+        replace(newmark, located=True),
+    ):
+        simulate(System(), 1.08, method, periods=2, keep=1)
+    steady(System(), 1.08, Reference())
