@@ -81,7 +81,7 @@ LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" build/lock/bin/uv pip compile pypro
 
 lock: build/lock/bin/uv
 	$(LOCK) --output-file requirements/run.txt
-	$(LOCK) --group test --group lint --group bench --constraint requirements/run.txt --output-file requirements/test.txt
+	$(LOCK) --extra cluster --group test --group lint --constraint requirements/run.txt --output-file requirements/test.txt
 
 build/lock/bin/uv: $(VENV)/made
 	$(BIN)/python -m venv --clear build/lock
