@@ -9,8 +9,11 @@ from .simulate import simulate
 from .steady import Steady, steady
 from .store import diagram, ship_diagrams
 from .sweep import Diagram, bifurcation
+from .systemfile import SystemFile, read_system, system_text
+from .units import QUANTITIES, Units
 
 __all__ = [
+    "QUANTITIES",
     "Cancelled",
     "Checkpoint",
     "Comparison",
@@ -27,12 +30,16 @@ __all__ = [
     "Status",
     "Steady",
     "System",
+    "SystemFile",
     "Trajectory",
+    "Units",
     "bifurcation",
     "compare",
     "diagram",
     "motion",
+    "read_system",
     "ship_diagrams",
     "simulate",
     "steady",
+    "system_text",
 ]

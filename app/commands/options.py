@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from engine import ExactPenalty, Method, Newmark, Reference
+from engine import ExactPenalty, Method, Newmark, Reference, System, SystemFile, Units, read_system
 
 # what each solver takes, and of that needs; restitution belongs to the system, yet only the reference has an impact law
 SOLVER_OPTIONS = {
@@ -57,3 +57,32 @@ def method_of(options: argparse.Namespace) -> Method:
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D)
     return Newmark(options.K, options.D, options.steps, every_step=options.every_step, located=options.located)
+
+
+def add_system_option(command: argparse.ArgumentParser) -> None:
+    """``--system FILE.toml``, for :func:`system_of` and :func:`units_of`."""
+    command.add_argument(
+        "--system",
+        metavar="FILE.toml",
+        type=system_file,
+        default=SystemFile(),
+        help="a system other than the paper's; `vibroscope system` prints one to start from",
+    )
+
+
+def system_file(path: str) -> SystemFile:
+    """A system file that was read."""
+    try:
+        return read_system(path)
+    except ValueError as problem:
+        raise argparse.ArgumentTypeError(str(problem)) from None
+
+
+def system_of(options: argparse.Namespace) -> System:
+    """The system that the options ask for, by default the paper's."""
+    return options.system.system
+
+
+def units_of(options: argparse.Namespace) -> Units:
+    """The units to show results in, by default the paper's."""
+    return options.system.units

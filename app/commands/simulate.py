@@ -2,10 +2,11 @@
 
 import argparse
 import json
+from dataclasses import replace
 
-from engine import Response, Steady, System, motion, simulate, steady
+from engine import Response, Steady, motion, simulate, steady
 
-from .options import SOLVER_OPTIONS, method_of, numbers
+from .options import SOLVER_OPTIONS, add_system_option, method_of, numbers, system_of
 
 
 def add(commands) -> None:
@@ -38,7 +39,12 @@ def add(commands) -> None:
         choices=("table", "derived"),
         help="reference: damping of the joined pendulums (default table)",
     )
-    add("--restitution", type=float, metavar="F", help="reference: coefficient of restitution (default 0.5)")
+    add(
+        "--restitution",
+        type=float,
+        metavar="F",
+        help="reference: coefficient of restitution (default: the system's, 0.5)",
+    )
     add(
         "--threshold",
         type=float,
@@ -57,14 +63,16 @@ def add(commands) -> None:
         help="reference, exact: find the steady motion without its transient (Newton's method on the Poincare map); "
         "if there is none, the usual run of 2050 periods; --periods and --keep have no effect",
     )
+    add_system_option(command)
     add("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
     """Simulate and print."""
-    hard = options.solver == "reference" and options.restitution is not None  # the penalty model knows no impact law
-    system = System(restitution=options.restitution) if hard else System()
+    system = system_of(options)
+    if options.solver == "reference" and options.restitution is not None:  # the penalty model knows no impact law
+        system = replace(system, restitution=options.restitution)
     keep = min(50, options.periods) if options.keep is None else options.keep
     start = (0.0, 0.0, 0.0, 0.0) if options.initial is None else options.initial
     if options.steady:
