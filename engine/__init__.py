@@ -1,5 +1,6 @@
 """Vibroscope's engine: two solvers of one vibro-impact problem, compared."""
 
+from .batch import STATUSES, CellResults, Cells, run_cells
 from .compare import Comparison, compare
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System
@@ -13,8 +14,11 @@ from .systemfile import SystemFile, read_system, system_text
 from .units import QUANTITIES, Units
 
 __all__ = [
+    "STATUSES",
     "QUANTITIES",
     "Cancelled",
+    "CellResults",
+    "Cells",
     "Checkpoint",
     "Comparison",
     "Cost",
@@ -37,6 +41,7 @@ __all__ = [
     "compare",
     "diagram",
     "motion",
+    "run_cells",
     "read_system",
     "ship_diagrams",
     "simulate",
