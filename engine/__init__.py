@@ -14,8 +14,8 @@ from .systemfile import SystemFile, read_system, system_text
 from .units import QUANTITIES, Units
 
 __all__ = [
-    "STATUSES",
     "QUANTITIES",
+    "STATUSES",
     "Cancelled",
     "CellResults",
     "Cells",
@@ -41,8 +41,8 @@ __all__ = [
     "compare",
     "diagram",
     "motion",
-    "run_cells",
     "read_system",
+    "run_cells",
     "ship_diagrams",
     "simulate",
     "steady",
