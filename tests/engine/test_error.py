@@ -1,0 +1,71 @@
+"""One number for the error: the same from a slow twin, whatever the grid, whichever period the motion began in."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engine import ExactPenalty, Newmark, Record, Reference, System, simulate
+from engine.error import Target
+
+DOUBLED = 3.25  # two periods
+PENALTY = Newmark(12000, 18, 2000)
+
+
+def slow_error(reference, penalty, grid=3000):
+    """The same by interpolation between finely sampled curves, period by period."""
+    total = size = 0.0
+    for period in range(-penalty.keep, 0):
+        curves = []
+        for response in (reference, penalty):
+            time = (response.trajectory.time - response.trajectory.time[-1]) / response.period
+            instants = period + np.arange(grid) / grid
+            curves.append([np.interp(instants, time, row) for row in response.trajectory.displacement])
+        total += np.sum(np.subtract(*curves) ** 2)
+        size += np.sum(np.square(curves[0]))
+    return np.sqrt(total / size)
+
+
+@pytest.mark.parametrize(("eta", "method"), [(2.76, PENALTY), (1.08, Newmark(2500, 8, 500, located=True))])
+def test_error_is_that_of_the_curves(eta, method):
+    fine = Record(10, 4000, steps=4000)
+    reference = simulate(System(), eta, Reference(), keep=10, record=fine)
+    penalty = simulate(System(), eta, method, keep=10, record=Record(10, 2000))
+    assert Target(reference).error(penalty) == pytest.approx(slow_error(reference, penalty), rel=2e-4)
+
+
+def test_the_grid_hardly_matters_nor_who_found_the_cycle():
+    target, long = Target.find(System(), 2.76), Target(simulate(System(), 2.76, Reference()))
+    penalty = simulate(System(), 2.76, PENALTY)
+    errors = [target.error(penalty), long.error(penalty)]
+    for samples in (60, 333, 2000):
+        errors.append(target.error(simulate(System(), 2.76, PENALTY, record=Record(50, samples))))
+    assert errors == pytest.approx([errors[0]] * len(errors), rel=2e-3)
+    assert errors[1] == pytest.approx(errors[0], rel=1e-6)
+
+
+def test_a_motion_of_two_periods_may_run_one_period_behind():
+    target = Target.find(System(), DOUBLED)
+    even = target.error(simulate(System(), DOUBLED, ExactPenalty(12000, 18), periods=2050))
+    odd = target.error(simulate(System(), DOUBLED, ExactPenalty(12000, 18), periods=2051))
+    assert target.period == 2
+    assert odd == pytest.approx(even, rel=1e-9)
+    assert 0.01 < even < 0.05
+
+
+def test_a_solution_has_no_error_against_itself_and_a_known_one_when_stretched():
+    run = simulate(System(), DOUBLED, Reference(), keep=10, record=Record(10, 100))
+    stretched = replace(run.trajectory, displacement=1.1 * run.trajectory.displacement)
+    assert Target(run).error(run) < 1e-12
+    assert Target(run).error(replace(run, trajectory=stretched)) == pytest.approx(0.1)
+
+
+def test_what_has_no_error_is_said():
+    target = Target.find(System(), 2.76)
+    assert target.error(simulate(System(), 2.76, Newmark(60000, 1, 100))) == np.inf
+    with pytest.raises(ValueError, match="different systems"):
+        target.error(simulate(System(restitution=0.4), 2.76, PENALTY))
+    chaotic = Target.find(System(), 1.7)
+    assert not chaotic.periodic
+    with pytest.raises(ValueError, match="does not repeat"):
+        chaotic.error(simulate(System(), 1.7, PENALTY))
