@@ -12,23 +12,27 @@ FROM ${BASE} AS build
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1
 WORKDIR /opt/vibroscope
 
-COPY requirements/run.txt requirements/
+RUN apt-get update --quiet \
+ && apt-get install --quiet --yes --no-install-recommends binutils \
+ && rm -rf /var/lib/apt/lists/*
+
+COPY requirements/image.txt requirements/
 RUN python3 -m venv .venv \
- && .venv/bin/python -m pip install --require-hashes --only-binary :all: -r requirements/run.txt
+ && .venv/bin/python -m pip install --no-compile --require-hashes --only-binary :all: -r requirements/image.txt
 
 COPY . .
-# What serves no request goes: the installers, the libraries' own tests, maps for debugging scripts.
 RUN .venv/bin/python -m pip install --no-deps --no-build-isolation --editable . \
  && .venv/bin/python -m pip uninstall --yes --quiet setuptools pip \
- && find .venv -type d -name tests -prune -exec rm -rf {} + \
- && find .venv -type f -name '*.map' -delete
+ && tools/trim-image .venv
 
+# Bytecode is left of what these runs import, which is what the server imports.
 # Numba trusts machine code only while the source's time stamp is unchanged, and image layers keep whole seconds.
 ENV VIBROSCOPE_CACHE_DIR=/opt/vibroscope/cache
 RUN find app engine -type f -exec touch --date=@1767225600 {} + \
- && .venv/bin/python -m compileall -q app engine \
  && tools/container-entry .venv/bin/vibroscope warm \
- && NUMBA_CPU_NAME=generic tools/container-entry .venv/bin/vibroscope warm
+ && NUMBA_CPU_NAME=generic tools/container-entry .venv/bin/vibroscope warm \
+ && .venv/bin/python -c "import app.main" \
+ && .venv/bin/python -m compileall -q app engine
 
 
 FROM ${BASE}

@@ -80,8 +80,9 @@ LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" build/lock/bin/uv pip compile pypro
   --python-version 3.11 --fork-strategy fewest --generate-hashes --no-emit-index-url --group build $(ARGS)
 
 lock: build/lock/bin/uv
-	$(LOCK) --output-file requirements/run.txt
-	$(LOCK) --extra cluster --group test --group lint --constraint requirements/run.txt --output-file requirements/test.txt
+	$(LOCK) --output-file requirements/image.txt
+	$(LOCK) --extra fit --constraint requirements/image.txt --output-file requirements/run.txt
+	$(LOCK) --extra fit --extra cluster --group test --group lint --constraint requirements/run.txt --output-file requirements/test.txt
 
 build/lock/bin/uv: $(VENV)/made
 	$(BIN)/python -m venv --clear build/lock

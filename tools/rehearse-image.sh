@@ -40,6 +40,8 @@ if ! store inspect --type image "$image-base" >/dev/null 2>&1; then
     rm -rf "$work/base"
     debootstrap --variant=minbase --include=python3,python3-venv,ca-certificates "$suite" "$work/base" >"$work/debootstrap.log"
     container=$(store from scratch)
+    # as published bases are: without the packages it was made of, manuals and translations
+    rm -rf "$work"/base/var/cache/apt/* "$work"/base/var/lib/apt/lists/* "$work"/base/usr/share/{doc,man,locale}/*
     store add --quiet "$container" "$work/base" / >/dev/null
     store commit --quiet "$container" "$image-base" >/dev/null
     store rm "$container" >/dev/null
