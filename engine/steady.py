@@ -27,8 +27,8 @@ from .kernels import march as kernel
 from .kernels.tangent import march_along
 from .methods import ExactPenalty, Reference
 from .model import System, check_eta, require
-from .motion import repeats_after
 from .result import Cancelled, Checkpoint, Record, Response, Status
+from .section import repeats_after
 from .simulate import beginning, simulate
 
 STAGES = (8, 32, 128, 512)  # periods run until each attempt
