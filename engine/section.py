@@ -54,10 +54,10 @@ def bump(n: int) -> np.ndarray:
 
 
 def irregularity(section: np.ndarray) -> float:
-    """Difference between the weighted averages over the halves of a section, in its standard deviations.
+    """Largest difference between the weighted averages over the halves of a section, of the coordinates and squares.
 
-    Some 1/√n in chaotic motion, and many orders less in a periodic or quasi-periodic one (Sander and Meiss, Physica D
-    411 (2020) 132569, decide so); a transient shows as well.
+    In standard deviations of each. Some 1/√n in chaotic motion, and many orders less in a periodic or quasi-periodic
+    one (Sander and Meiss, Physica D 411 (2020) 132569, tell them so); a transient shows as well.
 
     Parameters
     ----------
@@ -65,6 +65,23 @@ def irregularity(section: np.ndarray) -> float:
         Thousands of rows; a hundred tell little.
     """
     half = len(section) // 2
-    weights = bump(half)
     size = max(section.std(axis=0).max(), TOLERANCE * np.abs(section).max(), 1e-300)
-    return float(np.abs(weights @ (section[:half] - section[half : 2 * half])).max() / size)
+    about = (section - section.mean(axis=0)) / size
+    seen = np.hstack([about, about**2])
+    return float(np.abs(bump(half) @ (seen[:half] - seen[half : 2 * half])).max())
+
+
+def rotation(section: np.ndarray) -> float:
+    """The strongest frequency of a section, in turns per excitation period, from 0 to ½.
+
+    Parameters
+    ----------
+    section : (n, 4) ndarray
+        Of a quasi-periodic motion. The spectrum of the weighted rows is read between its lines, n⁻¹ apart.
+    """
+    weighted = (section - section.mean(axis=0)) * bump(len(section))[:, None]
+    power = (np.abs(np.fft.rfft(weighted, axis=0)) ** 2).sum(axis=1)
+    k = int(np.clip(power.argmax(), 1, len(power) - 2))
+    low, top, high = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
+    bend = low - 2 * top + high
+    return float((k + (0.5 * (low - high) / bend if bend < 0 else 0.0)) / len(section))
