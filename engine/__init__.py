@@ -1,7 +1,9 @@
 """Vibroscope's engine: two solvers of one vibro-impact problem, compared."""
 
+from .attractors import Attractor, attractors
 from .batch import STATUSES, CellResults, Cells, run_cells
 from .compare import Comparison, compare
+from .lyapunov import Lyapunov, lyapunov
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System
 from .motion import Motion, motion
@@ -16,6 +18,7 @@ from .units import QUANTITIES, Units
 __all__ = [
     "QUANTITIES",
     "STATUSES",
+    "Attractor",
     "Cancelled",
     "CellResults",
     "Cells",
@@ -25,6 +28,7 @@ __all__ = [
     "Diagram",
     "ExactPenalty",
     "Impacts",
+    "Lyapunov",
     "Method",
     "Motion",
     "Newmark",
@@ -37,9 +41,11 @@ __all__ = [
     "SystemFile",
     "Trajectory",
     "Units",
+    "attractors",
     "bifurcation",
     "compare",
     "diagram",
+    "lyapunov",
     "motion",
     "read_system",
     "run_cells",
