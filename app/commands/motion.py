@@ -3,10 +3,13 @@
 import argparse
 import json
 import sys
+from textwrap import wrap
 
 from engine import Attractor, Motion, attractors, motion
 
 from .options import add_solver_options, problem_of
+
+_INDENT = 18 * " "
 
 
 def add(commands) -> None:
@@ -58,28 +61,30 @@ def _progress(starts: float):
 def _lines(found: Motion) -> list[str]:
     """A motion for people."""
     name = f"{found.type}, {_periods(found.period)}" if found.period else str(found.type)
-    lines = [f"motion            {name}", f"                  {found.reason}"]
+    lines = [f"motion            {name}", *wrap(found.reason, 100, initial_indent=_INDENT, subsequent_indent=_INDENT)]
     if not found.impacts_per_period >= 0:
         return lines
     lines += [
         f"impacts           {found.impacts_per_period:.4g} per period",
-        f"contacts          {found.contacts_per_period:.4g} per period, {100 * found.contact_share:.2f} % of the time",
-        f"lasting contacts  {found.permanent_per_period:.4g} per period, {100 * found.permanent_share:.2f} % of the time",
+        f"contacts          {_rate(found.contacts_per_period, found.contact_share)}",
+        f"lasting contacts  {_rate(found.permanent_per_period, found.permanent_share)}",
     ]
-    if found.period and len(found.impact_phases):
+    if found.period and not found.step_noise and len(found.impact_phases):
         at = ", ".join(f"{phase:.4f}" for phase in found.impact_phases[:12])
         speeds = ", ".join(f"{speed:.3g}" for speed in found.closing_speeds[:12])
         lines += [f"impacts at        {at} periods", f"closing speeds    {speeds}"]
     lines += [f"each period       impulse {_known(found.impulse)}, energy lost {_known(found.energy_lost)}"]
     lines += [f"peak force        {_known(found.peak_force)}"]
     if len(found.multipliers):
-        values = ", ".join(
-            f"{value:.5g}" if value.imag else f"{value.real:.5g}" for value in found.multipliers.tolist()
-        )
+        values = ", ".join(f"{m:.5g}" if m.imag else f"{m.real:.5g}" for m in found.multipliers.tolist())
         lines += [f"multipliers       {values}", f"nearest           {found.bifurcation}, {found.margin:.3g} off"]
     error = f" ± {found.lyapunov_error:.2g}" if found.lyapunov_error > 0 else ""
     lines += [f"Lyapunov          {_known(found.lyapunov)}{error} per period"]
     return lines
+
+
+def _rate(begun: float, share: float) -> str:
+    return f"{begun:.4g} per period, {100 * share:.2f} % of the time"
 
 
 def _shares(others: tuple[Attractor, ...]) -> list[str]:
