@@ -24,18 +24,60 @@ _CLOSE = 0.10
 
 @dataclass(frozen=True)
 class Told:
-    """The lines above the figures; ``agree`` is "yes", "partly", "no" or "unknown"."""
+    """What is told beside the figures.
+
+    Attributes
+    ----------
+    reference, penalty, verdict : str
+        Lines of words.
+    agree : str
+        "yes", "partly", "no" or "unknown".
+    parts : dict of str to float
+        The relative rms difference of the displacements: ``total`` and, where they are known, its parts; empty where
+        no difference at each instant means anything.
+    cost : tuple of (str, str, str)
+        What the runs cost: label, value, and what is meant.
+    """
 
     reference: str
     penalty: str
     verdict: str
     agree: str
+    parts: dict[str, float]
+    cost: tuple[tuple[str, str, str], ...]
+
+    def lines(self) -> dict[str, str]:
+        """The lines by their headings."""
+        return {"Do they agree?": self.verdict, "Reference": self.reference, "Penalty": self.penalty}
+
+    def summary(self) -> str:
+        """All in one text, for those who cannot see the figures."""
+        return " ".join(f"{head} {text}" for head, text in self.lines().items())
 
 
 def tell(frame: Frame) -> Told:
-    """All lines for one frame."""
-    verdict, agree = _verdict(frame)
-    return Told(_found(frame.reference), _found(frame.penalty), verdict, agree)
+    """All that is told of one frame."""
+    verdict, agree, parts = _verdict(frame)
+    return Told(_found(frame.reference), _found(frame.penalty), verdict, agree, parts, _cost(frame))
+
+
+def _cost(frame: Frame) -> tuple[tuple[str, str, str], ...]:
+    reference, penalty = frame.reference.response, frame.penalty.response
+    times = (
+        f"Computing took {_milliseconds(penalty)} for the penalty run, {_milliseconds(reference)} for the reference."
+    )
+    paid = f"Steps that an FE code would compute one by one for these {penalty.periods} periods"
+    return (
+        ("FE steps", f"{penalty.cost.steps / 1e6:.3g} M", paid),
+        ("penalty", _milliseconds(penalty), times),
+        ("reference", _milliseconds(reference), times),
+    )
+
+
+def _milliseconds(response: Response) -> str:
+    return (
+        f"{1e3 * response.cost.seconds:.2g} ms" if response.cost.seconds < 0.0995 else f"{response.cost.seconds:.2g} s"
+    )
 
 
 def _found(run: Run) -> str:
@@ -71,23 +113,24 @@ def _sentence(text: str) -> str:
     return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
 
 
-def _verdict(frame: Frame) -> tuple[str, str]:
+def _verdict(frame: Frame) -> tuple[str, str, dict[str, float]]:
     reference, penalty = frame.reference, frame.penalty
     if not penalty.response.ok:
         return (
             "The penalty run ended early, so there is nothing to compare: take more steps per period, or a softer K.",
             "unknown",
+            {},
         )
     if not reference.response.ok:
-        return "The reference did not come to its end, so there is nothing to compare.", "unknown"
+        return "The reference did not come to its end, so there is nothing to compare.", "unknown", {}
     found = compare(_sampled(reference), _sampled(penalty))
     if found.pointwise:
-        return _tell_periodic(found)
+        return *_tell_periodic(found), {"total": found.rms}
     periods = found.reference.near_period, found.penalty.near_period
     if periods == (0, 0):
-        return _tell_irregular(found)
+        return *_tell_irregular(found), {}
     mine, theirs = (_COUNTS[p].lower() if p in _COUNTS else f"{p} periods" if p else "no period" for p in periods)
-    return f"They disagree: the penalty solution has {theirs}, the reference {mine}.", "no"
+    return f"They disagree: the penalty solution has {theirs}, the reference {mine}.", "no", {}
 
 
 def _sampled(run: Run) -> Response:

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 from bokeh.core.properties import value
-from bokeh.models import CrosshairTool, FactorRange, HoverTool, LegendItem, Range1d, Span
+from bokeh.models import FactorRange, HoverTool, LegendItem, Range1d
 
 from app.present import Columns
-from app.views.base import BLUE, PENALTY, REFERENCE, RIGHT, VERMILLION, legend, make_figure, sources, write
+from app.views.base import (
+    BLUE,
+    PENALTY,
+    PINNED,
+    REFERENCE,
+    RIGHT,
+    VERMILLION,
+    Ghost,
+    legend,
+    make_figure,
+    now_line,
+    sources,
+    write,
+)
 from app.views.ranges import OwnedRange
 
 _LABELS = {
-    "relative": "displacement ξ (to the base) / base amplitude",
-    "absolute": "displacement ξ + cos ητ / base amplitude",
+    "relative": "ξ / base amplitude",
+    "absolute": "(ξ + cos ητ) / base amplitude",
 }
 _TIME = "time τ/T in the last two excitation periods"
 
@@ -19,28 +32,38 @@ _TIME = "time τ/T in the last two excitation periods"
 class DisplacementView:
     """The displacement figure and the contact strip below it, on one time axis."""
 
-    def __init__(self, time: Range1d, hair: Span) -> None:
+    def __init__(self, time: Range1d) -> None:
         self.sources = sources(
             {
-                "displacements": ("t", "reference1", "reference2", "penalty1", "penalty2"),
+                "displacements": (
+                    "t",
+                    *(f"{s}{k}" for s in ("reference", "penalty") for k in ("1", "2", "_v1", "_v2")),
+                ),
                 "strip_reference": ("left", "right"),
                 "strip_penalty": ("left", "right"),
             }
         )
-        self._range = OwnedRange(-10, 10, headroom=0.3)
-        self.figure = self._displacement(time, hair)
-        self.strip = self._strip(time, hair)
+        self.ghost = Ghost("displacements")
+        self._range = OwnedRange(-10, 10, headroom=0.16)
+        self.figure = self._displacement(time)
+        self.strip = self._strip(time)
 
-    def _displacement(self, time: Range1d, hair: Span):
+    def _displacement(self, time: Range1d):
         plot = make_figure(
             "Displacements",
             _TIME,
-            "displacement / base amplitude",
+            "ξ / base amplitude",
             name="displacement",
             x_range=time,
             y_range=self._range.range,
             min_border_right=RIGHT,
         )
+        ghost = self.ghost.of(self.sources["displacements"])
+        ghosts = [
+            plot.line("t", f"{solver}{number}", source=ghost, muted_alpha=0.1, **look)
+            for solver, look in PINNED.items()
+            for number in (1, 2)
+        ]
         items = []
         for solver, look in (("reference", REFERENCE), ("penalty", PENALTY)):
             for number, dash in ((1, "solid"), (2, "dashed")):
@@ -52,7 +75,8 @@ class DisplacementView:
                     **(look | {"line_dash": dash}),
                 )
                 items.append(LegendItem(label=f"ξ{'₁₂'[number - 1]} {solver}", renderers=[line]))
-        plot.add_layout(legend(items))
+        plot.add_layout(legend([*items, self.ghost.item(ghosts)], 5))
+        plot.add_layout(now_line(plot.name))
         # One line carries the hover for all four: they share their times.
         plot.add_tools(
             HoverTool(
@@ -65,11 +89,10 @@ class DisplacementView:
                     ("penalty", "ξ₁ @penalty1{0.000}, ξ₂ @penalty2{0.000}"),
                 ],
             ),
-            CrosshairTool(overlay=hair),
         )
         return plot
 
-    def _strip(self, time: Range1d, hair: Span):
+    def _strip(self, time: Range1d):
         plot = make_figure(
             "",
             "",
@@ -111,7 +134,7 @@ class DisplacementView:
             )
         plot.xaxis.visible = False
         plot.ygrid.grid_line_color = None
-        plot.add_tools(CrosshairTool(overlay=hair))
+        plot.add_layout(now_line(plot.name))
         return plot
 
     def update(self, columns: dict[str, Columns], frame: str, *, fresh: bool) -> None:
@@ -121,5 +144,5 @@ class DisplacementView:
         label = _LABELS[frame]
         turned = self.figure.yaxis[0].axis_label != label
         self.figure.yaxis[0].axis_label = label
-        shown = [column for name, column in columns["displacements"].items() if name != "t"]
+        shown = [columns["displacements"][f"{solver}{n}"] for solver in ("reference", "penalty") for n in (1, 2)]
         self._range.follow(shown, fresh=fresh or turned)
