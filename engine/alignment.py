@@ -23,6 +23,7 @@ from .recurrence import Recurrence, Sensor, recurrence, sensor, thinned
 from .result import Response
 
 SHIFTS = 256  # per period, at which the grid looks for δ
+COARSE = 1000  # samples are enough for that grid
 REFINED = 8  # steps from there
 
 
@@ -190,7 +191,7 @@ def align(cycle: Cycle, measurement: Measurement, frame: str | None = None) -> A
 
 def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
     """δ in [0, pT) of the least squares: the best of a grid, then Gauss and Newton's steps."""
-    thin = thinned(measurement)
+    thin = thinned(measurement, COARSE)
     grid = np.arange(0, cycle.length, cycle.length / (SHIFTS * cycle.periods))
     found = min(grid, key=lambda phase: np.sum(_difference(cycle, thin, phase, frame) ** 2))
     for _ in range(REFINED):

@@ -15,15 +15,14 @@ import numpy as np
 
 from .methods import Newmark, Reference
 from .model import System
-from .motion import motion
 from .result import Record, Response
+from .section import MOST_NEARLY, nearly_repeats_after
 from .simulate import simulate
 from .steady import steady
 
 INSTANT = 1e-9  # of a cycle, between the knots before and after an impact
 SAMPLES = 2000  # per period
 NEWMARK_KEEP = 50
-LONGEST = 4  # excitation periods in a cycle of Newmark's solution, whose scatter is forgiven
 
 
 @dataclass(frozen=True)
@@ -110,10 +109,11 @@ def penalty_cycle(
 ) -> Found:
     """The last cycle of Newmark's run, its scatter forgiven; raises as :func:`engine.simulate`."""
     keep = min(NEWMARK_KEEP, periods)
-    record = Record(min(LONGEST, keep), SAMPLES)
+    record = Record(min(MOST_NEARLY, keep), SAMPLES)
     response = simulate(system, eta, method, periods=periods, keep=keep, record=record, cancelled=cancelled)
-    repeats = motion(response).near_period if response.ok else 0
-    return Found(response, _cycle(response, repeats) if 0 < repeats <= record.periods else None)
+    # not Motion.near_period: the steps' own artefact may repeat exactly after many periods
+    repeats = nearly_repeats_after(response.section) if response.ok else 0
+    return Found(response, _cycle(response, repeats) if repeats else None)
 
 
 def _cycle(response: Response, periods: int) -> Cycle:

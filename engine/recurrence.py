@@ -12,10 +12,11 @@ import numpy as np
 
 from .measured import Measurement
 
-COARSE = 2000  # samples, evenly taken, are enough for harmonics
+COARSE = 2000  # samples are enough for harmonics
 LONGEST = 4  # periods after which a measurement may repeat itself
 HARMONICS = 24  # per excitation frequency
 BETTER = 1.5  # a longer cycle must leave so many times less of the squares
+RIDGE = 1e-12  # of the Gram matrix's diagonal
 REFINED = 5  # steps towards the measurement's own frequency
 UNEXPLAINED = 0.2  # of the measurement's size: more than this is not in step with the excitation
 
@@ -108,9 +109,9 @@ def sensor(time: np.ndarray, contact: np.ndarray, eta: float) -> Sensor:
     )
 
 
-def thinned(measurement: Measurement) -> Measurement:
-    """At most COARSE of the samples."""
-    some = np.unique(np.linspace(0, len(measurement) - 1, min(COARSE, len(measurement))).astype(int))
+def thinned(measurement: Measurement, count: int = COARSE) -> Measurement:
+    """At most so many of the samples, evenly taken."""
+    some = np.unique(np.linspace(0, len(measurement) - 1, min(count, len(measurement))).astype(int))
     return Measurement(measurement.time[some], measurement.displacement[:, some], None, measurement.frame)
 
 
@@ -130,8 +131,10 @@ def _harmonics(measurement: Measurement, eta: float, period: int) -> tuple[np.nd
 
 
 def _solved(basis: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    # the normal equations are as good as the fit itself here: over whole cycles the basis is nearly orthogonal
-    return np.linalg.lstsq(basis.T @ basis, basis.T @ rows, rcond=None)[0]
+    # the normal equations are as good as the fit itself: over whole cycles the basis is nearly orthogonal, and where a
+    # gap in the record makes it less so, the ridge keeps out what cannot be told
+    gram = basis.T @ basis
+    return np.linalg.solve(gram + RIDGE * len(basis) * np.eye(len(gram)), basis.T @ rows)
 
 
 def _apart(basis: np.ndarray, rows: np.ndarray) -> np.ndarray:
