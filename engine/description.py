@@ -68,9 +68,10 @@ class Motion:
         The same about the points of the near period: what is left if a motion of several periods has several points.
     multipliers : (4,) complex ndarray
         Floquet multipliers of a periodic motion, what ``period`` periods make of a small disturbance, largest first;
-        empty if not known.
+        empty if not known. Under ``step_noise`` they are those of the motion without a time step.
     lyapunov : float
-        Largest Lyapunov exponent per excitation period; of a periodic motion ln |largest multiplier| / ``period``.
+        Largest Lyapunov exponent per excitation period; of a periodic motion ln |largest multiplier| / ``period``, of
+        another Newmark motion that of its limit without a time step.
     lyapunov_error : float
         Standard error of it; 0 if it comes from multipliers.
     bifurcation : str

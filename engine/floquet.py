@@ -87,7 +87,7 @@ def nearest(values: np.ndarray, closing_speeds: np.ndarray, approach: float) -> 
     """
     found = [(abs(1 - abs(value)), _leaves_at(value)) for value in values]
     if np.isfinite(approach):
-        found.append((approach / max(closing_speeds.max(), approach), GRAZING))
+        found.append((approach / closing_speeds.max(initial=approach), GRAZING))
     if not found:
         return "", np.nan
     margin, name = min(found)

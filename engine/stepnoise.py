@@ -27,6 +27,7 @@ from .section import TOLERANCE, band, repeats_after
 from .simulate import simulate
 
 FINER = (4, 16, 64)
+FINER_LOCATED = (4,)  # its error falls as the square of the step, and all its steps are walked
 SHRUNK = 0.5  # in proportion to the step it would be a quarter each time, were it not for chance
 TRANSIENT, KEEP = 768, 256  # periods of each run with finer steps
 
@@ -83,7 +84,7 @@ def told_apart(run: Response, limit: Motion, cancelled: Callable[[], bool] | Non
 
 def _finer_bands(run: Response, period: int, width: float, cancelled) -> list[tuple[int, float]]:
     bands = []
-    for factor in FINER:
+    for factor in FINER_LOCATED if run.method.located else FINER:
         steps = factor * run.method.steps
         if steps > STEPS_RANGE[1]:
             break
