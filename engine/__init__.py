@@ -11,6 +11,7 @@ from .measured_verdict import measured_verdict
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System
 from .motion import Motion, motion
+from .recommend import Recommendation, design_curve, recommend
 from .result import Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 from .simulate import simulate
 from .steady import Steady, steady
@@ -41,6 +42,7 @@ __all__ = [
     "Method",
     "Motion",
     "Newmark",
+    "Recommendation",
     "Record",
     "Reference",
     "Response",
@@ -55,6 +57,7 @@ __all__ = [
     "bifurcation",
     "compare",
     "compare_measured",
+    "design_curve",
     "diagram",
     "fit",
     "lyapunov",
@@ -63,6 +66,7 @@ __all__ = [
     "motion",
     "read_measurement",
     "read_system",
+    "recommend",
     "run_cells",
     "ship_diagrams",
     "simulate",
