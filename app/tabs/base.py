@@ -75,7 +75,7 @@ class Tab(ABC):
         """The tab is open and ``move`` holds. Here: a tab that depends on nothing that is set."""
         self.desk.push(move.number, lambda: None)
 
-    def hide(self) -> None:
+    def hide(self) -> None:  # noqa: B027 - most tabs have nothing to stop
         """Another tab was opened: stop what runs."""
 
     def close(self) -> None:

@@ -17,9 +17,10 @@ export function render({ model }) {
   bar.append(title, tabList(model), tools);
   root.append(bar, errorLine(model), summary(model), keys.element);
   shortcuts(model, keys, take);
-  const follow = () => { if (document.querySelector("html")) darken(); };
-  model.on("tab", () => setTimeout(follow, 0));
-  whenDrawn(() => { follow(); forTouch(); tour(false); });
+  const fit = () => { darken(); forTouch(); forNarrow(); };
+  // Another tab brings other figures.
+  model.on("tab", () => setTimeout(() => whenDrawn(fit), 0));
+  whenDrawn(() => { fit(); tour(false); });
   return root;
 }
 
@@ -243,7 +244,7 @@ function single(event, target, { keys, take }) {
   }[event.key.toLowerCase()];
 }
 
-// ---- touch ----------------------------------------------------------------------------------------------------------
+// ---- small screens ------------------------------------------------------------------------------------------------------
 
 // A finger that drags over a figure scrolls the page; a tap still shows values and sets η.
 function forTouch() {
@@ -251,6 +252,16 @@ function forTouch() {
   for (const name of FIGURES) {
     for (const tool of modelOf(name)?.toolbar.tools ?? []) {
       if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, HERE);
+    }
+  }
+}
+
+// A legend in one row would not fit.
+function forNarrow() {
+  if (innerWidth > 700) return;
+  for (const name of FIGURES) {
+    for (const legend of modelOf(name)?.center.filter((part) => part.type === "Legend") ?? []) {
+      legend.setv({ ncols: 2 }, HERE);
     }
   }
 }

@@ -1,4 +1,4 @@
-"""The pendulums, moved in the browser from data that are there already; and the present phase, marked in every figure."""
+"""The pendulums, moved in the browser from data that are there already; and the present phase in every figure."""
 
 from __future__ import annotations
 

@@ -163,7 +163,17 @@ class Explorer:
         return self.page.evaluate("location.search")
 
     def error(self):
-        return self.page.locator(".error").text_content()
+        """What the page refuses or could not do, wherever it says so."""
+        told = self.page.locator(".error:not([hidden]) span, .refusal:not([hidden])")
+        return " ".join(told.all_text_contents())
+
+    def open_tab(self, title):
+        self.page.get_by_role("tab", name=title, exact=True).click()
+        self.page.locator(f"[role=tab][aria-selected=true]:text-is('{title}')").wait_for()
+
+    def model(self, name, attribute):
+        """One attribute of a Bokeh model, as the browser has it."""
+        return self.page.evaluate("([n, a]) => Bokeh.documents[0].get_model_by_name(n)[a]", [name, attribute])
 
     def line(self, name):
         return self.page.locator(f".line.{name} p").text_content()
