@@ -7,7 +7,7 @@ one after it, an instant apart.
 (NumPy has no Hermite cubics, and SciPy, which has, is asked for only where constants are fitted.)
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -90,17 +90,22 @@ class Cycle:
 
 
 class Found(NamedTuple):
-    """A run from rest and the cycle that it settles to; None if it blew up or does not repeat."""
+    """A run and the cycle that it settles to; None if it blew up or does not repeat."""
 
     response: Response
     cycle: Cycle | None
 
 
 def reference_cycle(
-    system: System, eta: float, method: Reference, *, cancelled: Callable[[], bool] | None = None
+    system: System,
+    eta: float,
+    method: Reference,
+    *,
+    initial: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
+    cancelled: Callable[[], bool] | None = None,
 ) -> Found:
-    """The steady motion of the reference; raises as :func:`engine.steady`."""
-    found = steady(system, eta, method, record=Record(8, SAMPLES), cancelled=cancelled)
+    """The steady motion of the reference; arguments and errors are those of :func:`engine.steady`."""
+    found = steady(system, eta, method, initial=initial, record=Record(8, SAMPLES), cancelled=cancelled)
     return Found(found.response, _cycle(found.response, found.period) if found.periodic else None)
 
 

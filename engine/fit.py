@@ -36,6 +36,7 @@ FITTED = tuple(UPPER)
 STEP = 1e-5  # of the central differences; the reference's cycle is known to some 1e-8
 STARTS = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"damping": 2.0})
 ALIKE = 1e-6  # relative: sums of squares that differ by less are the same minimum
+REST = (0.0, 0.0, 0.0, 0.0)
 EVALUATIONS = 60  # per start
 BLIND = 1e-6  # of the largest column, per unit: a parameter that changes the motion so little does not show
 CLOSE = 0.95  # correlation worth telling
@@ -136,6 +137,7 @@ class _Problem:
     def __init__(self, system, eta, measurement, names, method, cancelled):
         self.system, self.eta, self.measurement, self.names = system, eta, measurement, names
         self.method, self.cancelled = method, cancelled
+        self.near = REST
         self.lower = np.append(np.zeros(len(names)), -np.inf)
         self.upper = np.append([UPPER[name] for name in names], np.inf)
 
@@ -161,11 +163,17 @@ class _Problem:
         return replace(self.system, **changed)
 
     def cycle(self, parameters) -> Cycle | None:
-        """The reference's motion."""
-        return reference_cycle(self.system_of(parameters), self.eta, self.method, cancelled=self.cancelled).cycle
+        """The reference's motion, looked for from the last one found: it is near, and the same where several are."""
+        system = self.system_of(parameters)
+        found = reference_cycle(system, self.eta, self.method, initial=self.near, cancelled=self.cancelled)
+        if found.cycle is not None:
+            x1, v1, x2, v2 = found.response.section[-1].tolist()
+            self.near = x1, v1, max(x1, x2), v2  # rounding may leave a touching pair in each other
+        return found.cycle
 
     def minimum(self, start: np.ndarray):
         """The minimum that the search comes to; None if the motion is not periodic where it begins."""
+        self.near = REST
         cycle = self.cycle(start)
         if cycle is None:
             return None
@@ -252,5 +260,5 @@ def _remarks(names, best, visible, correlation, residuals, deviation, noise):
             f"the residual ({deviation:.3g}) is larger than the measurement's own noise ({noise:.3g}): the reference "
             "moves otherwise, and the standard errors do not hold"
         )
-    elif neighbours > DEPENDENT:
+    if neighbours > DEPENDENT:
         yield f"neighbouring residuals depend on each other ({neighbours:.2f}): the standard errors are too small"
