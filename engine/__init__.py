@@ -4,6 +4,7 @@ from .alignment import MeasuredComparison, Solved, compare_measured
 from .attractors import Attractor, attractors
 from .batch import STATUSES, CellResults, Cells, run_cells
 from .compare import Comparison, compare
+from .diagrams import Diagram, diagram, ship_diagrams
 from .fit import FITTED, Fit, fit
 from .lyapunov import Lyapunov, lyapunov
 from .measured import Measurement, measurement_text, read_measurement
@@ -15,14 +16,17 @@ from .recommend import Recommendation, design_curve, recommend
 from .result import Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 from .simulate import simulate
 from .steady import Steady, steady
-from .store import diagram, ship_diagrams
-from .sweep import Diagram, bifurcation
+from .sweeps import COORDINATES, DIRECTIONS, OVER, Progress, sweep_eta, sweep_plane, sweep_step
+from .sweeps.axis import spaced
 from .synthetic import synthetic_measurement
 from .systemfile import SystemFile, read_system, system_text
 from .units import QUANTITIES, Units
 
 __all__ = [
+    "COORDINATES",
+    "DIRECTIONS",
     "FITTED",
+    "OVER",
     "QUANTITIES",
     "STATUSES",
     "Attractor",
@@ -42,6 +46,7 @@ __all__ = [
     "Method",
     "Motion",
     "Newmark",
+    "Progress",
     "Recommendation",
     "Record",
     "Reference",
@@ -54,7 +59,6 @@ __all__ = [
     "Trajectory",
     "Units",
     "attractors",
-    "bifurcation",
     "compare",
     "compare_measured",
     "design_curve",
@@ -70,7 +74,11 @@ __all__ = [
     "run_cells",
     "ship_diagrams",
     "simulate",
+    "spaced",
     "steady",
+    "sweep_eta",
+    "sweep_plane",
+    "sweep_step",
     "synthetic_measurement",
     "system_text",
 ]

@@ -7,10 +7,9 @@ keeps it, `runner` and `cluster` run it, `provenance` signs it. Results are xarr
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ..methods import ExactPenalty, Method, Newmark, Reference
-from ..model import System, require
+from ..model import System
+from .axis import ascending
 from .eta import COORDINATES, DIRECTIONS, EtaStudy
 from .plane import PlaneStudy
 from .progress import Progress
@@ -76,7 +75,7 @@ def sweep_eta(
     ValueError, OSError, Cancelled
         See :func:`.runner.run`.
     """
-    values = _ascending(over, values)
+    values = ascending(over, values)
     if over not in OVER:
         raise ValueError(f"over = {over!r} is no parameter that can be swept: give one of {', '.join(OVER)}")
     if over in OF_CELLS and not isinstance(method, Newmark if over == "steps" else (Newmark, ExactPenalty)):
@@ -139,7 +138,7 @@ def sweep_plane(
     ValueError, OSError, Cancelled
         See :func:`.runner.run`.
     """
-    K, D = _ascending("K", K), _ascending("D", D)
+    K, D = ascending("K", K), ascending("D", D)
     if steps is None and located:
         raise ValueError("the exact penalty method has no step that could be located: give steps, or leave located out")
     method = ExactPenalty(K[0], D[0]) if steps is None else Newmark(K[0], D[0], steps, located=located)
@@ -181,40 +180,5 @@ def sweep_step(
     ValueError, OSError, Cancelled
         See :func:`.runner.run`.
     """
-    steps = _ascending("steps", steps)
+    steps = ascending("steps", steps)
     return run(StepStudy(system, Newmark(K, D, steps[0]), eta, transient, sample, steps=steps), Run(**how))
-
-
-def _ascending(name: str, values: Sequence[float]) -> np.ndarray:
-    try:
-        array = np.array(values, dtype=float).reshape(-1)
-    except (TypeError, ValueError):
-        raise ValueError(f"the values of {name} are not numbers: give at least one") from None
-    if not len(array):
-        raise ValueError(f"no value of {name}: give at least one")
-    if not (np.isfinite(array).all() and (np.diff(array) > 0).all()):
-        raise ValueError(f"the values of {name} do not ascend strictly: sort them, and give each once")
-    if name == "steps" and (array != np.round(array)).any():
-        raise ValueError(f"steps = {array[array != np.round(array)][0]:g} is not a whole number: give steps per period")
-    return array
-
-
-def spaced(name: str, low: float, high: float, count: float, *, logarithmic: bool = False) -> np.ndarray:
-    """Values from low to high, evenly spaced or evenly in the logarithm; ``steps`` are rounded to whole numbers.
-
-    Raises
-    ------
-    ValueError
-        If the range is empty, not positive where it is logarithmic, or the count is no number of values.
-    """
-    from .study import CELLS_LIMIT
-
-    n = require(f"count of {name}", count, 1, CELLS_LIMIT, "give the number of values")
-    if n != int(n):
-        raise ValueError(f"count of {name} = {count!r} is not a whole number: give the number of values")
-    if not (np.isfinite([low, high]).all() and (low < high or (low == high and n == 1))):
-        raise ValueError(f"{name} from {low:g} to {high:g} is an empty range: give the smaller number first")
-    if logarithmic:
-        require(name, low, 0, np.inf, "a logarithmic axis begins above 0", open_low=True)
-    values = (np.geomspace if logarithmic else np.linspace)(low, high, int(n))
-    return np.unique(np.round(values)) if name == "steps" else values

@@ -77,7 +77,7 @@ def run(study: Study, how: Run) -> "xarray.Dataset":
     store = Store(how.out)
     store.check_space(study)
     tally = Tally(how.progress)
-    with store.locked(wait=how.wait), _executor(how) as execute:
+    with store.locked(wait=how.wait, cancelled=how.cancelled), _executor(how) as execute:
         store.claim(study)
         if isinstance(study, EtaStudy) and study.refine:
             _run_refined(study, store, how, tally, execute)

@@ -17,13 +17,15 @@ import fcntl
 import math
 import os
 import shutil
+import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..result import Cancelled
 from . import provenance
 from .chunks import Chunk
 from .study import MISSING, Study, Variable, Whole
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
 
 LEVEL = 1  # of zstd: sections of periodic motion shrink a lot, those of chaotic motion hardly, at any level
 DAMAGE = (ValueError, RuntimeError, OSError)  # what the checksum, the decompressor and the disk raise
+POLL = 0.1  # seconds
 SPACE = 1.05  # of the uncompressed size must be free
 
 
@@ -175,13 +178,15 @@ class Store:
             )
 
     @contextlib.contextmanager
-    def locked(self, *, wait: bool = False) -> Iterator[None]:
+    def locked(self, *, wait: bool = False, cancelled: Callable[[], bool] | None = None) -> Iterator[None]:
         """Hold the folder for this process; the system lets go of it however the process ends.
 
         Raises
         ------
         BlockingIOError
             If another process holds it and ``wait`` is false.
+        Cancelled
+            If ``cancelled`` returned true while it waited.
         """
         if self.folder is None:
             yield
@@ -190,12 +195,13 @@ class Store:
             self.folder.mkdir(parents=True, exist_ok=True)
         handle = os.open(self.folder, os.O_RDONLY)
         try:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-            except BlockingIOError:
-                raise BlockingIOError(
-                    errno.EAGAIN, f"another process works on {self.target}: wait for it, or give another place"
-                ) from None
+            while not _lock(handle):
+                if not wait:
+                    text = f"another process works on {self.target}: wait for it, or give another place"
+                    raise BlockingIOError(errno.EAGAIN, text)
+                if cancelled is not None and cancelled():
+                    raise Cancelled
+                time.sleep(POLL)
             yield
         finally:
             os.close(handle)
@@ -252,6 +258,14 @@ class Store:
         import xarray
 
         return xarray.open_zarr(self._root, group=self.group or None, chunks=None, consolidated=not self.group)
+
+
+def _lock(handle: int) -> bool:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def _codecs() -> dict[str, object]:
