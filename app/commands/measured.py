@@ -211,8 +211,8 @@ def _fit_lines(found: Fit) -> list[str]:
     for name, value in found.values.items():
         error = found.errors[name]
         lines.append(
-            f"{name:17}{value:.6g}" + (f" +- {error:.2g}" if error < float("inf") else ", not shown by the motion")
+            f"{name:20}{value:.6g}" + (f" +- {error:.2g}" if error < float("inf") else ", not shown by the motion")
         )
     agreeing = f"{found.agreeing} of {found.starts} starts agree"
-    lines.append(f"{'residual':17}{found.deviation:.3g}, noise {found.noise:.3g}; {agreeing}")
+    lines.append(f"{'residual':20}{found.deviation:.3g}, noise {found.noise:.3g}; {agreeing}")
     return [*lines, *(f"note: {remark}" for remark in found.remarks)]
