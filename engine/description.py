@@ -223,9 +223,14 @@ def _peak_force(response: Response) -> float:
     every_step = isinstance(method, Newmark) and not method.located and spacing < 1.5 * response.period / method.steps
     shown = response.contacts[response.contacts[:, 1] > sampled.time[0]]
     shortest = np.diff(shown, axis=1).min(initial=np.inf)
-    if not isinstance(method, Reference) and not every_step and shortest < FEWEST_SAMPLES * spacing:
+    largest = float(sampled.force.max())
+    if isinstance(method, Reference) or every_step:
+        return largest
+    if shortest < FEWEST_SAMPLES * spacing:
         return np.nan
-    return float(sampled.force.max())
+    # the damper's force sets in at once, between two samples
+    struck = response.impacts.closing_speed[response.impacts.time > sampled.time[0]]
+    return max(largest, 2 * method.damping * float(struck.max(initial=0.0)))
 
 
 def _impulse(response: Response) -> float:

@@ -7,6 +7,7 @@ TOLERANCE = 1e-5  # of the section's size: points that differ by less count as t
 # share of its size (root mean square) nearly repeats. Only short cycles are worth the name.
 SCATTER = 0.03
 MOST_NEARLY = 4
+MOST_TUBES = 4
 
 
 def repeats_after(section: np.ndarray, tolerance: float = TOLERANCE) -> int:
@@ -72,15 +73,21 @@ def irregularity(section: np.ndarray) -> float:
 
 
 def rotation(section: np.ndarray) -> float:
-    """The strongest frequency of a section, in turns per excitation period, from 0 to ½.
+    """The strongest frequency of a section but for those of cycles, in turns per excitation period, from 0 to ½.
+
+    A torus may consist of several tubes that the motion visits in turn, up to MOST_TUBES of them: what repeats with
+    them is taken out first. The spectrum of the weighted rows is read between its lines, 1/n apart.
 
     Parameters
     ----------
     section : (n, 4) ndarray
-        Of a quasi-periodic motion. The spectrum of the weighted rows is read between its lines, n⁻¹ apart.
+        Of a quasi-periodic motion.
     """
-    weighted = (section - section.mean(axis=0)) * bump(len(section))[:, None]
-    power = (np.abs(np.fft.rfft(weighted, axis=0)) ** 2).sum(axis=1)
+    about = section - section.mean(axis=0)
+    visits = np.lcm.reduce(np.arange(1, MOST_TUBES + 1))
+    for k in range(visits):
+        about[k::visits] -= bump(len(about[k::visits])) @ about[k::visits]
+    power = (np.abs(np.fft.rfft(about * bump(len(about))[:, None], axis=0)) ** 2).sum(axis=1)
     k = int(np.clip(power.argmax(), 1, len(power) - 2))
     low, top, high = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
     bend = low - 2 * top + high
