@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from app.compute import Frame, Run
-from engine import Comparison, Response, compare
+from engine import PARTS, Comparison, Response, compare
 
 _COUNTS = {
     1: "One period",
@@ -20,6 +20,7 @@ _COUNTS = {
 # Relative rms difference of both displacements; below the first two curves are one on the screen.
 _SAME = 0.02
 _CLOSE = 0.10
+_SAMPLES = 100  # per period; more change the third digit of a difference
 
 
 @dataclass(frozen=True)
@@ -123,19 +124,27 @@ def _verdict(frame: Frame) -> tuple[str, str, dict[str, float]]:
         )
     if not reference.response.ok:
         return "The reference did not come to its end, so there is nothing to compare.", "unknown", {}
-    found = compare(_sampled(reference), _sampled(penalty))
-    if found.pointwise:
-        return *_tell_periodic(found), {"total": found.rms}
+    found = _compared(reference.response, penalty.response)
     periods = found.reference.near_period, found.penalty.near_period
+    if found.pointwise and periods[0] == periods[1]:
+        return *_tell_periodic(found), {name: getattr(found, name) for name in ("total", *PARTS)}
     if periods == (0, 0):
         return *_tell_irregular(found), {}
     mine, theirs = (_COUNTS[p].lower() if p in _COUNTS else f"{p} periods" if p else "no period" for p in periods)
     return f"They disagree: the penalty solution has {theirs}, the reference {mine}.", "no", {}
 
 
-def _sampled(run: Run) -> Response:
-    """The response with the samples that the run kept of it."""
-    return replace(run.response, trajectory=run.orbit)
+def _compared(reference: Response, penalty: Response) -> Comparison:
+    return compare(
+        reference.system,
+        reference.eta,
+        penalty.method,
+        reference=reference.method,
+        periods=reference.periods,
+        keep=reference.keep,
+        responses=(reference, penalty),
+        per_period=_SAMPLES,
+    )
 
 
 def _tell_irregular(found: Comparison) -> tuple[str, str]:
@@ -150,10 +159,10 @@ def _tell_irregular(found: Comparison) -> tuple[str, str]:
 
 def _tell_periodic(found: Comparison) -> tuple[str, str]:
     same_impacts = abs(found.reference.impacts_per_period - found.penalty.impacts_per_period) < 0.01
-    amount = f"{100 * found.rms:.2g} % (rms)"
+    amount = f"{100 * found.total:.2g} % (rms)"
     but = "" if same_impacts else ", but not in the number of impacts"
-    if found.rms <= _SAME:
+    if found.total <= _SAME:
         return f"They agree: the displacements differ by {amount}{but}.", "yes" if same_impacts else "partly"
-    if found.rms <= _CLOSE:
+    if found.total <= _CLOSE:
         return f"They agree roughly: the displacements differ by {amount}{but}.", "partly"
     return f"They disagree: the period is the same, but the displacements differ by {amount}.", "no"

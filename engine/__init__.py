@@ -3,7 +3,7 @@
 from .alignment import MeasuredComparison, Solved, compare_measured
 from .attractors import Attractor, attractors
 from .batch import STATUSES, CellResults, Cells, run_cells
-from .compare import Comparison, compare
+from .compare import PARTS, Comparison, compare
 from .diagrams import Diagram, diagram, ship_diagrams
 from .fit import FITTED, Fit, fit
 from .lyapunov import Lyapunov, lyapunov
@@ -27,6 +27,7 @@ __all__ = [
     "DIRECTIONS",
     "FITTED",
     "OVER",
+    "PARTS",
     "QUANTITIES",
     "STATUSES",
     "Attractor",
