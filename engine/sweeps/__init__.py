@@ -7,9 +7,11 @@ keeps it, `runner` and `cluster` run it, `provenance` signs it. Results are xarr
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ..lyapunov import PERIODS_RANGE
 from ..methods import ExactPenalty, Method, Newmark, Reference
 from ..model import System
-from .axis import ascending
+from ..simulate import KEEP_LIMIT, PERIODS_LIMIT
+from .axis import ascending, whole
 from .eta import COORDINATES, DIRECTIONS, EtaStudy
 from .plane import PlaneStudy
 from .progress import Progress
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["COORDINATES", "DIRECTIONS", "OVER", "Progress", "Run", "sweep_eta", "sweep_plane", "sweep_step"]
 
 OVER = tuple(MEANING)
+LEVELS = 20  # of refinement
 
 
 def sweep_eta(
@@ -90,8 +93,10 @@ def sweep_eta(
         raise ValueError(f"a sweep over {over} needs an eta: give the excitation frequency")
     at = float(values[0]) if over == "eta" else eta
     more = {"over": over, "values": values, "direction": direction, "coordinates": tuple(coordinates)}
-    more |= {"refine": refine, "lyapunov": lyapunov}
-    return run(EtaStudy(system, method, at, transient, sample, **more), Run(**how))
+    more["refine"] = whole("refine", refine, 0, LEVELS, "give levels of refinement")
+    if lyapunov:
+        more["lyapunov"] = whole("lyapunov", lyapunov, *PERIODS_RANGE, "give periods to average over, or 0")
+    return run(EtaStudy(system, method, at, *_periods(transient, sample), **more), Run(**how))
 
 
 def sweep_plane(
@@ -142,7 +147,7 @@ def sweep_plane(
     if steps is None and located:
         raise ValueError("the exact penalty method has no step that could be located: give steps, or leave located out")
     method = ExactPenalty(K[0], D[0]) if steps is None else Newmark(K[0], D[0], steps, located=located)
-    return run(PlaneStudy(system, method, eta, transient, sample, K=K, D=D, parts=parts), Run(**how))
+    return run(PlaneStudy(system, method, eta, *_periods(transient, sample), K=K, D=D, parts=parts), Run(**how))
 
 
 def sweep_step(
@@ -181,4 +186,12 @@ def sweep_step(
         See :func:`.runner.run`.
     """
     steps = ascending("steps", steps)
-    return run(StepStudy(system, Newmark(K, D, steps[0]), eta, transient, sample, steps=steps), Run(**how))
+    study = StepStudy(system, Newmark(K, D, steps[0]), eta, *_periods(transient, sample), steps=steps)
+    return run(study, Run(**how))
+
+
+def _periods(transient: int, sample: int) -> tuple[int, int]:
+    return (
+        whole("transient", transient, 0, PERIODS_LIMIT, "give the periods before the sample"),
+        whole("sample", sample, 1, KEEP_LIMIT, "give the periods to describe"),
+    )

@@ -1,4 +1,4 @@
-"""The values along an axis of a study."""
+"""Numbers that make up a study, checked: whole ones, and the values along an axis."""
 
 from collections.abc import Sequence
 
@@ -6,6 +6,20 @@ import numpy as np
 
 from ..model import require
 from .study import CELLS_LIMIT
+
+
+def whole(name: str, value: float, low: float, high: float, advice: str) -> int:
+    """A whole number between low and high.
+
+    Raises
+    ------
+    ValueError
+        Naming the value, the allowed range and what to do.
+    """
+    number = require(name, value, low, high, advice)
+    if number != int(number):
+        raise ValueError(f"{name} = {value!r} is not a whole number: {advice}")
+    return int(number)
 
 
 def ascending(name: str, values: Sequence[float]) -> np.ndarray:
@@ -37,12 +51,10 @@ def spaced(name: str, low: float, high: float, count: float, *, logarithmic: boo
     ValueError
         If the range is empty, not positive where it is logarithmic, or the count is no number of values.
     """
-    n = require(f"count of {name}", count, 1, CELLS_LIMIT, "give the number of values")
-    if n != int(n):
-        raise ValueError(f"count of {name} = {count!r} is not a whole number: give the number of values")
+    n = whole(f"count of {name}", count, 1, CELLS_LIMIT, "give the number of values")
     if not (np.isfinite([low, high]).all() and (low < high or (low == high and n == 1))):
         raise ValueError(f"{name} from {low:g} to {high:g} is an empty range: give the smaller number first")
     if logarithmic:
         require(name, low, 0, np.inf, "a logarithmic axis begins above 0", open_low=True)
-    values = (np.geomspace if logarithmic else np.linspace)(low, high, int(n))
+    values = (np.geomspace if logarithmic else np.linspace)(low, high, n)
     return np.unique(np.round(values)) if name == "steps" else values

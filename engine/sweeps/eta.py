@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..batch import CellResults, Cells, run_cells
-from ..lyapunov import PERIODS_RANGE, Lyapunov, lyapunov
+from ..lyapunov import Lyapunov, lyapunov
 from ..methods import Newmark
 from ..model import require
 from .chunks import Chunk
@@ -23,7 +23,6 @@ from .study import CELLS_LIMIT, MISSING, STATUS_FLAGS, Study, Variable, Whole
 
 DIRECTIONS = ("rest", "up", "down")
 COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
-LEVELS = 20
 CLEAR = 1e-6  # difference of impacts per period that is no rounding
 
 DESCRIBED = {
@@ -172,7 +171,7 @@ class EtaStudy(Study):
         return dict(zip(("lyapunov", "lyapunov_error", "motion"), columns, strict=True))
 
     def check(self) -> None:
-        """Also the refinement and the exponent.
+        """Also the refinement, and whether there is an exponent.
 
         Raises
         ------
@@ -180,14 +179,9 @@ class EtaStudy(Study):
             Naming the number, the range and what to do.
         """
         super().check()
-        levels = require("refine", self.refine, 0, LEVELS, "give the levels of refinement")
-        if levels != int(levels):
-            raise ValueError(f"refine = {self.refine!r} is not a whole number: give levels of refinement")
-        require("cells after refinement", self.cells * 2.0**levels, 1, CELLS_LIMIT, "refine less")
-        if self.lyapunov:
-            require("lyapunov", self.lyapunov, *PERIODS_RANGE, "give the excitation periods to average over, or 0")
-            if isinstance(self.method, Newmark):
-                raise ValueError("a Lyapunov exponent wants a closed form: sweep with the reference or exact solver")
+        require("cells after refinement", self.cells * 2.0**self.refine, 1, CELLS_LIMIT, "refine less")
+        if self.lyapunov and isinstance(self.method, Newmark):
+            raise ValueError("a Lyapunov exponent wants a closed form: sweep with the reference or exact solver")
 
     # -- refinement -----------------------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ import numpy as np
 from ..batch import STATUSES, Cells
 from ..methods import Method
 from ..model import System, check_eta, require
-from ..simulate import PERIODS_LIMIT, STEPS_LIMIT
+from ..simulate import STEPS_LIMIT
 from .chunks import Chunk
 from .provenance import engine_digest
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     import xarray
 
 CELLS_LIMIT = 1_000_000_000
-SAMPLE_LIMIT = 1_000_000
 NUMBERS_LIMIT = 10**12  # numbers in a result: 8 TB
 MISSING = -1  # status and other flags of a cell that was not computed yet
 
@@ -186,11 +185,6 @@ class Study(abc.ABC):
             Naming the number, the range and what to do.
         """
         check_eta(self.eta, self.system)
-        for name, low in (("transient", 0), ("sample", 1)):
-            number = getattr(self, name)
-            if number != int(require(name, number, low, PERIODS_LIMIT, "give whole excitation periods")):
-                raise ValueError(f"{name} = {number!r} is not a whole number: give excitation periods")
-        require("sample", self.sample, 1, SAMPLE_LIMIT, "describe fewer periods")
         require("cells", float(np.prod(self.shape, dtype=float)), 1, CELLS_LIMIT, "sweep fewer values")
         require("numbers in the result", self.cells * self.numbers_per_cell, 1, NUMBERS_LIMIT, "keep a smaller sample")
         self._check_corners()
