@@ -131,6 +131,14 @@ def fit(
     return _concluded(problem, best.x, noise, agreeing, len(found))
 
 
+def _least_squares() -> Callable:
+    try:
+        from scipy.optimize import least_squares  # the page and its image do without SciPy
+    except ImportError:
+        raise ValueError("a fit needs SciPy: install the package with its extra named fit, vibroscope[fit]") from None
+    return least_squares
+
+
 class _Problem:
     """Residuals and Jacobian as functions of the parameters and, last, the phase."""
 
@@ -177,10 +185,8 @@ class _Problem:
         cycle = self.cycle(start)
         if cycle is None:
             return None
-        from scipy.optimize import least_squares  # the page and its image do without SciPy
-
         phase = best_phase(cycle, self.measurement, self.measurement.frame)
-        return least_squares(
+        return _least_squares()(
             self.residuals,
             np.append(start, phase),
             jac=self.jacobian,

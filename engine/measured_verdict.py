@@ -24,7 +24,7 @@ def _sentences(found: MeasuredComparison) -> Iterator[str]:
         yield (
             f"The measurement is not in step with an excitation at eta = {eta:g}; its strongest frequency is "
             f"{told.strongest:.4g}. Check eta, the unit of time and omega1; if they are right, the motion is not "
-            "periodic and only statistics can be compared."
+            "periodic, or noise hides it, and only statistics can be compared."
         )
         return
     drift = abs(told.eta - eta) * found.measurement.span

@@ -3,7 +3,7 @@
 A motion of p excitation periods holds the harmonics kη/p, k = 0, 1, … and nothing else. So their least-squares fit
 tells the period: the smallest p whose harmonics leave hardly more than those of longer cycles. What they leave is
 noise, and the highest harmonics. If all leave much, the motion is not in step with the excitation: it is chaotic,
-quasi-periodic, still settling, or η (or the unit of time) is wrong.
+quasi-periodic, still settling, hidden by noise of a fifth of its size, or η (or the unit of time) is wrong.
 """
 
 from dataclasses import dataclass

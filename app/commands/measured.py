@@ -112,7 +112,7 @@ def run(options: argparse.Namespace) -> None:
         measurement,
         Newmark(options.K, options.D, options.steps, located=options.located),
         reference=Reference(options.joint_damping or "table"),
-        periods=int(options.periods),
+        periods=options.periods,
     )
     if options.json:
         print(json.dumps(as_json(compared, found), allow_nan=False))

@@ -1,5 +1,7 @@
 """Restitution and damping fitted: the truth comes back, and the errors are what they are said to be."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,8 @@ def test_the_fit_ends_where_the_squares_are_least():
         [(problem.residuals(best + h) - problem.residuals(best - h)) / 2e-4 for h in 1e-4 * np.eye(3)], axis=1
     )
     assert (np.linalg.norm(jacobian - wide, axis=0) < 0.01 * np.linalg.norm(wide, axis=0)).all()
+    expected = 0.02 * np.sqrt(np.diag(np.linalg.inv(wide.T @ wide)))[:2]  # the noise that was put in
+    assert list(found.errors.values()) == pytest.approx(expected, rel=0.05)
 
 
 def test_what_the_motion_does_not_show_is_left_and_told():
@@ -101,3 +105,9 @@ def test_a_motion_without_a_cycle_is_refused():
     chaotic = Measurement(made.time * 2.76 / 1.7, made.displacement, None, made.frame)
     with pytest.raises(ValueError, match=r"not periodic at eta = 1\.7"):
         fit(System(), 1.7, chaotic, names=("d3",))
+
+
+def test_without_scipy_the_fit_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "scipy.optimize", None)
+    with pytest.raises(ValueError, match=r"needs SciPy: install .* vibroscope\[fit\]"):
+        fit(System(), 2.76, synthetic_measurement(System(), 2.76))

@@ -60,6 +60,7 @@ def test_what_is_written_is_read(tmp_path):
     [
         text(end="\r\n"),
         text(end="\r"),
+        text(rows=[f"{0.1 * i - 7:.1f},{i},{-i}" for i in range(FEWEST_SAMPLES)]),
         b"\xef\xbb\xbf" + text(),
         b"# made by hand\n\n" + text() + b"\n\n# the end\n",
         text("time [s]; x1 [mm]; x2 [mm]", [row.replace(",", "; ") for row in ROWS]),
@@ -184,10 +185,10 @@ def test_the_cycle_is_the_motion_between_its_samples():
 
 
 def test_noise_is_measured_and_a_double_period_is_seen():
-    for eta, period in ((1.08, 1), (2.76, 1), (3.25, 2)):
-        found = recurrence(synthetic_measurement(System(), eta, noise=0.05, periods=12, seed=3), eta)
+    for eta, noise, period in ((1.08, 0.05, 1), (2.76, 0.05, 1), (3.25, 0.05, 2), (3.25, 0.2, 2)):
+        found = recurrence(synthetic_measurement(System(), eta, noise=noise, periods=12, seed=3), eta)
         assert found.period == period
-        assert found.noise == pytest.approx(0.05, rel=0.1)
+        assert found.noise == pytest.approx(noise, rel=0.1)
         assert found.eta == pytest.approx(eta, rel=1e-3)
 
 
