@@ -213,28 +213,34 @@ def _append(data: list[list[float]], cells: list[str], columns: list[_Column], n
         raise ValueError(f"line {number}: {len(cells)} columns, the header has {len(columns)}{advice}")
     row = []
     for place, (cell, column) in enumerate(zip(cells, columns, strict=True), 1):
-        where = f"line {number}, column {place} ({column.name})"
-        value = _number(cell, delimiter, where) * column.factor
-        if abs(value) > LARGEST:
-            raise ValueError(f"{where}: {cell.strip()[:40]} is {value:.3g} in units of the model; is the unit right?")
-        if column.name == "contact" and value not in (0.0, 1.0):
-            raise ValueError(
-                f"{where}: {cell.strip()[:40]!r} is neither 0 nor 1; set a threshold to the sensor's signal"
-            )
-        if column.name == "time" and data and value <= data[-1][place - 1]:
-            raise ValueError(f"{where}: {cell.strip()[:40]} does not come after the time before it; sort by time")
+        value = _number(cell, delimiter) * column.factor
+        fault = _fault(value, column.name, data[-1][place - 1] if data else -math.inf)
+        if fault:
+            raise ValueError(f"line {number}, column {place} ({column.name}): {cell.strip()[:40]!r} {fault}")
         row.append(value)
     data.append(row)
 
 
-def _number(cell: str, delimiter: str, where: str) -> float:
+def _fault(value: float, name: str, before: float) -> str:
+    """What is wrong with a number, in units of the model, that comes after another; empty if nothing."""
+    if math.isnan(value):
+        return "is no finite number"
+    if abs(value) > LARGEST:
+        return f"is {value:.3g} in units of the model; is the unit right?"
+    if name == "contact" and value not in (0.0, 1.0):
+        return "is neither 0 nor 1; set a threshold to the sensor's signal"
+    if name == "time" and value <= before:
+        return "does not come after the time before it; sort by time"
+    return ""
+
+
+def _number(cell: str, delimiter: str) -> float:
+    """The number in a cell; nan if it holds none that is finite."""
     text = cell.strip()
     if delimiter != "," and text.count(",") == 1 and "." not in text:
         text = text.replace(",", ".")
     try:
         value = math.nan if "_" in text else float(text)  # Python reads 1_000, no other program means it
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ValueError(f"{where}: {cell.strip()[:40]!r} is no finite number")
-    return value
+        return math.nan
+    return value if math.isfinite(value) else math.nan
