@@ -146,7 +146,8 @@ def sweep_plane(
     K, D = ascending("K", K), ascending("D", D)
     if steps is None and located:
         raise ValueError("the exact penalty method has no step that could be located: give steps, or leave located out")
-    method = ExactPenalty(K[0], D[0]) if steps is None else Newmark(K[0], D[0], steps, located=located)
+    first = float(K[0]), float(D[0])
+    method = ExactPenalty(*first) if steps is None else Newmark(*first, steps, located=located)
     return run(PlaneStudy(system, method, eta, *_periods(transient, sample), K=K, D=D, parts=parts), Run(**how))
 
 
@@ -186,7 +187,7 @@ def sweep_step(
         See :func:`.runner.run`.
     """
     steps = ascending("steps", steps)
-    study = StepStudy(system, Newmark(K, D, steps[0]), eta, *_periods(transient, sample), steps=steps)
+    study = StepStudy(system, Newmark(K, D, int(steps[0])), eta, *_periods(transient, sample), steps=steps)
     return run(study, Run(**how))
 
 

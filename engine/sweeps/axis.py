@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..model import require
-from .study import CELLS_LIMIT
+
+VALUES_LIMIT = 10_000_000  # along one axis, which is held in memory
 
 
 def whole(name: str, value: float, low: float, high: float, advice: str) -> int:
@@ -51,7 +52,7 @@ def spaced(name: str, low: float, high: float, count: float, *, logarithmic: boo
     ValueError
         If the range is empty, not positive where it is logarithmic, or the count is no number of values.
     """
-    n = whole(f"count of {name}", count, 1, CELLS_LIMIT, "give the number of values")
+    n = whole(f"count of {name}", count, 1, VALUES_LIMIT, "give the number of values")
     if not (np.isfinite([low, high]).all() and (low < high or (low == high and n == 1))):
         raise ValueError(f"{name} from {low:g} to {high:g} is an empty range: give the smaller number first")
     if logarithmic:

@@ -6,6 +6,7 @@ spreading over machines is the same for all and knows no more of a study than st
 
 import abc
 import hashlib
+import itertools
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -191,12 +192,13 @@ class Study(abc.ABC):
 
     def _check_corners(self) -> None:
         # what is allowed is an interval in each parameter, so that the ends of the axes stand for all cells
-        ends = [values[[0, -1]] for values in self.axes.values()]
-        corners = np.meshgrid(*ends, indexing="ij")
-        cells = self.cells_at({name: grid.ravel() for name, grid in zip(self.axes, corners, strict=True)})
-        for i in range(len(cells)):
-            check_eta(cells.eta[i], cells.system_of(i))
-            steps = getattr(cells.method_of(i), "steps", 0) * self.periods_per_cell
+        ends = ([float(values[0]), float(values[-1])] for values in self.axes.values())
+        for corner in itertools.product(*ends):
+            point = dict(zip(self.axes, corner, strict=True))
+            system = replace(self.system, **{name: point[name] for name in point if name in OF_SYSTEM})
+            method = replace(self.method, **{OF_CELLS[name]: point[name] for name in point if name in OF_CELLS})
+            check_eta(point.get("eta", self.eta), system)
+            steps = getattr(method, "steps", 0) * self.periods_per_cell
             require("periods × steps", steps, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
 
     def cells_at(self, values: dict[str, np.ndarray], **more) -> Cells:
