@@ -36,7 +36,7 @@ LONGEST_SEEN = 512  # periods of a cycle that the section shows
 FOLLOWED = (8192, 4 * 8192)  # periods with the Jacobian; the more only if the fewer do not decide
 DRIFT = 5.0  # standard errors that the halves of a run may differ by
 KEEP = 256  # periods described of a motion that does not repeat
-RUN = 2050  # periods of a Newmark run, the paper's
+RUN = 2050  # periods of a long run, the paper's
 SAMPLES, SAMPLED = 2000, 50  # per period; periods
 MOST_SAMPLES = 100_000
 MOST_STEPS = 1_000_000  # per period that are recorded at all
@@ -95,42 +95,28 @@ def motion(
 
 def _in_closed_form(system: System, eta, method: Reference | ExactPenalty, initial, cancelled) -> Motion:
     found = steady(system, eta, method, initial=initial, max_period=LONGEST, cancelled=cancelled)
+    run = found.response
     if found.periodic:
-        return _cycle(found.response, found.period, found.multipliers, cancelled)
-    if not found.response.ok:
-        return describe(found.response)
-    state = found.response.section[-1]
+        return _cycle(run, found.period, found.multipliers, cancelled)
+    if not run.ok:
+        return describe(run)
+    state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
-        return _grown(found.response)
+        return _grown(run)
     for periods in FOLLOWED:
         followed = lyapunov(system, eta, method, initial=state, periods=periods, cancelled=cancelled)
         if len(followed.section) < periods:
-            reason = (
-                f"it was followed for {len(followed.section)} periods, where its derivative ends (a grazing impact)"
-            )
-            return replace(describe(found.response, 0), reason=reason)
+            reason = f"after {len(followed.section)} periods more it has no derivative: an impact grazes"
+            return replace(describe(run, 0), reason=reason)
         state = followed.section[-1]
-        settled = steady(system, eta, method, initial=state, max_period=LONGEST, cancelled=cancelled)
-        if settled.periodic:
-            return _cycle(settled.response, settled.period, settled.multipliers, cancelled)
-        period = repeats_after(followed.section[-2 * LONGEST_SEEN :])
-        if period:
-            values = multipliers(system, eta, method, state, period, cancelled)
-            run = simulate(system, eta, method, periods=2 * period, keep=period, initial=state, cancelled=cancelled)
-            return _cycle(run, period, values, cancelled)
+        late = _late_cycle(system, eta, method, followed.section, cancelled)
+        if late is not None:
+            return replace(late, reason=f"{late.reason}; a run of {RUN} periods did not find it")
         kind, reason = _decided(followed)
         if kind is not Kind.UNDECIDED:
             break
-    run = simulate(
-        system,
-        eta,
-        method,
-        periods=KEEP,
-        keep=KEEP,
-        initial=state,
-        record=Record(SAMPLED, SAMPLES),
-        cancelled=cancelled,
-    )
+    record = Record(SAMPLED, SAMPLES)
+    run = simulate(system, eta, method, periods=KEEP, keep=KEEP, initial=state, record=record, cancelled=cancelled)
     return replace(
         _with_energy(describe(run, 0), run),
         type=kind,
@@ -139,6 +125,20 @@ def _in_closed_form(system: System, eta, method: Reference | ExactPenalty, initi
         lyapunov_error=followed.error,
         rotation=rotation(followed.section) if kind is Kind.QUASI_PERIODIC else np.nan,
     )
+
+
+def _late_cycle(system: System, eta, method, section: np.ndarray, cancelled) -> Motion | None:
+    """The cycle that a motion has come to while it was followed: a transient was long, or the cycle is."""
+    state = section[-1]
+    found = steady(system, eta, method, initial=state, max_period=LONGEST, cancelled=cancelled)
+    if found.periodic:
+        return _cycle(found.response, found.period, found.multipliers, cancelled)
+    period = repeats_after(section[-2 * LONGEST_SEEN :])
+    if not period:
+        return None
+    values = multipliers(system, eta, method, state, period, cancelled)
+    run = simulate(system, eta, method, periods=2 * period, keep=period, initial=state, cancelled=cancelled)
+    return _cycle(run, period, values, cancelled)
 
 
 def _grown(run: Response) -> Motion:
@@ -169,7 +169,8 @@ def _cycle(once: Response, period: int, values: np.ndarray, cancelled) -> Motion
     start, twice = once.checkpoint, {"periods": 2 * period, "keep": 2 * period}
     run = simulate(once.system, once.eta, once.method, initial=start, record=record, cancelled=cancelled, **twice)
     found = _with_energy(describe(run, period), run)
-    reason = f"a cycle of {period} {'period' if period == 1 else 'periods'} closes, and disturbances of it die away"
+    fate = "die away" if np.abs(values).max(initial=0.0) < 1 else "do not die away"
+    reason = f"a cycle of {period} {'period' if period == 1 else 'periods'} closes, and disturbances of it {fate}"
     return _with_multipliers(replace(found, reason=reason, section=run.section[-period:]), values)
 
 
