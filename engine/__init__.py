@@ -13,6 +13,7 @@ from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System
 from .motion import Motion, motion
 from .recommend import Recommendation, design_curve, recommend
+from .regularisation import Regularisation
 from .result import Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 from .simulate import simulate
 from .steady import Steady, steady
@@ -21,6 +22,7 @@ from .sweeps.axis import spaced
 from .synthetic import synthetic_measurement
 from .systemfile import SystemFile, read_system, system_text
 from .units import QUANTITIES, Units
+from .verdict import Verdict, verdict
 
 __all__ = [
     "COORDINATES",
@@ -51,6 +53,7 @@ __all__ = [
     "Recommendation",
     "Record",
     "Reference",
+    "Regularisation",
     "Response",
     "Solved",
     "Status",
@@ -59,6 +62,7 @@ __all__ = [
     "SystemFile",
     "Trajectory",
     "Units",
+    "Verdict",
     "attractors",
     "compare",
     "compare_measured",
@@ -82,4 +86,5 @@ __all__ = [
     "sweep_step",
     "synthetic_measurement",
     "system_text",
+    "verdict",
 ]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -28,7 +29,9 @@ class Comparison:
     runs : Runs of Response
         Newmark, exact penalty, reference with derived joint damping, reference.
     motions : Runs of Motion
-        What moves in each.
+        What moves in each, as their kept periods show.
+    reference, penalty : Motion
+        The reference's motion and Newmark's; with its evidence, if that was asked for.
     pointwise : bool
         Whether all four motions repeat, Newmark's but for scatter. Only then they stay in step with the excitation, and
         a difference at each instant means something; otherwise ``statistics`` does.
@@ -40,14 +43,14 @@ class Comparison:
         Largest deviation of the sum of the parts from the total at any instant, in base amplitudes.
     encounters : Encounters or None
         How contacts match impacts; None unless the reference repeats.
-    statistics : Statistics or None
-        None if ``pointwise``, or if Newmark or the reference ended early.
     grid : Record
         Of one period of the series.
     """
 
     runs: Runs[Response]
     motions: Runs[Motion]
+    reference: Motion
+    penalty: Motion
     pointwise: bool
     parts: Parts | None
     total: float
@@ -56,23 +59,17 @@ class Comparison:
     joint_damping: float
     residual: float
     encounters: Encounters | None
-    statistics: Statistics | None
     grid: Record
-
-    @property
-    def reference(self) -> Motion:
-        """Motion of the reference."""
-        return self.motions.reference
-
-    @property
-    def penalty(self) -> Motion:
-        """Motion of Newmark's solution."""
-        return self.motions.penalty
 
     @property
     def complete(self) -> bool:
         """Whether all four runs reached their end."""
         return all(run.ok for run in self.runs)
+
+    @cached_property
+    def statistics(self) -> Statistics | None:
+        """Differences of the sections, from runs of another 1,000 periods; None if ``pointwise``, or without parts."""
+        return statistics(self.runs) if self.parts and not self.pointwise else None
 
     def split(self) -> Regularisation:
         """What the regularisation is made of; runs the reference twice more.
@@ -140,19 +137,19 @@ def compare(
     parts = parts_of(runs, motions, per_period) if comparable else None
     period = motions.reference.period
     matched = encounters(runs.reference, runs.penalty, period, parts.shifts.reference) if parts and period else None
+    told = motions.reference, motions.penalty
     if evidence:
-        told = {"penalty": motion(system, eta, penalty, cancelled=cancelled)}
-        told["reference"] = motion(system, eta, reference, cancelled=cancelled)
-        motions = motions._replace(**told)
+        told = tuple(motion(system, eta, method, cancelled=cancelled) for method in (reference, penalty))
     return Comparison(
         runs=runs,
         motions=motions,
+        reference=told[0],
+        penalty=told[1],
         pointwise=pointwise,
         parts=parts,
         **{name: parts.relative(getattr(parts, name)) if parts else np.nan for name in ("total", *PARTS)},
         residual=parts.residual if parts else np.nan,
         encounters=matched,
-        statistics=statistics(runs) if parts and not pointwise else None,
         grid=Record(1, per_period, penalty.steps),
     )
 

@@ -11,7 +11,7 @@ section, scaled by 1/√2 as sections twice as long are compared, is the floor: 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from .parts import Runs
 from .result import Response
 from .simulate import simulate
 
-SECTION = 2000  # periods: a section is cheap, and its distribution is told to about 1/√SECTION
+SECTION = 1000  # periods: a section is cheap, and its distribution is told to about 1/√SECTION
 CHANCE = 3.0  # floors
 
 
@@ -37,6 +37,8 @@ class Statistics:
         their sum.
     floor : float
         What chance makes of sections as long as these.
+    sections : Runs of (SECTION, 2) ndarray
+        ξ₁ and ξ₂ of each run.
     """
 
     total: float
@@ -44,16 +46,21 @@ class Statistics:
     regularisation: float
     joint_damping: float
     floor: float
+    sections: Runs[np.ndarray] = field(repr=False)
 
     @property
     def alike(self) -> bool:
         """Whether the distributions differ by no more than CHANCE floors."""
         return self.total <= CHANCE * self.floor
 
+    def of(self, section: np.ndarray) -> float:
+        """``total`` if Newmark's section were this one."""
+        return distance(section, self.sections.reference) / rms(self.sections.reference)
+
 
 def statistics(runs: Runs[Response]) -> Statistics:
     """Hold the sections of four runs against each other, each followed from its checkpoint for SECTION periods."""
-    sections = Runs(*(_section(run) for run in runs))
+    sections = Runs(*(section_of(run) for run in runs))
     size = rms(sections.reference)
     halves = np.split(sections.reference, 2)
     return Statistics(
@@ -62,6 +69,7 @@ def statistics(runs: Runs[Response]) -> Statistics:
         regularisation=distance(sections.exact, sections.derived) / size,
         joint_damping=distance(sections.derived, sections.reference) / size,
         floor=distance(*halves) / size / math.sqrt(2),
+        sections=sections,
     )
 
 
@@ -70,7 +78,7 @@ def distance(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.mean(np.abs(np.sort(one, axis=0) - np.sort(other, axis=0))))
 
 
-def _section(run: Response) -> np.ndarray:
+def section_of(run: Response) -> np.ndarray:
     """ξ₁ and ξ₂, (SECTION, 2); nan if the run ended early."""
     if run.ok:
         run = simulate(run.system, run.eta, run.method, periods=SECTION, keep=SECTION, initial=run.checkpoint)
