@@ -47,9 +47,10 @@ def multipliers(
     width = WIDTH * max(np.abs(state).max(), 1e-9)
     columns = []
     for k in range(4):
+        step = width * np.eye(4)[k]
         ends = [
-            simulate(system, eta, method, periods=period, keep=1, initial=state + sign * width * np.eye(4)[k])
-            for sign in (1, -1)
+            simulate(system, eta, method, periods=period, keep=1, initial=state + change, cancelled=cancelled)
+            for change in (step, -step)
         ]
         if not all(end.ok for end in ends):
             return np.empty(0, complex)
