@@ -1,11 +1,14 @@
-"""What the solvers found, in plain words."""
+"""What the solvers found, in plain words; and, a moment later, what the difference is made of and what to change."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.compute import Frame, Run
-from engine import PARTS, Comparison, Response, compare
+from app.state import print_number
+from engine import Response, compare, verdict
 
 _COUNTS = {
     1: "One period",
@@ -17,49 +20,89 @@ _COUNTS = {
     7: "Seven periods",
     8: "Eight periods",
 }
-# Relative rms difference of both displacements; below the first two curves are one on the screen.
-_SAME = 0.02
-_CLOSE = 0.10
-_SAMPLES = 100  # per period; more change the third digit of a difference
 
 
 @dataclass(frozen=True)
 class Told:
-    """What is told beside the figures.
+    """What is told at once: what each solver found, and what it cost.
 
     Attributes
     ----------
-    reference, penalty, verdict : str
-        Lines of words.
-    agree : str
-        "yes", "partly", "no" or "unknown".
-    parts : dict of str to float
-        The relative rms difference of the displacements: ``total`` and, where they are known, its parts; empty where
-        no difference at each instant means anything.
+    reference, penalty : str
+        A line each.
     cost : tuple of (str, str, str)
-        What the runs cost: label, value, and what is meant.
+        Label, value, and what is meant.
     """
 
     reference: str
     penalty: str
+    cost: tuple[tuple[str, str, str], ...]
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What the difference is made of, and what to change first; it takes a few more runs.
+
+    Attributes
+    ----------
+    verdict : str
+        Short sentences.
+    agree : str
+        "yes", "partly", "no" or "unknown".
+    parts : dict of str to float
+        Relative rms of the difference of the displacements: ``total``, ``time_step``, ``regularisation`` and
+        ``joint_damping``; empty where the motions do not keep step, so that no difference at an instant means anything.
+    change : dict of str to str
+        What to set first, as texts that `app.state.read` takes; empty if no number mends it.
+    details : tuple of str
+        The numbers behind the verdict.
+    """
+
     verdict: str
     agree: str
     parts: dict[str, float]
-    cost: tuple[tuple[str, str, str], ...]
+    change: dict[str, str]
+    details: tuple[str, ...]
 
-    def lines(self) -> dict[str, str]:
-        """The lines by their headings."""
-        return {"Do they agree?": self.verdict, "Reference": self.reference, "Penalty": self.penalty}
 
-    def summary(self) -> str:
-        """All in one text, for those who cannot see the figures."""
-        return " ".join(f"{head} {text}" for head, text in self.lines().items())
+def lines(told: Told, meaning: Meaning | None) -> dict[str, str]:
+    """All lines by their headings."""
+    first = {"Do they agree?": " ".join((meaning.verdict, *meaning.details))} if meaning else {}
+    return first | {"Reference": told.reference, "Penalty": told.penalty}
 
 
 def tell(frame: Frame) -> Told:
-    """All that is told of one frame."""
-    verdict, agree, parts = _verdict(frame)
-    return Told(_found(frame.reference), _found(frame.penalty), verdict, agree, parts, _cost(frame))
+    """What is told of a frame at once."""
+    return Told(_found(frame.reference), _found(frame.penalty), _cost(frame))
+
+
+def explain(frame: Frame, cancelled: Callable[[], bool] | None = None) -> Meaning:
+    """What a frame means; raises `engine.Cancelled` if it is withdrawn."""
+    setting = frame.setting
+    at_hand = [run.response for run in (frame.reference, frame.penalty)]
+    found = compare(
+        setting.system,
+        setting.eta,
+        setting.penalty,
+        reference=setting.reference,
+        responses=at_hand,
+        cancelled=cancelled,
+    )
+    told = verdict(found)
+    parts = {name: getattr(found, name) for name in ("total", "time_step", "regularisation", "joint_damping")}
+    known = {name: value for name, value in parts.items() if math.isfinite(value)} if found.pointwise else {}
+    return Meaning(told.headline, told.agree, known, _texts(told.change), told.details)
+
+
+def _texts(change: dict[str, float | bool]) -> dict[str, str]:
+    """What the verdict would change, as the controls take it."""
+    texts = {}
+    for name, value in change.items():
+        if name == "located":
+            texts[name] = "yes" if value else "no"
+        else:
+            texts[name] = print_number(round(value) if name == "steps" else float(f"{value:.3g}"))
+    return texts
 
 
 def _cost(frame: Frame) -> tuple[tuple[str, str, str], ...]:
@@ -112,57 +155,3 @@ def _share(run: Run) -> str:
 def _sentence(text: str) -> str:
     text = text.strip()
     return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
-
-
-def _verdict(frame: Frame) -> tuple[str, str, dict[str, float]]:
-    reference, penalty = frame.reference, frame.penalty
-    if not penalty.response.ok:
-        return (
-            "The penalty run ended early, so there is nothing to compare: take more steps per period, or a softer K.",
-            "unknown",
-            {},
-        )
-    if not reference.response.ok:
-        return "The reference did not come to its end, so there is nothing to compare.", "unknown", {}
-    found = _compared(reference.response, penalty.response)
-    periods = found.reference.near_period, found.penalty.near_period
-    if found.pointwise and periods[0] == periods[1]:
-        return *_tell_periodic(found), {name: getattr(found, name) for name in ("total", *PARTS)}
-    if periods == (0, 0):
-        return *_tell_irregular(found), {}
-    mine, theirs = (_COUNTS[p].lower() if p in _COUNTS else f"{p} periods" if p else "no period" for p in periods)
-    return f"They disagree: the penalty solution has {theirs}, the reference {mine}.", "no", {}
-
-
-def _compared(reference: Response, penalty: Response) -> Comparison:
-    return compare(
-        reference.system,
-        reference.eta,
-        penalty.method,
-        reference=reference.method,
-        periods=reference.periods,
-        keep=reference.keep,
-        responses=(reference, penalty),
-        per_period=_SAMPLES,
-    )
-
-
-def _tell_irregular(found: Comparison) -> tuple[str, str]:
-    r, p = found.reference.impacts_per_period, found.penalty.impacts_per_period
-    if abs(r - p) <= 0.1 * max(r, 0.1):
-        return (
-            "Neither repeats, so curves cannot match point by point; the numbers of impacts agree within 10 %.",
-            "partly",
-        )
-    return "Neither repeats, and their numbers of impacts differ.", "no"
-
-
-def _tell_periodic(found: Comparison) -> tuple[str, str]:
-    same_impacts = abs(found.reference.impacts_per_period - found.penalty.impacts_per_period) < 0.01
-    amount = f"{100 * found.total:.2g} % (rms)"
-    but = "" if same_impacts else ", but not in the number of impacts"
-    if found.total <= _SAME:
-        return f"They agree: the displacements differ by {amount}{but}.", "yes" if same_impacts else "partly"
-    if found.total <= _CLOSE:
-        return f"They agree roughly: the displacements differ by {amount}{but}.", "partly"
-    return f"They disagree: the period is the same, but the displacements differ by {amount}.", "no"

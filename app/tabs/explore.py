@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -10,7 +11,7 @@ from functools import partial
 import panel as pn
 
 from app import takeaway, words
-from app.compute import Frame, Latest, frame_of, kept_frame, workers
+from app.compute import Frame, Latest, RunCache, frame_of, kept_frame, workers
 from app.diagrams import kept
 from app.files import style
 from app.present import WINDOW, Columns, present
@@ -39,6 +40,23 @@ class _Ready:
     told: words.Told
 
 
+_RESTS = 150  # ms without another frame before the difference is explained: while a slider moves, the curves come first
+_EXPLAINED = RunCache(size=200)
+
+
+def _question(setting: Setting) -> object:
+    """What an explanation depends on: not on how it is drawn."""
+    return setting.system, setting.eta, setting.penalty, setting.reference
+
+
+def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> words.Meaning:
+    meaning = _EXPLAINED.get(_question(setting))
+    if meaning is None:
+        meaning = words.explain(frame_of(setting, cancelled), cancelled)
+        _EXPLAINED.put(_question(setting), meaning)
+    return meaning
+
+
 def _ready(frame: Frame) -> _Ready:
     return _Ready(frame, present(frame), words.tell(frame))
 
@@ -52,6 +70,8 @@ class Explore(Tab):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self._latest = Latest(self._solved)
+        self._explaining = Latest(self._explained, solve=_explain, grace=0.0)
+        self._meaning: words.Meaning | None = None
         self._visible = False
         self._fresh = False  # ranges start afresh with the next push
         self._scene = ""
@@ -105,12 +125,17 @@ class Explore(Tab):
     def close(self) -> None:
         """Nothing more is wanted."""
         self._latest.close()
+        self._explaining.close()
 
     def take(self, what: str) -> dict | None:
         """Data of what is shown, and the report."""
         if self._shown is None:
             return None
-        setting, columns, told = self._shown.frame.setting, self._shown.columns, self._shown.told.lines()
+        setting, columns, told = (
+            self._shown.frame.setting,
+            self._shown.columns,
+            words.lines(self._shown.told, self._meaning),
+        )
         kind, _, figure = what.partition(":")
         if kind == "csv" and figure in takeaway.FIGURES:
             return {"name": f"vibroscope-{figure}.csv", "type": "text/csv", "text": takeaway.as_csv(figure, columns)}
@@ -137,6 +162,32 @@ class Explore(Tab):
     def _arrived(self, move: int, ready: _Ready) -> None:
         if self._visible:
             self.desk.push(move, partial(self._write, ready))
+
+    def _ask_why(self, ready: _Ready) -> None:
+        """The hand rests: explain what is shown, if it still is."""
+        if self._visible and ready is self._shown:
+            self._explaining.submit(0, ready.frame.setting)
+
+    def _explained(self, _: int, result: words.Meaning | Exception) -> None:
+        """In a worker thread."""
+        if isinstance(result, Exception):
+            log.error("explaining failed", exc_info=result)
+            words_for = f"The difference could not be explained ({result}). The figures are right; move on."
+            self.desk.later(partial(self.desk.tell, words_for))
+        else:
+            self.desk.later(self._mean)
+
+    def _mean(self) -> None:
+        """The explanation of what is shown has come."""
+        meaning = _EXPLAINED.get(_question(self._shown.frame.setting))
+        if meaning is not None and self._visible and meaning is not self._meaning:
+            self._tell(self._shown.told, meaning)
+
+    def _tell(self, told: words.Told, meaning: words.Meaning | None) -> None:
+        self._meaning = meaning
+        self.findings.update(told, meaning)
+        if meaning is not None:  # a screen reader is told once, when all is known
+            self.desk.summarise(" ".join(f"{head}: {text}" for head, text in words.lines(told, meaning).items()))
 
     def _failed(self, move: int, error: Exception) -> None:
         log.error("computing failed", exc_info=error)
@@ -177,8 +228,10 @@ class Explore(Tab):
         self.force.update(columns, fresh=fresh)
         self.diagram.update(setting.eta, setting.joint_damping, setting.coordinate, ours=setting.system == System())
         self.mechanism.absolute = setting.frame == "absolute"
-        self.findings.update(ready.told)
-        self.desk.summarise(ready.told.summary())
+        meaning = _EXPLAINED.get(_question(setting))
+        self._tell(ready.told, meaning)
+        if meaning is None:
+            self.desk.doc.add_timeout_callback(partial(self._ask_why, ready), _RESTS)
 
     def _write_ghost(self, setting: Setting) -> None:
         """The pinned result as thin grey curves."""

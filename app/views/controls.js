@@ -51,6 +51,7 @@ class Link {
     for (const what of ["scene", "undo", "redo", "reset", "pin", "tab"]) {
       hear(what, (detail) => this.send({ [what]: detail.value ?? true }));
     }
+    hear("set", (texts) => this.set(texts));
   }
 
   set(texts) {

@@ -12,13 +12,16 @@ const LEAST = 1e-4; // its left end; the scale is logarithmic
 export function render({ model }) {
   const root = element("div", "told");
   const lines = [
-    line(root, "verdict", "Do they agree?"),
+    verdict(root),
     bar(root),
     line(root, "reference", "Reference (exact impacts)"),
     line(root, "penalty", "Penalty (Newmark)"),
     chips(root),
   ];
-  const draw = () => lines.forEach((show) => show(model.told));
+  const draw = () => {
+    root.dataset.pending = String(model.told.pending === true || model.told.verdict === undefined);
+    lines.forEach((show) => show(model.told));
+  };
   model.on("told", draw);
   draw();
   return root;
@@ -31,7 +34,30 @@ function line(root, name, title) {
   root.append(box);
   return (told) => {
     text.textContent = told[name] ?? "computing …";
+  };
+}
+
+// What they come to, the first thing to change as a button, and the numbers behind it.
+function verdict(root) {
+  const box = element("section", "line verdict");
+  const text = element("p");
+  const change = button("", "", () => say("set", change.texts));
+  const more = element("details");
+  const list = element("ul");
+  more.append(element("summary", "", "Numbers"), list);
+  box.append(element("h2", "", "Do they agree?"), text, change, more);
+  root.append(box);
+  return (told) => {
+    text.textContent = told.verdict ?? "computing …";
     box.dataset.agree = told.agree ?? "";
+    change.texts = told.change ?? {};
+    const names = { K: "K", D: "D", steps: "T/Δτ", located: "contact changes located" };
+    const wanted = Object.entries(change.texts)
+      .map(([name, value]) => (name === "located" ? names[name] : `${names[name]} = ${value}`));
+    change.hidden = wanted.length === 0;
+    change.textContent = `Try ${wanted.join(", ")}`;
+    more.hidden = !told.details?.length;
+    list.replaceChildren(...(told.details ?? []).map((detail) => element("li", "", detail)));
   };
 }
 

@@ -75,7 +75,7 @@ def test_a_table_holds_every_point_of_its_figure(figure):
 def test_the_data_file_holds_all_columns_and_null_where_there_is_no_number():
     setting = PLAIN._replace(eta=2.76, K=1e5, D=100.0, steps=100)  # blows up
     columns = present(frame(setting))
-    found = json.loads(takeaway.as_json(setting, columns, words.tell(frame(setting)).lines()))
+    found = json.loads(takeaway.as_json(setting, columns, words.lines(words.tell(frame(setting)), None)))
     assert found["setting"] == setting._asdict()
     assert set(found["columns"]["displacements"]["penalty1"]) == {None}
     told = np.float32(found["columns"]["displacements"]["reference1"])
@@ -83,7 +83,7 @@ def test_the_data_file_holds_all_columns_and_null_where_there_is_no_number():
 
 
 def test_the_report_is_whole_and_asks_no_server():
-    told = words.tell(frame(PLAIN)).lines() | {"<b>": "a < b"}
+    told = words.lines(words.tell(frame(PLAIN)), None) | {"<b>": "a < b"}
     report = as_report(PLAIN, told, "today")
     assert told["Reference"] in report
     assert "<b>" not in report
