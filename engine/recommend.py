@@ -30,8 +30,9 @@ PATIENCE = 2  # … so many of them
 GAIN = 0.95  # a rung that leaves more of the error than this brings nothing
 BEYOND = 1  # rungs above the first that meets the tolerance, for the front
 BISECTIONS = 4  # which leave 2^(1/16), 4 %, of n open
-CONFIRMED = 4  # settings of a rung that may try to be confirmed
-SHOWN = 2  # and those that are for the front, whatever their error
+CONFIRMED = 8  # settings of a rung that may try to be confirmed
+SHOWN = 3  # and those that are for the front, whatever their error …
+LUCK = 2.0  # … but for those whose neighbours' error is so many times as large
 ENOUGH = 1.05  # if nothing meets the tolerance: the cheapest whose error is within so much of the least
 
 
@@ -44,15 +45,15 @@ class Recommendation:
     system, eta, reference, tolerance, located
         What was asked.
     met : bool
-        Whether the tolerance is met: by the setting itself, with half the step, and by nine in ten of its neighbours
-        (n ± 2 %, K and D ± 1 %).
+        Whether the tolerance is met: by the setting itself, leaping or walking, with half the step, and by nine in ten
+        of its neighbours (n ± 2 %, K and D ± 1 %).
     best : Trial or None
         The setting with the least cost that meets the tolerance: ``setting`` (K, D, n), ``error``, ``robust`` and
         ``cost``. If none does, the cheapest whose robust error is within 5 % of the least found; None if nothing could
         be found.
     front : tuple of Trial
         Settings that no other one beats, cheapest first: along it cost and n rise, error and robust error fall. Each
-        was run from rest, and with its neighbours.
+        was run from rest, and with its neighbours. Settings that meet the tolerance by luck are left out.
     joint_damping : float
         Error that no K, D or step is to blame for: the reference with the joint damping that the dampers add up to,
         against the reference asked for. nan if there is none. An error below it is owed to errors that cancel each
@@ -143,9 +144,10 @@ def recommend(
         return Recommendation(*asked, False, None, (), math.nan, why_no_error(found))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         trials = Trials(found, located, pool, cancelled)
-        climb = _Climb(Search(trials, system, eta, stiffness_max), tolerance, whole, told)
+        climb = _Climb(Search(trials, system, eta, stiffness_max, tolerance), tolerance, whole, told)
         climb.up()
         climb.between()
+        climb.walk()
         front, met = climb.front(), climb.met
     best = met[0] if met else _enough(front)
     part, reason = joint_damping_part(trials.target, reference, cancelled), ""
@@ -222,20 +224,33 @@ class _Climb:
             self._reached(middle)
             low, high = (low, middle) if self._meets(middle) else (middle, high)
 
+    def walk(self) -> None:
+        """Walk the cheapest step by step, and the next one if it misses the tolerance then."""
+        while not self.search.trials.located and self.met:
+            cheapest = self.met[0]
+            walked = self.search.trials.walked(cheapest.setting)
+            self._confirmed[cheapest.setting] = cheapest._replace(robust=max(cheapest.robust, walked))
+            if walked <= self.tolerance:
+                return
+
     def front(self) -> list[Trial]:
-        """The front of all that is confirmed, after the best of each n has been."""
-        for n in {trial.setting.steps for trial in self.search.found}:
+        """The front of all that is confirmed, after the best of each rung have been."""
+        for n in self.rungs:
             self._confirm(self._promising(n)[:SHOWN])
-        return front_of(trial for trial in self._confirmed.values() if math.isfinite(trial.robust))
+        return front_of(trial for trial in self._confirmed.values() if not self._lucky(trial))
+
+    def _lucky(self, trial: Trial) -> bool:
+        """Whether its own error is no measure of what its neighbours, or half the step, do."""
+        return trial.robust > self.tolerance >= trial.error or trial.robust > max(self.tolerance, LUCK * trial.error)
 
     def _promising(self, n: int) -> list[Trial]:
         """What was found with n steps, best first."""
-        return sorted((t for t in self.search.found if t.setting.steps == n), key=lambda trial: trial.robust)
+        return sorted((t for t in self.search.found if t.setting.steps == n), key=self.search.by_robust)
 
     def _reached(self, n: int) -> Trial | None:
         """The best setting with n steps; those that seem to meet the tolerance are confirmed or not."""
         best = self.search.level(n, self.met[0].cost if self.met else math.inf)
-        self._confirm([t for t in self._promising(n) if t.robust <= self.tolerance][:CONFIRMED])
+        self._confirm([t for t in self._promising(n) if t.robust <= self.tolerance][:CONFIRMED], self.tolerance)
         self._done += 1
         self._told(self._done / (len(self.rungs) + BISECTIONS + 1))
         return best
@@ -243,10 +258,11 @@ class _Climb:
     def _meets(self, n: int) -> bool:
         return any(trial.setting.steps == n for trial in self.met)
 
-    def _confirm(self, trials: list[Trial]) -> None:
-        settings = dict.fromkeys(trial.setting for trial in trials)
-        for trial in self.search.trials.confirm([one for one in settings if one not in self._confirmed]):
-            self._confirmed[trial.setting] = trial
+    def _confirm(self, trials: list[Trial], bound: float = math.inf) -> None:
+        """Confirm those that have not been; beyond the bound it is given up, and has to be done again without."""
+        settings = dict.fromkeys(trial.setting for trial in trials if trial.setting not in self._confirmed)
+        confirmed = self.search.trials.confirm(settings, bound)
+        self._confirmed |= {trial.setting: trial for trial in confirmed if math.isfinite(trial.robust)}
 
 
 def _enough(front: list[Trial]) -> Trial | None:

@@ -10,6 +10,7 @@ Steps that are cut at the contact changes resolve any contact. Then n does not b
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,13 +25,16 @@ SOFTEST = 10.0  # K that is worth a try
 RATIO, LOCATED_RATIO = 2.0, 4.0  # from K to K of the grid
 SHARES = (0.2, 0.4, 0.7, 0.85, 1.0, 1.15, 1.4, 2.5)  # ζ of the grid, in units of ζ(e)
 LEAST_DAMPING = 0.01  # the unit, if e is so near to 1 that ζ(e) is less
-JUDGED = 6  # settings of the grid that are judged with their neighbours
+LIKELY, FEW = 16, 2  # settings of the grid that are looked at with some of their neighbours …
+JUDGED = 6  # … and those that are judged with all of them
 MOVES = ((1.4, 1.12), (1.15, 1.05))  # factors of K and D, round by round
 
 
 @dataclass
 class Search:
     """All that was judged so far, for one system and η.
+
+    Of two settings the one with less error is better; of two that meet the tolerance, the cheaper one.
 
     Attributes
     ----------
@@ -42,14 +46,16 @@ class Search:
     system: System
     eta: float
     stiffness_max: float
+    tolerance: float
     found: list[Trial] = field(default_factory=list)
     _best: dict[int, Trial] = field(default_factory=dict)
 
     def level(self, steps: int, cost: float = math.inf) -> Trial | None:
         """The best setting found with so many steps and at most that cost; None if there is none, or all blow up."""
-        grid = sorted(self.trials.quick(self._grid(steps)), key=lambda trial: trial.error)
-        grid = [trial.setting for trial in grid if math.isfinite(trial.error) and trial.cost <= cost]
-        best = self._judge(grid[:JUDGED], self._judge(self._seeds(steps), None))
+        best = self._judge(self._seeds(steps), None)
+        grid = [trial for trial in self.trials.quick(self._grid(steps)) if trial.cost <= cost]
+        grid = self.trials.quick(_first(LIKELY, grid, self._by_error), FEW)
+        best = self._judge(_first(JUDGED, grid, self.by_robust), best)
         for factors in MOVES:
             if best is not None:
                 best = self._judge(self._around(best.setting, *factors), best)
@@ -59,10 +65,17 @@ class Search:
 
     def _judge(self, settings: list[Setting], best: Trial | None) -> Trial | None:
         """The best of those, if better than the one before; they are found now."""
-        bound = math.inf if best is None else best.robust
+        bound = math.inf if best is None else max(best.robust, self.tolerance)
         good = [t for t in self.trials.quick(settings, NEIGHBOURS, bound) if math.isfinite(t.robust)]
         self.found += good
-        return min(good + ([] if best is None else [best]), key=lambda trial: trial.robust, default=None)
+        return min(good + ([] if best is None else [best]), key=self.by_robust, default=None)
+
+    def by_robust(self, trial: Trial) -> tuple[float, float, float]:
+        """What the better one of two trials has less of."""
+        return max(trial.robust, self.tolerance), trial.cost, trial.robust
+
+    def _by_error(self, trial: Trial) -> tuple[float, float, float]:
+        return max(trial.error, self.tolerance), trial.cost, trial.error
 
     def _grid(self, steps: int) -> list[Setting]:
         centre = max(damping_ratio_for(self.system.restitution), LEAST_DAMPING)
@@ -100,6 +113,11 @@ class Search:
         """Three digits of K and D are enough for people, and what is tried is what is told."""
         k = rounded(min(max(stiffness, STIFFNESS_RANGE[0]), self.stiffness_max))
         return Setting(k, rounded(damping_for(self.system, k, ratio)), steps)
+
+
+def _first(count: int, trials: list[Trial], key: Callable[[Trial], tuple]) -> list[Setting]:
+    """Settings of the best trials, those that blew up left out."""
+    return [trial.setting for trial in sorted(trials, key=key)[:count] if math.isfinite(trial.error)]
 
 
 def rounded(value: float) -> float:

@@ -107,6 +107,13 @@ class Trials:
         """The run from rest, 2,050 periods, and neighbours that were not chosen by."""
         return list(self._pool.map(lambda setting: self._confirm(setting, bound), settings))
 
+    def walked(self, setting: Setting) -> float:
+        """Error of the run from rest that walks through every step, as an FE code must, instead of leaping.
+
+        It differs by rounding alone, which shows in the scatter of a constant step.
+        """
+        return self._run(setting, REST, LONG, KEEP, PER_PERIOD, every_step=True)[0]
+
     def _quick(self, setting: Setting, neighbours: int, bound: float) -> Trial:
         error, cost = self._short(setting)
         if neighbours == 0:
@@ -132,12 +139,14 @@ class Trials:
     def _long(self, setting: Setting, per_period: int = COARSE) -> tuple[float, float]:
         return self._run(setting, REST, LONG, KEEP, per_period)
 
-    def _run(self, setting: Setting, start: tuple, periods: int, keep: int, per_period: int) -> tuple[float, float]:
+    def _run(
+        self, setting: Setting, start: tuple, periods: int, keep: int, per_period: int, every_step: bool = False
+    ) -> tuple[float, float]:
         """Error and solves per period."""
         response = simulate(
             self.target.reference.system,
             self.target.reference.eta,
-            Newmark(*setting, located=self.located),
+            Newmark(*setting, located=self.located, every_step=every_step),
             periods=periods,
             keep=keep,
             initial=start,
