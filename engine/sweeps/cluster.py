@@ -68,7 +68,7 @@ def connected(scheduler: str, threads: int, cancelled: Callable[[], bool] | None
         client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as problem:
         raise OSError(f"no Dask scheduler answers at {scheduler}: {problem}") from None
-    with client:
+    with client, client.as_current():
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
@@ -86,7 +86,7 @@ class _Cluster:
         waiting = iter(order)
         if study.sequential:
             self._one_by_one(study, store, waiting, tally)
-        elif store.folder is None:
+        elif store.shared:
             self._by_workers(study, store, waiting, tally)
         else:
             self._by_way_of_here(study, store, waiting, tally)

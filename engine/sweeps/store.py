@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 LEVEL = 1  # of zstd: sections of periodic motion shrink a lot, those of chaotic motion hardly, at any level
 DAMAGE = (ValueError, RuntimeError, OSError)  # what the checksum, the decompressor and the disk raise
 POLL = 0.1  # seconds
+# A chunk of nothing but fill values, too, becomes a file: one that is not there is missing.
+_EVERY_CHUNK = {"write_empty_chunks": True}
 SPACE = 1.05  # of the uncompressed size must be free
 
 
@@ -61,6 +63,11 @@ class Store:
         part = object.__new__(Store)
         part.target, part.group, part.folder, part._root, part._arrays = self.target, group, self.folder, self._root, {}
         return part
+
+    @property
+    def shared(self) -> bool:
+        """Whether another machine reaches the result by the same name."""
+        return self.target is not None and self.folder is None
 
     # -- the frame: what is there before any cell -----------------------------------------------------------------
 
@@ -109,7 +116,7 @@ class Store:
     def opened(self, study: Study) -> "Store":
         """The same store, ready to read and write chunks of the study whose arrays it holds."""
         group = self._opened_group()
-        self._arrays = {name: group[name] for name in study.variables}
+        self._arrays = {name: group[name].with_config(_EVERY_CHUNK) for name in study.variables}
         return self
 
     def keep(self, arrays: dict[str, Whole]) -> None:
@@ -271,7 +278,7 @@ def _lock(handle: int) -> bool:
 def _codecs() -> dict[str, object]:
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
-    return {"compressors": [ZstdCodec(level=LEVEL), Crc32cCodec()], "config": {"write_empty_chunks": True}}
+    return {"compressors": [ZstdCodec(level=LEVEL), Crc32cCodec()], "config": _EVERY_CHUNK}
 
 
 def _make(group, name: str, variable: Variable, lengths: dict[str, int], sides: tuple[int, ...]) -> None:
