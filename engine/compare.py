@@ -176,7 +176,7 @@ def _runs(system, eta, penalty, reference, periods, keep, responses, cancelled) 
     return Runs(*(given[method] for method in methods))
 
 
-def nearest_attractor(found: Comparison) -> float:
+def nearest_attractor(found: Comparison, cancelled: Callable[[], bool] | None = None) -> float:
     """Error of the penalty solution from the motion that the reference has when it starts from the penalty's state.
 
     The reference may have several motions at the same parameters. A penalty solution that agrees with one of them is
@@ -192,6 +192,7 @@ def nearest_attractor(found: Comparison) -> float:
         return np.inf
     x1, v1, x2, v2 = found.runs.penalty.section[-1]
     start = (x1, v1, max(x1, x2), v2)  # the reference knows no penetration
-    there = simulate(run.system, run.eta, run.method, periods=run.periods, keep=run.keep, initial=start)
+    options = {"periods": run.periods, "keep": run.keep, "initial": start, "cancelled": cancelled}
+    there = simulate(run.system, run.eta, run.method, **options)
     target = Target(there) if there.ok else None
     return target.error(found.runs.penalty) if target and target.periodic else np.inf

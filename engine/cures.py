@@ -12,7 +12,7 @@ What is left is the error of :class:`engine.error.Target`, or if the reference d
 sections (:mod:`engine.statistics`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from .contact import damping_for, damping_ratio_for
 from .error import Target
 from .grid import rms
 from .methods import STIFFNESS_RANGE, Newmark
-from .result import Record, Response
+from .result import Record
 from .simulate import simulate
 from .statistics import distance, section_of
 
@@ -50,7 +50,7 @@ class Cure:
     method: Newmark | None = None
 
 
-def cures(found: Comparison) -> list[Cure]:
+def cures(found: Comparison, cancelled: Callable[[], bool] | None = None) -> list[Cure]:
     """Every number changed alone, the one that leaves least first; three runs of Newmark.
 
     Parameters
@@ -59,7 +59,7 @@ def cures(found: Comparison) -> list[Cure]:
         With ``parts``: Newmark and the reference must have reached their ends.
     """
     tried = [Cure("steps", _limit(found, "time_step")), Cure("joint damping", _limit(found, "joint_damping"))]
-    tried += [Cure(name, _left(found, method), method) for name, method in _changed(found)]
+    tried += [Cure(name, _left(found, method, cancelled), method) for name, method in _changed(found)]
     known = [cure for cure in tried if np.isfinite(cure.left)]
     return sorted(known, key=lambda cure: cure.left)
 
@@ -97,16 +97,11 @@ def _changed(found: Comparison) -> Iterator[tuple[str, Newmark]]:
         yield "K", replace(method, stiffness=stiffer, damping=STIFFER**0.5 * method.damping)
 
 
-def _left(found: Comparison, method: Newmark) -> float:
-    run = found.runs.penalty
-    if found.motions.reference.period:
-        return _target(found).error(_run(run, method, Record(run.keep, SAMPLES)))
-    return found.statistics.of(section_of(_run(run, method, None)))
-
-
-def _target(found: Comparison) -> Target:
-    return Target(found.runs.reference, found.motions.reference.period)
-
-
-def _run(run: Response, method: Newmark, record: Record | None) -> Response:
-    return simulate(run.system, run.eta, method, periods=run.periods, keep=run.keep, record=record)
+def _left(found: Comparison, method: Newmark, cancelled) -> float:
+    run, period = found.runs.penalty, found.motions.reference.period
+    record = Record(run.keep, SAMPLES) if period else None
+    options = {"periods": run.periods, "keep": run.keep, "record": record, "cancelled": cancelled}
+    changed = simulate(run.system, run.eta, method, **options)
+    if period:
+        return Target(found.runs.reference, period).error(changed)
+    return found.statistics.of(section_of(changed))

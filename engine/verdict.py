@@ -10,12 +10,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .compare import Comparison, nearest_attractor
-from .contact import damping_ratio
-from .cures import HELPS, Cure, cures, difference, equal_damping
+from .cures import HELPS, Cure, cures, difference
 from .description import Motion
-from .encounters import delivered_restitution
-from .parts import PARTS
-from .regularisation import restitution_of
+from .details import details_of, number, percent
 from .result import Status
 from .section import SCATTER
 from .simulate import simulate
@@ -63,22 +60,28 @@ class Verdict:
         return {**vars(self), "left": _finite(self.left), "details": list(self.details)}
 
 
-def verdict(found: Comparison) -> Verdict:
-    """Say what a comparison means; it runs Newmark and the reference a few times more."""
+def verdict(found: Comparison, *, cancelled: Callable[[], bool] | None = None) -> Verdict:
+    """Say what a comparison means; it runs Newmark and the reference a few times more.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
     if found.parts is None:
-        return _ended_early(found)
+        return _ended_early(found, cancelled)
     total, scatter = difference(found), _scatter(found)
     if (
         found.motions.reference.period
         and total > CLOSE
-        and (elsewhere := nearest_attractor(found)) < min(CLOSE, total / 2)
+        and (elsewhere := nearest_attractor(found, cancelled)) < min(CLOSE, total / 2)
     ):
         told = (
             "The penalty solution shows another motion, yet no wrong one: started from its state, the reference moves "
-            f"so too, {_percent(elsewhere)} apart. From rest they are {_percent(total)} apart: mind the start."
+            f"so too, {percent(elsewhere)} apart. From rest they are {percent(total)} apart: mind the start."
         )
-        return Verdict(told, "partly", left=elsewhere, scatter=scatter, details=_details(found, []))
-    tried = cures(found)
+        return Verdict(told, "partly", left=elsewhere, scatter=scatter, details=details_of(found, []))
+    tried = cures(found, cancelled)
     agree, first = _agreement(found, total)
     best = _best(found, tried, total, scatter)
     second, change = _blamed(found, total, best)
@@ -90,7 +93,7 @@ def verdict(found: Comparison) -> Verdict:
         change,
         best.left if best else np.nan,
         scatter,
-        _details(found, tried),
+        details_of(found, tried),
     )
 
 
@@ -114,7 +117,7 @@ def _agreement(found: Comparison, total: float) -> tuple[str, str]:
         return _agreement_of_sections(found)
     counts = _counts(found.motions.reference, found.motions.penalty)
     periods = _periods(found)
-    amount = f"the displacements differ by {_percent(total)} (rms)"
+    amount = f"the displacements differ by {percent(total)} (rms)"
     if periods:
         return ("partly" if total <= CLOSE else "no"), f"They disagree: {periods}, and {amount}{counts}."
     if total <= SAME:
@@ -127,12 +130,12 @@ def _agreement(found: Comparison, total: float) -> tuple[str, str]:
 def _agreement_of_sections(found: Comparison) -> tuple[str, str]:
     told = found.statistics
     repeats = "Neither repeats" if not found.motions.penalty.near_period else "The reference does not repeat"
-    head = f"{repeats}, so that only statistics can be compared: the sections differ by {_percent(told.total)}"
+    head = f"{repeats}, so that only statistics can be compared: the sections differ by {percent(told.total)}"
     if told.alike:
-        return "yes", f"{head}, no more than chance ({_percent(told.floor)})."
+        return "yes", f"{head}, no more than chance ({percent(told.floor)})."
     counts = _counts(found.motions.reference, found.motions.penalty)
     agree = "partly" if told.total <= CLOSE and not counts else "no"
-    return agree, f"{head} (chance: {_percent(told.floor)}){counts}."
+    return agree, f"{head} (chance: {percent(told.floor)}){counts}."
 
 
 def _counts(reference: Motion, penalty: Motion) -> str:
@@ -140,7 +143,7 @@ def _counts(reference: Motion, penalty: Motion) -> str:
     ours, theirs = reference.impacts_per_period, penalty.impacts_per_period
     if abs(ours - theirs) <= max(IMPACTS, IMPACTS * ours):
         return ""
-    return f", with {_number(theirs, 'contact')} a period for {_number(ours, 'impact')}"
+    return f", with {number(theirs, 'contact')} a period for {number(ours, 'impact')}"
 
 
 def _periods(found: Comparison) -> str:
@@ -150,8 +153,8 @@ def _periods(found: Comparison) -> str:
     theirs = limit if small else found.motions.penalty.near_period
     if theirs == ours:
         return ""
-    other = f"repeats after {_number(theirs, 'period')}" if theirs else "does not repeat"
-    return f"the penalty solution {other}, the reference after {_number(ours, 'period')}"
+    other = f"repeats after {number(theirs, 'period')}" if theirs else "does not repeat"
+    return f"the penalty solution {other}, the reference after {number(ours, 'period')}"
 
 
 def _scatter(found: Comparison) -> float:
@@ -172,10 +175,6 @@ def _size(found: Comparison) -> float:
     return float(np.abs(found.runs.penalty.section).max())
 
 
-def _number(count: float, noun: str) -> str:
-    return f"{count:.3g} {noun}{'' if count == 1 else 's'}"
-
-
 # ---------------------------------------------------------------------------------------------------- what is to blame
 
 
@@ -187,7 +186,7 @@ def _blamed(found: Comparison, total: float, best: Cure | None) -> tuple[str, di
         return "No single number is to blame: parts of it cancel; change K, D and the step together.", {}
     if total <= SAME:
         name = {"steps": "the time step", "joint damping": "the joint damping"}.get(best.name, best.name)
-        return f"The largest share is that of {name}: without it, {_percent(best.left)} would be left.", {}
+        return f"The largest share is that of {name}: without it, {percent(best.left)} would be left.", {}
     say: dict[str, Callable] = {"steps": _steps, "joint damping": _joint, "K": _stiffness, "D": _damping}
     return say[best.name](found, best)
 
@@ -199,12 +198,12 @@ def _steps(found: Comparison, best: Cure) -> tuple[str, dict]:
     way = f"about {steps:,} steps" if method.located else f"the located step, or about {steps:,} steps"
     change = {"steps": steps} if method.located else {"located": True}
     blame = "is to blame" if best.left <= HELPS * difference(found) else "comes first, since it hides what K and D do"
-    return f"The time step {blame}: without it {_percent(best.left)} would be left; take {way}.", change
+    return f"The time step {blame}: without it {percent(best.left)} would be left; take {way}.", change
 
 
 def _joint(found: Comparison, best: Cure) -> tuple[str, dict]:
     return (
-        f"The joint damping is to blame: without it {_percent(best.left)} would be left; the penalty model has no "
+        f"The joint damping is to blame: without it {percent(best.left)} would be left; the penalty model has no "
         "place for it, so no K, D or time step mends it.",
         {},
     )
@@ -213,13 +212,13 @@ def _joint(found: Comparison, best: Cure) -> tuple[str, dict]:
 def _stiffness(found: Comparison, best: Cure) -> tuple[str, dict]:
     now, new = found.runs.penalty.method, best.method
     along = "" if new.damping == now.damping else f" with D = {new.damping:.3g}"
-    text = f"K is to blame: K = {new.stiffness:g}{along} leaves {_percent(best.left)}."
+    text = f"K is to blame: K = {new.stiffness:g}{along} leaves {percent(best.left)}."
     return text, {"K": new.stiffness} | ({"D": new.damping} if along else {})
 
 
 def _damping(found: Comparison, best: Cure) -> tuple[str, dict]:
     value = best.method.damping
-    return f"D is to blame: D = {value:.3g}, of equal restitution, leaves {_percent(best.left)}.", {"D": value}
+    return f"D is to blame: D = {value:.3g}, of equal restitution, leaves {percent(best.left)}.", {"D": value}
 
 
 def _rounded(steps: float) -> int:
@@ -231,7 +230,7 @@ def _rounded(steps: float) -> int:
 # ------------------------------------------------------------------------------------------------------ ended early
 
 
-def _ended_early(found: Comparison) -> Verdict:
+def _ended_early(found: Comparison, cancelled) -> Verdict:
     runs = found.runs
     if not runs.reference.ok:
         message = runs.reference.message
@@ -239,15 +238,15 @@ def _ended_early(found: Comparison) -> Verdict:
     when = "The penalty solution blew up, so there is nothing to compare."
     if runs.penalty.status is not Status.DIVERGED or not runs.exact.ok:
         return Verdict(f"{when} K and D are to blame: take a smaller K.", "unknown", "K")
-    way, change = _enough(found)
+    way, change = _enough(found, cancelled)
     text = f"{when} The time step is to blame: the same K and D without one stay bounded."
     return Verdict(f"{text} {way}", "unknown", "steps", change, details=(runs.penalty.message,))
 
 
-def _enough(found: Comparison) -> tuple[str, dict]:
+def _enough(found: Comparison, cancelled) -> tuple[str, dict]:
     """Steps with which the run comes to its end, each tried."""
     run = found.runs.penalty
-    options = {"periods": run.periods, "keep": run.keep}
+    options = {"periods": run.periods, "keep": run.keep, "cancelled": cancelled}
     for doubling in range(1, DOUBLINGS + 1):
         steps = run.method.steps * 2**doubling
         if steps > MOST_STEPS:
@@ -255,49 +254,6 @@ def _enough(found: Comparison) -> tuple[str, dict]:
         if simulate(run.system, run.eta, replace(run.method, steps=steps), **options).ok:
             return f"{steps:,} steps are enough for that.", {"steps": steps}
     return "Take a smaller K, or the located step.", {}
-
-
-# ---------------------------------------------------------------------------------------------------------- details
-
-
-def _details(found: Comparison, tried: list[Cure]) -> tuple[str, ...]:
-    """The numbers behind the headline."""
-    method, system = found.runs.penalty.method, found.runs.reference.system
-    ratio = damping_ratio(system, method.stiffness, method.damping)
-    delivered = delivered_restitution(found.runs.penalty)
-    lines = []
-    if found.pointwise:
-        shares = ", ".join(f"{name.replace('_', ' ')} {_percent(getattr(found, name))}" for name in PARTS)
-        lines.append(f"Of the {_percent(found.total)}: {shares}; these add up at each instant, not as numbers.")
-    elif found.motions.reference.period:
-        lines.append("Not all four motions repeat: differences at an instant are averages over what does not.")
-    lines.append(
-        f"The contact's damping ratio is ζ = {ratio:.3g}: restitution {restitution_of(ratio):.3g}"
-        f"{'' if np.isnan(delivered) else f', delivered {delivered:.3g}'}, wanted {system.restitution:g}; "
-        f"equal restitution wants D = {equal_damping(found, method.stiffness):.3g}."
-    )
-    if found.encounters is not None:
-        met = found.encounters
-        late = "" if np.isnan(met.phase_error) else f", {_percent(met.phase_error)} of a period apart"
-        lines.append(f"Impacts met in a period: {met.matched:.3g}{late}; lost: {met.lost:.3g}; added: {met.added:.3g}.")
-    share = [_percent(motion.contact_share) for motion in (found.motions.reference, found.motions.penalty)]
-    lines.append(f"Contact takes {share[0]} of the time in the reference, {share[1]} in the penalty solution.")
-    if tried:
-        left = "; ".join(f"{_name(cure)} {_percent(cure.left)}" for cure in tried)
-        lines.append(f"Left if one number alone is changed: {left}.")
-    return tuple(lines)
-
-
-def _name(cure: Cure) -> str:
-    if cure.method is None:
-        return f"no {'time step' if cure.name == 'steps' else 'joint damping'}"
-    return f"K = {cure.method.stiffness:g}, D = {cure.method.damping:.3g}"
-
-
-def _percent(share: float) -> str:
-    if share < 1e-7:
-        return "0 %"
-    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
 def _finite(value: float) -> float | None:

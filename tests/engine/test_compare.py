@@ -26,7 +26,7 @@ EQUAL = 0.21545 * math.sqrt(2500 * SYSTEM.mass_share)  # D of equal restitution 
     [
         (1.08, Newmark(2500, 8, 2000)),
         (1.70, Newmark(12000, 18, 1000)),
-        (2.76, Newmark(12000, 18, 2050)),  # 2050 steps and 200 samples: every 11th step, the last interval shorter
+        (2.76, Newmark(12000, 18, 2050)),  # 2050 steps and 100 samples: every 21st step, the last interval shorter
         (3.25, Newmark(12000, 18, 500, located=True)),
     ],
 )

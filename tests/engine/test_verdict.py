@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from engine import ExactPenalty, Newmark, Reference, System, compare, motion, simulate, verdict
+from engine import Cancelled, ExactPenalty, Newmark, Reference, System, compare, motion, simulate, verdict
 from engine.error import Target
 
 SYSTEM = System()
@@ -131,3 +131,10 @@ def test_another_motion_of_the_reference_is_no_wrong_one():
     assert "no wrong one" in told.headline
     assert (told.agree, told.blame) == ("partly", "")
     assert told.left < 0.1
+
+
+@pytest.mark.parametrize("method", [Newmark(100, 50, 2000), Newmark(60000, 1, 100)])
+def test_it_can_be_withdrawn(method):
+    found = compare(SYSTEM, 2.76, method)
+    with pytest.raises(Cancelled):
+        verdict(found, cancelled=lambda: True)
