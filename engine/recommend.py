@@ -147,6 +147,7 @@ def recommend(
         climb = _Climb(Search(trials, system, eta, stiffness_max, tolerance), tolerance, whole, told)
         climb.up()
         climb.between()
+        climb.complete()
         climb.walk()
         front, met = climb.front(), climb.met
     best = met[0] if met else _enough(front)
@@ -224,6 +225,11 @@ class _Climb:
             self._reached(middle)
             low, high = (low, middle) if self._meets(middle) else (middle, high)
 
+    def complete(self) -> None:
+        """Confirm the best of every rung, for the front."""
+        for n in self.rungs:
+            self._confirm(self._promising(n)[:SHOWN])
+
     def walk(self) -> None:
         """Walk the cheapest step by step, and the next one if it misses the tolerance then."""
         while not self.search.trials.located and self.met:
@@ -234,9 +240,7 @@ class _Climb:
                 return
 
     def front(self) -> list[Trial]:
-        """The front of all that is confirmed, after the best of each rung have been."""
-        for n in self.rungs:
-            self._confirm(self._promising(n)[:SHOWN])
+        """The front of all that is confirmed."""
         return front_of(trial for trial in self._confirmed.values() if not self._lucky(trial))
 
     def _lucky(self, trial: Trial) -> bool:

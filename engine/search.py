@@ -51,7 +51,10 @@ class Search:
     _best: dict[int, Trial] = field(default_factory=dict)
 
     def level(self, steps: int, cost: float = math.inf) -> Trial | None:
-        """The best setting found with so many steps and at most that cost; None if there is none, or all blow up."""
+        """The best setting found with so many steps; None if all blow up.
+
+        What costs more than ``cost`` is tried only near to the best of other levels.
+        """
         best = self._judge(self._seeds(steps), None)
         grid = [trial for trial in self.trials.quick(self._grid(steps)) if trial.cost <= cost]
         grid = self.trials.quick(_first(LIKELY, grid, self._by_error), FEW)
