@@ -46,6 +46,11 @@ class StepStudy(Study):
         return {"steps": self.steps}
 
     @property
+    def cells(self) -> int:
+        """Runs: each number of steps fixed and located."""
+        return len(SCHEMES) * super().cells
+
+    @property
     def periods_per_cell(self) -> int:
         """What chunks are cut by: time goes by steps here, and the located step walks them all."""
         return 10 * super().periods_per_cell
@@ -110,7 +115,7 @@ class StepStudy(Study):
             told |= {f"{name}_section": found.section[:, :, COLUMNS.index(name)] for name in ("xi2", "v2")}
             columns.append(told | phase_plots(cells, found))
             if progress is not None:
-                progress(done * len(points["steps"]) // 2)
+                progress(done * len(points["steps"]))
         return {name: np.stack([told[name] for told in columns], axis=1) for name in self.variables}
 
 

@@ -114,7 +114,15 @@ def test_a_process_that_is_killed_leaves_what_the_next_one_needs(tmp_path):
     assert files(tmp_path / "killed.zarr") == files(tmp_path / "whole.zarr")
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def readable(folder):
+    try:
+        xarray.open_zarr(folder).load()
+    except DAMAGE:
+        return False
+    return True
+
+
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_file_is_found_and_computed_anew(whole, data):
     """Cut, changed, emptied or deleted: whatever is wrong with a chunk, it is not shown and the next run mends it."""
@@ -130,11 +138,7 @@ def test_a_damaged_file_is_found_and_computed_anew(whole, data):
     else:
         path.write_bytes(content[: at if damage == "cut" else 0])
     if damage != "delete":
-        with (
-            pytest.raises((ValueError, RuntimeError), match="checksum|Expected|buffer|decompress|Zstd|size"),
-            xarray.open_zarr(whole) as shown,
-        ):
-            shown.load()
+        assert not readable(whole)
     mended = swept(whole)
     assert mended.attrs["computed"] in ((4,) if len(good[name]) and name.split("/")[0] not in mended.coords else (0,))
     assert files(whole) == good
