@@ -90,7 +90,7 @@ function bar(root) {
   };
 }
 
-const percent = (value) => (value === 0 ? "0 %" : `${Number((100 * value).toPrecision(2))} %`);
+const percent = (value) => (value < LEAST ? "< 0.01 %" : `${Number((100 * value).toPrecision(2))} %`);
 
 function chips(root) {
   const list = element("dl", "chips");

@@ -20,8 +20,15 @@ export function render({ model }) {
   const fit = () => { darken(); forTouch(); forNarrow(); };
   // Another tab brings other figures.
   model.on("tab", () => setTimeout(() => whenDrawn(fit), 0));
-  whenDrawn(() => { fit(); tour(false); });
+  whenDrawn(() => { fit(); landmark(); tour(false); });
   return root;
+}
+
+// What the head belongs to; it scrolls, so keys must reach it.
+function landmark() {
+  const stage = inPage(".stage");
+  stage?.setAttribute("role", "main");
+  if (stage) stage.tabIndex = 0;
 }
 
 // Figures come a moment after this component.

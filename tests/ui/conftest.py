@@ -133,11 +133,16 @@ class Explorer:
 
     def settle(self, frame=0):
         """Wait until at least update number ``frame`` is on the screen and nothing is under way."""
-        self.form.wait_for()
+        self.form.wait_for(state="attached")  # some tabs hide it
         wait_until(lambda: self.frame() >= frame, what=f"update {frame}")
         self.page.wait_for_function("Bokeh.documents.every(d => d.is_idle)")
         painted = "new Promise(done => requestAnimationFrame(() => setTimeout(done, 60)))"
         self.page.evaluate(f"document.fonts.ready.then(() => {painted})")
+
+    def explained(self):
+        """Wait until the difference is explained; that comes when the hand rests."""
+        self.page.locator(".told[data-pending=false]").wait_for()
+        return self
 
     def moved(self, act):
         """Do ``act`` and wait for its update."""

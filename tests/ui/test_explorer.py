@@ -174,6 +174,7 @@ def test_a_diverged_penalty_run_is_told_and_the_reference_stays(visit):
     assert after["phase_penalty"]["x1"] == []
     assert set(after["displacements"]["penalty1"]) == {None}
     assert after["phase_reference"] == before["phase_reference"]
+    explorer.explained()
     assert "nothing to compare" in explorer.line("verdict")
 
 
