@@ -15,8 +15,8 @@ import numpy as np
 
 from .methods import JOINT_DAMPINGS, Reference
 from .model import System
+from .sweeps.cache import kept
 from .sweeps.eta import EtaStudy
-from .sweeps.kept import kept
 from .sweeps.progress import Hook
 from .sweeps.runner import Run, run
 

@@ -12,12 +12,13 @@ from ..methods import ExactPenalty, Method, Newmark, Reference
 from ..model import System
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT
 from .axis import ascending, whole
+from .cache import kept
 from .eta import COORDINATES, DIRECTIONS, EtaStudy
 from .plane import PlaneStudy
 from .progress import Progress
 from .runner import Run, run
 from .step import StepStudy
-from .study import MEANING, OF_CELLS
+from .study import MEANING, OF_CELLS, Study
 
 if TYPE_CHECKING:
     import xarray
@@ -66,7 +67,9 @@ def sweep_eta(
     lyapunov : int
         Periods over which to average the largest Lyapunov exponent (some 8,000; reference and exact penalty); 0: none.
     **how
-        See `Run`: where to keep the result, on which machines to run it.
+        See `Run`: where to keep the result, on which machines to run it. Or ``keep=True``: in the user's cache, under
+        every number and the engine's sources, the least recently used dropped; then only ``progress`` and
+        ``cancelled`` beside it.
 
     Returns
     -------
@@ -96,7 +99,7 @@ def sweep_eta(
     more["refine"] = whole("refine", refine, 0, LEVELS, "give levels of refinement")
     if lyapunov:
         more["lyapunov"] = whole("lyapunov", lyapunov, *PERIODS_RANGE, "give periods to average over, or 0")
-    return run(EtaStudy(system, method, at, *_periods(transient, sample), **more), Run(**how))
+    return _found(EtaStudy(system, method, at, *_periods(transient, sample), **more), **how)
 
 
 def sweep_plane(
@@ -131,7 +134,9 @@ def sweep_plane(
         Also the exact penalty method beside Newmark, and the errors against the reference in three parts: three to
         ten times the time.
     **how
-        See `Run`: where to keep the result, on which machines to run it.
+        See `Run`: where to keep the result, on which machines to run it. Or ``keep=True``: in the user's cache, under
+        every number and the engine's sources, the least recently used dropped; then only ``progress`` and
+        ``cancelled`` beside it.
 
     Returns
     -------
@@ -148,7 +153,7 @@ def sweep_plane(
         raise ValueError("the exact penalty method has no step that could be located: give steps, or leave located out")
     first = float(K[0]), float(D[0])
     method = ExactPenalty(*first) if steps is None else Newmark(*first, steps, located=located)
-    return run(PlaneStudy(system, method, eta, *_periods(transient, sample), K=K, D=D, parts=parts), Run(**how))
+    return _found(PlaneStudy(system, method, eta, *_periods(transient, sample), K=K, D=D, parts=parts), **how)
 
 
 def sweep_step(
@@ -173,7 +178,9 @@ def sweep_step(
     transient, sample : int
         Periods before the section is taken, and points of it.
     **how
-        See `Run`: where to keep the result, on which machines to run it.
+        See `Run`: where to keep the result, on which machines to run it. Or ``keep=True``: in the user's cache, under
+        every number and the engine's sources, the least recently used dropped; then only ``progress`` and
+        ``cancelled`` beside it.
 
     Returns
     -------
@@ -188,6 +195,12 @@ def sweep_step(
     """
     steps = ascending("steps", steps)
     study = StepStudy(system, Newmark(K, D, int(steps[0])), eta, *_periods(transient, sample), steps=steps)
+    return _found(study, **how)
+
+
+def _found(study: Study, *, keep: bool = False, **how) -> "xarray.Dataset":
+    if keep:
+        return kept(study, **how)
     return run(study, Run(**how))
 
 

@@ -11,6 +11,7 @@ that returns e, D = ζ(e) √(K μ/(1 + μ)) with ζ(e) = −ln e/√(π² + ln�
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
@@ -116,16 +117,19 @@ class PlaneStudy(Study):
     def compute(self, *, before=None, threads=None, progress=None, cancelled=None):
         """The variables of all cells."""
         cells = self.cells_at(self.points())
-        how = {"transient": self.transient, "sample": self.sample, "coordinates": (2,), "threads": threads}
-        how |= {"cancelled": cancelled}
-        found = run_cells(cells, **how, progress=progress)
+        stages = _Stages(progress, len(cells), 1 + self.beside + self.parts)
+        pace = {"threads": threads, "cancelled": cancelled}
+        how = {"transient": self.transient, "sample": self.sample, "coordinates": (2,), **pace}
+        found = run_cells(cells, **how, progress=stages.next())
         values = self._told(found)
         exact = found
         if self.beside:
-            exact = run_cells(replace(cells, method=ExactPenalty(1.0, 0.0), steps=None), **how)
+            without_step = replace(cells, method=ExactPenalty(1.0, 0.0), steps=None)
+            exact = run_cells(without_step, **how, progress=stages.next())
             values |= {f"exact_{name}": column for name, column in self._told(exact).items()}
         if self.parts:
-            errors = parts_of(self.system, self.eta).errors(cells, found, exact, threads=threads, cancelled=cancelled)
+            parts = parts_of(self.system, self.eta)
+            errors = parts.errors(cells, found, exact, **pace, progress=stages.next())
             values |= dict(zip(ERRORS, errors, strict=True))
         return {name: values[name].reshape(self.shape) for name in self.variables}
 
@@ -137,6 +141,21 @@ class PlaneStudy(Study):
             "impact_phase_error": apart - np.round(apart),
             "status": found.status,
         }
+
+
+class _Stages:
+    """Progress in cells where each cell takes several runs."""
+
+    def __init__(self, progress: Callable[[int], None] | None, cells: int, count: int):
+        self._progress, self._cells, self._count, self._stage = progress, cells, count, -1
+
+    def next(self) -> Callable[[int], None] | None:
+        """What to tell the progress of the next stage."""
+        self._stage += 1
+        before = self._stage * self._cells
+        if self._progress is None:
+            return None
+        return lambda done: self._progress((before + done) // self._count)
 
 
 def equal_restitution_damping(system: System, stiffness: np.ndarray) -> np.ndarray:

@@ -6,9 +6,9 @@ that a truncated or changed one is an error when it is read, by whatever reader,
 last: where it stands, the chunk is complete. Of what is written only the attributes of the group, with the date and
 the cost, differ from run to run.
 
-`benchmarks/stores.py` measures this against one npz file a chunk: that is some three times faster to write, but a
-chunk is seconds of work, so neither is seen; and the npz files would have to be read and written once more, by one
-machine, before anybody could open them as one labelled Dataset.
+`benchmarks/stores.py` measures this against one npz file a chunk. That is three times as fast to write, but a chunk is
+seconds of work, so that neither is seen; and to open npz files as one labelled Dataset, one machine has to read and
+write all of them once more, which costs more than is saved.
 """
 
 import contextlib

@@ -220,11 +220,12 @@ class Study(abc.ABC):
 
     def numbers(self) -> dict[str, object]:
         """Every number that the result depends on, the engine's sources included."""
-        return {
+        swept = {OF_CELLS.get(name, name) for name in self.axes}
+        fixed = {} if "eta" in swept else {"eta": self.eta}
+        return fixed | {
             "study": self.kind,
-            "system": self.system.as_dict(),
-            "method": {"name": self.method.name} | asdict(self.method),
-            "eta": self.eta,
+            "system": {name: value for name, value in self.system.as_dict().items() if name not in swept},
+            "method": {name: value for name, value in _described(self.method).items() if name not in swept},
             "transient": self.transient,
             "sample": self.sample,
             "axes": {
@@ -239,3 +240,7 @@ class Study(abc.ABC):
     def key(self) -> str:
         """Name of the result: changes with any number that goes in and with any line of the engine."""
         return hashlib.sha256(json.dumps(self.numbers(), sort_keys=True).encode()).hexdigest()[:20]
+
+
+def _described(method: Method) -> dict[str, object]:
+    return {"name": method.name} | asdict(method)

@@ -2,6 +2,7 @@
 
 import errno
 import fcntl
+import json
 import os
 import resource
 import signal
@@ -17,8 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from engine import Cancelled, Reference, System, sweep_eta, sweep_plane
-from engine.sweeps import kept as cache
-from engine.sweeps import provenance
+from engine.sweeps import cache, provenance
 from engine.sweeps.eta import EtaStudy
 from engine.sweeps.store import DAMAGE
 
@@ -311,3 +311,10 @@ def test_a_chunk_in_which_nothing_reached_its_end_is_complete_too(tmp_path):
     found = sweep_plane(System(), 2.76, [500, 60_000], [1.0], **how)
     assert found.attrs["failed"] == 1
     assert sweep_plane(System(), 2.76, [500, 60_000], [1.0], **how).attrs["reused"] == 2
+
+
+def test_what_is_swept_is_not_told_as_fixed(whole):
+    found = xarray.open_zarr(whole).attrs
+    assert "eta" not in found
+    plane = sweep_plane(System(), 2.76, [100.0], [5.0], steps=100, transient=5, sample=5, keep=False)
+    assert json.loads(plane.attrs["method"]) == {"name": "newmark", "steps": 100, "every_step": False, "located": False}
