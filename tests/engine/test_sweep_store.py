@@ -275,11 +275,8 @@ def test_the_cache_drops_what_was_not_used_the_longest(tmp_path, monkeypatch):
 
 ASKED = """
 import numpy as np
-from engine import Reference, System
-from engine.sweeps.eta import EtaStudy
-from engine.sweeps.store import DAMAGE
-from engine.sweeps.kept import kept
-found = kept(EtaStudy(System(), Reference(), 2.6, 4000, 5, values=np.linspace(2.6, 3.3, 24)))
+from engine import Reference, System, sweep_eta
+found = sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 24), transient=4000, sample=5, keep=True)
 print(found.attrs["computed"], float(found["xi2"].sum()))
 """
 
