@@ -17,7 +17,7 @@ from app.compute import Frame, Run
 Columns = dict[str, np.ndarray]
 
 WINDOW = 2  # periods in the time figures
-_TIME_POINTS = 401
+TIME_POINTS = 401
 _FORCE_BINS = 400
 _POINTS_PER_PERIOD = 240
 _MOST_POINTS = 960
@@ -50,7 +50,7 @@ def size_of(columns: Mapping[str, Columns]) -> int:
 
 
 def _displacement(frame: Frame) -> Columns:
-    grid = np.linspace(0.0, WINDOW, _TIME_POINTS)
+    grid = np.linspace(0.0, WINDOW, TIME_POINTS)
     # τ ≡ 0 mod T at the start of the window, so the base is at cos 2πτ/T.
     base = np.cos(2 * np.pi * grid) if frame.setting.frame == "absolute" else 0.0
     columns = {"t": grid}

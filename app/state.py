@@ -104,15 +104,15 @@ class Explorer(param.Parameterized):
     d3 = param.Number(_PAPER.d3, bounds=(0.0, 0.5), label="d₃", doc="damping ratio of both, joined, as measured")
     frame = param.Selector(
         default="relative",
-        objects=["relative", "absolute"],
-        label="Displacement",
-        doc="Displacement relative to the base, or as a fixed sensor sees it",
+        objects=["relative", "absolute", "difference"],
+        label="Displacements",
+        doc="Relative to the base, as a fixed sensor sees them, or what the penalty solution differs by, in parts",
     )
     coordinate = param.Selector(
         default="xi2",
         objects=["xi1", "xi2"],
-        label="Map shows",
-        doc="Coordinate in the small map over η",
+        label="Map and difference show",
+        doc="Coordinate in the small map over η and in the difference",
     )
 
     def setting(self) -> Setting:

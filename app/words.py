@@ -6,9 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from app.compute import Frame, Run
+from app.present import TIME_POINTS, WINDOW
 from app.state import print_number
-from engine import Response, compare, verdict
+from engine import PARTS, Comparison, Response, compare, verdict
 
 _COUNTS = {
     1: "One period",
@@ -56,6 +59,8 @@ class Meaning:
         What to set first, as texts that `app.state.read` takes; empty if no number mends it.
     details : tuple of str
         The numbers behind the verdict.
+    series : dict of str to (2, n) ndarray
+        The same parts of ξ₁ and ξ₂ as they vary over the last ``WINDOW`` periods, evenly spaced, both ends included.
     """
 
     verdict: str
@@ -63,6 +68,7 @@ class Meaning:
     parts: dict[str, float]
     change: dict[str, str]
     details: tuple[str, ...]
+    series: dict[str, np.ndarray]
 
 
 def lines(told: Told, meaning: Meaning | None) -> dict[str, str]:
@@ -88,10 +94,19 @@ def explain(frame: Frame, cancelled: Callable[[], bool] | None = None) -> Meanin
         responses=at_hand,
         cancelled=cancelled,
     )
-    told = verdict(found)
-    parts = {name: getattr(found, name) for name in ("total", "time_step", "regularisation", "joint_damping")}
+    told = verdict(found, cancelled=cancelled)
+    parts = {name: getattr(found, name) for name in ("total", *PARTS)}
     known = {name: value for name, value in parts.items() if math.isfinite(value)} if found.pointwise else {}
-    return Meaning(told.headline, told.agree, known, _texts(told.change), told.details)
+    series = {name: _last_periods(found, getattr(found.parts, name)[:2]) for name in known}
+    return Meaning(told.headline, told.agree, known, _texts(told.change), told.details, series)
+
+
+def _last_periods(found: Comparison, rows: np.ndarray) -> np.ndarray:
+    """The last periods of rows that are sampled over all kept ones, (2, n)."""
+    tail = rows[:, -WINDOW * (rows.shape[1] // found.runs.reference.keep) :]
+    old = np.arange(tail.shape[1]) * WINDOW / tail.shape[1]
+    new = np.linspace(0, WINDOW, TIME_POINTS)
+    return np.stack([np.interp(new, old, row) for row in tail]).astype(np.float32)
 
 
 def _texts(change: dict[str, float | bool]) -> dict[str, str]:

@@ -186,6 +186,7 @@ class Explore(Tab):
     def _tell(self, told: words.Told, meaning: words.Meaning | None) -> None:
         self._meaning = meaning
         self.findings.update(told, meaning)
+        self.displacement.explain(meaning.series if meaning else {}, self._shown.frame.setting)
         if meaning is not None:  # a screen reader is told once, when all is known
             self.desk.summarise(" ".join(f"{head}: {text}" for head, text in words.lines(told, meaning).items()))
 
@@ -224,7 +225,7 @@ class Explore(Tab):
             self._time.put(0, WINDOW)
         self._write_ghost(setting)
         self.phase.update(columns, fresh=fresh)
-        self.displacement.update(columns, setting.frame, fresh=fresh)
+        self.displacement.update(columns, setting, fresh=fresh)
         self.force.update(columns, fresh=fresh)
         self.diagram.update(setting.eta, setting.joint_damping, setting.coordinate, ours=setting.system == System())
         self.mechanism.absolute = setting.frame == "absolute"

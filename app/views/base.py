@@ -13,11 +13,19 @@ from bokeh.themes import Theme
 BLUE = "#0072B2"
 VERMILLION = "#D55E00"
 INK = "#22303C"
+GREEN, VIOLET = "#007A5A", "#8A5A9E"
 GHOST = "#76818C"  # what is pinned
 FONT = "'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif"
 
 REFERENCE = {"line_color": BLUE, "line_width": 4, "line_alpha": 0.5}
 PENALTY = {"line_color": VERMILLION, "line_width": 1.3, "line_dash": "solid"}
+# The parts of the difference, in the order in which they arise.
+PARTS = {
+    "total": {"line_color": INK, "line_width": 2.4},
+    "time_step": {"line_color": VERMILLION, "line_width": 1.4},
+    "regularisation": {"line_color": GREEN, "line_width": 1.4, "line_dash": "dashed"},
+    "joint_damping": {"line_color": VIOLET, "line_width": 1.8, "line_dash": "dotdash"},
+}
 PINNED = {
     "reference": {"line_color": GHOST, "line_width": 2.4, "line_alpha": 0.35},
     "penalty": {"line_color": GHOST, "line_width": 0.9},

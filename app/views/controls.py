@@ -25,7 +25,7 @@ _FOLDED = {
     "located": {"no": "at the next step", "yes": "located"},
 }
 _SHOWN = {
-    "frame": {"relative": "relative", "absolute": "absolute"},
+    "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
     "coordinate": {"xi1": "ξ₁", "xi2": "ξ₂"},
 }
 

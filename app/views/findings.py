@@ -21,6 +21,11 @@ class Findings(pn.custom.JSComponent):
         """Show what is told of a new frame; until its meaning is known, the last one stays, greyed."""
         shown = {"reference": told.reference, "penalty": told.penalty, "cost": [list(chip) for chip in told.cost]}
         last = {name: value for name, value in self.told.items() if name not in shown}
-        known = last | {"pending": True} if meaning is None else {**vars(meaning), "details": list(meaning.details)}
+        known = (
+            last | {"pending": True}
+            if meaning is None
+            else {name: getattr(meaning, name) for name in ("verdict", "agree", "parts", "change", "details")}
+        )
+        # lists, as they come back from the browser's side
         if shown | known != self.told:
             self.told = shown | known

@@ -10,7 +10,9 @@ const DARK = {
   "#F1F3F5": "#222B34", // ground of the strip
   "#76818C": "#A7B1BB", // pinned
   "#0072B2": "#56B4E9", // reference: both blues are Okabe and Ito's
-  "#D55E00": "#F0A030", // penalty
+  "#D55E00": "#F0A030", // penalty, time step
+  "#007A5A": "#3CC796", // K and D
+  "#8A5A9E": "#C79BD8", // joint damping
 };
 const LIGHT = Object.fromEntries(Object.entries(DARK).map(([light, dark]) => [dark, light]));
 

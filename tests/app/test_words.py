@@ -1,8 +1,10 @@
 """The words must say what the numbers say."""
 
+import numpy as np
 import pytest
 
 from app.compute import RunCache, frame_of
+from app.present import present
 from app.scenes import scenes
 from app.state import Explorer, read
 from app.words import explain, lines, tell
@@ -49,6 +51,16 @@ def test_the_parts_of_the_difference_are_given_where_the_motions_keep_step():
     assert set(meaning.parts) == {"total", "time_step", "regularisation", "joint_damping"}
     assert meaning.parts["joint_damping"] > 10 * meaning.parts["time_step"]
     assert "joint damping" in meaning.verdict
+
+
+def test_the_curves_of_the_parts_add_up_to_that_of_the_difference():
+    shown = frame("14A")
+    series = explain(shown).series
+    parts = series["time_step"] + series["regularisation"] + series["joint_damping"]
+    np.testing.assert_allclose(parts, series["total"], atol=1e-5)
+    columns = present(shown)["displacements"]
+    for row, n in enumerate("12"):
+        np.testing.assert_allclose(series["total"][row], columns[f"penalty{n}"] - columns[f"reference{n}"], atol=0.05)
 
 
 def test_irregular_motion_is_not_compared_point_by_point():

@@ -245,6 +245,17 @@ def test_the_tour_has_five_steps_and_can_be_skipped(visit):
     explorer.page.evaluate("localStorage.clear()")
 
 
+def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000")
+    assert explorer.source("difference")["total"] == []
+    explorer.moved(lambda: explorer.page.get_by_text("difference", exact=True).click())
+    wait_until(lambda: len(explorer.source("difference")["total"]) > 100, what="the difference")
+    assert "Δξ₂ / base amplitude" in explorer.figure("displacement")["labels"]
+    in_address(explorer, frame="difference")
+    explorer.moved(lambda: explorer.page.get_by_text("relative", exact=True).click())
+    assert "ξ / base amplitude" in explorer.figure("displacement")["labels"]
+
+
 def test_a_summary_tells_what_the_figures_show(visit):
     explorer = visit().explained()
     summary = explorer.page.locator(".summary")
