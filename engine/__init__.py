@@ -6,6 +6,7 @@ from .batch import STATUSES, CellResults, Cells, run_cells
 from .compare import PARTS, Comparison, compare
 from .diagrams import Diagram, diagram, ship_diagrams
 from .fit import FITTED, Fit, fit
+from .kernels.jit import cache_root
 from .lyapunov import Lyapunov, lyapunov
 from .measured import Measurement, measurement_text, read_measurement
 from .measured_verdict import measured_verdict
@@ -19,6 +20,8 @@ from .simulate import simulate
 from .steady import Steady, steady
 from .sweeps import COORDINATES, DIRECTIONS, OVER, Progress, sweep_eta, sweep_plane, sweep_step
 from .sweeps.axis import spaced
+from .sweeps.parts import parts_of
+from .sweeps.plane import equal_restitution_damping
 from .synthetic import synthetic_measurement
 from .systemfile import SystemFile, read_system, system_text
 from .units import QUANTITIES, Units
@@ -64,15 +67,18 @@ __all__ = [
     "Units",
     "Verdict",
     "attractors",
+    "cache_root",
     "compare",
     "compare_measured",
     "design_curve",
     "diagram",
+    "equal_restitution_damping",
     "fit",
     "lyapunov",
     "measured_verdict",
     "measurement_text",
     "motion",
+    "parts_of",
     "read_measurement",
     "read_system",
     "recommend",
