@@ -64,11 +64,11 @@ class Session:
         tab = _FIRST
         try:
             texts = parse_address(query)
-            tab = _known_tab(texts.pop("tab", _FIRST))
+            wanted = _known_tab(texts.pop("tab", _FIRST))
             pin = texts.pop("pin", "")
             pinned = _setting_of(pin) if pin else None
             self.state.apply(texts)
-            self._pinned = pinned
+            tab, self._pinned = wanted, pinned  # all is valid: take it whole
         except Refused as error:
             self.header.error = f"{error} The link was not taken, so this is the default setting."
             self._keep_address = True
@@ -117,7 +117,7 @@ class Session:
             "redo": lambda _: self._go(self._history.redo(self.state.setting())),
             "reset": lambda _: self._reset(),
             "pin": lambda on: self._pin(bool(on)),
-            "tab": lambda key: self.open(key) if key in TABS else None,
+            "tab": lambda key: self.open(key) if isinstance(key, str) and key in TABS else None,
             "take": self._take,
         }
 

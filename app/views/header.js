@@ -253,22 +253,20 @@ function single(event, target, { keys, take }) {
 
 // ---- small screens ------------------------------------------------------------------------------------------------------
 
+const allFigures = () => [...Bokeh.documents[0].all_models].filter((model) => model.type === "Figure");
+
 // A finger that drags over a figure scrolls the page; a tap still shows values and sets η.
 function forTouch() {
   if (!matchMedia("(pointer: coarse)").matches) return;
-  for (const name of FIGURES) {
-    for (const tool of modelOf(name)?.toolbar.tools ?? []) {
-      if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, HERE);
-    }
+  for (const tool of allFigures().flatMap((figure) => figure.toolbar.tools)) {
+    if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, HERE);
   }
 }
 
 // A legend in one row would not fit.
 function forNarrow() {
   if (innerWidth > 700) return;
-  for (const name of FIGURES) {
-    for (const legend of modelOf(name)?.center.filter((part) => part.type === "Legend") ?? []) {
-      legend.setv({ ncols: 2 }, HERE);
-    }
+  for (const part of allFigures().flatMap((figure) => figure.center)) {
+    if (part.type === "Legend") part.setv({ ncols: 2 }, HERE);
   }
 }
