@@ -1,6 +1,7 @@
 """Vibroscope's engine: two solvers of one vibro-impact problem, compared."""
 
-from .batch import STATUSES, CellResults, Cells, run_cells
+from .batch import run_cells
+from .cells import STATUSES, CellResults, Cells
 from .compare import Comparison, compare
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System
