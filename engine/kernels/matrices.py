@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .jit import inlined, jit
+from .jit import bare, inlined, jit
 
 
 @jit
@@ -49,9 +49,8 @@ def product(a, b):
     return out
 
 
-@jit
-def row_times(row, a, factor):
-    """A row times a matrix times a number."""
+@inlined
+def _image(row, a, factor):
     s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(6):
         r = row[k]
@@ -61,9 +60,34 @@ def row_times(row, a, factor):
         s3 += r * a[k, 3] * factor
         s4 += r * a[k, 4] * factor
         s5 += r * a[k, 5] * factor
+    return s0, s1, s2, s3, s4, s5
+
+
+@jit
+def row_times(row, a, factor):
+    """A row times a matrix times a number."""
     out = np.empty(6)
-    out[0], out[1], out[2], out[3], out[4], out[5] = s0, s1, s2, s3, s4, s5
+    out[0], out[1], out[2], out[3], out[4], out[5] = _image(row, a, factor)
     return out
+
+
+@bare
+def rows_times(out, row, tables, factor):
+    """Write a row times each matrix of a table, (n, 6, 6), times a number to (n, 6)."""
+    for j in range(out.shape[0]):
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = _image(row, tables[j], factor)
+
+
+@bare
+def raise_along(bound, row, tables):
+    """Raise a row of bounds to the sizes of a row and of what each matrix of a table makes of it, in place."""
+    b0, b1, b2 = max(bound[0], abs(row[0])), max(bound[1], abs(row[1])), max(bound[2], abs(row[2]))
+    b3, b4, b5 = max(bound[3], abs(row[3])), max(bound[4], abs(row[4])), max(bound[5], abs(row[5]))
+    for j in range(tables.shape[0]):
+        s0, s1, s2, s3, s4, s5 = _image(row, tables[j], 1.0)
+        b0, b1, b2 = max(b0, abs(s0)), max(b1, abs(s1)), max(b2, abs(s2))
+        b3, b4, b5 = max(b3, abs(s3)), max(b4, abs(s4)), max(b5, abs(s5))
+    bound[0], bound[1], bound[2], bound[3], bound[4], bound[5] = b0, b1, b2, b3, b4, b5
 
 
 @jit
