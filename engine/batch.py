@@ -72,11 +72,10 @@ def run_cells(
         tuple(whole("coordinate", c, 0, 3, "0 to 3 are ξ₁, ξ₁′, ξ₂ and ξ₂′") for c in coordinates),
     )
     threads = whole("threads", os.cpu_count() or 1 if threads is None else threads, 1, THREADS_LIMIT, "give one a core")
-    if isinstance(cells.method, Newmark):
-        steps = (plan.transient + plan.sample) * (cells.method.steps if cells.steps is None else cells.steps.max())
-        require("periods × steps", steps, 1, STEPS_LIMIT, "run fewer periods or fewer steps per period")
     results = driver.empty_results(len(cells), plan)
     if len(cells) > 0:
+        most = (plan.transient + plan.sample) * cells.steps_each().max()
+        require("periods × steps", most, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
         numbers, (order, chained) = cells.numbers(), _in_chains(cells)
         if driver.compiled_for(cells.method, numbers):
             start = np.zeros((len(cells), 4)) if cells.initial is None else cells.initial
@@ -85,7 +84,7 @@ def run_cells(
             worker = _simulating(cells, order, chained, plan, results)
         ends = np.append(np.flatnonzero(~chained)[1:], len(order))
         share_out(ends, threads, worker, progress, cancelled)
-    return _told(cells, results)
+    return told(cells, results)
 
 
 def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
@@ -150,11 +149,10 @@ def tell(response: Response, plan: driver.Plan, results, i: int) -> None:
         results.end[i, 2] = max(results.end[i, 0], results.end[i, 2])
 
 
-def _told(cells: Cells, results) -> CellResults:
+def told(cells: Cells, results) -> CellResults:
+    """The results as their columns."""
     numbers = results.numbers
-    n = np.nan
-    if isinstance(cells.method, Newmark):
-        n = cells.method.steps if cells.steps is None else cells.steps
+    n = cells.steps_each() if isinstance(cells.method, Newmark) else np.nan
     return CellResults(
         status=results.status.astype(np.int8),
         section=results.section,

@@ -82,16 +82,16 @@ class Cells:
 
     def _check(self) -> None:
         """Raise what :func:`engine.simulate` would raise at the first bad number."""
-        for pick in (np.min, np.max):  # both are nan if one is
-            check_eta(pick(self.eta), self.system_of(0))
-            replace(self.method, **{name: pick(values) for name, values in self._own().items()})
-        if self.steps is not None and (self.steps % 1 != 0).any():
-            bad = self.steps[self.steps % 1 != 0][0]
+        if self.steps is not None and (self.steps % 1 > 0).any():
+            bad = float(self.steps[self.steps % 1 > 0][0])
             raise ValueError(f"steps = {bad} is not a whole number: give steps per excitation period")
+        for pick in (np.min, np.max):  # both are nan if one is
+            check_eta(float(pick(self.eta)), self.system_of(0))
+            replace(self.method, **{name: float(pick(values)) for name, values in self._own().items()})
         if self.initial is None:
             return
         for pick in (np.min, np.max):
-            require("initial", pick(self.initial), -1e6, 1e6, "start within a million base amplitudes")
+            require("initial", float(pick(self.initial)), -1e6, 1e6, "start within a million base amplitudes")
         gap = (self.initial[:, 2] - self.initial[:, 0]).min()
         if isinstance(self.method, Reference) and gap < 0:
             raise ValueError(
@@ -100,6 +100,10 @@ class Cells:
 
     def _own(self) -> dict[str, np.ndarray]:
         return {name: getattr(self, name) for name in _OWN if getattr(self, name) is not None}
+
+    def steps_each(self) -> np.ndarray:
+        """n of each cell, (n,); zeros for methods without."""
+        return self.numbers()[:, Cell._fields.index("steps")]
 
     def numbers(self) -> np.ndarray:
         """A row of :class:`engine.kernels.setup.Cell` for each cell, (n, len(Cell))."""

@@ -58,11 +58,14 @@ def share_out(
     with ThreadPoolExecutor(threads) as pool:
         running = [pool.submit(work, 1 + k) for k in range(threads)]
         try:
+            told = 0
             while wait(running, POLL).not_done:
                 if cancelled is not None and cancelled():
                     raise Cancelled
-                if progress is not None:
-                    progress(int(signals[1:].sum()))
+                done = int(signals[1:].sum())
+                if progress is not None and done > told:
+                    told = done
+                    progress(done)
         finally:
             signals[0] = 1
     for thread in running:

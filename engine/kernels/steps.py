@@ -18,7 +18,19 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
-from .matrices import add, exponential, identity, logarithm, powers, product, raise_along, row_times, rows_times, spread, unit
+from .matrices import (
+    add,
+    exponential,
+    identity,
+    logarithm,
+    powers,
+    product,
+    raise_along,
+    row_times,
+    rows_times,
+    spread,
+    unit,
+)
 from .phase import HELD, PHASE_SHAPES, REACH, TERMS, Phase, fill_polynomial, tabulate
 
 MOST_STRIDE = 16

@@ -16,7 +16,6 @@ from .jit import bare
 SECTION, IMPACTS, BEGUN, CONTACT, LONGEST, FIRST, COLUMNS = 0, 4, 5, 6, 7, 8, 9
 # what a description holds
 PERIOD, NEAR, RATE, CONTACTS, SHARE, SPREAD, SCATTER, LASTING, PHASE, NUMBERS = range(10)
-ON_SECTION = 1e-9  # of a period: a contact that ends this near to the end of a log has not ended
 
 
 @bare
@@ -61,15 +60,12 @@ def note_events(log, rows, origin, period, steps, record):
 def repeat(log, rows, first, cycle, length, origin):
     """Fill a log that begins with period ``first`` from that of one cycle, which begins with period ``origin``.
 
-    A contact that has lasted through the cycle never ends, and lasts longer with every period.
+    No contact outlasts every cycle: pendulums that never part would swing about zero, and with them the force.
     """
-    endless = cycle[length - 1, LONGEST] > length - ON_SECTION
     for j in range(rows):
         k = (first + j - origin) % length
         for c in range(COLUMNS):
             log[j, c] = cycle[k, c]
-        if endless:
-            log[j, LONGEST] += first + j - origin - k
 
 
 @bare
