@@ -6,10 +6,23 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from app.commands import bench, diagram, serve, simulate, stability, system, warm
+from app.commands import (
+    bench,
+    compare,
+    diagram,
+    measured,
+    motion,
+    recommend,
+    serve,
+    simulate,
+    stability,
+    sweep,
+    system,
+    warm,
+)
 from app.commands.options import OneLineParser
 
-COMMANDS = (simulate, serve, bench, stability, diagram, system, warm)
+COMMANDS = (simulate, motion, compare, recommend, serve, bench, stability, diagram, sweep, system, measured, warm)
 
 DESCRIPTION = """\
 Is what a penalty contact model shows the motion, or an artefact of K, D or the time step?

@@ -85,40 +85,40 @@ class RunCache:
         return len(self._runs)
 
 
-_SYSTEM = System()
 _CACHE = RunCache()
 
 
 def frame_of(setting: Setting, cancelled: Callable[[], bool] | None = None, cache: RunCache = _CACHE) -> Frame:
     """Both runs for ``setting``, from the cache where they are in it."""
-    return Frame(setting, *(_cached_run(setting.eta, method, cancelled, cache) for method in _methods(setting)))
+    return Frame(setting, *(_cached_run(setting, method, cancelled, cache) for method in _methods(setting)))
 
 
 def kept_frame(setting: Setting, cache: RunCache = _CACHE) -> Frame | None:
     """The frame for ``setting`` if both runs are in the cache: it costs nothing."""
-    runs = [cache.get((setting.eta, method)) for method in _methods(setting)]
+    runs = [cache.get(_key(setting, method)) for method in _methods(setting)]
     return None if None in runs else Frame(setting, *runs)
 
 
 def _methods(setting: Setting) -> tuple[Reference, Newmark]:
-    return (
-        Reference(joint_damping=setting.joint_damping),
-        Newmark(stiffness=setting.K, damping=setting.D, steps=setting.steps),
-    )
+    return setting.reference, setting.penalty
 
 
-def _cached_run(eta: float, method: Method, cancelled: Callable[[], bool] | None, cache: RunCache) -> Run:
-    key = (eta, method)
+def _key(setting: Setting, method: Method) -> object:
+    return setting.system, setting.eta, method
+
+
+def _cached_run(setting: Setting, method: Method, cancelled: Callable[[], bool] | None, cache: RunCache) -> Run:
+    key = _key(setting, method)
     run = cache.get(key)
     if run is None:
-        run = _solve(eta, method, cancelled)
+        run = _solve(*key, cancelled)
         cache.put(key, run)
     return run
 
 
-def _solve(eta: float, method: Method, cancelled: Callable[[], bool] | None) -> Run:
+def _solve(system: System, eta: float, method: Method, cancelled: Callable[[], bool] | None) -> Run:
     record = Record(ORBIT_PERIODS, _SAMPLES[type(method)])
-    response = simulate(_SYSTEM, eta, method, record=record, cancelled=cancelled)
+    response = simulate(system, eta, method, record=record, cancelled=cancelled)
     if not response.ok:
         return Run(response, None, None, None)
     found = motion(response)

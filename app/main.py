@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import panel as pn
-import panel_material_ui as pmui
-import param
 from bokeh.document import Document
 
 from app import compute
 from app.diagrams import kept
-from app.files import ASSETS, asset
+from app.files import ASSETS, asset, style
 from app.session import Session
+from app.views.base import THEME
 
 TITLE = "Vibroscope"
 _SUBTITLE = "where a penalty contact departs from the exact impact motion"
@@ -21,22 +20,23 @@ _MESSAGE_LIMIT = 1 << 20
 pn.extension(respect_explicit_sizing=True)
 
 
-def create_app() -> pmui.Page:
+def create_app() -> pn.Column:
     """The page for the session that is being opened."""
-    session = Session(_query(pn.state.curdoc))
+    doc = pn.state.curdoc
+    doc.template = asset("page.html").replace("TOKENS", asset("style/tokens.css"))
+    doc.theme = THEME
+    doc.title = f"{TITLE}: {_SUBTITLE}"
+    session = Session(_query(doc))
     pn.state.onload(session.start)
     pn.state.on_session_destroyed(lambda context: session.close())
-    page = pmui.Page(
-        title=f"{TITLE}: {_SUBTITLE}",
-        main=[_desk(session)],
-        theme_toggle=False,
+    return pn.Column(
+        session.header,
+        session.controls,
+        session.stage,
+        css_classes=["page"],
+        stylesheets=[style("page")],
         sizing_mode="stretch_width",
-        sx={"& .MuiToolbar-root": {"minHeight": "46px"}, "& .MuiAppBar-root h3": {"fontSize": "17px"}},
     )
-    # Panel's busy mark walks through every model of the page twice for each message; this page has a mark of its own.
-    with param.edit_constant(page):
-        page.busy = False
-    return page
 
 
 def _query(doc: Document | None) -> str:
@@ -45,28 +45,6 @@ def _query(doc: Document | None) -> str:
     request = getattr(context, "request", None)
     uri = getattr(request, "uri", "") or ""
     return uri.partition("?")[2]
-
-
-def _desk(session: Session) -> pn.Column:
-    """Controls, words and figures; `assets/style.css` lays them out as a grid."""
-    figures = [
-        *session.phase.figures,
-        session.displacement.figure,
-        session.displacement.strip,
-        session.force.figure,
-        session.diagram.figure,
-    ]
-    cells = [
-        _cell(session.controls, "controls"),
-        _cell(session.report, "report"),
-        *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
-    ]
-    return pn.Column(*cells, css_classes=["desk"], stylesheets=[asset("style.css")], sizing_mode="stretch_width")
-
-
-def _cell(view, name: str):
-    view.css_classes = [*view.css_classes, "cell", name]
-    return view
 
 
 def serve(*, address: str = "127.0.0.1", port: int = 5006, show: bool = False, origins: list[str] | None = None):

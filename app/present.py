@@ -17,7 +17,7 @@ from app.compute import Frame, Run
 Columns = dict[str, np.ndarray]
 
 WINDOW = 2  # periods in the time figures
-_TIME_POINTS = 481
+TIME_POINTS = 401
 _FORCE_BINS = 400
 _POINTS_PER_PERIOD = 240
 _MOST_POINTS = 960
@@ -50,20 +50,22 @@ def size_of(columns: Mapping[str, Columns]) -> int:
 
 
 def _displacement(frame: Frame) -> Columns:
-    grid = np.linspace(0.0, WINDOW, _TIME_POINTS)
+    grid = np.linspace(0.0, WINDOW, TIME_POINTS)
     # τ ≡ 0 mod T at the start of the window, so the base is at cos 2πτ/T.
     base = np.cos(2 * np.pi * grid) if frame.setting.frame == "absolute" else 0.0
     columns = {"t": grid}
     for name, run in (("reference", frame.reference), ("penalty", frame.penalty)):
         for row in (0, 1):
-            columns[f"{name}{row + 1}"] = _on(grid, run, row) + base
+            columns[f"{name}{row + 1}"] = _on(grid, run, "displacement", row) + base
+            # Not drawn over time: they place the marks of the present phase in the phase plots.
+            columns[f"{name}_v{row + 1}"] = _on(grid, run, "velocity", row)
     return _narrow(columns)
 
 
-def _on(grid: np.ndarray, run: Run, row: int) -> np.ndarray:
+def _on(grid: np.ndarray, run: Run, what: str, row: int) -> np.ndarray:
     if run.trace is None:
         return np.full_like(grid, np.nan)
-    return np.interp(grid, _window_time(run), run.trace.displacement[row])
+    return np.interp(grid, _window_time(run), getattr(run.trace, what)[row])
 
 
 def _window_time(run: Run) -> np.ndarray:

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cache
 
 from app.files import asset
-from app.state import Setting, print_number, read
+from app.state import MAIN_FIELDS, PAPER_FIELDS, Explorer, Setting, print_number, read, texts_of
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One button: where it comes from and the four numbers it sets."""
+    """One button: where it comes from and the four numbers it sets; system and solver are the paper's."""
 
     key: str
     group: str
@@ -24,12 +24,15 @@ class Scene:
     steps: int
 
     def texts(self) -> dict[str, str]:
-        """The four numbers, as `app.state.read` takes them."""
-        return {name: print_number(getattr(self, name)) for name in ("eta", "K", "D", "steps")}
+        """The four numbers, and the paper's for all others, as `app.state.read` takes them."""
+        usual = texts_of(Explorer().setting())
+        return {name: print_number(getattr(self, name)) for name in MAIN_FIELDS} | {n: usual[n] for n in PAPER_FIELDS}
 
     def matches(self, setting: Setting) -> bool:
         """Whether ``setting`` has this scene's numbers."""
-        return all(getattr(self, name) == getattr(setting, name) for name in ("eta", "K", "D", "steps"))
+        return all(getattr(self, name) == getattr(setting, name) for name in MAIN_FIELDS) and all(
+            getattr(setting, name) == Explorer.param[name].default for name in PAPER_FIELDS
+        )
 
 
 @cache
@@ -37,7 +40,7 @@ def scenes() -> dict[str, Scene]:
     """All scenes by key, in the file's order; bad numbers in the file raise at once."""
     found: dict[str, Scene] = {}
     for row in tomllib.loads(asset("scenes.toml"))["scene"]:
-        numbers = read({name: str(row[name]) for name in ("eta", "K", "D", "steps")})
+        numbers = read({name: str(row[name]) for name in MAIN_FIELDS})
         scene = Scene(row["key"], row["group"], row["label"], row["tooltip"], **numbers)
         if scene.key in found:
             raise ValueError(f"scenes.toml has two scenes named {scene.key}")

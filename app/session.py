@@ -1,108 +1,95 @@
-"""One browser session: state → compute → present → push, one way.
+"""One browser session: what the browser sends, checked; what holds, told; one tab at a time.
 
-Everything here runs in the session's own document, apart from `_solved`, which a
-worker thread calls and which only schedules. One update is in flight at a time:
-the next is pushed when the browser says that it has painted the last.
+Everything here runs in the session's own document. Data run one way: state → the open tab → compute → present → views.
 """
 
 from __future__ import annotations
 
-import logging
 import time
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import panel as pn
-from bokeh.models import Span
 
-from app import words
-from app.compute import Frame, Latest, kept_frame
-from app.diagrams import kept
-from app.present import WINDOW, Columns, present
-from app.scenes import scene_of, scenes
-from app.state import Explorer, Refused, Setting, parse_address, print_address, print_number
-from app.views.base import INK
+from app.files import style
+from app.flow import Flow
+from app.history import History
+from app.scenes import scenes
+from app.state import (
+    Explorer,
+    Refused,
+    Setting,
+    check_together,
+    parse_address,
+    print_address,
+    read,
+    texts_of,
+)
+from app.tabs import TABS, Move, Tab
+from app.takeaway import of_setting
 from app.views.controls import Controls, shown
-from app.views.diagram import DiagramView
-from app.views.displacement import DisplacementView
-from app.views.force import ForceView
-from app.views.phase import PhaseView
-from app.views.ranges import OwnedRange
-from app.views.report import Report
-from engine import Diagram
+from app.views.header import Header
 
-log = logging.getLogger("vibroscope")
-
-# A browser that says nothing for so long (seconds) is pushed to all the same.
-_PATIENCE = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Ready:
-    """A frame, ready to be written: the browser's move it answers, and what the views need."""
-
-    move: int
-    setting: Setting
-    columns: dict[str, Columns]
-    told: words.Told
-
-
-def _ready(move: int, frame: Frame) -> _Ready:
-    return _Ready(move, frame.setting, present(frame), words.tell(frame))
+_FIRST = next(iter(TABS))
 
 
 class Session:
-    """Wires the state of one session to its views."""
+    """Wires the state of one session to the controls and to the tab that is open."""
 
     def __init__(self, query: str = "") -> None:
+        self.doc = pn.state.curdoc
         self.state = Explorer()
         self.controls = Controls()
-        self.report = Report()
-        self._time = OwnedRange(0, WINDOW)
-        hair = Span(dimension="height", line_color=INK, line_dash="dotted", line_width=1)
-        self.phase = PhaseView()
-        self.displacement = DisplacementView(self._time.range, hair)
-        self.force = ForceView(self._time.range, hair)
-        self.diagram = DiagramView(self.phase.sections, self._diagram, self._tapped)
-        self._doc = pn.state.curdoc
-        self._latest = Latest(self._solved)
+        self.header = Header(tabs=[[tab.key, tab.title] for tab in TABS.values()])
+        self.stage = pn.Column(css_classes=["stage"], stylesheets=[style("page")], sizing_mode="stretch_width")
+        self._flow = Flow(self.doc, self._answer)
+        self._history = History()
+        self._tabs: dict[str, Tab] = {}
+        self._places: dict[str, pn.Column] = {}
+        self._open = ""
         self._move = 0  # the browser's number of its last move
-        self._scene = ""  # ranges start afresh when this changes
-        self._refused = ""
+        self._refused: dict[str, str] = {}
+        self._pinned: Setting | None = None
         self._keep_address = False
-        self._ready: _Ready | None = None
         self._closed = False
-        self._unpainted = 0
-        self._pushed_at = 0.0
-        self._frames = 0
+        self._loaded = False
+        self._until_loaded: list[Callable[[], None]] = []
+        self._waiting = False
         self.controls.on_msg(self._message)
-        self._open(query)
-        self._show_what_is_kept()
+        self.header.on_msg(self._message)
+        self._start(query)
 
-    def _open(self, query: str) -> None:
+    def _start(self, query: str) -> None:
         """Take the address, or say why not and start from the defaults."""
+        tab = _FIRST
         try:
-            self.state.apply(parse_address(query))
+            texts = parse_address(query)
+            tab = _known_tab(texts.pop("tab", _FIRST))
+            pin = texts.pop("pin", "")
+            pinned = _setting_of(pin) if pin else None
+            self.state.apply(texts)
+            self._pinned = pinned
         except Refused as error:
-            self.report.error = f"{error} The link was not taken, so this is the default setting."
+            self.header.error = f"{error} The link was not taken, so this is the default setting."
             self._keep_address = True
-        self._show_controls(self._move)
-
-    def _show_what_is_kept(self) -> None:
-        """A setting that was solved before goes out with the page itself, a round trip earlier."""
-        frame = kept_frame(self.state.setting())
-        if frame is not None:
-            self._push(_ready(self._move, frame))
+        self._answer(self._move, 0)
+        self._build(tab)
+        self._waiting = not self._tabs[tab].at_once(Move(self._move, self.state.setting()))
 
     def start(self) -> None:
-        """First computation, once the page is open, unless its result is there already."""
-        if not self._frames:
-            self._ask()
+        """The page is open: do what had to wait, solve what was not solved before."""
+        self._loaded = True
+        for callback in self._until_loaded:
+            callback()
+        self._until_loaded.clear()
+        if self._waiting:
+            self._show()
 
     def close(self) -> None:
         """The browser is gone: nothing more is wanted."""
         self._closed = True
-        self._latest.close()
+        for tab in self._tabs.values():
+            tab.close()
 
     # -- from the browser ----------------------------------------------------
 
@@ -111,114 +98,157 @@ class Session:
         if not isinstance(data, dict):
             return
         if "painted" in data:
-            self._painted(data["painted"])
+            self._flow.painted(data["painted"])
             return
         move = data.get("move")
         self._move = move if isinstance(move, int) else self._move
-        if "scene" in data:
-            self._choose(data["scene"])
-        elif isinstance(data.get("set"), dict):
-            self._set(data["set"])
+        for name, act in self._acts.items():
+            if name in data:
+                act(data[name])
+                return
+
+    @property
+    def _acts(self) -> dict[str, Callable]:
+        """What a message may ask for; each takes whatever came with it and checks it."""
+        return {
+            "set": lambda texts: self.set(texts) if isinstance(texts, dict) else None,
+            "scene": self._choose,
+            "undo": lambda _: self._go(self._history.undo(self.state.setting())),
+            "redo": lambda _: self._go(self._history.redo(self.state.setting())),
+            "reset": lambda _: self._reset(),
+            "pin": lambda on: self._pin(bool(on)),
+            "tab": lambda key: self.open(key) if key in TABS else None,
+            "take": self._take,
+        }
 
     def _choose(self, key: object) -> None:
         scene = scenes().get(key) if isinstance(key, str) else None
         if scene is not None:
-            self._scene = ""  # also when it is the same scene again: a way back from any zoom
-            self._set(scene.texts())
+            self.set(scene.texts(), fresh=True)  # also when it is the same scene again: a way back from any zoom
 
-    def _tapped(self, eta: float) -> None:
-        self._set({"eta": print_number(eta)})
+    def _reset(self) -> None:
+        self._pinned = None
+        self.set(texts_of(Explorer().setting()), fresh=True)
 
-    def _set(self, texts: dict) -> None:
+    def set(self, texts: Mapping[str, str], *, fresh: bool = False) -> None:
+        """Take all of ``texts`` and show it, or say why not."""
+        before = self.state.setting()
         try:
             self.state.apply(texts)
         except Refused as error:
-            self._refuse(error)
-            self._show_controls(self._move)
+            self._refused = {"name": error.name, "text": str(error)}
+            self._answer(self._move, self._flow.frames)
             return
-        self._refused = self.report.error = ""
+        self._history.record(before, self.state.setting(), time.monotonic())
+        self._moved(fresh)
+
+    def _go(self, setting: Setting | None) -> None:
+        """Undo and redo."""
+        if setting is not None:
+            self.state.apply(texts_of(setting))
+        self._moved(False)
+
+    def _moved(self, fresh: bool) -> None:
+        self._refused = {}
+        self.header.error = ""
         self._keep_address = False
-        self._ask()
+        self._show(fresh=fresh)
 
-    def _refuse(self, error: Refused) -> None:
-        self._refused = error.name
-        self.report.error = str(error)
+    def _pin(self, on: bool) -> None:
+        self._pinned = self.state.setting() if on else None
+        self._show()
 
-    # -- compute -------------------------------------------------------------
-
-    def _ask(self) -> None:
-        self._latest.submit(self._move, self.state.setting())
-
-    def _solved(self, move: int, result: Frame | Exception) -> None:
-        """In a worker thread: prepare all that needs no document, then go to the session's own loop."""
-        if isinstance(result, Frame):
-            try:
-                self._later(partial(self._arrived, _ready(move, result)))
-                return
-            except Exception as error:  # told on the page as any other
-                result = error
-        self._later(partial(self._failed, move, result))
-
-    def _later(self, callback) -> None:
-        if self._doc.session_context is not None and not self._closed:
-            self._doc.add_next_tick_callback(callback)
-
-    def _arrived(self, ready: _Ready) -> None:
-        self._ready = ready
-        self._push_when_painted()
-
-    def _failed(self, move: int, error: Exception) -> None:
-        log.error("computing failed", exc_info=error)
-        self.report.error = f"This setting could not be computed ({error}). The figures show the last one that could."
-        self._show_controls(move)
-
-    def _diagram(self, joint_damping: str) -> Diagram | None:
-        """The kept diagram, or None until it has been read or computed."""
-        future = kept(joint_damping)
-        if not future.done():
-            future.add_done_callback(lambda _: self._later(self._redraw))
-            return None
-        return future.result() if future.exception() is None else None
-
-    def _redraw(self) -> None:
-        with pn.io.hold(self._doc):
-            self.diagram.redraw()
-
-    # -- push ----------------------------------------------------------------
-
-    def _push_when_painted(self) -> None:
-        waited = time.monotonic() - self._pushed_at
-        if self._unpainted and waited < _PATIENCE:
+    def _take(self, what: object) -> None:
+        """A file or a text that the user wants to have."""
+        if not isinstance(what, str):
             return
-        if self._ready is not None:
-            ready, self._ready = self._ready, None
-            self._push(ready)
+        taken = of_setting(what, self.state.setting()) or self._tabs[self._open].take(what)
+        if taken is None:
+            self.tell("There is nothing of that kind to take away here: open Explore and wait for its figures.")
+        else:
+            self.header.give(what, taken)
 
-    def _painted(self, frame: object) -> None:
-        if frame == self._unpainted:
-            self._unpainted = 0
-            self._push_when_painted()
+    # -- tabs ----------------------------------------------------------------
 
-    def _push(self, ready: _Ready) -> None:
-        """All figures, in one message."""
-        setting, columns = ready.setting, ready.columns
-        scene = scene_of(setting)
-        fresh, self._scene = bool(scene) and scene != self._scene, scene
-        self._frames += 1
-        self._unpainted, self._pushed_at = self._frames, time.monotonic()
-        with pn.io.hold(self._doc):
-            if fresh:
-                self._time.put(0, WINDOW)
-            self.phase.update(columns, fresh=fresh)
-            self.displacement.update(columns, setting.frame, fresh=fresh)
-            self.force.update(columns, fresh=fresh)
-            self.diagram.update(setting.eta, setting.joint_damping, setting.coordinate)
-            self.report.update(ready.told)
-            self._show_controls(ready.move)
-        self._doc.add_timeout_callback(self._push_when_painted, int(1000 * _PATIENCE) + 50)
+    def open(self, key: str) -> None:
+        """Show a tab, built now if it was never open before."""
+        if key != self._open:
+            self._tabs[self._open].hide()
+            self._places[self._open].visible = False
+            self._build(key)
+        self._show()
 
-    def _show_controls(self, move: int) -> None:
+    def _build(self, key: str) -> None:
+        if key not in self._tabs:
+            self._tabs[key] = tab = TABS[key](self)
+            self._places[key] = pn.Column(
+                tab.build(), css_classes=["place"], stylesheets=[style("page")], sizing_mode="stretch_width"
+            )
+            self.stage.append(self._places[key])
+        self._open = self.header.tab = key
+        self._places[key].visible = True
+        self.controls.visible = TABS[key].controls
+
+    def _show(self, *, fresh: bool = False) -> None:
+        self._waiting = False
+        self._tabs[self._open].show(Move(self._move, self.state.setting(), fresh))
+
+    @property
+    def pinned(self) -> Setting | None:
+        """See `app.tabs.base.Desk`."""
+        return self._pinned
+
+    # -- to the browser ------------------------------------------------------
+
+    def push(self, move: int, write: Callable[[], None]) -> None:
+        """See `app.tabs.base.Desk`."""
+        self._flow.push(move, write)
+
+    def later(self, callback: Callable[[], None]) -> None:
+        """See `app.tabs.base.Desk`."""
+        if self.doc.session_context is not None and not self._closed:
+            self.doc.add_next_tick_callback(partial(self._once_loaded, callback))
+
+    def _once_loaded(self, callback: Callable[[], None]) -> None:
+        """Panel drops what changes between sending the page and hearing that the browser has it."""
+        if self._loaded:
+            callback()
+        else:
+            self._until_loaded.append(callback)
+
+    def tell(self, error: str, move: int | None = None) -> None:
+        """See `app.tabs.base.Desk`."""
+        self.header.error = error
+        self._answer(self._move if move is None else move, self._flow.frames)
+
+    def summarise(self, text: str) -> None:
+        """See `app.tabs.base.Desk`."""
+        self.header.summary = text
+
+    def _answer(self, move: int, frame: int) -> None:
         """Tell the browser what holds, and that ``move`` has been dealt with."""
         setting = self.state.setting()
-        address = "" if self._keep_address else print_address(setting)
-        self.controls.shown = shown(setting, move, self._frames, address, self._refused)
+        tab = self._open if self._open != _FIRST else ""
+        self.controls.shown = shown(
+            setting,
+            move=move,
+            frame=frame,
+            address="" if self._keep_address else print_address(setting, tab, self._pinned),
+            refused=self._refused,
+            undo=self._history.can_undo,
+            redo=self._history.can_redo,
+            pinned=self._pinned is not None,
+        )
+
+
+def _known_tab(key: str) -> str:
+    if key not in TABS:
+        raise Refused("tab", f"There is no tab “{key[:20]}”: it is one of {', '.join(TABS)}.")
+    return key
+
+
+def _setting_of(query: str) -> Setting:
+    """The setting that an address holds, on top of the defaults."""
+    setting = Explorer().setting()._replace(**read(parse_address(query)))
+    check_together(setting)
+    return setting

@@ -14,6 +14,8 @@ from urllib.parse import parse_qsl, urlencode
 
 import param
 
+from engine import Newmark, Reference, System
+
 # A number as a person writes one. Stricter than float(), which also takes
 # "nan", "inf", "1_000", other scripts' digits and any length.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?", re.ASCII)
@@ -36,35 +38,81 @@ class Setting(NamedTuple):
     K: float
     D: float
     steps: int
+    located: str
     joint_damping: str
+    threshold: float
+    restitution: float
+    kappa: float
+    d1: float
+    d2: float
+    kappa3: float
+    d3: float
     frame: str
     coordinate: str
+
+    @property
+    def system(self) -> System:
+        """The two pendulums."""
+        return System(**{name: getattr(self, name) for name in SYSTEM_FIELDS})
+
+    @property
+    def reference(self) -> Reference:
+        """The solver with the impact law."""
+        return Reference(joint_damping=self.joint_damping, threshold=self.threshold)
+
+    @property
+    def penalty(self) -> Newmark:
+        """The solver that does what an FE code would."""
+        return Newmark(self.K, self.D, self.steps, located=self.located == "yes")
+
+
+SYSTEM_FIELDS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution")
+MAIN_FIELDS = ("eta", "K", "D", "steps")
+PAPER_FIELDS = (*SYSTEM_FIELDS, "threshold", "located")  # what a scene of the paper sets to the paper's
+# What else an address may hold: the tab that is open, and the setting that is pinned, as an address of its own.
+VIEW_FIELDS = ("tab", "pin")
+_PAPER = System()
 
 
 class Explorer(param.Parameterized):
     """The sliders and switches, with hard bounds."""
 
-    eta = param.Number(1.08, bounds=(0.5, 4.0), label="η", doc="Excitation frequency Ω/ω₁")
-    K = param.Number(2500.0, bounds=(10.0, 1e5), label="K", doc="Penalty stiffness")
-    D = param.Number(8.0, bounds=(0.1, 100.0), label="D", doc="Penalty damping")
-    steps = param.Integer(2000, bounds=(100, 32_000), label="T/Δτ", doc="Time steps per excitation period")
+    eta = param.Number(1.08, bounds=(0.5, 4.0), label="η", doc="excitation frequency Ω/ω₁")
+    K = param.Number(2500.0, bounds=(10.0, 1e5), label="K", doc="penalty stiffness")
+    D = param.Number(8.0, bounds=(0.1, 100.0), label="D", doc="penalty damping")
+    steps = param.Integer(2000, bounds=(100, 32_000), label="T/Δτ", doc="time steps per period T")
+    located = param.Selector(
+        default="no",
+        objects=["no", "yes"],
+        label="Contact changes",
+        doc="Where Newmark's step meets a contact change: at the start of the next step, or located within the step",
+    )
     joint_damping = param.Selector(
         default="table",
         objects=["table", "derived"],
         label="Joint damping d₃",
-        doc="d₃ of the reference in permanent contact: the paper's table, or what the two dampers add up to",
+        doc="d₃ of the reference in permanent contact: as measured, or what the two dampers add up to",
     )
+    threshold = param.Number(
+        0.002, bounds=(0.0, 0.5), label="ε", doc="parting speed that begins permanent contact; 0: the limit"
+    )
+    restitution = param.Number(_PAPER.restitution, bounds=(0.0, 1.0), label="e", doc="coefficient of restitution")
+    kappa = param.Number(_PAPER.kappa, bounds=(1.05, 10.0), label="κ", doc="frequency ratio ω₂/ω₁ of pendulum 2")
+    d1 = param.Number(_PAPER.d1, bounds=(0.0, 0.5), label="d₁", doc="damping ratio of pendulum 1")
+    d2 = param.Number(_PAPER.d2, bounds=(0.0, 0.5), label="d₂", doc="damping ratio of pendulum 2")
+    kappa3 = param.Number(_PAPER.kappa3, bounds=(1.001, 9.999), label="κ₃", doc="frequency ratio of both, joined")
+    d3 = param.Number(_PAPER.d3, bounds=(0.0, 0.5), label="d₃", doc="damping ratio of both, joined, as measured")
     frame = param.Selector(
         default="relative",
-        objects=["relative", "absolute"],
-        label="Displacement",
-        doc="Displacement relative to the base, or as a fixed sensor sees it",
+        objects=["relative", "absolute", "difference"],
+        label="Displacements",
+        doc="Relative to the base, as a fixed sensor sees them, or what the penalty solution differs by, in parts",
     )
     coordinate = param.Selector(
         default="xi2",
         objects=["xi1", "xi2"],
-        label="Diagram shows",
-        doc="Coordinate in the bifurcation diagram",
+        label="Map and difference show",
+        doc="Coordinate in the small map over η and in the difference",
     )
 
     def setting(self) -> Setting:
@@ -73,7 +121,21 @@ class Explorer(param.Parameterized):
 
     def apply(self, texts: Mapping[str, str]) -> None:
         """Take all of ``texts``, or raise `Refused` and take none."""
-        self.param.update(**read(texts))
+        values = read(texts)
+        check_together(self.setting()._replace(**values))
+        self.param.update(**values)
+
+
+def check_together(setting: Setting) -> None:
+    """Raise `Refused` where values that are valid each for itself make no system together."""
+    try:
+        _ = setting.system
+    except ValueError:
+        raise Refused(
+            "kappa3",
+            f"kappa3 must lie between 1 and kappa = {setting.kappa:g}, not {setting.kappa3:g}: joined pendulums swing "
+            "between the frequencies of the separate ones, and the mass ratio follows from it.",
+        ) from None
 
 
 def read(texts: Mapping[str, str]) -> dict[str, float | int | str]:
@@ -126,7 +188,7 @@ def parse_address(query: str) -> dict[str, str]:
         raise Refused("address", "This address is too long to be one of this page's.")
     texts: dict[str, str] = {}
     for name, text in parse_qsl(query, keep_blank_values=True, errors="replace"):
-        if name not in Setting._fields:
+        if name not in Setting._fields + VIEW_FIELDS:
             continue  # links pick up other pages' parameters on their way
         if name in texts:
             raise Refused(name, f"The address gives {name} twice.")
@@ -146,13 +208,13 @@ def texts_of(setting: Setting) -> dict[str, str]:
     return {name: value if isinstance(value, str) else print_number(value) for name, value in setting._asdict().items()}
 
 
-def print_address(setting: Setting) -> str:
-    """The query string that restores ``setting``; values at their default in switches are left out."""
+def print_address(setting: Setting, tab: str = "", pin: Setting | None = None) -> str:
+    """The query string that restores the page; values at their default are left out, but for the four sliders."""
     texts = texts_of(setting)
-    numbers = {name: texts[name] for name in ("eta", "K", "D", "steps")}
-    switches = {
-        name: texts[name]
-        for name in ("joint_damping", "frame", "coordinate")
-        if texts[name] != Explorer.param[name].default
+    shown = {
+        name: text
+        for name, text in texts.items()
+        if name in MAIN_FIELDS or getattr(setting, name) != Explorer.param[name].default
     }
-    return urlencode(numbers | switches)
+    view = {"tab": tab, "pin": print_address(pin) if pin else ""}
+    return urlencode(shown | {name: text for name, text in view.items() if text})

@@ -1,11 +1,17 @@
-"""What the solvers found, in plain words."""
+"""What the solvers found, in plain words; and, a moment later, what the difference is made of and what to change."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
 
 from app.compute import Frame, Run
-from engine import Comparison, Response, compare
+from app.present import TIME_POINTS, WINDOW
+from app.state import print_number
+from engine import PARTS, Comparison, Response, compare, verdict
 
 _COUNTS = {
     1: "One period",
@@ -17,25 +23,120 @@ _COUNTS = {
     7: "Seven periods",
     8: "Eight periods",
 }
-# Relative rms difference of both displacements; below the first two curves are one on the screen.
-_SAME = 0.02
-_CLOSE = 0.10
 
 
 @dataclass(frozen=True)
 class Told:
-    """The lines above the figures; ``agree`` is "yes", "partly", "no" or "unknown"."""
+    """What is told at once: what each solver found, and what it cost.
+
+    Attributes
+    ----------
+    reference, penalty : str
+        A line each.
+    cost : tuple of (str, str, str)
+        Label, value, and what is meant.
+    """
 
     reference: str
     penalty: str
+    cost: tuple[tuple[str, str, str], ...]
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What the difference is made of, and what to change first; it takes a few more runs.
+
+    Attributes
+    ----------
+    verdict : str
+        Short sentences.
+    agree : str
+        "yes", "partly", "no" or "unknown".
+    parts : dict of str to float
+        Relative rms of the difference of the displacements: ``total``, ``time_step``, ``regularisation`` and
+        ``joint_damping``; empty where the motions do not keep step, so that no difference at an instant means anything.
+    change : dict of str to str
+        What to set first, as texts that `app.state.read` takes; empty if no number mends it.
+    details : tuple of str
+        The numbers behind the verdict.
+    series : dict of str to (2, n) ndarray
+        The same parts of ξ₁ and ξ₂ as they vary over the last ``WINDOW`` periods, evenly spaced, both ends included.
+    """
+
     verdict: str
     agree: str
+    parts: dict[str, float]
+    change: dict[str, str]
+    details: tuple[str, ...]
+    series: dict[str, np.ndarray]
+
+
+def lines(told: Told, meaning: Meaning | None) -> dict[str, str]:
+    """All lines by their headings."""
+    first = {"Do they agree?": " ".join((meaning.verdict, *meaning.details))} if meaning else {}
+    return first | {"Reference": told.reference, "Penalty": told.penalty}
 
 
 def tell(frame: Frame) -> Told:
-    """All lines for one frame."""
-    verdict, agree = _verdict(frame)
-    return Told(_found(frame.reference), _found(frame.penalty), verdict, agree)
+    """What is told of a frame at once."""
+    return Told(_found(frame.reference), _found(frame.penalty), _cost(frame))
+
+
+def explain(frame: Frame, cancelled: Callable[[], bool] | None = None) -> Meaning:
+    """What a frame means; raises `engine.Cancelled` if it is withdrawn."""
+    setting = frame.setting
+    at_hand = [run.response for run in (frame.reference, frame.penalty)]
+    found = compare(
+        setting.system,
+        setting.eta,
+        setting.penalty,
+        reference=setting.reference,
+        responses=at_hand,
+        cancelled=cancelled,
+    )
+    told = verdict(found, cancelled=cancelled)
+    parts = {name: getattr(found, name) for name in ("total", *PARTS)}
+    known = {name: value for name, value in parts.items() if math.isfinite(value)} if found.pointwise else {}
+    series = {name: _last_periods(found, getattr(found.parts, name)[:2]) for name in known}
+    return Meaning(told.headline, told.agree, known, _texts(told.change), told.details, series)
+
+
+def _last_periods(found: Comparison, rows: np.ndarray) -> np.ndarray:
+    """The last periods of rows that are sampled over all kept ones, (2, n)."""
+    tail = rows[:, -WINDOW * (rows.shape[1] // found.runs.reference.keep) :]
+    old = np.arange(tail.shape[1]) * WINDOW / tail.shape[1]
+    new = np.linspace(0, WINDOW, TIME_POINTS)
+    return np.stack([np.interp(new, old, row) for row in tail]).astype(np.float32)
+
+
+def _texts(change: dict[str, float | bool]) -> dict[str, str]:
+    """What the verdict would change, as the controls take it."""
+    texts = {}
+    for name, value in change.items():
+        if name == "located":
+            texts[name] = "yes" if value else "no"
+        else:
+            texts[name] = print_number(round(value) if name == "steps" else float(f"{value:.3g}"))
+    return texts
+
+
+def _cost(frame: Frame) -> tuple[tuple[str, str, str], ...]:
+    reference, penalty = frame.reference.response, frame.penalty.response
+    times = (
+        f"Computing took {_milliseconds(penalty)} for the penalty run, {_milliseconds(reference)} for the reference."
+    )
+    paid = f"Steps that an FE code would compute one by one for these {penalty.periods} periods"
+    return (
+        ("FE steps", f"{penalty.cost.steps / 1e6:.3g} M", paid),
+        ("penalty", _milliseconds(penalty), times),
+        ("reference", _milliseconds(reference), times),
+    )
+
+
+def _milliseconds(response: Response) -> str:
+    return (
+        f"{1e3 * response.cost.seconds:.2g} ms" if response.cost.seconds < 0.0995 else f"{response.cost.seconds:.2g} s"
+    )
 
 
 def _found(run: Run) -> str:
@@ -69,48 +170,3 @@ def _share(run: Run) -> str:
 def _sentence(text: str) -> str:
     text = text.strip()
     return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
-
-
-def _verdict(frame: Frame) -> tuple[str, str]:
-    reference, penalty = frame.reference, frame.penalty
-    if not penalty.response.ok:
-        return (
-            "The penalty run ended early, so there is nothing to compare: take more steps per period, or a softer K.",
-            "unknown",
-        )
-    if not reference.response.ok:
-        return "The reference did not come to its end, so there is nothing to compare.", "unknown"
-    found = compare(_sampled(reference), _sampled(penalty))
-    if found.pointwise:
-        return _tell_periodic(found)
-    periods = found.reference.near_period, found.penalty.near_period
-    if periods == (0, 0):
-        return _tell_irregular(found)
-    mine, theirs = (_COUNTS[p].lower() if p in _COUNTS else f"{p} periods" if p else "no period" for p in periods)
-    return f"They disagree: the penalty solution has {theirs}, the reference {mine}.", "no"
-
-
-def _sampled(run: Run) -> Response:
-    """The response with the samples that the run kept of it."""
-    return replace(run.response, trajectory=run.orbit)
-
-
-def _tell_irregular(found: Comparison) -> tuple[str, str]:
-    r, p = found.reference.impacts_per_period, found.penalty.impacts_per_period
-    if abs(r - p) <= 0.1 * max(r, 0.1):
-        return (
-            "Neither repeats, so curves cannot match point by point; the numbers of impacts agree within 10 %.",
-            "partly",
-        )
-    return "Neither repeats, and their numbers of impacts differ.", "no"
-
-
-def _tell_periodic(found: Comparison) -> tuple[str, str]:
-    same_impacts = abs(found.reference.impacts_per_period - found.penalty.impacts_per_period) < 0.01
-    amount = f"{100 * found.rms:.2g} % (rms)"
-    but = "" if same_impacts else ", but not in the number of impacts"
-    if found.rms <= _SAME:
-        return f"They agree: the displacements differ by {amount}{but}.", "yes" if same_impacts else "partly"
-    if found.rms <= _CLOSE:
-        return f"They agree roughly: the displacements differ by {amount}{but}.", "partly"
-    return f"They disagree: the period is the same, but the displacements differ by {amount}.", "no"

@@ -1,22 +1,42 @@
 """Vibroscope's engine: two solvers of one vibro-impact problem, compared."""
 
+from .alignment import MeasuredComparison, Solved, compare_measured
+from .attractors import Attractor, attractors
 from .batch import run_cells
 from .cells import STATUSES, CellResults, Cells
-from .compare import Comparison, compare
+from .compare import PARTS, Comparison, compare
+from .diagrams import Diagram, diagram, ship_diagrams
+from .fit import FITTED, Fit, fit
+from .kernels.jit import cache_root
+from .lyapunov import Lyapunov, lyapunov
+from .measured import Measurement, measurement_text, read_measurement
+from .measured_verdict import measured_verdict
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System
 from .motion import Motion, motion
+from .recommend import Recommendation, design_curve, recommend
+from .regularisation import Regularisation
 from .result import Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 from .simulate import simulate
 from .steady import Steady, steady
-from .store import diagram, ship_diagrams
-from .sweep import Diagram, bifurcation
+from .sweeps import COORDINATES, DIRECTIONS, OVER, Progress, sweep_eta, sweep_plane, sweep_step
+from .sweeps.axis import spaced
+from .sweeps.parts import parts_of
+from .sweeps.plane import equal_restitution_damping
+from .synthetic import synthetic_measurement
 from .systemfile import SystemFile, read_system, system_text
 from .units import QUANTITIES, Units
+from .verdict import Verdict, verdict
 
 __all__ = [
+    "COORDINATES",
+    "DIRECTIONS",
+    "FITTED",
+    "OVER",
+    "PARTS",
     "QUANTITIES",
     "STATUSES",
+    "Attractor",
     "Cancelled",
     "CellResults",
     "Cells",
@@ -25,27 +45,53 @@ __all__ = [
     "Cost",
     "Diagram",
     "ExactPenalty",
+    "Fit",
     "Impacts",
+    "Lyapunov",
+    "MeasuredComparison",
+    "Measurement",
     "Method",
     "Motion",
     "Newmark",
+    "Progress",
+    "Recommendation",
     "Record",
     "Reference",
+    "Regularisation",
     "Response",
+    "Solved",
     "Status",
     "Steady",
     "System",
     "SystemFile",
     "Trajectory",
     "Units",
-    "bifurcation",
+    "Verdict",
+    "attractors",
+    "cache_root",
     "compare",
+    "compare_measured",
+    "design_curve",
     "diagram",
+    "equal_restitution_damping",
+    "fit",
+    "lyapunov",
+    "measured_verdict",
+    "measurement_text",
     "motion",
+    "parts_of",
+    "read_measurement",
     "read_system",
+    "recommend",
     "run_cells",
     "ship_diagrams",
     "simulate",
+    "spaced",
     "steady",
+    "sweep_eta",
+    "sweep_plane",
+    "sweep_step",
+    "synthetic_measurement",
     "system_text",
+    "verdict",
 ]

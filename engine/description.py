@@ -5,12 +5,13 @@ from enum import StrEnum
 
 import numpy as np
 
-from .methods import Reference
+from .methods import Newmark, Reference
 from .result import Response, Status
 from .section import nearly_repeats_after, repeats_after
 
 # "fewer than 30 steps of T/2000 as one sudden impact" (paper, Figures 10 to 12): a longer contact is a lasting one
 SUDDEN = 30 / 2000
+FEWEST_SAMPLES = 8  # in a contact, to see the peak of its force; half a sine wave's to 2 %
 
 
 class Kind(StrEnum):
@@ -55,9 +56,10 @@ class Motion:
         The same of lasting contacts: the reference's permanent contacts, the penalty model's longer than SUDDEN of a
         period.
     peak_force : float
-        Largest contact force λ of the samples; the reference's impacts are not part of it. In m₁ω₁² base amplitudes.
+        Largest contact force λ of the samples; the reference's impacts are not part of it. In m₁ω₁² base amplitudes;
+        nan if there are too few samples in a contact.
     impulse : float
-        Impulse between the pendulums in each period, impacts and lasting contacts. In m₁ω₁ base amplitudes.
+        Impulse between the pendulums in each sampled period, impacts and contacts. In m₁ω₁ base amplitudes.
     energy_lost : float
         What dampers, contact and impacts take in each period. In m₁ω₁² times the base amplitude squared.
     spread : float
@@ -66,9 +68,10 @@ class Motion:
         The same about the points of the near period: what is left if a motion of several periods has several points.
     multipliers : (4,) complex ndarray
         Floquet multipliers of a periodic motion, what ``period`` periods make of a small disturbance, largest first;
-        empty if not known.
+        empty if not known. Under ``step_noise`` they are those of the motion without a time step.
     lyapunov : float
-        Largest Lyapunov exponent per excitation period; of a periodic motion ln |largest multiplier| / ``period``.
+        Largest Lyapunov exponent per excitation period; of a periodic motion ln |largest multiplier| / ``period``, of
+        another Newmark motion that of its limit without a time step.
     lyapunov_error : float
         Standard error of it; 0 if it comes from multipliers.
     bifurcation : str
@@ -77,7 +80,7 @@ class Motion:
         How far it is: distance of the multiplier from the unit circle, or of grazing as a share of the largest
         closing speed.
     rotation : float
-        Turns of a quasi-periodic section about its closed curve in each period; nan if it is no closed curve.
+        Strongest frequency of a quasi-periodic section, in turns per excitation period; nan of other motions.
     step_noise : float
         Newmark: standard deviation of ξ₁ and ξ₂ about the points of the cycle that is due to the time step; 0 if there
         is none.
@@ -169,7 +172,7 @@ def describe(response: Response, period: int | None = None) -> Motion:
         scatter=float(np.sqrt(np.mean(np.var(xi2, axis=0)))),
         approach=_smallest_approach(response, response.contacts[lasting, 0], begin),
         peak_force=_peak_force(response),
-        impulse=float(np.sum(response.impacts.impulse[hits])) / cycles + _pressed(response),
+        impulse=_impulse(response),
         section=section,
         impact_phases=response.impacts.time[last] / response.period % (period or 1),
         closing_speeds=response.impacts.closing_speed[last],
@@ -213,14 +216,35 @@ def _smallest_approach(response: Response, joined: np.ndarray, begin: float) -> 
 
 
 def _peak_force(response: Response) -> float:
-    return np.nan if response.trajectory is None else float(response.trajectory.force.max())
-
-
-def _pressed(response: Response) -> float:
-    """Impulse of the reference's permanent contacts in each period; the penalty model counts it with the impacts."""
-    if not isinstance(response.method, Reference) or len(response.contacts) == 0:
-        return 0.0
-    if response.trajectory is None:
+    sampled, method = response.trajectory, response.method
+    if sampled is None:
         return np.nan
-    time, force = response.trajectory.time, response.trajectory.force
-    return float(np.trapezoid(force, time) / (time[-1] - time[0]) * response.period)
+    spacing = sampled.time[1] - sampled.time[0]
+    every_step = isinstance(method, Newmark) and not method.located and spacing < 1.5 * response.period / method.steps
+    shown = response.contacts[response.contacts[:, 1] > sampled.time[0]]
+    shortest = np.diff(shown, axis=1).min(initial=np.inf)
+    largest = float(sampled.force.max())
+    if isinstance(method, Reference) or every_step:
+        return largest
+    if shortest < FEWEST_SAMPLES * spacing:
+        return np.nan
+    # the damper's force sets in at once, between two samples
+    struck = response.impacts.closing_speed[response.impacts.time > sampled.time[0]]
+    return max(largest, 2 * method.damping * float(struck.max(initial=0.0)))
+
+
+def _impulse(response: Response) -> float:
+    """∫λ dτ in each sampled period, by what pendulum 1 feels: ξ₁″ + 2d₁ξ₁′ + ξ₁ = η² cos ητ − λ, integrated.
+
+    The excitation averages to nothing over whole periods, so that ∫λ = −Δξ₁′ − 2d₁Δξ₁ − ∫ξ₁ dτ, less what the
+    reference's joint damping takes beyond the two dampers, 2κ₃(d₃ − derived d₃)Δξ₁ in each permanent contact.
+    """
+    sampled, c = response.trajectory, response.system
+    if sampled is None:
+        return np.nan
+    time, x, v = sampled.time, sampled.displacement[0], sampled.velocity[0]
+    total = v[0] - v[-1] + 2 * c.d1 * (x[0] - x[-1]) - np.trapezoid(x, time)
+    if isinstance(response.method, Reference):
+        beyond = 2 * c.kappa3 * (c.joint_damping(response.method.joint_damping) - c.derived_joint_damping)
+        total -= beyond * np.diff(np.interp(response.contacts, time, x), axis=1).sum()
+    return float(total / (time[-1] - time[0]) * response.period)

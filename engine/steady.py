@@ -23,11 +23,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .drivers.closed import ClosedDriver
-from .kernels import march as kernel
-from .kernels.tangent import march_along
 from .methods import ExactPenalty, Reference
 from .model import System, check_eta, require
-from .result import Cancelled, Checkpoint, Record, Response, Status
+from .poincare import PoincareMap, Return, coordinates, displacements
+from .result import Checkpoint, Record, Response, Status
 from .section import repeats_after
 from .simulate import beginning, simulate
 
@@ -145,7 +144,7 @@ def steady(
         raise ValueError(f"max_period = {max_period!r} is not a whole number: give the longest cycle to look for")
     max_period = int(longest)
     driver = ClosedDriver(system, eta, method, beginning(initial, system, eta, method), STAGES[-1], 0, None)
-    search = _Search(_Map(driver.packed, cancelled), max_period, stable_only)
+    search = _Search(PoincareMap(system, eta, method, cancelled), max_period, stable_only)
     for reached in STAGES:
         status, _ = driver.advance(reached, cancelled, kept=True)
         search.periods = driver.periods
@@ -165,53 +164,19 @@ def steady(
     return Steady(False, message, 0, end, np.empty(0, complex), np.nan, 0, search.all_periods, run)
 
 
-class _Return(NamedTuple):
-    """Where the map leads from a state, both as ξ₁, ξ₁′, g, g′, and its Jacobian there."""
-
-    state: np.ndarray
-    jacobian: np.ndarray
-    course: int  # differs between different sequences of impacts, contacts and flights
-    miss: float  # largest |P(y) − y|
-
-
 class _Orbit(NamedTuple):
     """A fixed point of the map over ``period`` periods."""
 
     period: int
     state: np.ndarray
-    back: _Return
+    back: Return
     iterations: int
-
-
-class _Map:
-    """The Poincaré map of a run, over any number of periods; it counts them."""
-
-    def __init__(self, packed, cancelled):
-        self.packed = packed
-        self.cancelled = cancelled
-        self.periods = 0
-
-    def start(self, y):
-        """The anchor at y; a reference has no penetration."""
-        x1, v1, gap, rate = map(float, y)
-        return kernel.prepare(self.packed, x1, v1, max(gap, 0.0) if self.packed.rigid else gap, rate)
-
-    def __call__(self, y, count: int) -> _Return | None:
-        """None if the march ends early, or has no derivative."""
-        if self.cancelled is not None and self.cancelled():
-            raise Cancelled
-        end, jacobian, course, code = march_along(self.packed, self.start(y), float(count))
-        self.periods += count
-        end = np.array(end)
-        if code != kernel.DONE or not (np.isfinite(end).all() and np.isfinite(jacobian).all()):
-            return None
-        return _Return(end, jacobian, course, float(np.abs(end - y).max()))
 
 
 class _Search:
     """Looks for the orbit that the end of a run is caught by."""
 
-    def __init__(self, poincare: _Map, max_period: int, stable_only: bool):
+    def __init__(self, poincare: PoincareMap, max_period: int, stable_only: bool):
         self.map = poincare
         self.max_period = max_period
         self.stable_only = stable_only
@@ -225,7 +190,7 @@ class _Search:
 
     def attempt(self, section: np.ndarray, reached: int) -> _Orbit | None:
         """From the last rows of the section of the run, which has come so many periods from its start."""
-        rows = section - section[:, [0, 1, 0, 1]] * np.array([0, 0, 1, 1])
+        rows = coordinates(section)
         size = max(np.abs(section).max(), 1e-300)
         self.rejected = ""
         for p in _near_returns(rows, size, self.max_period):
@@ -348,12 +313,11 @@ def _written_down(system, eta, method, orbit: _Orbit, search: _Search, record) -
         cancelled=search.map.cancelled,
     )
     multipliers = np.linalg.eigvals(orbit.back.jacobian).astype(complex)
-    x1, v1, gap, rate = orbit.state
     return Steady(
         periodic=True,
         message="",
         period=orbit.period,
-        state=np.array([x1, v1, x1 + gap, v1 + rate]),
+        state=displacements(orbit.state),
         multipliers=multipliers[np.argsort(-np.abs(multipliers), kind="stable")],
         residual=orbit.back.miss,
         iterations=orbit.iterations,

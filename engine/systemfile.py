@@ -117,7 +117,10 @@ def _tables(content: bytes) -> dict:
         line = content[: problem.start].count(b"\n") + 1
         raise ValueError(f"line {line}: not UTF-8 text; save the file as UTF-8") from None
     except tomllib.TOMLDecodeError as problem:
-        raise ValueError(f"not valid TOML: {problem}") from None
+        lines = content.count(b"\n") + 1
+        raise ValueError(
+            f"not valid TOML: {problem}".replace("at end of document", f"at the end, line {lines}")
+        ) from None
     except (ValueError, RecursionError):  # a number of thousands of digits, brackets nested by the thousand
         raise ValueError("not valid TOML: a value is too long or nested too deep; give plain numbers") from None
 

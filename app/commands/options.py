@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from dataclasses import replace
 
 from engine import ExactPenalty, Method, Newmark, Reference, System, SystemFile, Units, read_system
 
@@ -57,6 +58,56 @@ def method_of(options: argparse.Namespace) -> Method:
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D)
     return Newmark(options.K, options.D, options.steps, every_step=options.every_step, located=options.located)
+
+
+def add_solver_options(command: argparse.ArgumentParser) -> None:
+    """What is solved, how, and from where, for :func:`problem_of`."""
+    add = command.add_argument
+    add(
+        "--solver",
+        required=True,
+        choices=tuple(SOLVER_OPTIONS),
+        help="semi-analytical reference; penalty model without a time step, or by Newmark",
+    )
+    add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1; paper: 1.08 to 3.25")
+    add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
+    add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
+    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period, the time step is T/N")
+    add("--every-step", action="store_true", help="newmark: walk through every step, as an FE code must (slower)")
+    add("--located", action="store_true", help="newmark: cut the steps at each contact change, located within the step")
+    add(
+        "--joint-damping",
+        choices=("table", "derived"),
+        help="reference: damping of the joined pendulums (default table)",
+    )
+    add(
+        "--restitution",
+        type=float,
+        metavar="F",
+        help="reference: coefficient of restitution (default: the system's, 0.5)",
+    )
+    add(
+        "--threshold",
+        type=float,
+        metavar="F",
+        help="reference: parting speed that begins permanent contact (default 0.002); 0: its limit",
+    )
+    add(
+        "--initial",
+        type=numbers,
+        metavar="x1,v1,x2,v2",
+        default=(0.0, 0.0, 0.0, 0.0),
+        help="state at tau = 0 (default rest); the reference needs x2 >= x1",
+    )
+    add_system_option(command)
+
+
+def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
+    """System, eta and method that the options ask for."""
+    system = system_of(options)
+    if options.solver == "reference" and options.restitution is not None:  # the penalty model knows no impact law
+        system = replace(system, restitution=options.restitution)
+    return system, options.eta, method_of(options)
 
 
 def add_system_option(command: argparse.ArgumentParser) -> None:

@@ -2,11 +2,10 @@
 
 import argparse
 import json
-from dataclasses import replace
 
 from engine import Response, Steady, motion, simulate, steady
 
-from .options import SOLVER_OPTIONS, add_system_option, method_of, numbers, system_of
+from .options import add_solver_options, problem_of
 
 
 def add(commands) -> None:
@@ -19,69 +18,31 @@ def add(commands) -> None:
         "non-dimensional: time is counted in 1/omega1, lengths in base amplitudes.",
         epilog="A run that blows up prints its status and the step; the exit status is 2 only for bad input.",
     )
+    add_solver_options(command)
     add = command.add_argument
-    add(
-        "--solver",
-        required=True,
-        choices=tuple(SOLVER_OPTIONS),
-        help="semi-analytical reference; penalty model without a time step, or by Newmark",
-    )
-    add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1; paper: 1.08 to 3.25")
-    add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
-    add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
-    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period, the time step is T/N")
-    add("--every-step", action="store_true", help="newmark: walk through every step, as an FE code must (slower)")
-    add("--located", action="store_true", help="newmark: cut the steps at each contact change, located within the step")
     add("--periods", type=float, default=2050, metavar="N", help="excitation periods to run (default %(default)s)")
     add("--keep", type=float, metavar="N", help="last periods to report (default 50, or all if fewer are run)")
-    add(
-        "--joint-damping",
-        choices=("table", "derived"),
-        help="reference: damping of the joined pendulums (default table)",
-    )
-    add(
-        "--restitution",
-        type=float,
-        metavar="F",
-        help="reference: coefficient of restitution (default: the system's, 0.5)",
-    )
-    add(
-        "--threshold",
-        type=float,
-        metavar="F",
-        help="reference: parting speed that begins permanent contact (default 0.002); 0: its limit",
-    )
-    add(
-        "--initial",
-        type=numbers,
-        metavar="x1,v1,x2,v2",
-        help="state at tau = 0 (default rest); the reference needs x2 >= x1",
-    )
     add(
         "--steady",
         action="store_true",
         help="reference, exact: find the steady motion without its transient (Newton's method on the Poincare map); "
         "if there is none, the usual run of 2050 periods; --periods and --keep have no effect",
     )
-    add_system_option(command)
     add("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
     """Simulate and print."""
-    system = system_of(options)
-    if options.solver == "reference" and options.restitution is not None:  # the penalty model knows no impact law
-        system = replace(system, restitution=options.restitution)
+    problem = problem_of(options)
     keep = min(50, options.periods) if options.keep is None else options.keep
-    start = (0.0, 0.0, 0.0, 0.0) if options.initial is None else options.initial
     if options.steady:
-        found = steady(system, options.eta, method_of(options), initial=start)
+        found = steady(*problem, initial=options.initial)
         print(
             json.dumps(steady_as_json(found, options.solver), allow_nan=False) if options.json else steady_text(found)
         )
         return
-    response = simulate(system, options.eta, method_of(options), periods=options.periods, keep=keep, initial=start)
+    response = simulate(*problem, periods=options.periods, keep=keep, initial=options.initial)
     if options.json:
         print(json.dumps(as_json(response, options.solver), allow_nan=False))
     else:

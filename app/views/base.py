@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Legend
+from bokeh.models import ColumnDataSource, Legend, LegendItem, Span
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 
@@ -13,21 +13,33 @@ from bokeh.themes import Theme
 BLUE = "#0072B2"
 VERMILLION = "#D55E00"
 INK = "#22303C"
-FONT = "Roboto, 'Segoe UI', 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif"
+GREEN, VIOLET = "#007A5A", "#8A5A9E"
+GHOST = "#76818C"  # what is pinned
+FONT = "'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif"
 
 REFERENCE = {"line_color": BLUE, "line_width": 4, "line_alpha": 0.5}
 PENALTY = {"line_color": VERMILLION, "line_width": 1.3, "line_dash": "solid"}
+# The parts of the difference, in the order in which they arise.
+PARTS = {
+    "total": {"line_color": INK, "line_width": 2.4},
+    "time_step": {"line_color": VERMILLION, "line_width": 1.4},
+    "regularisation": {"line_color": GREEN, "line_width": 1.4, "line_dash": "dashed"},
+    "joint_damping": {"line_color": VIOLET, "line_width": 1.8, "line_dash": "dotdash"},
+}
+PINNED = {
+    "reference": {"line_color": GHOST, "line_width": 2.4, "line_alpha": 0.35},
+    "penalty": {"line_color": GHOST, "line_width": 0.9},
+}
 
 # One margin for all time figures, so that their time axes stand above each other.
 LEFT, RIGHT = 60, 50
 
 
-# Every part that the page's own theme would restyle is named here, and so left alone by it.
+# Colours of figures come from here alone: `theme.js` knows each and what it is in the dark.
 THEME = Theme(
     json={
         "attrs": {
-            "Plot": {},
-            "Figure": {
+            "Plot": {
                 "background_fill_color": "#FFFFFF",
                 "border_fill_color": "#FFFFFF",
                 "outline_line_color": "#C6CDD4",
@@ -90,7 +102,7 @@ def make_figure(title: str, x: str, y: str, **more) -> figure:
         "min_border_right": 12,
         "min_border_bottom": 40,
         "min_border_top": 4,
-        "height": 200,
+        "height": 160,
         "width": 300,
         "lod_threshold": None,
     }
@@ -109,6 +121,41 @@ def style(plot: figure) -> figure:
 def legend(items: list, columns: int = 2) -> Legend:
     """A legend inside the frame, quiet enough to lie over data."""
     return Legend(items=items, location="top_right", ncols=columns, click_policy="mute")
+
+
+def now_line(figure_name: str) -> Span:
+    """The line at the present phase in a figure over time; the browser moves it (`phase.js`)."""
+    # Overlays are repainted without the curves below them.
+    return Span(
+        dimension="height", line_color=INK, line_dash="dotted", line_width=1, level="overlay", name=f"now_{figure_name}"
+    )
+
+
+class Ghost:
+    """The pinned result: one source of the same columns for each source that has one, and what its legend says."""
+
+    def __init__(self, *names: str) -> None:
+        self.sources = {name: ColumnDataSource({}, name=f"pinned_{name}") for name in names}
+        self._items: list[LegendItem] = []
+
+    def of(self, source: ColumnDataSource) -> ColumnDataSource:
+        """The ghost of one source."""
+        ghost = self.sources[source.name]
+        ghost.data = {name: np.empty(0, np.float32) for name in source.data}
+        return ghost
+
+    def item(self, renderers: list) -> LegendItem:
+        """A legend entry that is seen only while something is pinned."""
+        self._items.append(LegendItem(label="pinned", renderers=renderers, visible=False))
+        return self._items[-1]
+
+    def update(self, columns: Mapping[str, Mapping[str, np.ndarray]] | None) -> None:
+        """Show these columns, or nothing."""
+        for name, source in self.sources.items():
+            shown = {n: np.empty(0, np.float32) for n in source.data}
+            write(source, {n: columns[name][n] for n in source.data} if columns else shown)
+        for item in self._items:
+            item.visible = columns is not None
 
 
 def empty(name: str, *columns: str) -> ColumnDataSource:

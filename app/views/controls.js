@@ -4,24 +4,32 @@ const BUSY_AFTER = 150; // ms without an answer before the page says that it is 
 const OVERTAKE_AFTER = 250; // ms after which a move is sent although the last one is not answered
 const SETTLED_AFTER = 250; // ms without a move before the address follows
 
-export function render({ model, el }) {
-  const root = document.createElement("form");
-  root.className = "panel";
+export function render({ model }) {
+  const root = element("form", "panel");
   root.setAttribute("aria-label", "Settings");
   root.addEventListener("submit", (event) => event.preventDefault());
   const link = new Link(model, root);
+  const folded = details(model.spec, link);
   const parts = [
     scenes(model.spec.scenes, link),
+    actions(link),
     ...model.spec.sliders.map((slider) => sliderRow(slider, link)),
-    ...model.spec.switches.map((choice) => switchRow(choice, link)),
+    ...folded.parts,
+    ...model.spec.shown.map((choice) => switchRow(choice, link)),
     key(),
   ];
-  root.append(link.busyMark(), ...parts.map((part) => part.element));
+  const inside = new Set(folded.parts);
+  root.append(link.busyMark());
+  for (const part of parts) {
+    if (inside.has(part)) root.append(folded.box); // once: append moves what is there already
+    else root.append(part.element);
+  }
   const draw = () => {
     const shown = model.shown;
     if (!shown.texts) return;
     const echo = link.answered(shown);
     parts.forEach((part) => part.draw(shown, echo));
+    folded.draw(shown);
   };
   model.on("shown", draw);
   draw();
@@ -40,15 +48,15 @@ class Link {
     this.sentAt = 0;
     this.answeredMove = 0;
     this.painted = 0;
+    for (const what of ["scene", "undo", "redo", "reset", "pin", "tab"]) {
+      hear(what, (detail) => this.send({ [what]: detail.value ?? true }));
+    }
+    hear("set", (texts) => this.set(texts));
   }
 
   set(texts) {
     this.waiting = { ...(this.waiting ?? {}), ...texts };
     if (!this.paced) this.flush();
-  }
-
-  scene(key) {
-    this.send({ scene: key });
   }
 
   flush() {
@@ -68,6 +76,7 @@ class Link {
     this.model.send_msg({ ...message, move: this.move });
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.busy(true), BUSY_AFTER);
+    say("moving", { value: true });
   }
 
   // True when this answers the latest move and none waits to be sent: only then may it overwrite what the user is
@@ -84,12 +93,13 @@ class Link {
     clearTimeout(this.timer);
     this.busy(false);
     this.follow(shown);
+    say("moving", { value: false });
     return true;
   }
 
   follow(shown) {
     clearTimeout(this.settling);
-    if (!shown.address || shown.refused) return;
+    if (!shown.address || shown.refused.name) return;
     const write = () => history.replaceState(history.state, "", `?${shown.address}`);
     this.settling = setTimeout(write, SETTLED_AFTER);
   }
@@ -108,16 +118,9 @@ class Link {
 }
 
 function afterPaint(done) {
-  // A hidden tab paints nothing, yet the server must not wait for it.
+  // A hidden page paints nothing, yet the server must not wait for it.
   if (document.hidden) setTimeout(done, 0);
   else requestAnimationFrame(() => setTimeout(done, 0));
-}
-
-function element(tag, className = "", text = "") {
-  const made = document.createElement(tag);
-  if (className) made.className = className;
-  if (text) made.textContent = text;
-  return made;
 }
 
 function scenes(list, link) {
@@ -127,17 +130,15 @@ function scenes(list, link) {
   const buttons = new Map();
   for (const scene of list) {
     if (!rows.has(scene.group)) rows.set(scene.group, sceneRow(scene.group, box));
-    const button = element("button", "", scene.group === "motion" ? `[${scene.label}]` : scene.label);
-    button.type = "button";
-    button.title = scene.tooltip;
-    button.setAttribute("aria-label", `${scene.group} ${scene.label}: ${scene.tooltip}`);
-    if (scene.group === "motion") button.append(element("small", "", `η ${scene.eta.toFixed(2)}`));
-    button.addEventListener("click", () => link.scene(scene.key));
-    rows.get(scene.group).append(button);
-    buttons.set(scene.key, button);
+    const made = button(scene.group === "motion" ? `[${scene.label}]` : scene.label, scene.tooltip,
+      () => link.send({ scene: scene.key }));
+    made.setAttribute("aria-label", `${scene.group} ${scene.label}: ${scene.tooltip}`);
+    if (scene.group === "motion") made.append(element("small", "", `η ${scene.eta.toFixed(2)}`));
+    rows.get(scene.group).append(made);
+    buttons.set(scene.key, made);
   }
   const draw = (shown) => {
-    buttons.forEach((button, key) => button.setAttribute("aria-pressed", String(shown.scenes.includes(key))));
+    buttons.forEach((made, key) => made.setAttribute("aria-pressed", String(shown.scenes.includes(key))));
   };
   return { element: box, draw };
 }
@@ -149,35 +150,80 @@ function sceneRow(group, box) {
   return row;
 }
 
+function actions(link) {
+  const row = element("div", "row actions");
+  const undo = button("↶ Undo", "Undo the last move (Ctrl+Z)", () => link.send({ undo: true }));
+  const redo = button("↷ Redo", "Redo (Ctrl+Shift+Z)", () => link.send({ redo: true }));
+  const reset = button("Reset", "Back to the default setting, all ranges and no pin (R)", () => link.send({ reset: true }));
+  const pin = button("Pin", "Keep this result as thin grey curves, to compare the next with it (P)",
+    () => link.send({ pin: pin.getAttribute("aria-pressed") !== "true" }));
+  hear("toggle-pin", () => pin.click());
+  row.append(undo, redo, reset, pin);
+  const draw = (shown) => {
+    undo.disabled = !shown.undo;
+    redo.disabled = !shown.redo;
+    pin.setAttribute("aria-pressed", String(shown.pinned));
+  };
+  return { element: row, draw };
+}
+
+// A typed value, what was refused of it, and why.
+function typedField(number, link, place) {
+  const typed = input("text", `vibroscope-${number.name}-typed`, `${number.label}: ${number.hint}, typed`);
+  typed.inputMode = "decimal";
+  typed.autocomplete = "off";
+  const refusal = element("p", "refusal");
+  refusal.id = `vibroscope-${number.name}-refusal`;
+  refusal.setAttribute("role", "alert");
+  refusal.hidden = true;
+  let accepted = "";
+  typed.addEventListener("change", () => link.set({ [number.name]: typed.value.trim().replace(",", ".") }));
+  typed.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    typed.value = accepted;
+    link.set({ [number.name]: accepted });
+  });
+  place.append(refusal);
+  const draw = (shown, echo) => {
+    accepted = shown.texts[number.name];
+    const refused = shown.refused.name === number.name;
+    typed.setAttribute("aria-invalid", String(refused));
+    if (refused) typed.setAttribute("aria-describedby", refusal.id);
+    else typed.removeAttribute("aria-describedby");
+    refusal.hidden = !refused;
+    refusal.textContent = refused ? `${shown.refused.text} Escape brings back ${accepted}.` : "";
+    if (echo && !refused) typed.value = accepted;
+  };
+  return { typed, draw };
+}
+
 function sliderRow(slider, link) {
   const box = element("div", "slider");
   const id = `vibroscope-${slider.name}`;
   const label = element("label", "", slider.label);
   label.htmlFor = `${id}-typed`;
   label.append(element("small", "", slider.hint));
-  const typed = input("text", `${id}-typed`, `${slider.hint}, typed`);
-  typed.inputMode = "decimal";
-  typed.autocomplete = "off";
-  const range = input("range", `${id}-slider`, slider.hint);
+  const range = input("range", `${id}-slider`, `${slider.label}: ${slider.hint}`);
   const scale = scaleOf(slider);
   range.min = scale.position(slider.low);
   range.max = scale.position(slider.high);
   range.step = slider.step;
   const note = element("div", "note");
+  const field = typedField(slider, link, note);
+  const words = element("span");
+  note.prepend(words);
   range.addEventListener("input", () => {
-    typed.value = scale.text(Number(range.value));
-    range.setAttribute("aria-valuetext", `${slider.label} ${typed.value}`);
-    link.set({ [slider.name]: typed.value });
+    field.typed.value = scale.text(Number(range.value));
+    range.setAttribute("aria-valuetext", `${slider.label} ${field.typed.value}`);
+    link.set({ [slider.name]: field.typed.value });
   });
-  typed.addEventListener("change", () => link.set({ [slider.name]: typed.value.trim().replace(",", ".") }));
-  box.append(label, typed, range, note);
+  box.append(label, field.typed, range, note);
   const draw = (shown, echo) => {
-    if (slider.name === "steps") note.textContent = shown.dtau;
-    typed.setAttribute("aria-invalid", String(shown.refused === slider.name));
-    if (!echo || shown.refused === slider.name) return;
-    typed.value = shown.texts[slider.name];
-    range.value = scale.position(Number(typed.value));
-    range.setAttribute("aria-valuetext", `${slider.label} ${typed.value}`);
+    if (slider.name === "steps") words.textContent = shown.dtau;
+    field.draw(shown, echo);
+    if (!echo || shown.refused.name === slider.name) return;
+    range.value = scale.position(Number(field.typed.value));
+    range.setAttribute("aria-valuetext", `${slider.label} ${field.typed.value}`);
   };
   return { element: box, draw };
 }
@@ -199,6 +245,36 @@ function scaleOf(slider) {
     position: (value) => Math.log10(value),
     text: (p) => String(slider.whole ? Math.round(round(10 ** p)) : round(10 ** p)),
   };
+}
+
+// System and solver: seldom moved, so folded away; open where the address or a refusal concerns them.
+function details(spec, link) {
+  const box = element("details", "more");
+  box.append(element("summary", "", "System and solver"));
+  const grid = element("div", "numbers");
+  const parts = spec.numbers.map((number) => numberRow(number, link));
+  const switches = spec.folded.map((choice) => switchRow(choice, link));
+  grid.append(...parts.map((part) => part.element));
+  box.append(grid, ...switches.map((part) => part.element));
+  const names = [...spec.numbers, ...spec.folded].map((one) => one.name);
+  let opened = false;
+  const draw = (shown) => {
+    const moved = !opened && names.some((name) => shown.texts[name] !== spec.defaults[name]);
+    if (moved || names.includes(shown.refused.name)) box.open = opened = true;
+  };
+  return { box, parts: [...parts, ...switches], draw };
+}
+
+function numberRow(number, link) {
+  const box = element("div", "number");
+  const label = element("label", "", number.label);
+  label.htmlFor = `vibroscope-${number.name}-typed`;
+  label.title = number.hint;
+  const under = element("div", "under");
+  const field = typedField(number, link, under);
+  field.typed.title = `${number.hint}; ${number.low} to ${number.high}`;
+  box.append(label, field.typed, under);
+  return { element: box, draw: field.draw };
 }
 
 function switchRow(choice, link) {
@@ -233,8 +309,8 @@ function key() {
   section.append(element("span", "", "◇"));
   list.append(
     element("dt", "reference"), element("dd", "", "reference: exact, impact law"),
-    element("dt", "penalty"), element("dd", "", "penalty: K, D, Newmark with step Δτ"),
-    section, element("dd", "", "state at τ ≡ 0 (mod T), all kept periods"),
+    element("dt", "penalty"), element("dd", "", "penalty: K, D, Newmark, step Δτ"),
+    section, element("dd", "", "state at τ ≡ 0 (mod T)"),
   );
   return { element: list, draw: () => {} };
 }

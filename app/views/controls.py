@@ -9,26 +9,23 @@ from it is text, and `app.state` alone decides what is taken.
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import panel as pn
 import param
 
-from app.files import asset
+from app.files import script, style
 from app.scenes import Scene, scenes
-from app.state import Explorer, Setting, texts_of
+from app.state import MAIN_FIELDS, Explorer, Setting, texts_of
 
-_HINTS = {
-    "eta": "excitation frequency Ω/ω₁",
-    "K": "penalty stiffness",
-    "D": "penalty damping",
-    "steps": "steps per period T",
-}
 # Steps of one arrow key: linear in η, in decades elsewhere.
-_STEPS = {"eta": 0.01, "K": 0.01, "D": 0.01, "steps": 0.01}
-_CHOICES = {
-    "joint_damping": {"table": "table 0.0330", "derived": "derived 0.0085"},
-    "frame": {"relative": "relative", "absolute": "absolute"},
+_STEP = 0.01
+_NUMBERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution", "threshold")
+_FOLDED = {
+    "joint_damping": {"table": "as measured", "derived": "from d₁, d₂"},
+    "located": {"no": "at the next step", "yes": "located"},
+}
+_SHOWN = {
+    "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
     "coordinate": {"xi1": "ξ₁", "xi2": "ξ₂"},
 }
 
@@ -39,50 +36,54 @@ class Controls(pn.custom.JSComponent):
     spec = param.Dict(doc="Limits, labels and scenes")
     shown = param.Dict(default={}, doc="Accepted values, what was refused, and the number of the last move")
 
-    _esm = Path(__file__).with_suffix(".js")
-    _stylesheets = [asset("style.css")]  # noqa: RUF012 - Panel reads it from the class
+    _esm = script("dom", "controls")
+    _stylesheets = [style("controls")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:
-        super().__init__(spec=_spec(), **params)
+        super().__init__(spec=_spec(), css_classes=["controls"], sizing_mode="stretch_both", **params)
 
 
-def shown(setting: Setting, move: int, frame: int, address: str, refused: str) -> dict:
-    """What the browser is told: accepted texts, Δτ, the scene; ``frame`` asks for a sign once painted."""
+def shown(setting: Setting, **more) -> dict:
+    """What the browser is told: accepted texts, Δτ, the scene, and ``more``.
+
+    ``move`` is the number of the move that is answered, ``frame`` asks for a sign once painted, ``address`` is what the
+    page's address becomes, ``refused`` has a name and a text, ``undo``, ``redo``, ``pinned`` say what can be done.
+    """
     return {
         "texts": texts_of(setting),
         "dtau": f"Δτ = T/{setting.steps} = {2 * math.pi / setting.eta / setting.steps:.3g}",
         "scenes": [key for key, scene in scenes().items() if scene.matches(setting)],
-        "address": address,
-        "move": move,
-        "frame": frame,
-        "refused": refused,
+        **more,
     }
 
 
 def _spec() -> dict:
     return {
-        "sliders": [_slider(name) for name in _HINTS],
-        "switches": [
-            {"name": name, "label": Explorer.param[name].label, "doc": Explorer.param[name].doc, "choices": choices}
-            for name, choices in _CHOICES.items()
-        ],
+        "sliders": [_number(name) | {"log": name != "eta", "step": _STEP} for name in MAIN_FIELDS],
+        "numbers": [_number(name) for name in _NUMBERS],
+        "folded": [_switch(name, choices) for name, choices in _FOLDED.items()],
+        "shown": [_switch(name, choices) for name, choices in _SHOWN.items()],
         "scenes": [_button(scene) for scene in scenes().values()],
+        "defaults": texts_of(Explorer().setting()),
     }
 
 
-def _slider(name: str) -> dict:
+def _number(name: str) -> dict:
     rule = Explorer.param[name]
     low, high = rule.bounds
     return {
         "name": name,
         "label": rule.label,
-        "hint": _HINTS[name],
+        "hint": rule.doc,
         "low": low,
         "high": high,
-        "log": name != "eta",
-        "step": _STEPS[name],
         "whole": isinstance(rule, param.Integer),
     }
+
+
+def _switch(name: str, choices: dict[str, str]) -> dict:
+    rule = Explorer.param[name]
+    return {"name": name, "label": rule.label, "doc": rule.doc, "choices": choices}
 
 
 def _button(scene: Scene) -> dict:

@@ -18,7 +18,8 @@ from engine import Diagram
 
 # Before the browser has told the frame's size.
 _PIXELS = (480, 250)
-_TITLE = "Bifurcation diagram of the reference: click sets η"
+_TITLE = "Reference over η: click sets η"
+_NOT_OURS = "Reference over η (the paper's system)"
 _ETA = (0.5, 4.0)
 _SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
 _ROW = {"xi1": 0, "xi2": 1}
@@ -38,6 +39,7 @@ class DiagramView:
         self._load = load
         self._on_eta = on_eta
         self._shown: tuple[str, str] | None = None
+        self._ours = True
         self._sections = sections
         self._x, self._y = OwnedRange(*_ETA), OwnedRange(-10, 10)
         self.figure, self.picture = _picture_figure()
@@ -62,7 +64,7 @@ class DiagramView:
                         text_font_size="11px",
                         text_color=INK,
                         text_align="center",
-                        background_fill_color="white",
+                        background_fill_color="#FFFFFF",
                         background_fill_alpha=0.8,
                     )
                 )
@@ -93,9 +95,14 @@ class DiagramView:
             ),
         ]
 
-    def update(self, eta: float, joint_damping: str, coordinate: str) -> None:
-        """Move the cursor; redraw the picture where it is another one. The phase plots write the sections."""
+    def update(self, eta: float, joint_damping: str, coordinate: str, *, ours: bool = True) -> None:
+        """Move the cursor; redraw the picture where it is another one. The phase plots write the sections.
+
+        The shipped pictures are of the paper's system; with another (``ours`` is false) the title says so.
+        """
         self.cursor.location = eta
+        self._ours = ours
+        self._title(self._shown is None or self._points() is not None)
         if self._shown != (joint_damping, coordinate):
             self._show(joint_damping, coordinate)
 
@@ -110,7 +117,7 @@ class DiagramView:
         self._shown = (joint_damping, coordinate)
         for mark in self._marks:
             mark.glyph.y = "x1" if coordinate == "xi1" else "x2"
-        self.figure.yaxis[0].axis_label = f"displacement {_SYMBOL[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
+        self.figure.yaxis[0].axis_label = f"{_SYMBOL[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
         if turned:
             self._fit()
         self._draw()
@@ -129,7 +136,7 @@ class DiagramView:
 
     def _draw(self) -> None:
         points = self._points()
-        self.figure.title.text = _TITLE if points is not None else f"{_TITLE} (being computed …)"
+        self._title(points is not None)
         if points is None:
             return
         x, y = ((r.range.start, r.range.end) for r in (self._x, self._y))
@@ -141,6 +148,10 @@ class DiagramView:
             "dw": [x[1] - x[0]],
             "dh": [y[1] - y[0]],
         }
+
+    def _title(self, ready: bool) -> None:
+        title = _TITLE if self._ours else _NOT_OURS
+        self.figure.title.text = title if ready else f"{title} (being computed …)"
 
     def _pixels(self) -> tuple[int, int]:
         """The frame's own size: a picture drawn larger or smaller would lose points or blur."""

@@ -2,16 +2,40 @@
 
 from __future__ import annotations
 
+import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import CrosshairTool, FactorRange, HoverTool, LegendItem, Range1d, Span
+from bokeh.models import FactorRange, HoverTool, LegendItem, Range1d
 
-from app.present import Columns
-from app.views.base import BLUE, PENALTY, REFERENCE, RIGHT, VERMILLION, legend, make_figure, sources, write
+from app.present import WINDOW, Columns
+from app.state import Setting
+from app.views.base import (
+    BLUE,
+    PARTS,
+    PENALTY,
+    PINNED,
+    REFERENCE,
+    RIGHT,
+    VERMILLION,
+    Ghost,
+    empty,
+    legend,
+    make_figure,
+    now_line,
+    sources,
+    write,
+)
 from app.views.ranges import OwnedRange
 
+_NAMES = {
+    "total": "difference",
+    "time_step": "time step",
+    "regularisation": "K and D",
+    "joint_damping": "joint damping",
+}
 _LABELS = {
-    "relative": "displacement ξ (to the base) / base amplitude",
-    "absolute": "displacement ξ + cos ητ / base amplitude",
+    "relative": "ξ / base amplitude",
+    "absolute": "(ξ + cos ητ) / base amplitude",
+    "difference": "Δ{symbol} / base amplitude",
 }
 _TIME = "time τ/T in the last two excitation periods"
 
@@ -19,28 +43,40 @@ _TIME = "time τ/T in the last two excitation periods"
 class DisplacementView:
     """The displacement figure and the contact strip below it, on one time axis."""
 
-    def __init__(self, time: Range1d, hair: Span) -> None:
+    def __init__(self, time: Range1d) -> None:
         self.sources = sources(
             {
-                "displacements": ("t", "reference1", "reference2", "penalty1", "penalty2"),
+                "displacements": (
+                    "t",
+                    *(f"{s}{k}" for s in ("reference", "penalty") for k in ("1", "2", "_v1", "_v2")),
+                ),
                 "strip_reference": ("left", "right"),
                 "strip_penalty": ("left", "right"),
             }
         )
-        self._range = OwnedRange(-10, 10, headroom=0.3)
-        self.figure = self._displacement(time, hair)
-        self.strip = self._strip(time, hair)
+        self.ghost = Ghost("displacements")
+        self.difference = empty("difference", "t", *PARTS)
+        self._items: dict[str, list[LegendItem]] = {}  # what is seen with displacements, and with their difference
+        self._range = OwnedRange(-10, 10, headroom=0.16)
+        self.figure = self._displacement(time)
+        self.strip = self._strip(time)
 
-    def _displacement(self, time: Range1d, hair: Span):
+    def _displacement(self, time: Range1d):
         plot = make_figure(
             "Displacements",
             _TIME,
-            "displacement / base amplitude",
+            "ξ / base amplitude",
             name="displacement",
             x_range=time,
             y_range=self._range.range,
             min_border_right=RIGHT,
         )
+        ghost = self.ghost.of(self.sources["displacements"])
+        ghosts = [
+            plot.line("t", f"{solver}{number}", source=ghost, muted_alpha=0.1, **look)
+            for solver, look in PINNED.items()
+            for number in (1, 2)
+        ]
         items = []
         for solver, look in (("reference", REFERENCE), ("penalty", PENALTY)):
             for number, dash in ((1, "solid"), (2, "dashed")):
@@ -52,7 +88,18 @@ class DisplacementView:
                     **(look | {"line_dash": dash}),
                 )
                 items.append(LegendItem(label=f"ξ{'₁₂'[number - 1]} {solver}", renderers=[line]))
-        plot.add_layout(legend(items))
+        parts = [
+            LegendItem(
+                label=_NAMES[name],
+                visible=False,
+                renderers=[plot.line("t", name, source=self.difference, visible=False, muted_alpha=0.1, **look)],
+            )
+            for name, look in PARTS.items()
+        ]
+        self._items = {"displacements": items, "difference": parts}
+        self._ghosts = ghosts
+        plot.add_layout(legend([*items, *parts, self.ghost.item(ghosts)], 9))
+        plot.add_layout(now_line(plot.name))
         # One line carries the hover for all four: they share their times.
         plot.add_tools(
             HoverTool(
@@ -65,11 +112,10 @@ class DisplacementView:
                     ("penalty", "ξ₁ @penalty1{0.000}, ξ₂ @penalty2{0.000}"),
                 ],
             ),
-            CrosshairTool(overlay=hair),
         )
         return plot
 
-    def _strip(self, time: Range1d, hair: Span):
+    def _strip(self, time: Range1d):
         plot = make_figure(
             "",
             "",
@@ -111,15 +157,43 @@ class DisplacementView:
             )
         plot.xaxis.visible = False
         plot.ygrid.grid_line_color = None
-        plot.add_tools(CrosshairTool(overlay=hair))
+        plot.add_layout(now_line(plot.name))
         return plot
 
-    def update(self, columns: dict[str, Columns], frame: str, *, fresh: bool) -> None:
-        """Write the changed sources; the label says which displacement is shown."""
+    def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
+        """Write the changed sources; the label says what is shown."""
         for name, source in self.sources.items():
             write(source, columns[name])
-        label = _LABELS[frame]
+        if setting.frame == "difference":
+            return
+        turned = self._turn(setting)
+        shown = [columns["displacements"][f"{solver}{n}"] for solver in ("reference", "penalty") for n in (1, 2)]
+        self._range.follow(shown, fresh=fresh or turned)
+
+    def explain(self, series: dict[str, np.ndarray], setting: Setting) -> None:
+        """Write the difference in parts, each (2, n), if it is shown; without a ``series`` nothing is drawn."""
+        if setting.frame != "difference":
+            return
+        turned = self._turn(setting)
+        row = 0 if setting.coordinate == "xi1" else 1
+        count = len(series["total"][row]) if series else 0
+        columns = {"t": np.linspace(0, WINDOW, count, dtype=np.float32)}
+        columns |= {name: series[name][row] if name in series else np.full(count, np.nan, "f4") for name in PARTS}
+        write(self.difference, columns)
+        self._range.follow([columns[name] for name in PARTS], fresh=turned)
+
+    def _turn(self, setting: Setting) -> bool:
+        """Show the displacements or their difference; whether that is something else than before."""
+        label = _LABELS[setting.frame].format(symbol="ξ₁" if setting.coordinate == "xi1" else "ξ₂")
         turned = self.figure.yaxis[0].axis_label != label
         self.figure.yaxis[0].axis_label = label
-        shown = [column for name, column in columns["displacements"].items() if name != "t"]
-        self._range.follow(shown, fresh=fresh or turned)
+        for kind, items in self._items.items():
+            seen = (kind == "difference") == (setting.frame == "difference")
+            for item in items:
+                item.visible = seen
+                for line in item.renderers:
+                    line.visible = seen
+        for line in self._ghosts:
+            line.visible = setting.frame != "difference"
+        self.figure.title.text = "Penalty − reference, in parts" if setting.frame == "difference" else "Displacements"
+        return turned

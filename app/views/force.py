@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
-from bokeh.models import CrosshairTool, HoverTool, LegendItem, LinearAxis, Range1d, Span
+from bokeh.models import HoverTool, LegendItem, LinearAxis, Range1d
 
 from app.present import Columns
-from app.views.base import BLUE, PENALTY, REFERENCE, RIGHT, VERMILLION, legend, make_figure, sources, style, write
+from app.views.base import (
+    BLUE,
+    PENALTY,
+    PINNED,
+    REFERENCE,
+    RIGHT,
+    VERMILLION,
+    Ghost,
+    legend,
+    make_figure,
+    now_line,
+    sources,
+    style,
+    write,
+)
 from app.views.ranges import OwnedRange, extent
 
 
 class ForceView:
     """λ of both solvers as lines; the reference's impulses and the penalty's, over each contact, as stems."""
 
-    def __init__(self, time: Range1d, hair: Span) -> None:
+    def __init__(self, time: Range1d) -> None:
         self.sources = sources(
             {
                 "force_reference": ("t", "force"),
@@ -21,11 +35,12 @@ class ForceView:
                 "impulse_penalty": ("t", "impulse"),
             }
         )
-        self._force = OwnedRange(-1, 20, headroom=0.34)
+        self.ghost = Ghost("force_reference", "force_penalty")
+        self._force = OwnedRange(-1, 20, headroom=0.22)
         self._impulse = OwnedRange(-0.5, 10)
-        self.figure = self._build(time, hair)
+        self.figure = self._build(time)
 
-    def _build(self, time: Range1d, hair: Span):
+    def _build(self, time: Range1d):
         plot = make_figure(
             "Contact force",
             "time τ/T in the last two excitation periods",
@@ -38,6 +53,10 @@ class ForceView:
         plot.extra_y_ranges = {"impulse": self._impulse.range}
         plot.add_layout(LinearAxis(y_range_name="impulse", axis_label="impulse ∫λ dτ"), "right")
         style(plot)
+        ghosts = [
+            plot.line("t", "force", source=self.ghost.of(self.sources[f"force_{solver}"]), muted_alpha=0.1, **look)
+            for solver, look in PINNED.items()
+        ]
         lines = [
             plot.line("t", "force", source=self.sources[f"force_{solver}"], muted_alpha=0.1, **look)
             for solver, look in (("penalty", PENALTY), ("reference", REFERENCE))
@@ -50,13 +69,15 @@ class ForceView:
                     LegendItem(label="its impulses", renderers=stems[1]),
                     LegendItem(label="λ penalty", renderers=[lines[0]]),
                     LegendItem(label="its impulses", renderers=stems[0]),
-                ]
+                    self.ghost.item(ghosts),
+                ],
+                5,
             )
         )
+        plot.add_layout(now_line(plot.name))
         plot.add_tools(
             HoverTool(renderers=lines, tooltips=[("τ/T", "@t{0.0000}"), ("λ", "@force{0.00}")]),
             HoverTool(renderers=[s[1] for s in stems], tooltips=[("τ/T", "@t{0.0000}"), ("∫λ dτ", "@impulse{0.0000}")]),
-            CrosshairTool(overlay=hair),
         )
         return plot
 
@@ -103,6 +124,6 @@ class ForceView:
         if largest is None or self._force.zoomed or self._impulse.zoomed:
             return
         top = self._impulse.home[1]
-        if not 0.4 * top <= largest[1] <= 0.76 * top:
-            top = 1.36 * largest[1]
+        if not 0.4 * top <= largest[1] <= 0.82 * top:
+            top = 1.26 * largest[1]
         self._impulse.put(top * low / high, top)

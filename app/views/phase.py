@@ -5,7 +5,20 @@ from __future__ import annotations
 from bokeh.models import HoverTool, LegendItem
 
 from app.present import Columns
-from app.views.base import BLUE, PENALTY, REFERENCE, VERMILLION, legend, make_figure, sources, write
+from app.views.base import (
+    BLUE,
+    INK,
+    PENALTY,
+    PINNED,
+    REFERENCE,
+    VERMILLION,
+    Ghost,
+    empty,
+    legend,
+    make_figure,
+    sources,
+    write,
+)
 from app.views.ranges import OwnedRange
 
 _SUBSCRIPT = {1: "₁", 2: "₂"}
@@ -26,6 +39,7 @@ class PhaseView:
             }
         )
         self.sections = {name: self.sources[name] for name in ("section_reference", "section_penalty")}
+        self.ghost = Ghost("phase_reference", "phase_penalty")
         self._ranges = {name: OwnedRange(-8, 8) for name in ("x1", "x2")}
         self._ranges |= {name: OwnedRange(-8, 8, headroom=0.16) for name in ("v1", "v2")}
         self._lines: list = []
@@ -43,6 +57,10 @@ class PhaseView:
             min_border_left=48,
         )
         x, y = f"x{number}", f"v{number}"
+        ghosts = [
+            plot.line(x, y, source=self.ghost.of(self.sources[f"phase_{solver}"]), **look, muted_alpha=0.1)
+            for solver, look in PINNED.items()
+        ]
         reference = plot.line(x, y, source=self.sources["phase_reference"], **REFERENCE, muted_alpha=0.1)
         penalty = plot.line(x, y, source=self.sources["phase_penalty"], **PENALTY, muted_alpha=0.1)
         self._lines += [(reference, "reference"), (penalty, "penalty")]
@@ -71,9 +89,12 @@ class PhaseView:
                 [
                     LegendItem(label="reference", renderers=[reference, dots]),
                     LegendItem(label="penalty", renderers=[penalty, rings]),
-                ]
+                    self.ghost.item(ghosts),
+                ],
+                3,
             )
         )
+        self._mark(plot, number)
         plot.add_tools(
             HoverTool(
                 renderers=[dots, rings],
@@ -83,6 +104,21 @@ class PhaseView:
             )
         )
         return plot
+
+    def _mark(self, plot, number: int) -> None:
+        """Both solutions at the present phase; the browser fills the source (`phase.js`)."""
+        for solver, colour in (("reference", BLUE), ("penalty", VERMILLION)):
+            plot.scatter(
+                "x",
+                "v",
+                source=empty(f"mark_{solver}{number}", "x", "v"),
+                marker="circle" if solver == "reference" else "diamond",
+                size=11,
+                fill_color=colour,
+                line_color=INK,
+                line_width=1.2,
+                level="overlay",
+            )
 
     def update(self, columns: dict[str, Columns], *, fresh: bool) -> None:
         """Write the changed sources; ranges follow by their rule."""

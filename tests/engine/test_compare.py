@@ -1,89 +1,221 @@
-"""Period, shares and the difference of two responses."""
+"""The difference in three parts: what each means, told by an experiment of its own, and that they add up."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.stats
+from hypothesis import given
+from hypothesis import strategies as st
 
-from engine import Newmark, Record, Reference, System, compare, motion, simulate
-from engine.motion import repeats_after
+from engine import ExactPenalty, Newmark, Record, Reference, System, compare, motion, simulate
+from engine.compare import nearest_attractor
+from engine.encounters import encounters
+from engine.error import Target
+from engine.parts import PARTS
+from engine.regularisation import restitution_of, restitution_without_pull
+from engine.statistics import distance
 
-
-def test_period_is_found():
-    rng = np.random.default_rng(1)
-    cycle = rng.normal(size=(3, 4))
-    assert repeats_after(np.tile(cycle, (16, 1))) == 3
-    assert repeats_after(np.tile(cycle[:1], (10, 1))) == 1
-    assert repeats_after(rng.normal(size=(50, 4))) == 0
-    assert repeats_after(cycle[:1]) == 0
-
-
-def test_a_solution_agrees_with_itself_and_not_with_another_damping():
-    record = Record(2, 500)
-    table = simulate(System(), 2.76, Reference(), record=record)
-    derived = simulate(System(), 2.76, Reference("derived"), record=record)
-    assert compare(table, table).rms == 0
-    assert compare(table, derived).rms < 1e-10  # one impact, no permanent contact: the joint never acts
-    table = simulate(System(), 1.08, Reference(), record=record)
-    derived = simulate(System(), 1.08, Reference("derived"), record=record)
-    assert 1e-3 < compare(table, derived).rms < 0.1
+SYSTEM = System()
+EQUAL = 0.21545 * math.sqrt(2500 * SYSTEM.mass_share)  # D of equal restitution at K = 2500
 
 
-def test_a_motion_of_two_periods_may_run_one_period_behind():
-    record = Record(2, 500)
-    even = simulate(System(), 3.25, Reference(), periods=2050, record=record)
-    odd = simulate(System(), 3.25, Reference(), periods=2051, record=record)
-    found = compare(even, odd)
-    assert (found.shift, found.pointwise) == (1, True)
-    assert found.rms < 1e-9
+@pytest.mark.parametrize(
+    ("eta", "penalty"),
+    [
+        (1.08, Newmark(2500, 8, 2000)),
+        (1.70, Newmark(12000, 18, 1000)),
+        (2.76, Newmark(12000, 18, 2050)),  # 2050 steps and 100 samples: every 21st step, the last interval shorter
+        (3.25, Newmark(12000, 18, 500, located=True)),
+    ],
+)
+def test_the_parts_add_up_at_every_instant(eta, penalty):
+    found = compare(SYSTEM, eta, penalty)
+    parts = found.parts
+    total = parts.runs.penalty - parts.runs.reference
+    assert np.abs(sum(getattr(parts, name) for name in PARTS) - total).max() < 1e-10
+    assert found.residual < 1e-10
+    assert total.shape == (4, len(parts.time))
+    assert parts.time[0] == pytest.approx(2000 * 2 * np.pi / eta)
 
 
-def test_aperiodic_motion_is_not_compared_pointwise():
-    record = Record(2, 500, steps=2000)
-    found = compare(
-        simulate(System(), 1.7, Reference(), record=record),
-        simulate(System(), 1.7, Newmark(12000, 18, 2000), record=record),
-    )
+def test_the_series_are_the_runs():
+    """Each of them, at its own instants, from a run made for that."""
+    penalty = Newmark(2500, 8, 2000)
+    found = compare(SYSTEM, 1.08, penalty, periods=300, keep=4, per_period=250)
+    methods = penalty, ExactPenalty(2500, 8), Reference("derived"), Reference()
+    for method, rows in zip(methods, found.parts.runs, strict=True):
+        sampled = simulate(SYSTEM, 1.08, method, periods=300, keep=4, record=Record(4, 250, 2000)).trajectory
+        assert found.parts.time == pytest.approx(sampled.time[:-1])
+        assert rows[:2] == pytest.approx(
+            sampled.displacement[:, :-1], abs=1e-5
+        )  # 300 periods: the transient still fades
+        assert rows[2:] == pytest.approx(sampled.velocity[:, :-1], abs=1e-4)
+
+
+def test_total_is_the_error_that_searches_use():
+    for eta, penalty in ((1.08, Newmark(2500, 8, 2000)), (2.76, Newmark(12000, 18, 2000))):
+        error = Target.find(SYSTEM, eta).error(simulate(SYSTEM, eta, penalty))
+        assert compare(SYSTEM, eta, penalty).total == pytest.approx(error, rel=1e-6)
+
+
+def test_each_part_answers_to_its_own_number_alone():
+    """What is changed: the step, the contact, the joint's damping; which parts move is known."""
+    base = compare(SYSTEM, 1.08, Newmark(2500, 8, 2000))
+    finer = compare(SYSTEM, 1.08, Newmark(2500, 8, 2000, located=True))
+    assert finer.time_step < 0.5 * base.time_step
+    assert finer.regularisation == pytest.approx(base.regularisation, rel=1e-3)
+    stiffer = compare(SYSTEM, 1.08, Newmark(250_000, 10 * EQUAL, 100, located=True))
+    assert stiffer.regularisation < 0.5 * base.regularisation
+    assert stiffer.joint_damping == pytest.approx(base.joint_damping, rel=1e-3)
+    derived = compare(SYSTEM, 1.08, Newmark(2500, 8, 2000), reference=Reference("derived"))
+    assert derived.joint_damping == 0
+    assert derived.total < 0.1 * base.total
+
+
+def test_without_a_joint_there_is_no_part_of_its_damping():
+    found = compare(SYSTEM, 2.76, Newmark(12000, 18, 2000))
+    assert found.joint_damping < 1e-10
+    assert found.parts.without("time_step") == pytest.approx(found.regularisation, rel=1e-6)
+
+
+def test_doubled_motion_is_held_against_its_own_phase():
+    """Newmark and its limit have two periods, the reference one: they must not be found a period apart."""
+    found = compare(SYSTEM, 2.76, Newmark(12000, 2, 8000))
+    assert (found.reference.period, found.motions.exact.period) == (1, 2)
+    assert found.time_step < 0.05 < found.regularisation
+    one, two = (compare(SYSTEM, 3.25, Newmark(12000, 18, 2000, located=True), periods=p) for p in (2050, 2051))
+    assert two.total == pytest.approx(one.total, rel=1e-6)
+
+
+def test_runs_at_hand_are_taken_and_strangers_refused():
+    penalty = Newmark(12000, 18, 2000)
+    fresh = compare(SYSTEM, 2.76, penalty)
+    again = compare(SYSTEM, 2.76, penalty, responses=fresh.runs)
+    assert all(one is other for one, other in zip(fresh.runs, again.runs, strict=True))
+    assert again.total == fresh.total
+    with pytest.raises(ValueError, match="none of the four"):
+        compare(SYSTEM, 2.76, penalty, periods=100, responses=fresh.runs)
+    with pytest.raises(ValueError, match="no time step"):
+        compare(SYSTEM, 2.76, ExactPenalty(12000, 18))
+
+
+def test_a_run_that_blew_up_leaves_no_numbers():
+    found = compare(SYSTEM, 2.76, Newmark(60000, 1, 100))
+    assert np.isnan([found.total, found.time_step, found.residual]).all()
+    assert (found.parts, found.pointwise, found.complete) == (None, False, False)
+    assert found.penalty.type == "diverged"
+    with pytest.raises(ValueError, match="ended early"):
+        found.split()
+
+
+# ------------------------------------------------------------------------------------------------------ regularisation
+
+
+@given(st.floats(0.0, 30.0))
+def test_restitution_is_that_of_the_oscillation(ratio):
+    """The gap's own oscillation, marched by small exact steps until it opens, or until its force vanishes."""
+    matrix = np.array([[0.0, 1.0], [-1.0, -2 * ratio]])
+    values, vectors = np.linalg.eig(matrix + np.diag([0.0, 1e-13]))
+    time = np.linspace(0, 2 * np.pi / math.sqrt(1 - ratio**2) if ratio < 0.99 else 10.0, 40_001)
+    path = (vectors * np.linalg.solve(vectors, np.array([0.0, 1.0]))) @ np.exp(np.outer(values, time))
+    position, rate = path.real
+    released = np.flatnonzero((position + 2 * ratio * rate <= 0) & (time > 0))
+    if abs(ratio - 1) < 0.02:  # two equal eigenvalues
+        return
+    assert -rate[released[0]] == pytest.approx(restitution_without_pull(ratio), abs=1e-3)
+    opened = np.flatnonzero((position <= 0) & (time > 1e-3))
+    assert (-rate[opened[0]] if ratio < 0.98 else 0.0) == pytest.approx(restitution_of(ratio), abs=1e-3)
+
+
+def test_restitution_without_pull_is_continuous_at_critical_damping():
+    assert restitution_without_pull(1.0) == math.exp(-2)
+    assert restitution_without_pull(1 - 1e-9) == pytest.approx(math.exp(-2), rel=1e-4)
+    assert restitution_without_pull(1 + 1e-9) == pytest.approx(math.exp(-2), rel=1e-4)
+
+
+def test_regularisation_is_split_and_adds_up():
+    found = compare(SYSTEM, 2.76, Newmark(12000, 18, 2000))
+    split = found.split()
+    together = split.contact_time + split.pulling + split.damper
+    assert np.abs(together - found.parts.regularisation).max() < 1e-10
+    assert split.in_step
+    assert split.restitution == pytest.approx(0.459, abs=1e-3)
+    assert split.without_pull > split.restitution
+
+
+def test_at_equal_restitution_only_the_contact_time_is_left_and_falls_as_one_over_root_K():
+    left = []
+    for stiffness in (1e5, 1e7):
+        damping = EQUAL * math.sqrt(stiffness / 2500)
+        found = compare(SYSTEM, 2.76, Newmark(stiffness, damping, 40, located=True), keep=10)
+        split = found.split()
+        assert found.parts.relative(split.wrong_restitution) < 1e-3
+        assert found.parts.relative(split.pulling) > 0.01
+        left.append(found.parts.relative(split.contact_time))
+    assert left[0] / left[1] == pytest.approx(10, rel=0.3)
+
+
+# --------------------------------------------------------------------------------------------------------- encounters
+
+
+def test_chatter_is_taken_up_by_lasting_contact():
+    found = compare(SYSTEM, 1.08, Newmark(2500, 8, 2000)).encounters
+    assert (found.matched + found.lost, found.matched + found.added) == (10, 3)
+    assert found.phase_error < 0.01
+
+
+def test_impact_in_step_and_its_restitution():
+    found = compare(SYSTEM, 2.76, Newmark(12000, 18, 200, located=True)).encounters
+    assert (found.matched, found.lost, found.added) == (1, 0, 0)
+    assert found.restitution == pytest.approx(restitution_of(18 / math.sqrt(12000 * SYSTEM.mass_share)), abs=0.01)
+
+
+def test_a_known_delay_is_found_also_across_the_end_of_a_period():
+    run = simulate(SYSTEM, 3.25, Reference())
+    for delay in (0.01, -0.03):
+        late = simulate(SYSTEM, 3.25, Reference(), periods=2051)
+        times = run.impacts.time + delay * run.period
+        moved = replace(late, impacts=replace(run.impacts, time=times + run.period), method=ExactPenalty(1e3, 1))
+        found = encounters(run, moved, 2)
+        assert found.delay == pytest.approx(delay, rel=1e-6)
+        assert (found.matched, found.lost, found.added) == (0.5, 0, 0)
+
+
+# --------------------------------------------------------------------------------------------------------- statistics
+
+
+def test_chaotic_motions_are_compared_by_their_sections():
+    found = compare(SYSTEM, 1.7, Newmark(12000, 18, 8000))
     assert not found.pointwise
-    assert np.isnan(found.rms)
+    told = found.statistics
+    assert told.time_step < 3 * told.floor  # the step's noise does not show in the distribution
+    assert told.total > 5 * told.floor  # the wrong restitution does
+    assert not told.alike
+    same = compare(SYSTEM, 1.7, Newmark(1e6, 0.21545 * math.sqrt(1e6 * SYSTEM.mass_share), 400, located=True))
+    assert same.statistics.total < 0.5 * told.total
 
 
-def test_rates_are_those_of_whole_cycles():
-    """Three periods with four impacts in them, from any start; 50 kept periods are no multiple of three."""
-    found = motion(simulate(System(), 3.78, Reference(), periods=4000))
-    assert found.period == 3
-    assert found.impacts_per_period == pytest.approx(4 / 3, rel=1e-12)
+@given(st.integers(0, 2**32 - 1))
+def test_distance_is_that_of_scipy(seed):
+    rng = np.random.default_rng(seed)
+    one, other = rng.normal(size=(50, 2)), rng.normal(1.0, 2.0, size=(50, 2))
+    expected = np.mean([scipy.stats.wasserstein_distance(a, b) for a, b in zip(one.T, other.T, strict=True)])
+    assert distance(one, other) == pytest.approx(expected, rel=1e-12)
 
 
-def test_what_cannot_be_compared_is_refused():
-    good = simulate(System(), 2.76, Reference(), record=Record(2, 500))
-    with pytest.raises(ValueError, match="no samples"):
-        compare(good, simulate(System(), 2.76, Reference()))
-    with pytest.raises(ValueError, match="diverged"):
-        motion(simulate(System(), 2.76, Newmark(60000, 1, 100)))
+def test_evidence_brings_the_lyapunov_exponents():
+    found = compare(SYSTEM, 2.76, Newmark(12000, 18, 2000), evidence=True)
+    assert found.reference.lyapunov == pytest.approx(motion(SYSTEM, 2.76, Reference()).lyapunov)
+    assert found.penalty.step_noise > 0
+    assert np.isnan(compare(SYSTEM, 2.76, Newmark(12000, 18, 2000)).reference.lyapunov)
 
 
-def test_a_cycle_that_was_not_sampled_is_not_compared():
-    short = simulate(System(), 3.25, Reference(), record=Record(1, 400))
-    assert not compare(short, short).pointwise
-
-
-def test_scatter_of_the_time_step_is_forgiven_but_not_denied():
-    found = motion(simulate(System(), 2.76, Newmark(12000, 18, 8000)))
-    assert (found.period, found.near_period) == (0, 1)
-    assert found.spread > 0.01
-    assert motion(simulate(System(), 1.7, Reference())).near_period == 0
-
-
-def test_the_difference_is_that_of_the_curves():
-    """A known difference: the same solution, its displacements stretched by a tenth."""
-    one = simulate(System(), 2.76, Reference(), record=Record(2, 500))
-    stretched = replace(one.trajectory, displacement=1.1 * one.trajectory.displacement)
-    assert compare(one, replace(one, trajectory=stretched)).rms == pytest.approx(0.1)
-
-
-def test_contact_share_of_the_penalty_model_counts_the_ends_of_the_window_once():
-    response = simulate(System(), 1.08, Newmark(100, 50, 2000))
-    sampled = simulate(System(), 1.08, Newmark(100, 50, 2000), record=Record(50, 2000)).trajectory
-    touching = np.mean(sampled.displacement[1, :-1] <= sampled.displacement[0, :-1])
-    assert motion(response).contact_share == pytest.approx(touching, abs=1e-3)
+def test_another_motion_of_the_same_reference_is_told():
+    """At η = 3.2 the reference has a motion of two periods and one of six; Newmark finds the other one."""
+    found = compare(SYSTEM, 3.2, Newmark(2500, 8, 2000))
+    assert (found.reference.period, found.motions.exact.period) == (2, 6)
+    assert nearest_attractor(found) < 0.1 < 1.0 < found.total
+    alone = compare(SYSTEM, 2.76, Newmark(12000, 18, 2000))
+    assert nearest_attractor(alone) == pytest.approx(alone.total, rel=1e-6)

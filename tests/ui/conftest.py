@@ -133,11 +133,16 @@ class Explorer:
 
     def settle(self, frame=0):
         """Wait until at least update number ``frame`` is on the screen and nothing is under way."""
-        self.form.wait_for()
+        self.form.wait_for(state="attached")  # some tabs hide it
         wait_until(lambda: self.frame() >= frame, what=f"update {frame}")
         self.page.wait_for_function("Bokeh.documents.every(d => d.is_idle)")
         painted = "new Promise(done => requestAnimationFrame(() => setTimeout(done, 60)))"
         self.page.evaluate(f"document.fonts.ready.then(() => {painted})")
+
+    def explained(self):
+        """Wait until the difference is explained; that comes when the hand rests."""
+        self.page.locator(".told[data-pending=false]").wait_for()
+        return self
 
     def moved(self, act):
         """Do ``act`` and wait for its update."""
@@ -163,7 +168,17 @@ class Explorer:
         return self.page.evaluate("location.search")
 
     def error(self):
-        return self.page.locator(".error").text_content()
+        """What the page refuses or could not do, wherever it says so."""
+        told = self.page.locator(".error:not([hidden]) span, .refusal:not([hidden])")
+        return " ".join(told.all_text_contents())
+
+    def open_tab(self, title):
+        self.page.get_by_role("tab", name=title, exact=True).click()
+        self.page.locator(f"[role=tab][aria-selected=true]:text-is('{title}')").wait_for()
+
+    def model(self, name, attribute):
+        """One attribute of a Bokeh model, as the browser has it."""
+        return self.page.evaluate("([n, a]) => Bokeh.documents[0].get_model_by_name(n)[a]", [name, attribute])
 
     def line(self, name):
         return self.page.locator(f".line.{name} p").text_content()

@@ -75,7 +75,7 @@ def test_sliders_and_switches_forged_in_the_browser_are_refused(visit):
         {"move": "x"},
     ]
     explorer.page.evaluate(FORGE, forged)
-    explorer.page.locator(".error:not([hidden])").wait_for()
+    explorer.page.locator(".refusal:not([hidden])").first.wait_for()
     assert explorer.sources() == before
     explorer.moved(lambda: explorer.type("eta", "1.2"))
 
@@ -90,7 +90,8 @@ FORGE = """forged => {
 def test_a_link_restores_its_state(visit):
     first = visit()
     first.moved(lambda: first.type("eta", "2.7612345"))
-    first.moved(lambda: first.page.get_by_text("derived 0.0085").click())
+    first.page.get_by_text("System and solver").click()
+    first.moved(lambda: first.page.locator("[name=vibroscope-joint_damping][value=derived]").set_checked(True))
     first.moved(lambda: first.page.get_by_text("absolute").click())
     in_address(first, eta="2.7612345", joint_damping="derived", frame="absolute")
     second = visit(first.query())
@@ -173,6 +174,7 @@ def test_a_diverged_penalty_run_is_told_and_the_reference_stays(visit):
     assert after["phase_penalty"]["x1"] == []
     assert set(after["displacements"]["penalty1"]) == {None}
     assert after["phase_reference"] == before["phase_reference"]
+    explorer.explained()
     assert "nothing to compare" in explorer.line("verdict")
 
 
@@ -223,7 +225,7 @@ def test_on_a_phone_nothing_overflows_and_everything_is_there(visit):
 def test_on_a_desktop_everything_is_in_view_without_scrolling(visit):
     explorer = visit()
     boxes = {name: explorer.figure(name)["box"] for name in FIGURES}
-    boxes |= {name: explorer.page.locator(name).bounding_box() for name in ("form.panel", ".told")}
+    boxes |= {name: explorer.page.locator(name).bounding_box() for name in ("form.panel", ".told .verdict")}
     for name, box in boxes.items():
         assert box["x"] >= 0, name
         assert box["y"] >= 0, name
@@ -262,9 +264,11 @@ def test_a_refused_link_leaves_complete_controls(visit):
     in_address(explorer, eta="2")
 
 
-def test_the_figure_of_speed_and_error_opens(visit):
+def test_the_figure_of_speed_and_error_is_shown_and_opens_by_itself(visit):
     explorer = visit()
-    link = explorer.page.get_by_role("link", name="How fast, how exact")
+    explorer.open_tab("Speed against error")
+    explorer.page.locator("img.figure").evaluate("async image => { await image.decode(); return image.naturalWidth; }")
+    link = explorer.page.get_by_role("link", name="Open the figure by itself")
     with explorer.page.context.expect_page() as opened:
         link.click()
     figure = opened.value

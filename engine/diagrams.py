@@ -1,56 +1,77 @@
-"""Results kept on disk, under a key that holds every number and the engine's own sources."""
+"""The bifurcation diagrams that the explorer opens with: shipped for the default system, else computed once and kept.
 
-import contextlib
-import hashlib
-import json
+A shipped one is a single npz file, which is read in milliseconds when the page opens; what reads a labelled result
+takes half a second to import.
+"""
+
 import os
 import tempfile
 import zipfile
-from dataclasses import asdict
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from .kernels.jit import cache_root, source_digest
 from .methods import JOINT_DAMPINGS, Reference
 from .model import System
-from .sweep import Diagram, bifurcation
+from .sweeps.cache import kept
+from .sweeps.eta import EtaStudy
+from .sweeps.progress import Hook
+from .sweeps.runner import Run, run
 
 SHIPPED = Path(__file__).parents[1] / "assets" / "diagrams"
 GRID = np.round(np.arange(0.5, 4.0 + 1e-9, 0.0025), 4)  # 1,401 values of η; the paper's four are among them
+TRANSIENT, SAMPLE = 2000, 50
 
 
-def diagram_key(system: System, method: Reference, eta: np.ndarray = GRID, periods: int = 2050, keep: int = 50) -> str:
-    """Name of a diagram: changes with any number that goes in and with any line of the engine."""
-    numbers = {
-        "engine": source_digest(Path(__file__).parent),
-        "system": system.as_dict(),
-        "method": [method.name, asdict(method)],
-        "eta": hashlib.sha256(np.ascontiguousarray(eta).tobytes()).hexdigest(),
-        "periods": periods,
-        "keep": keep,
-    }
-    return hashlib.sha256(json.dumps(numbers, sort_keys=True).encode()).hexdigest()[:20]
+@dataclass(frozen=True)
+class Diagram:
+    """Bifurcation diagram from rest.
+
+    Attributes
+    ----------
+    eta : (n,) ndarray
+    displacement : (2, n, sample) ndarray of float32
+        ξ₁ and ξ₂ at τ ≡ 0 mod T; nan in rows whose run ended early.
+    """
+
+    eta: np.ndarray
+    displacement: np.ndarray
 
 
-def diagram(system: System, method: Reference, *, progress=None) -> Diagram:
+def diagram_study(system: System, method: Reference) -> EtaStudy:
+    """What the diagram is made of: its key changes with any number that goes in and with any line of the engine."""
+    return EtaStudy(system, method, float(GRID[0]), TRANSIENT, SAMPLE, values=GRID)
+
+
+def diagram(
+    system: System,
+    method: Reference,
+    *,
+    progress: Hook | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Diagram:
     """The bifurcation diagram over GRID: shipped, or cached, or computed now and cached.
 
     Parameters
     ----------
     progress : callable, optional
-        Called with the number of η done; only where the diagram must be computed.
+        Called with a `Progress`; only where the diagram is not shipped.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true; what is complete is kept for the next time.
     """
-    key = diagram_key(system, method)
-    cached = cache_root() / "diagrams" / f"{key}.npz"
-    for path in (shipped_path(method), cached):
-        found = load_diagram(path, key)
-        if found is not None:
-            return found
-    computed = bifurcation(system, GRID, method, progress=progress)
-    with contextlib.suppress(OSError):  # a full or read-only cache costs time at the next start, not this result
-        save_diagram(cached, key, computed)
-    return computed
+    study = diagram_study(system, method)
+    shipped = load_diagram(shipped_path(method), study.key)
+    return shipped or _drawn(kept(study, progress=progress, cancelled=cancelled))
+
+
+def _drawn(found) -> Diagram:
+    points = np.stack([found[name].values for name in ("xi1", "xi2")])
+    return Diagram(found["eta"].values, points.astype(np.float32))
 
 
 def shipped_path(method: Reference) -> Path:
@@ -62,9 +83,8 @@ def ship_diagrams() -> list[Path]:
     """Compute the diagrams of the default system and put them into the source tree; returns their paths."""
     paths = []
     for kind in JOINT_DAMPINGS:
-        method = Reference(kind)
-        path = shipped_path(method)
-        save_diagram(path, diagram_key(System(), method), bifurcation(System(), GRID, method))
+        study, path = diagram_study(System(), Reference(kind)), shipped_path(Reference(kind))
+        save_diagram(path, study.key, _drawn(run(study, Run())))
         paths.append(path)
     return paths
 

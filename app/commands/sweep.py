@@ -1,0 +1,239 @@
+"""``vibroscope sweep``: the bifurcation diagram, the K-D plane, the time-step study; kept, and resumed when killed."""
+
+import argparse
+import contextlib
+import json
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from engine import (
+    COORDINATES,
+    DIRECTIONS,
+    OVER,
+    Cancelled,
+    ExactPenalty,
+    Method,
+    Newmark,
+    Progress,
+    Reference,
+    spaced,
+    sweep_eta,
+    sweep_plane,
+    sweep_step,
+)
+
+from .options import SOLVER_OPTIONS, add_system_option, numbers, system_of
+
+_EVERY = 0.2  # seconds between two lines of progress
+
+
+def add(commands) -> None:
+    """``vibroscope sweep eta|plane|step``."""
+    command = commands.add_parser(
+        "sweep",
+        allow_abbrev=False,
+        help="many runs: bifurcation diagram, K-D plane, time-step study, kept and resumable",
+        description="Run a study and keep it as a Zarr result at --out, which xarray.open_zarr reads. A study that was "
+        "stopped or killed goes on where it was when the same command is given again.",
+    )
+    studies = command.add_subparsers(dest="study", required=True, metavar="STUDY")
+    _add_eta(studies)
+    _add_plane(studies)
+    _add_step(studies)
+
+
+def _study(studies, name: str, run: Callable, transient: int, text: str) -> argparse.ArgumentParser:
+    command = studies.add_parser(name, allow_abbrev=False, help=text, description=text)
+    add = command.add_argument
+    add("--transient", type=float, default=transient, metavar="N", help="periods before the sample (%(default)s)")
+    add("--sample", type=float, default=50, metavar="N", help="periods to describe (%(default)s)")
+    add("--out", required=True, metavar="PATH", help="a folder, or a URL that fsspec knows (s3://bucket/name)")
+    add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler (extra `cluster`)")
+    add("--threads", type=int, metavar="N", help="on this machine, or for a chunk on the cluster")
+    add("--json", action="store_true", help="print one JSON object")
+    add_system_option(command)
+    command.set_defaults(run=lambda options: _kept(options, run))
+    return command
+
+
+def _add_eta(studies) -> None:
+    text = "bifurcation diagram: sections over eta, or over another parameter"
+    add = _study(studies, "eta", _eta, 2000, text).add_argument
+    add("--from", required=True, type=float, metavar="F", dest="low", help="smallest value")
+    add("--to", required=True, type=float, metavar="F", dest="high", help="largest value")
+    add("--count", required=True, type=float, metavar="N", help="how many values, evenly spaced")
+    add("--logarithmic", action="store_true", help="evenly spaced in the logarithm")
+    add("--over", choices=OVER, default="eta", help="the parameter that is swept (default eta)")
+    add("--solver", required=True, choices=tuple(SOLVER_OPTIONS), help="as in `vibroscope simulate`")
+    add("--eta", type=float, metavar="F", help="excitation frequency, where another parameter is swept")
+    add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
+    add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
+    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
+    add("--located", action="store_true", help="newmark: cut the steps at each contact change")
+    add("--joint-damping", choices=("table", "derived"), default="table", help="reference (default %(default)s)")
+    add("--threshold", type=float, metavar="F", default=0.002, help="reference (default %(default)s)")
+    add("--restitution", type=float, metavar="F", help="reference (default: the system's)")
+    add("--direction", choices=DIRECTIONS, default="rest", help="each value from rest, or from its neighbour's end")
+    add("--coordinates", default="xi1,xi2", metavar="A,B", help=f"of {','.join(COORDINATES)} (default %(default)s)")
+    add("--refine", type=float, default=0, metavar="N", help="halve intervals in which the motion changes, N times")
+    add("--lyapunov", type=float, default=0, metavar="N", help="average the Lyapunov exponent over N periods")
+
+
+def _add_plane(studies) -> None:
+    text = "K-D plane of the penalty model at one eta, with logarithmic axes"
+    add = _study(studies, "plane", _plane, 450, text).add_argument
+    add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1")
+    add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
+    add("--D", required=True, type=_span, metavar="a:b:n", help="contact damping, n values from a to b")
+    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
+    add("--solver", choices=("newmark", "exact"), default="newmark", help="with or without a time step (newmark)")
+    add("--located", action="store_true", help="newmark: cut the steps at each contact change")
+    add("--no-error", action="store_true", help="without error, its parts and the exact penalty model beside: faster")
+
+
+def _add_step(studies) -> None:
+    text = "time-step study of Newmark at one eta, K and D, fixed and located step"
+    add = _study(studies, "step", _step, 2000, text).add_argument
+    add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1")
+    add("--K", required=True, type=float, metavar="F", help="contact stiffness")
+    add("--D", required=True, type=float, metavar="F", help="contact damping")
+    add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
+
+
+def _span(text: str) -> tuple[float, float, float]:
+    """``a:b:n``."""
+    try:
+        low, high, count = (float(part) for part in text.split(":"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no range: give a:b:n, as 100:60000:64") from None
+    return low, high, count
+
+
+def _eta(options: argparse.Namespace, **how):
+    system = system_of(options)
+    if options.restitution is not None:
+        system = replace(system, restitution=options.restitution)
+    values = spaced(options.over, options.low, options.high, options.count, logarithmic=options.logarithmic)
+    return sweep_eta(
+        system,
+        _method(options),
+        values,
+        over=options.over,
+        eta=options.eta,
+        direction=options.direction,
+        coordinates=options.coordinates.split(","),
+        refine=options.refine,
+        lyapunov=options.lyapunov,
+        **how,
+    )
+
+
+def _method(options: argparse.Namespace) -> Method:
+    """The solver; what is swept stands in for its own number, which need not be given."""
+    if options.solver == "reference":
+        return Reference(options.joint_damping, options.threshold)
+    names = ("K", "D", "steps") if options.solver == "newmark" else ("K", "D")
+    given = {name: options.low if name == options.over else getattr(options, name) for name in names}
+    if missing := [f"--{name}" for name, value in given.items() if value is None]:
+        raise ValueError(
+            f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers: --K 12000 --D 18"
+        )
+    if options.solver == "exact":
+        return ExactPenalty(given["K"], given["D"])
+    return Newmark(given["K"], given["D"], given["steps"], located=options.located)
+
+
+def _plane(options: argparse.Namespace, **how):
+    exact = options.solver == "exact"
+    if not exact and options.steps is None:
+        raise ValueError("the newmark solver needs --steps; the paper takes --steps 2000")
+    axes = [spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")]
+    steps = None if exact else options.steps
+    more = {"located": options.located, "parts": not options.no_error}
+    return sweep_plane(system_of(options), options.eta, *axes, steps=steps, **more, **how)
+
+
+def _step(options: argparse.Namespace, **how):
+    return sweep_step(system_of(options), options.eta, options.K, options.D, options.steps, **how)
+
+
+def _kept(options: argparse.Namespace, run: Callable) -> int:
+    """Run the study, with progress and a way out; print the summary."""
+    bar = _Bar(options.out) if sys.stderr.isatty() else None
+    with _interrupted() as cancelled, bar or contextlib.nullcontext():
+        try:
+            found = run(
+                options,
+                transient=options.transient,
+                sample=options.sample,
+                out=options.out,
+                scheduler=options.scheduler,
+                threads=options.threads,
+                progress=bar,
+                cancelled=cancelled,
+            )
+        except Cancelled:
+            print(
+                f"\nvibroscope sweep: stopped. What is complete is kept in {options.out}; "
+                "the same command goes on from there.",
+                file=sys.stderr,
+            )
+            return 130
+    told = {name: found.attrs[name] for name in ("seconds", "computed", "reused", "failed")}
+    told = {"seconds": told.pop("seconds"), "cells": told["computed"] + told["reused"], **told, "path": options.out}
+    print(json.dumps(told) if options.json else _text(told))
+    return 0
+
+
+def _text(told: dict) -> str:
+    return (
+        f"{told['cells']} cells in {told['seconds']:.2f} s: {told['computed']} computed, {told['reused']} reused, "
+        f"{told['failed']} ended early\n{told['path']} (xarray.open_zarr reads it)"
+    )
+
+
+@contextlib.contextmanager
+def _interrupted() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed: the first asks the study to stop, the second ends the process as ever."""
+    pressed = []
+
+    def note(*_) -> None:
+        pressed.append(True)
+        signal.signal(signal.SIGINT, before)
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+class _Bar:
+    """One line of progress on the terminal, written over."""
+
+    def __init__(self, out: str):
+        self._out, self._told = out, 0.0
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self._told:
+            print(file=sys.stderr)
+
+    def __call__(self, now: Progress) -> None:
+        if time.monotonic() < self._told + _EVERY and now.done < now.total:
+            return
+        self._told = time.monotonic()
+        left = f", {_duration(now.seconds_left)} left" if now.done < now.total and now.computed else ""
+        line = f"{now.done} of {now.total} cells, {now.rate:.3g} a second{left}"
+        print(f"\r{line:<78}", end="", file=sys.stderr, flush=True)
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,189 @@
+"""How the explorer is served: every setting, read from the environment and checked whole before anything starts.
+
+A name here is an environment variable (``port`` is ``VIBROSCOPE_PORT``) and, where the command has it, an option, which
+wins. What is wrong is told in one line that names everything that is wrong.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+
+_ORIGIN = re.compile(r"[a-z0-9](?:[a-z0-9.-]*[a-z0-9])?(:\d{1,5})?|\[[0-9a-f:.]+\](:\d{1,5})?", re.ASCII)
+_ADDRESS = re.compile(r"[A-Za-z0-9.:-]{1,253}", re.ASCII)
+_SHORTEST_KEY = 32
+LEVELS = ("debug", "info", "warning", "error")
+
+
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """A reader of whole numbers from ``low`` to ``high``."""
+
+    def read(text: str) -> int:
+        if not re.fullmatch(r"\d{1,15}", text, re.ASCII) or not low <= int(text) <= high:
+            raise ValueError(f"a whole number from {low} to {high}")
+        return int(text)
+
+    return read
+
+
+def one_of(*choices: str) -> Callable[[str], str]:
+    """A reader of one of these words."""
+
+    def read(text: str) -> str:
+        if text not in choices:
+            raise ValueError(" or ".join(choices))
+        return text
+
+    return read
+
+
+def matching(pattern: re.Pattern, wanted: str) -> Callable[[str], str]:
+    """A reader of texts of this form."""
+
+    def read(text: str) -> str:
+        if not pattern.fullmatch(text):
+            raise ValueError(wanted)
+        return text
+
+    return read
+
+
+_origin = matching(_ORIGIN, "hosts as in the browser's address bar, example.org or example.org:8080")
+
+
+def _origins(text: str) -> tuple[str, ...]:
+    return tuple(_origin(part.strip().lower()) for part in text.split(","))
+
+
+def _folder(text: str) -> str:
+    if "\0" in text or not Path(text).is_absolute():
+        raise ValueError("a folder, given from the root")
+    return text
+
+
+def _secret(text: str) -> str:
+    if len(text) < _SHORTEST_KEY:
+        raise ValueError(f"at least {_SHORTEST_KEY} characters that nobody can guess")
+    return text
+
+
+def _setting(default, read: Callable[[str], object], doc: str, *, variable: str = "", secret: bool = False):
+    about = {"read": read, "doc": doc, "variable": variable, "secret": secret}
+    if callable(default):
+        return field(default_factory=default, repr=not secret, metadata=about)
+    return field(default=default, repr=not secret, metadata=about)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """One complete, valid set of settings."""
+
+    port: int = _setting(5006, whole(0, 65535), "port to listen on; 0 takes a free one")
+    address: str = _setting("127.0.0.1", matching(_ADDRESS, "an address or a host's name"), "address to listen on")
+    origins: tuple[str, ...] = _setting(
+        (), _origins, "hosts that browsers may open the page under, by commas; by default the address itself"
+    )
+    threads: int = _setting(lambda: max(4, os.cpu_count() or 4), whole(1, 256), "threads that solve")
+    sessions: int = _setting(100, whole(1, 100_000), "sessions held at once; whoever comes later is told to wait")
+    steps: int = _setting(
+        100_000_000, whole(10_000, 10**12), "time steps × periods × cells that one request may ask for"
+    )
+    cache_dir: str | None = _setting(
+        None, _folder, "folder of compiled kernels and diagrams, by default the user's own"
+    )
+    cache_mb: int = _setting(1000, whole(1, 10**6), "megabytes kept in that folder; the oldest diagrams go first")
+    log_format: str = _setting("text", one_of("text", "json"), "form of the log's lines")
+    log_level: str = _setting("info", one_of(*LEVELS), "least level that is logged")
+    metrics_token: str = _setting(
+        "",
+        _secret,
+        "lets /metrics be read from outside, as a bearer token; by default from this machine only",
+        secret=True,
+    )
+    secret_key: str = _setting(
+        lambda: secrets.token_urlsafe(48),
+        _secret,
+        "signs sessions; the same for all replicas, by default a random one",
+        variable="BOKEH_SECRET_KEY",
+        secret=True,
+    )
+
+
+def variable_of(name: str) -> str:
+    """The environment variable of one setting."""
+    given = {f.name: f.metadata["variable"] for f in fields(Settings)}[name]
+    return given or f"VIBROSCOPE_{name.upper()}"
+
+
+def from_environment(environ: Mapping[str, str] = os.environ, **given: object) -> Settings:
+    """All settings: what is ``given`` (and not None), else the environment's, else the default.
+
+    Parameters
+    ----------
+    environ
+        Variables; an empty one counts as unset.
+    given
+        Values by name, valid already.
+
+    Raises
+    ------
+    ValueError
+        In one line, with every variable that is wrong and what it should be.
+    """
+    values = {name: value for name, value in given.items() if value is not None}
+    wrong = []
+    for item in fields(Settings):
+        variable = variable_of(item.name)
+        text = environ.get(variable, "").strip()
+        if item.name in values or not text:
+            continue
+        try:
+            values[item.name] = item.metadata["read"](text)
+        except ValueError as wanted:
+            shown = f"{len(text)} characters" if item.metadata["secret"] else repr(text[:40])
+            wrong.append(f"{variable} must be {wanted}, not {shown}")
+    wrong += [f"there is no setting {name}" for name in _unknown(environ)]
+    if wrong:
+        raise ValueError("; ".join(wrong))
+    return Settings(**values)
+
+
+# Read elsewhere: by the tests, which look for a browser.
+_OTHERS = {"VIBROSCOPE_BROWSER"}
+
+
+def _unknown(environ: Mapping[str, str]) -> list[str]:
+    """Variables that look like settings and are none: a typing error must not pass for a default."""
+    known = {variable_of(item.name) for item in fields(Settings)} | _OTHERS
+    return sorted(name for name in environ if name.startswith("VIBROSCOPE_") and name not in known)
+
+
+def describe() -> str:
+    """Every variable with its meaning and default, for ``--help``."""
+    lines = ["environment (an option wins over it):"]
+    for item in fields(Settings):
+        default = "" if item.metadata["secret"] or item.default in (None, ()) else f" (default {_default_of(item)})"
+        lines += [f"  {variable_of(item.name)}", f"      {item.metadata['doc']}{default}"]
+    return "\n".join(lines)
+
+
+def _default_of(item) -> object:
+    return item.default if not callable(item.default_factory) else item.default_factory()
+
+
+_in_force: Settings | None = None
+
+
+def in_force() -> Settings:
+    """What this process is served with; the defaults where nothing is served."""
+    return _in_force or Settings()
+
+
+def put_in_force(settings: Settings) -> None:
+    """Serve with these from now on."""
+    global _in_force
+    _in_force = settings

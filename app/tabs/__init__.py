@@ -1,0 +1,10 @@
+"""The tabs of the page, one a file; `app.tabs.base` says what a tab is. A new one is a line in `TABS`."""
+
+from app.tabs.base import Desk, Move, Tab
+from app.tabs.explore import Explore
+from app.tabs.help import Help
+from app.tabs.speed import Speed
+
+TABS: dict[str, type[Tab]] = {tab.key: tab for tab in (Explore, Speed, Help)}
+
+__all__ = ["TABS", "Desk", "Move", "Tab"]

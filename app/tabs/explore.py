@@ -1,0 +1,259 @@
+"""Explore: both solvers for what is set, laid over each other, with what the difference means."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
+
+import panel as pn
+
+from app import takeaway, words
+from app.compute import Frame, Latest, RunCache, frame_of, kept_frame, workers
+from app.diagrams import kept
+from app.files import style
+from app.present import WINDOW, Columns, present
+from app.report import as_report
+from app.scenes import scene_of
+from app.state import Setting, print_number
+from app.tabs.base import Desk, Move, Tab
+from app.views.diagram import DiagramView
+from app.views.displacement import DisplacementView
+from app.views.findings import Findings
+from app.views.force import ForceView
+from app.views.mechanism import Mechanism
+from app.views.phase import PhaseView
+from app.views.ranges import OwnedRange
+from engine import Diagram, System
+
+log = logging.getLogger("vibroscope")
+
+
+@dataclass(frozen=True, eq=False)
+class _Ready:
+    """A frame, ready to be written: what the views need."""
+
+    frame: Frame
+    columns: dict[str, Columns]
+    told: words.Told
+
+
+_RESTS = 150  # ms without another frame before the difference is explained: while a slider moves, the curves come first
+_EXPLAINED = RunCache(size=200)
+
+
+def _question(setting: Setting) -> object:
+    """What an explanation depends on: not on how it is drawn."""
+    return setting.system, setting.eta, setting.penalty, setting.reference
+
+
+def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> words.Meaning:
+    meaning = _EXPLAINED.get(_question(setting))
+    if meaning is None:
+        meaning = words.explain(frame_of(setting, cancelled), cancelled)
+        _EXPLAINED.put(_question(setting), meaning)
+    return meaning
+
+
+def _ready(frame: Frame) -> _Ready:
+    return _Ready(frame, present(frame), words.tell(frame))
+
+
+class Explore(Tab):
+    """The figures of one setting."""
+
+    key = "explore"
+    title = "Explore"
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self._latest = Latest(self._solved)
+        self._explaining = Latest(self._explained, solve=_explain, grace=0.0)
+        self._meaning: words.Meaning | None = None
+        self._visible = False
+        self._fresh = False  # ranges start afresh with the next push
+        self._scene = ""
+        self._shown: _Ready | None = None
+        self._ghost: tuple[Setting | None, str] = (None, "")  # what is pinned, and in which frame it is drawn
+
+    def build(self) -> pn.viewable.Viewable:
+        """Mechanism, figures and findings; `assets/style/explore.css` lays them out as a grid."""
+        self._time = OwnedRange(0, WINDOW)
+        self.mechanism = Mechanism()
+        self.findings = Findings()
+        self.phase = PhaseView()
+        self.displacement = DisplacementView(self._time.range)
+        self.force = ForceView(self._time.range)
+        self.diagram = DiagramView(self.phase.sections, self._diagram, self._tapped)
+        figures = [
+            *self.phase.figures,
+            self.displacement.figure,
+            self.displacement.strip,
+            self.force.figure,
+            self.diagram.figure,
+        ]
+        cells = [
+            _cell(self.mechanism, "mechanism"),
+            *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
+            _cell(self.findings, "findings"),
+        ]
+        return pn.Column(*cells, css_classes=["desk"], stylesheets=[style("explore")], sizing_mode="stretch_both")
+
+    # -- the open tab --------------------------------------------------------
+
+    def at_once(self, move: Move) -> bool:
+        """A setting that was solved before goes out with the page itself, a round trip earlier."""
+        frame = kept_frame(move.setting)
+        if frame is None:
+            return False
+        self._visible = True
+        self._arrived(move.number, _ready(frame))
+        return True
+
+    def show(self, move: Move) -> None:
+        """Solve and draw."""
+        self._visible = True
+        self._fresh |= move.fresh
+        self._latest.submit(move.number, move.setting)
+
+    def hide(self) -> None:
+        """What is still solved will not be drawn."""
+        self._visible = False
+
+    def close(self) -> None:
+        """Nothing more is wanted."""
+        self._latest.close()
+        self._explaining.close()
+
+    def take(self, what: str) -> dict | None:
+        """Data of what is shown, and the report."""
+        if self._shown is None:
+            return None
+        setting, columns, told = (
+            self._shown.frame.setting,
+            self._shown.columns,
+            words.lines(self._shown.told, self._meaning),
+        )
+        kind, _, figure = what.partition(":")
+        if kind == "csv" and figure in takeaway.FIGURES:
+            return {"name": f"vibroscope-{figure}.csv", "type": "text/csv", "text": takeaway.as_csv(figure, columns)}
+        if what == "json":
+            text = takeaway.as_json(setting, columns, told)
+            return {"name": "vibroscope.json", "type": "application/json", "text": text}
+        if what == "report":
+            made = datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")
+            return {"name": "vibroscope-report.html", "type": "text/html", "text": as_report(setting, told, made)}
+        return None
+
+    # -- compute -------------------------------------------------------------
+
+    def _solved(self, move: int, result: Frame | Exception) -> None:
+        """In a worker thread: prepare all that needs no document, then go to the session's own loop."""
+        if isinstance(result, Frame):
+            try:
+                self.desk.later(partial(self._arrived, move, _ready(result)))
+                return
+            except Exception as error:  # told on the page as any other
+                result = error
+        self.desk.later(partial(self._failed, move, result))
+
+    def _arrived(self, move: int, ready: _Ready) -> None:
+        if self._visible:
+            self.desk.push(move, partial(self._write, ready))
+
+    def _ask_why(self, ready: _Ready) -> None:
+        """The hand rests: explain what is shown, if it still is."""
+        if self._visible and ready is self._shown:
+            self._explaining.submit(0, ready.frame.setting)
+
+    def _explained(self, _: int, result: words.Meaning | Exception) -> None:
+        """In a worker thread."""
+        if isinstance(result, Exception):
+            log.error("explaining failed", exc_info=result)
+            words_for = f"The difference could not be explained ({result}). The figures are right; move on."
+            self.desk.later(partial(self.desk.tell, words_for))
+        else:
+            self.desk.later(self._mean)
+
+    def _mean(self) -> None:
+        """The explanation of what is shown has come."""
+        meaning = _EXPLAINED.get(_question(self._shown.frame.setting))
+        if meaning is not None and self._visible and meaning is not self._meaning:
+            self._tell(self._shown.told, meaning)
+
+    def _tell(self, told: words.Told, meaning: words.Meaning | None) -> None:
+        self._meaning = meaning
+        self.findings.update(told, meaning)
+        self.displacement.explain(meaning.series if meaning else {}, self._shown.frame.setting)
+        if meaning is not None:  # a screen reader is told once, when all is known
+            self.desk.summarise(" ".join(f"{head}: {text}" for head, text in words.lines(told, meaning).items()))
+
+    def _failed(self, move: int, error: Exception) -> None:
+        log.error("computing failed", exc_info=error)
+        self.desk.tell(
+            f"This setting could not be computed ({error}). The figures show the last one that could: undo, or change "
+            "what you moved last.",
+            move,
+        )
+
+    def _diagram(self, joint_damping: str) -> Diagram | None:
+        """The kept diagram, or None until it has been read or computed."""
+        future = kept(joint_damping)
+        if not future.done():
+            future.add_done_callback(lambda _: self.desk.later(self._redraw))
+            return None
+        return future.result() if future.exception() is None else None
+
+    def _redraw(self) -> None:
+        with pn.io.hold(self.desk.doc):
+            self.diagram.redraw()
+
+    def _tapped(self, eta: float) -> None:
+        self.desk.set({"eta": print_number(eta)})
+
+    # -- push ----------------------------------------------------------------
+
+    def _write(self, ready: _Ready) -> None:
+        """All figures, in place."""
+        setting, columns = ready.frame.setting, ready.columns
+        scene = scene_of(setting)
+        fresh = self._fresh or (bool(scene) and scene != self._scene)
+        self._shown, self._scene, self._fresh = ready, scene, False
+        if fresh:
+            self._time.put(0, WINDOW)
+        self._write_ghost(setting)
+        self.phase.update(columns, fresh=fresh)
+        self.displacement.update(columns, setting, fresh=fresh)
+        self.force.update(columns, fresh=fresh)
+        self.diagram.update(setting.eta, setting.joint_damping, setting.coordinate, ours=setting.system == System())
+        self.mechanism.absolute = setting.frame == "absolute"
+        meaning = _EXPLAINED.get(_question(setting))
+        self._tell(ready.told, meaning)
+        if meaning is None:
+            self.desk.doc.add_timeout_callback(partial(self._ask_why, ready), _RESTS)
+
+    def _write_ghost(self, setting: Setting) -> None:
+        """The pinned result as thin grey curves."""
+        wanted = self.desk.pinned, setting.frame
+        if wanted == self._ghost or (wanted[0] is None and self._ghost[0] is None):
+            return
+        frame = kept_frame(wanted[0]) if wanted[0] else None
+        if wanted[0] and frame is None:
+            workers().submit(frame_of, wanted[0]).add_done_callback(lambda _: self.desk.later(self._ghost_solved))
+            return
+        self._ghost = wanted
+        columns = present(replace(frame, setting=frame.setting._replace(frame=setting.frame))) if frame else None
+        for view in (self.phase, self.displacement, self.force):
+            view.ghost.update(columns)
+
+    def _ghost_solved(self) -> None:
+        if self._shown is not None and self._visible and self.desk.pinned and kept_frame(self.desk.pinned):
+            with pn.io.hold(self.desk.doc):
+                self._write_ghost(self._shown.frame.setting)
+
+
+def _cell(view, name: str):
+    view.css_classes = [*view.css_classes, "cell", name]
+    return view

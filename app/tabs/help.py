@@ -1,0 +1,22 @@
+"""Help: the model, drawn; its equations, held to the kernels by a test; a glossary; how to read each figure."""
+
+from __future__ import annotations
+
+import panel as pn
+
+from app.files import asset, style
+from app.tabs.base import Tab
+
+
+class Help(Tab):
+    """A text that depends on nothing that is set: ``assets/help.html``."""
+
+    key = "help"
+    title = "Help"
+    controls = False
+
+    def build(self) -> pn.viewable.Viewable:
+        """The text."""
+        return pn.pane.HTML(
+            asset("help.html"), stylesheets=[style("text")], sizing_mode="stretch_width", sanitize_html=False
+        )

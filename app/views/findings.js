@@ -1,0 +1,107 @@
+// What it means, in words, one bar and a few numbers. Only textContent is ever set.
+
+const PARTS = [
+  ["total", "Difference", "all of it: penalty solution against reference"],
+  ["time_step", "time step", "Newmark against the exact penalty solution with the same K and D: the share of Δτ"],
+  ["regularisation", "K and D", "the exact penalty solution against the reference whose joint is damped by d₁ and d₂ alone"],
+  ["joint_damping", "joint damping", "that reference against the one with the measured d₃: the penalty model has no place for it"],
+];
+const TOP = 1; // the bar's right end: a difference as large as the motion itself
+const LEAST = 1e-4; // its left end; the scale is logarithmic
+
+export function render({ model }) {
+  const root = element("div", "told");
+  const lines = [
+    verdict(root),
+    bar(root),
+    line(root, "reference", "Reference (exact impacts)"),
+    line(root, "penalty", "Penalty (Newmark)"),
+    chips(root),
+  ];
+  const draw = () => {
+    root.dataset.pending = String(model.told.pending === true || model.told.verdict === undefined);
+    lines.forEach((show) => show(model.told));
+  };
+  model.on("told", draw);
+  draw();
+  return root;
+}
+
+function line(root, name, title) {
+  const box = element("section", `line ${name}`);
+  const text = element("p");
+  box.append(element("h2", "", title), text);
+  root.append(box);
+  return (told) => {
+    text.textContent = told[name] ?? "computing …";
+  };
+}
+
+// What they come to, the first thing to change as a button, and the numbers behind it.
+function verdict(root) {
+  const box = element("section", "line verdict");
+  const text = element("p");
+  const change = button("", "", () => say("set", change.texts));
+  const more = element("details");
+  const list = element("ul");
+  more.append(element("summary", "", "Numbers"), list);
+  box.append(element("h2", "", "Do they agree?"), text, change, more);
+  root.append(box);
+  return (told) => {
+    text.textContent = told.verdict ?? "computing …";
+    box.dataset.agree = told.agree ?? "";
+    change.texts = told.change ?? {};
+    const names = { K: "K", D: "D", steps: "T/Δτ", located: "contact changes located" };
+    const wanted = Object.entries(change.texts)
+      .map(([name, value]) => (name === "located" ? names[name] : `${names[name]} = ${value}`));
+    change.hidden = wanted.length === 0;
+    change.textContent = `Try ${wanted.join(", ")}`;
+    more.hidden = !told.details?.length;
+    list.replaceChildren(...(told.details ?? []).map((detail) => element("li", "", detail)));
+  };
+}
+
+// Each part on a scale of decades; they add up as curves, not as numbers, so they stand below each other.
+function bar(root) {
+  const box = element("section", "line parts");
+  const none = element("p", "none", "No number: the two motions do not keep step, so only their kind can be compared.");
+  const rows = PARTS.map(([name, title, meaning]) => {
+    const row = element("div", `part ${name}`);
+    const fill = element("div", "fill");
+    const track = element("div", "track");
+    const number = element("span", "number");
+    row.title = meaning;
+    track.append(fill);
+    row.append(element("span", "name", title), track, number);
+    return [name, row, fill, number];
+  });
+  box.append(element("h2", "", "How far apart (rms, relative)"), none, ...rows.map(([, row]) => row));
+  root.append(box);
+  return ({ parts = {} }) => {
+    none.hidden = parts.total !== undefined;
+    for (const [name, row, fill, number] of rows) {
+      const value = parts[name];
+      row.hidden = value === undefined || value === null;
+      if (row.hidden) continue;
+      const share = Math.log10(Math.max(value, LEAST) / LEAST) / Math.log10(TOP / LEAST);
+      fill.style.width = `${100 * Math.min(1, share)}%`;
+      number.textContent = percent(value);
+    }
+  };
+}
+
+const percent = (value) => (value < LEAST ? "< 0.01 %" : `${Number((100 * value).toPrecision(2))} %`);
+
+function chips(root) {
+  const list = element("dl", "chips");
+  list.setAttribute("aria-label", "Cost");
+  root.append(list);
+  return ({ cost = [] }) => {
+    list.replaceChildren(...cost.map(([label, value, meaning]) => {
+      const chip = element("div", "chip");
+      chip.title = meaning;
+      chip.append(element("dt", "", label), element("dd", "", value));
+      return chip;
+    }));
+  };
+}

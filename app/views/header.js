@@ -1,0 +1,274 @@
+// The head of the page: title, tabs, what can be taken away, light and dark, keys, the tour, errors and the summary.
+
+export function render({ model }) {
+  const root = element("header", "head");
+  const title = element("h1", "", "Vibroscope");
+  title.append(element("small", "", "where a penalty contact departs from the exact impact motion"));
+  const bar = element("div", "bar");
+  const keys = keyDialog(model);
+  const take = takeMenu(model);
+  const tools = element("div", "tools");
+  tools.append(
+    take.element,
+    themeButton(),
+    button("Tour", "Five steps through the page", () => tour(true)),
+    button("?", "Keys and help (?)", () => keys.open()),
+  );
+  bar.append(title, tabList(model), tools);
+  root.append(bar, errorLine(model), summary(model), keys.element);
+  shortcuts(model, keys, take);
+  const fit = () => { darken(); forTouch(); forNarrow(); };
+  // Another tab brings other figures.
+  model.on("tab", () => setTimeout(() => whenDrawn(fit), 0));
+  whenDrawn(() => { fit(); landmark(); tour(false); });
+  return root;
+}
+
+// What the head belongs to; it scrolls, so keys must reach it.
+function landmark() {
+  const stage = inPage(".stage");
+  stage?.setAttribute("role", "main");
+  if (stage) stage.tabIndex = 0;
+}
+
+// Figures come a moment after this component.
+function whenDrawn(act, tries = 200) {
+  if (window.Bokeh?.documents[0]?.is_idle) act();
+  else if (tries > 0) setTimeout(() => whenDrawn(act, tries - 1), 50);
+}
+
+// ---- tabs -----------------------------------------------------------------------------------------------------------
+
+function tabList(model) {
+  const list = element("div", "tabs");
+  list.setAttribute("role", "tablist");
+  list.setAttribute("aria-label", "Parts of the page");
+  const tabs = model.tabs.map(([key, title], index) => {
+    const tab = button(title, "", () => open(key));
+    tab.title = `${title} (Shift+${index + 1})`;
+    tab.setAttribute("role", "tab");
+    tab.dataset.tab = key;
+    return tab;
+  });
+  list.append(...tabs);
+  list.addEventListener("keydown", (event) => {
+    const step = { ArrowRight: 1, ArrowLeft: -1, Home: -tabs.length, End: tabs.length }[event.key];
+    if (!step) return;
+    event.preventDefault();
+    const now = tabs.findIndex((tab) => tab.dataset.tab === model.tab);
+    const next = Math.abs(step) > 1 ? (step < 0 ? 0 : tabs.length - 1) : (now + step + tabs.length) % tabs.length;
+    tabs[next].focus();
+    tabs[next].click();
+  });
+  const open = (key) => { if (key !== model.tab) say("tab", { value: key }); };
+  hear("tab-number", ({ value }) => tabs[value]?.click());
+  const draw = () => tabs.forEach((tab) => {
+    const on = tab.dataset.tab === model.tab;
+    tab.setAttribute("aria-selected", String(on));
+    tab.tabIndex = on ? 0 : -1;
+  });
+  model.on("tab", draw);
+  draw();
+  return list;
+}
+
+// ---- errors, and the summary for screen readers ---------------------------------------------------------------------
+
+function errorLine(model) {
+  const line = element("div", "error");
+  line.setAttribute("role", "alert");
+  const text = element("span");
+  line.append(text, button("Close", "Close this message", () => { model.error = ""; }));
+  const draw = () => {
+    text.textContent = model.error;
+    line.hidden = !model.error;
+  };
+  model.on("error", draw);
+  draw();
+  return line;
+}
+
+function summary(model) {
+  const text = element("p", "unseen summary");
+  text.setAttribute("aria-live", "polite");
+  const draw = () => { text.textContent = model.summary; };
+  model.on("summary", draw);
+  draw();
+  return text;
+}
+
+// ---- what can be taken away -----------------------------------------------------------------------------------------
+
+const DATA = ["phase1", "phase2", "displacement", "strip", "force"]; // figures that have a table
+const NAMES = {
+  phase1: "Phase plot 1", phase2: "Phase plot 2", displacement: "Displacements", strip: "Contact strip",
+  force: "Contact force", diagram: "Map over η",
+};
+
+function takeMenu(model) {
+  const box = element("details", "take");
+  const head = element("summary", "", "Take away");
+  head.title = "Figures, data, parameters, script, link, report (T)";
+  const panel = element("div", "menu");
+  const told = element("p", "told");
+  told.setAttribute("role", "status");
+  const ask = (what) => { box.dataset.copy = ""; model.send_msg({ take: what }); };
+  const copy = (what) => { box.dataset.copy = what; model.send_msg({ take: what }); };
+  panel.append(
+    row("Link to this view", button("Copy", "Copy the link", () => copied(location.href, told))),
+    row("Report (HTML)", button("Save", "Save the report", () => ask("report"))),
+    row("Parameters (TOML)", button("Save", "Save the parameters", () => ask("toml"))),
+    row("Python", button("Copy", "Copy the Python script", () => copy("python")), button("Save", "Save the Python script", () => ask("python"))),
+    row("Command line", button("Copy", "Copy the commands", () => copy("command")), button("Save", "Save the commands", () => ask("command"))),
+    row("All data (JSON)", button("Save", "Save all data as JSON", () => ask("json"))),
+    ...FIGURES.map((name) => row(NAMES[name],
+      button("PNG", `${NAMES[name]} as PNG`, () => saveFigure(name, "png")),
+      button("SVG", `${NAMES[name]} as SVG`, () => saveFigure(name, "svg")),
+      ...(DATA.includes(name) ? [button("CSV", `${NAMES[name]}: data as CSV`, () => ask(`csv:${name}`))] : []))),
+    told,
+  );
+  model.on("msg:custom", async (message) => {
+    const given = message.data ?? message;
+    if (box.dataset.copy === given.give) await copied(given.text, told);
+    else save(given.name, new Blob([await withFigures(given)], { type: given.type }));
+    box.dataset.copy = "";
+  });
+  box.append(head, panel);
+  document.addEventListener("keydown", (event) => { if (event.key === "Escape") box.open = false; });
+  document.addEventListener("click", (event) => { if (!event.composedPath().includes(box)) box.open = false; });
+  return { element: box, toggle: () => { box.open = !box.open; if (box.open) panel.querySelector("button").focus(); } };
+}
+
+function row(name, ...buttons) {
+  const line = element("div", "item");
+  line.append(element("span", "", name), ...buttons);
+  return line;
+}
+
+function save(name, blob) {
+  const link = element("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+async function copied(text, told) {
+  try {
+    await navigator.clipboard.writeText(text);
+    told.textContent = "Copied.";
+  } catch {
+    told.textContent = "This browser does not let the page copy: save it instead, or take the link from the address bar.";
+  }
+}
+
+async function saveFigure(name, type) {
+  const view = viewOf(name);
+  if (view) save(`vibroscope-${name}.${type}`, await view.export(type).to_blob());
+}
+
+// The report comes with empty places; the figures are drawn here.
+async function withFigures({ give, text }) {
+  if (give !== "report") return text;
+  const page = new DOMParser().parseFromString(text, "text/html");
+  for (const place of page.querySelectorAll("[data-figure]")) {
+    const view = viewOf(place.dataset.figure);
+    if (!view) continue;
+    const svg = new DOMParser().parseFromString(await (await view.export("svg").to_blob()).text(), "image/svg+xml");
+    place.append(page.importNode(svg.documentElement, true));
+  }
+  return `<!DOCTYPE html>\n${page.documentElement.outerHTML}`;
+}
+
+// ---- keys -----------------------------------------------------------------------------------------------------------
+
+const KEYS = [
+  ["1 2 3 4", "scenes [A] to [D]"],
+  ["Shift + 1 2 3 …", "tabs"],
+  ["← →", "move the slider that has the focus"],
+  ["Space", "play or pause the motion"],
+  [", .", "one step back or forth in time"],
+  ["P", "pin this result, or unpin it"],
+  ["R", "reset"],
+  ["Ctrl + Z, Ctrl + Shift + Z", "undo, redo"],
+  ["T", "take away"],
+  ["L", "light or dark"],
+  ["Escape", "close; in a field: back to the last good value"],
+  ["?", "this list"],
+];
+
+function keyDialog(model) {
+  const dialog = element("dialog", "keys");
+  dialog.setAttribute("aria-label", "Keys");
+  const list = element("dl");
+  for (const [key, what] of KEYS) list.append(element("dt", "", key), element("dd", "", what));
+  const single = element("label", "single");
+  const box = element("input");
+  box.type = "checkbox";
+  box.checked = singleKeys();
+  box.addEventListener("change", () => memory.set("keys", box.checked ? "on" : "off"));
+  single.append(box, element("span", "", "single keys work (switch off if you speak or use a switch)"));
+  const more = button("Open Help", "", () => { dialog.close(); say("tab", { value: "help" }); });
+  const close = button("Close", "", () => dialog.close());
+  const row = element("div", "row");
+  row.append(more, close);
+  dialog.append(element("h2", "", "Keys"), list, single, row);
+  return { element: dialog, open: () => dialog.showModal() };
+}
+
+const singleKeys = () => memory.get("keys") !== "off";
+
+function shortcuts(model, keys, take) {
+  document.addEventListener("keydown", (event) => {
+    const target = event.composedPath()[0];
+    const typing = target.matches?.("input[type=text], textarea, select, [contenteditable]");
+    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !event.altKey && !typing) {
+      event.preventDefault();
+      say(event.shiftKey ? "redo" : "undo");
+      return;
+    }
+    if (typing || event.ctrlKey || event.metaKey || event.altKey || !singleKeys() || keys.element.open) return;
+    const digit = /^Digit([1-9])$/.exec(event.code)?.[1];
+    const act = digit ? (event.shiftKey ? () => say("tab-number", { value: digit - 1 })
+                                        : () => "ABCD"[digit - 1] && say("scene", { value: "ABCD"[digit - 1] }))
+      : single(event, target, { keys, take });
+    if (!act) return;
+    event.preventDefault();
+    act();
+  });
+}
+
+function single(event, target, { keys, take }) {
+  if (event.key === " ") return target.matches?.("button, summary, input, a") ? null : () => say("play");
+  return {
+    "?": () => keys.open(),
+    ",": () => say("step", { value: -1 }),
+    ".": () => say("step", { value: 1 }),
+    p: () => say("toggle-pin"),
+    r: () => say("reset"),
+    t: () => take.toggle(),
+    l: () => say("theme"),
+  }[event.key.toLowerCase()];
+}
+
+// ---- small screens ------------------------------------------------------------------------------------------------------
+
+// A finger that drags over a figure scrolls the page; a tap still shows values and sets η.
+function forTouch() {
+  if (!matchMedia("(pointer: coarse)").matches) return;
+  for (const name of FIGURES) {
+    for (const tool of modelOf(name)?.toolbar.tools ?? []) {
+      if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, HERE);
+    }
+  }
+}
+
+// A legend in one row would not fit.
+function forNarrow() {
+  if (innerWidth > 700) return;
+  for (const name of FIGURES) {
+    for (const legend of modelOf(name)?.center.filter((part) => part.type === "Legend") ?? []) {
+      legend.setv({ ncols: 2 }, HERE);
+    }
+  }
+}

@@ -1,0 +1,27 @@
+"""The head of the page: title, tabs, what can be taken away, light and dark, keys, the tour, errors, the summary."""
+
+from __future__ import annotations
+
+import panel as pn
+import param
+
+from app.files import script, style
+
+
+class Header(pn.custom.JSComponent):
+    """Lives in the browser; sends ``{"tab": key}`` through the controls and ``{"take": what}`` itself."""
+
+    tabs = param.List(doc="Key and title of each tab")
+    tab = param.String(doc="Key of the open tab")
+    error = param.String(default="", doc="What was refused or failed; empty when nothing was")
+    summary = param.String(default="", doc="What the figures show, for screen readers")
+
+    _esm = script("dom", "theme", "tour", "header")
+    _stylesheets = [style("header")]  # noqa: RUF012 - Panel reads it from the class
+
+    def __init__(self, **params) -> None:
+        super().__init__(css_classes=["header"], sizing_mode="stretch_width", **params)
+
+    def give(self, what: str, taken: dict) -> None:
+        """Hand a file to the browser, which saves or copies it."""
+        self._send_msg({"give": what, **taken})

@@ -1,0 +1,175 @@
+// The pendulums as a drawing: the reference filled, the penalty solution as an outline over it.
+
+const WIDE = 260;
+const HIGH = 190;
+const PIVOT = 26; // height of the pivots from the top
+const ROD = 136;
+const BOB = 15; // radius
+const REACH = 92; // pixels that the largest displacement takes
+const FLASH = 0.03; // periods in which the flash of an impact fades
+const SPEEDS = [["0.05", "1/20 T/s"], ["0.1", "1/10 T/s"], ["0.25", "1/4 T/s"], ["0.5", "1/2 T/s"], ["1", "1 T/s"]];
+const STEP = 0.01; // of a period, for one key
+const MARK_EVERY = 3; // frames of the animation between marks in the figures
+
+export function render({ model }) {
+  const root = element("div", "mechanism");
+  const drawing = new Drawing();
+  const player = new Player(model, drawing);
+  root.append(element("h2", "", "The pendulums on their base"), drawing.element, player.element);
+  player.begin();
+  return root;
+}
+
+const draw = (tag, attributes = {}, className = "") => {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  if (className) made.setAttribute("class", className);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+};
+
+class Drawing {
+  constructor() {
+    this.element = draw("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img" });
+    this.element.setAttribute("aria-label", "Two pendulums side by side on a shaken base, at the present phase");
+    this.base = draw("g", {}, "base");
+    this.base.append(
+      draw("rect", { x: WIDE / 2 - 70, y: PIVOT - 16, width: 140, height: 10, rx: 2 }),
+      draw("circle", { cx: WIDE / 2 - BOB, cy: PIVOT, r: 3.5 }),
+      draw("circle", { cx: WIDE / 2 + BOB, cy: PIVOT, r: 3.5 }),
+    );
+    this.element.append(draw("line", { x1: 10, x2: WIDE - 10, y1: PIVOT - 20, y2: PIVOT - 20 }, "rail"));
+    this.bodies = Object.fromEntries(SOLVERS.map((solver) => [solver, new Bodies(solver)]));
+    this.element.append(this.base, this.bodies.reference.element, this.bodies.penalty.element);
+    this.scale = 1;
+  }
+
+  // The scale of the drawing follows the data, not each instant.
+  fit(columns, absolute) {
+    let largest = 1;
+    for (const solver of SOLVERS) {
+      for (const pendulum of [1, 2]) {
+        for (const x of columns[`${solver}${pendulum}`] ?? []) if (Math.abs(x) > largest) largest = Math.abs(x);
+      }
+    }
+    this.scale = REACH / (largest + (absolute ? 1 : 0) + 1);
+  }
+
+  show(instant) {
+    const shift = instant.base * this.scale;
+    this.base.setAttribute("transform", `translate(${shift} 0)`);
+    for (const solver of SOLVERS) this.bodies[solver].show(instant, this.scale, shift);
+  }
+}
+
+// Both pendulums of one solution, and the flash where they touch.
+class Bodies {
+  constructor(solver) {
+    this.solver = solver;
+    this.element = draw("g", {}, solver);
+    this.rods = [draw("line", {}, "rod"), draw("line", {}, "rod")];
+    this.bobs = [draw("circle", { r: BOB }, "bob"), draw("circle", { r: BOB }, "bob")];
+    this.flash = draw("circle", {}, "flash");
+    this.names = [draw("text", {}, "name"), draw("text", {}, "name")];
+    this.names.forEach((name, i) => { name.textContent = solver === "reference" ? String(i + 1) : ""; });
+    this.element.append(...this.rods, this.flash, ...this.bobs, ...this.names);
+  }
+
+  show(instant, scale, shift) {
+    const places = [1, 2].map((pendulum) => {
+      const pivot = WIDE / 2 + shift + (pendulum === 1 ? -BOB : BOB);
+      const out = instant.state(this.solver, pendulum)[0] * scale;
+      return { pivot, x: pivot + out, y: PIVOT + Math.sqrt(Math.max(ROD ** 2 - out ** 2, 0)) };
+    });
+    this.element.style.display = places.every(({ x }) => Number.isFinite(x)) ? "" : "none";
+    if (this.element.style.display) return;
+    places.forEach(({ pivot, x, y }, i) => {
+      put(this.rods[i], { x1: pivot, y1: PIVOT, x2: x, y2: y });
+      put(this.bobs[i], { cx: x, cy: y });
+      put(this.names[i], { x, y: y + 4 });
+    });
+    const { age, lasts } = instant.contact(this.solver);
+    const light = Math.max(Math.exp(-age / FLASH), lasts ? 0.45 : 0);
+    const [one, two] = places;
+    put(this.flash, { cx: (one.x + two.x) / 2, cy: (one.y + two.y) / 2, r: 8 + 14 * light, opacity: light });
+  }
+}
+
+const put = (shape, attributes) => {
+  for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, value);
+};
+
+class Player {
+  constructor(model, drawing) {
+    this.model = model;
+    this.drawing = drawing;
+    this.time = 0;
+    this.playing = false;
+    this.held = false; // by the pointer on a figure, or by a slider on its way
+    this.frames = 0;
+    this.element = element("div", "player");
+    this.button = button("▶", "Play", () => this.play(!this.playing), "play");
+    this.slider = element("input");
+    Object.assign(this.slider, { type: "range", min: 0, max: WINDOW, step: 0.005, value: 0 });
+    this.slider.setAttribute("aria-label", "Phase τ/T in the last two periods");
+    this.slider.addEventListener("input", () => { this.play(false); this.go(Number(this.slider.value)); });
+    this.readout = element("output", "readout", "τ/T 0.000");
+    this.speed = element("select");
+    this.speed.setAttribute("aria-label", "Speed of the motion, in periods a second");
+    this.speed.append(...SPEEDS.map(([value, text]) => Object.assign(element("option", "", text), { value })));
+    this.speed.value = "0.1";
+    this.element.append(this.slider, this.button, this.readout, this.speed);
+  }
+
+  // Figures come a moment after this component.
+  begin(tries = 400) {
+    const source = modelOf("displacements");
+    if (!source || !TIME_FIGURES.every(viewOf)) {
+      if (tries) setTimeout(() => this.begin(tries - 1), 25);
+      return;
+    }
+    const changed = () => {
+      this.drawing.fit(asObject(source.data), this.model.absolute);
+      this.go(this.time);
+    };
+    source.properties.data.change.connect(changed);
+    this.model.on("absolute", changed);
+    watchPointer((time) => { this.held = true; this.go(time); }, () => { this.held = false; });
+    hear("play", () => this.play(!this.playing));
+    hear("step", ({ value }) => { this.play(false); this.go((this.time + value * STEP + WINDOW) % WINDOW); });
+    hear("moving", ({ value }) => { this.moving = value; });
+    changed();
+    this.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+  }
+
+  play(on) {
+    if (on && !this.playing) {
+      this.last = performance.now();
+      requestAnimationFrame((now) => this.frame(now));
+    }
+    this.playing = on;
+    this.button.textContent = on ? "❚❚" : "▶";
+    this.button.setAttribute("aria-label", on ? "Pause" : "Play");
+    this.button.title = on ? "Pause (Space)" : "Play (Space)";
+  }
+
+  frame(now) {
+    if (!this.playing) return;
+    requestAnimationFrame((then) => this.frame(then));
+    const passed = Math.min((now - this.last) / 1000, 0.1);
+    this.last = now;
+    if (this.held || this.moving || !this.element.getClientRects().length) return;
+    this.frames += 1;
+    this.go((this.time + passed * Number(this.speed.value)) % WINDOW, this.frames % MARK_EVERY === 0);
+  }
+
+  go(time, marked = true) {
+    this.time = time;
+    const instant = new Instant(time, this.model.absolute);
+    if (!instant.ready) return;
+    this.drawing.show(instant);
+    this.slider.value = time;
+    this.slider.setAttribute("aria-valuetext", `${time.toFixed(2)} periods`);
+    this.readout.textContent = `τ/T ${time.toFixed(3)}`;
+    if (marked) mark(instant);
+  }
+}

@@ -1,0 +1,61 @@
+"""Numbers that make up a study, checked: whole ones, and the values along an axis."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..model import require
+
+VALUES_LIMIT = 10_000_000  # along one axis, which is held in memory
+
+
+def whole(name: str, value: float, low: float, high: float, advice: str) -> int:
+    """A whole number between low and high.
+
+    Raises
+    ------
+    ValueError
+        Naming the value, the allowed range and what to do.
+    """
+    number = require(name, value, low, high, advice)
+    if number != int(number):
+        raise ValueError(f"{name} = {value!r} is not a whole number: {advice}")
+    return int(number)
+
+
+def ascending(name: str, values: Sequence[float]) -> np.ndarray:
+    """The values of an axis, if they are one.
+
+    Raises
+    ------
+    ValueError
+        If there are none, or they do not ascend strictly.
+    """
+    try:
+        array = np.array(values, dtype=float).reshape(-1)
+    except (TypeError, ValueError):
+        raise ValueError(f"the values of {name} are not numbers: give at least one") from None
+    if not len(array):
+        raise ValueError(f"no value of {name}: give at least one")
+    if not (np.isfinite(array).all() and (np.diff(array) > 0).all()):
+        raise ValueError(f"the values of {name} do not ascend strictly: sort them, and give each once")
+    if name == "steps" and (array != np.round(array)).any():
+        raise ValueError(f"steps = {array[array != np.round(array)][0]:g} is not a whole number: give steps per period")
+    return array
+
+
+def spaced(name: str, low: float, high: float, count: float, *, logarithmic: bool = False) -> np.ndarray:
+    """Values from low to high, evenly spaced or evenly in the logarithm; ``steps`` are rounded to whole numbers.
+
+    Raises
+    ------
+    ValueError
+        If the range is empty, not positive where it is logarithmic, or the count is no number of values.
+    """
+    n = whole(f"count of {name}", count, 1, VALUES_LIMIT, "give the number of values")
+    if not (np.isfinite([low, high]).all() and (low < high or (low == high and n == 1))):
+        raise ValueError(f"{name} from {low:g} to {high:g} is an empty range: give the smaller number first")
+    if logarithmic:
+        require(name, low, 0, np.inf, "a logarithmic axis begins above 0", open_low=True)
+    values = (np.geomspace if logarithmic else np.linspace)(low, high, n)
+    return np.unique(np.round(values)) if name == "steps" else values

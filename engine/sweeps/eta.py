@@ -1,0 +1,236 @@
+"""The bifurcation diagram (paper, Figure 3): Poincaré sections over η, or over any other parameter.
+
+From rest each cell is on its own. Continued upwards or downwards, each starts from where its neighbour ended, so that a
+motion is followed as long as it is stable; where the two ways differ, motions coexist (hysteresis).
+
+Refinement halves each interval at whose ends the motion differs, level by level. A cell put in between starts from
+rest, or, continued, from the end of the neighbour it comes from; so the cells that were there before stay as they are.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from ..batch import CellResults, Cells, run_cells
+from ..lyapunov import Lyapunov, lyapunov
+from ..methods import Newmark
+from ..model import require
+from .chunks import Chunk
+from .study import CELLS_LIMIT, MISSING, STATUS_FLAGS, Study, Variable, Whole
+
+DIRECTIONS = ("rest", "up", "down")
+COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
+CLEAR = 1e-6  # difference of impacts per period that is no rounding
+
+DESCRIBED = {
+    "period": ("i4", "excitation periods until the motion repeats itself; 0: aperiodic"),
+    "near_period": ("i4", "the same, scatter within 3 % of the section's size forgiven; 0: aperiodic"),
+    "impacts_per_period": ("f8", "impacts per excitation period"),
+    "contacts_per_period": ("f8", "contacts that begin per excitation period (reference: permanent contacts)"),
+    "contact_share": ("f8", "share of the time in contact"),
+    "longest_contact": ("f8", "longest contact, in units of tau"),
+    "longest_contact_steps": ("f8", "longest contact in time steps"),
+    "spread": ("f8", "standard deviation of xi2 over the section"),
+}
+MOTIONS = {"aperiodic": 0, "periodic": 1, "quasi-periodic": 2, "chaotic": 3, "ended-early": 4, "missing": MISSING}
+
+
+@dataclass(frozen=True, eq=False)
+class EtaStudy(Study):
+    """A bifurcation diagram.
+
+    Attributes
+    ----------
+    over : str
+        The parameter that is swept: ``eta``, or one of `MEANING`.
+    values : (n,) ndarray
+        Ascending.
+    direction : {"rest", "up", "down"}
+    coordinates : tuple of str
+        Of the section points to keep, out of `COORDINATES`.
+    initial : (n, 4) ndarray, optional
+        Where cells start that were put in by refinement of a continued diagram.
+    refine : int
+        Levels of refinement.
+    lyapunov : int
+        Periods over which the largest Lyapunov exponent is averaged, from the end of the sample on; 0: it is not. Only
+        it tells chaotic from quasi-periodic motion; without, both are aperiodic.
+    """
+
+    over: str = "eta"
+    values: np.ndarray = None
+    direction: str = "rest"
+    coordinates: tuple[str, ...] = ("xi1", "xi2")
+    initial: np.ndarray | None = None
+    refine: int = 0
+    lyapunov: int = 0
+    kind: ClassVar[str] = "eta"
+
+    @property
+    def sequential(self) -> bool:
+        """Whether a chunk needs the end of the one before."""
+        return self.direction != "rest" and self.initial is None
+
+    @property
+    def backwards(self) -> bool:
+        """Whether the last chunk comes first."""
+        return self.direction == "down"
+
+    @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """The swept parameters."""
+        return {self.over: self.values}
+
+    @cached_property
+    def whole(self) -> dict[str, Whole]:
+        """What is known beforehand."""
+        return super().whole | {"sample": Whole(("sample",), np.arange(self.sample), "period of the sample")}
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """What a cell tells."""
+        cell = (self.over,)
+        found = {name: Variable(cell, kind, meaning) for name, (kind, meaning) in DESCRIBED.items()}
+        if not isinstance(self.method, Newmark):
+            del found["longest_contact_steps"]
+        found |= {
+            name: Variable((*cell, "sample"), "f8", f"{name} at tau = 0 mod T, oldest first")
+            for name in self.coordinates
+        }
+        if self.lyapunov:
+            found["lyapunov"] = Variable(cell, "f8", "largest Lyapunov exponent per excitation period")
+            found["lyapunov_error"] = Variable(cell, "f8", "standard error of that")
+        return found | {
+            "motion": Variable(cell, "i1", "kind of motion", MOTIONS),
+            "impact_phase": Variable(cell, "f8", "instant of the first impact in the last cycle, as a share of T"),
+            "end": Variable((*cell, "component"), "f8", "xi1, v1, xi2, v2 at the end, where a neighbour goes on"),
+            "status": Variable(cell, "i1", "how the run ended", STATUS_FLAGS),
+        }
+
+    @property
+    def lengths(self) -> dict[str, int]:
+        """Length of every dimension."""
+        return super().lengths | {"component": 4}
+
+    @property
+    def options(self) -> dict[str, object]:
+        """Further numbers that the result depends on."""
+        start = None if self.initial is None else self.initial.tolist()
+        return {
+            "direction": self.direction,
+            "coordinates": list(self.coordinates),
+            "initial": start,
+            "refine": self.refine,
+            "lyapunov": self.lyapunov,
+        }
+
+    def cut(self, chunk: Chunk) -> "EtaStudy":
+        """The same study of the cells of a chunk."""
+        (part,) = chunk
+        return replace(self, values=self.values[part], initial=None if self.initial is None else self.initial[part])
+
+    def compute(self, *, before=None, threads=None, progress=None, cancelled=None):
+        """The variables of all cells."""
+        points = self.points()
+        initial = np.zeros((len(points[self.over]), 4)) if self.initial is None else self.initial.copy()
+        way = slice(None, None, -1 if self.direction == "down" else 1)
+        more = {}
+        if self.sequential:
+            more["chain"] = np.zeros(len(initial), int)
+            if before is not None:
+                last = 0 if self.direction == "down" else -1
+                if before["status"][last] == 0:
+                    initial[way][0] = before["end"][last]
+        points, initial = {name: column[way] for name, column in points.items()}, initial[way]
+        cells = self.cells_at(points, initial=initial, **more)
+        how = {"threads": threads, "cancelled": cancelled}
+        found = run_cells(cells, transient=self.transient, sample=self.sample, progress=progress, **how)
+        values = {name: getattr(found, name) for name in DESCRIBED} | {"impact_phase": found.phase}
+        values |= {"end": found.end, "status": found.status, "motion": np.where(found.period > 0, 1, 0)}
+        if self.lyapunov:
+            values |= self._exponents(cells, found, threads, cancelled)
+        values["motion"] = np.where(found.ok, values["motion"], MOTIONS["ended-early"])
+        values |= {name: found.section[:, :, COORDINATES.index(name)] for name in self.coordinates}
+        return {name: values[name][way] for name in self.variables}
+
+    def _exponents(self, cells: Cells, found: CellResults, threads: int | None, cancelled) -> dict[str, np.ndarray]:
+        def follow(i: int) -> tuple[float, float, int]:
+            if not found.ok[i]:
+                return np.nan, np.nan, MOTIONS["ended-early"]
+            start, method = found.end[i], cells.method_of(i)
+            told = lyapunov(
+                cells.system_of(i), cells.eta[i], method, initial=start, periods=self.lyapunov, cancelled=cancelled
+            )
+            return told.exponent, told.error, kind_of(int(found.period[i]), told)
+
+        with ThreadPoolExecutor(threads) as pool:
+            columns = np.array(list(pool.map(follow, range(len(cells))))).reshape(-1, 3).T
+        return dict(zip(("lyapunov", "lyapunov_error", "motion"), columns, strict=True))
+
+    def check(self) -> None:
+        """Also the refinement, and whether there is an exponent.
+
+        Raises
+        ------
+        ValueError
+            Naming the number, the range and what to do.
+        """
+        super().check()
+        require("cells after refinement", self.cells * 2.0**self.refine, 1, CELLS_LIMIT, "refine less")
+        if self.lyapunov and isinstance(self.method, Newmark):
+            raise ValueError("a Lyapunov exponent wants a closed form: sweep with the reference or exact solver")
+
+    # -- refinement -----------------------------------------------------------------------------------------------
+
+    def refined(self, found: dict[str, np.ndarray]) -> "EtaStudy | None":
+        """Cells in the middle of the intervals in which the motion changes; None if there are none.
+
+        Parameters
+        ----------
+        found : dict
+            The axis and the variables of all cells so far, ascending along the axis.
+        """
+        axis = found[self.over]
+        left = np.flatnonzero(changes(found))
+        middle = 0.5 * (axis[left] + axis[left + 1])
+        if self.over == "steps":
+            middle = np.floor(middle)
+        inside = (middle > axis[left]) & (middle < axis[left + 1])
+        left, middle = left[inside], middle[inside]
+        if not len(middle):
+            return None
+        initial = None
+        if self.direction != "rest":
+            source = left + (self.direction == "down")
+            reached = found["status"][source] == 0
+            initial = np.where(reached[:, None], found["end"][source], 0.0)
+        return replace(self, values=middle, initial=initial)
+
+
+def changes(found: dict[str, np.ndarray]) -> np.ndarray:
+    """Between which neighbours the motion changes: another period, other impacts in it, or one of them ended early.
+
+    Returns
+    -------
+    (n − 1,) ndarray of bool
+    """
+    status, period, impacts = found["status"], found["period"], found["impacts_per_period"]
+    periodic = period > 0
+    other_impacts = periodic[1:] & periodic[:-1] & ~(np.abs(np.diff(impacts)) <= CLEAR)
+    ended = (status != 0) & (status != MISSING)
+    both = ended[1:] & ended[:-1]
+    return ~both & ((np.diff(status) != 0) | (np.diff(period) != 0) | other_impacts)
+
+
+def kind_of(period: int, told: Lyapunov) -> int:
+    """The kind of a motion by its period and its Lyapunov exponent, as in `MOTIONS`."""
+    if period:
+        return MOTIONS["periodic"]
+    if told.sign > 0 and not told.regular:
+        return MOTIONS["chaotic"]
+    if told.sign == 0 and told.regular:
+        return MOTIONS["quasi-periodic"]
+    return MOTIONS["aperiodic"]

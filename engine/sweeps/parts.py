@@ -1,0 +1,151 @@
+"""The error of many penalty cells and what it is made of (MODEL.md, "What the difference is made of").
+
+On the instants of Newmark's grid, over the periods that follow a cell's sample,
+
+    Newmark − reference(table) = [Newmark − exact penalty] + [exact penalty − reference(derived)] + [derived − table]
+    error                        time step                   regularisation                         joint damping
+
+each as the root mean square of both displacements relative to that of reference(table), as in :mod:`engine.error`. The
+last is the same for all cells of one η.
+
+There is an error wherever the reference repeats itself: a cell that does not repeat is far from it at most instants,
+and the number says so (`period` says why). The parts exist where exact penalty and both references repeat after as
+many periods, scatter forgiven; elsewhere a difference at each instant means nothing, and they are nan.
+"""
+
+import functools
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from ..batch import CellResults, Cells
+from ..error import Target
+from ..grid import best_shift, by_period, grid_of, repeated, rms
+from ..methods import ExactPenalty, Method, Reference
+from ..model import System
+from ..result import Cancelled, Record
+from ..simulate import simulate
+
+SAMPLES = 200  # per period (see engine.grid)
+PERIODS = 12  # that are compared, or the next whole number of cycles: scatter evens out over them
+
+
+class Parts:
+    """The reference's motion with the joint damping as measured and as derived, and errors against both.
+
+    Attributes
+    ----------
+    table, derived : Target
+    period : int
+        Excitation periods after which the reference repeats itself; 0 if it does not, and then there is no error.
+    splits : bool
+        Whether that with derived joint damping repeats after as many: else the error has no parts.
+    """
+
+    def __init__(self, system: System, eta: float):
+        self.system, self.eta = system, eta
+        self.table, self.derived = (Target.find(system, eta, Reference(kind)) for kind in ("table", "derived"))
+        self.period = self.table.period
+        self.splits = self.period == self.derived.period > 0
+
+    @functools.cached_property
+    def joint_damping(self) -> float:
+        """Reference(derived) − reference(table), relative to the latter; nan if they do not repeat alike."""
+        if not self.splits:
+            return np.nan
+        table, size = self.table.cycle(Record(1, SAMPLES))
+        return rms(self._beside(self.derived, Record(1, SAMPLES), table) - table) / size
+
+    @functools.cached_property
+    def first_impact(self) -> float:
+        """Instant of the reference's first impact in a cycle, as a share of T; nan if there is none or no cycle."""
+        if not self.period:
+            return np.nan
+        response = self.table.reference
+        begin = response.window[1] - self.period * response.period
+        recent = response.impacts.time[response.impacts.time > begin]
+        return recent.min() / response.period % 1.0 if len(recent) else np.nan
+
+    @functools.cached_property
+    def impacts_per_period(self) -> float:
+        """Impacts of the reference per excitation period."""
+        response = self.table.reference
+        return len(response.impacts) / response.keep
+
+    def errors(
+        self,
+        cells: Cells,
+        found: CellResults,
+        exact: CellResults,
+        *,
+        threads: int | None = None,
+        progress: Callable[[int], None] | None = None,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> np.ndarray:
+        """Error, its part by the time step and its part by the regularisation, of each cell: (3, n).
+
+        Parameters
+        ----------
+        cells : Cells
+            Of a penalty method, all of this system and η.
+        found, exact : CellResults
+            Of these cells, and of the same by the exact penalty method, which may be theirs.
+
+        Raises
+        ------
+        Cancelled
+            If ``cancelled`` returned true.
+        """
+        errors = np.full((3, len(cells)), np.nan)
+        if not self.period:
+            return errors
+
+        in_step = exact.ok & (exact.near_period == self.period) & self.splits
+
+        def fill(i: int) -> None:
+            if cancelled is not None and cancelled():
+                raise Cancelled
+            errors[:, i] = self._split(cells.method_of(i), found.end[i], exact.end[i] if in_step[i] else None)
+
+        with ThreadPoolExecutor(threads) as pool:
+            for done, _ in enumerate(pool.map(fill, np.flatnonzero(found.ok)), start=1):
+                if progress is not None:
+                    progress(done)
+        return errors
+
+    def _split(self, method: Method, state: np.ndarray, exact_state: np.ndarray | None) -> tuple[float, float, float]:
+        penalty, grid = self._sampled(method, state)
+        if penalty is None:
+            return np.nan, np.nan, np.nan
+        _, size = self.table.cycle(grid)
+        total = rms(penalty - self._beside(self.table, grid, penalty)) / size
+        if exact_state is None:
+            return total, np.nan, np.nan
+        if isinstance(method, ExactPenalty):
+            return total, 0.0, rms(penalty - self._beside(self.derived, grid, penalty)) / size
+        exact, _ = self._sampled(ExactPenalty(method.stiffness, method.damping), exact_state, method.steps)
+        if exact is None:
+            return total, np.nan, np.nan
+        exact = repeated(exact, exact.shape[1], self._lead(exact, penalty))
+        derived = self._beside(self.derived, grid, exact)
+        return total, rms(penalty - exact) / size, rms(exact - derived) / size
+
+    def _sampled(self, method: Method, state: np.ndarray, steps: int | None = None):
+        periods = self.period * -(-PERIODS // self.period)
+        record = Record(periods, SAMPLES, steps)
+        run = simulate(self.system, self.eta, method, periods=periods, keep=periods, initial=state, record=record)
+        return (by_period(run)[:2], grid_of(run) if steps is None else None) if run.ok else (None, None)
+
+    def _beside(self, target: Target, grid: Record, displacement: np.ndarray) -> np.ndarray:
+        cycle, _ = target.cycle(grid)
+        return repeated(cycle, displacement.shape[1], best_shift(cycle, displacement))
+
+    def _lead(self, one: np.ndarray, other: np.ndarray) -> int:
+        return min(range(self.period), key=lambda shift: rms(np.roll(one, -shift, axis=1) - other))
+
+
+@functools.lru_cache(maxsize=8)
+def parts_of(system: System, eta: float) -> Parts:
+    """The same, found once per process."""
+    return Parts(system, eta)

@@ -1,0 +1,98 @@
+"""``vibroscope compare``, as scripts and people see it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from engine import Newmark, Reference, System, compare, motion, verdict
+
+NUMBERS = ("total", "time_step", "regularisation", "joint_damping")
+
+
+def run(capsys, text, *more):
+    try:
+        status = main(["compare", *text.split(), *more])
+    except SystemExit as exit_:
+        status = exit_.code
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def test_json_is_the_contract(capsys):
+    status, out, _ = run(capsys, "--eta 2.76 --K 12000 --D 18 --steps 2000 --json")
+    found = json.loads(out)
+    expected = compare(System(), 2.76, Newmark(12000, 18, 2000))
+    assert status == 0
+    assert [found[name] for name in NUMBERS] == [getattr(expected, name) for name in NUMBERS]
+    assert 0 <= found["residual"] < 1e-10
+    assert found["verdict"] == verdict(expected).headline
+    assert (found["blame"], found["change"]) == ("steps", {"located": True})
+    assert found["reference"] == motion(System(), 2.76, Reference()).as_dict()
+    assert found["penalty"] == motion(System(), 2.76, Newmark(12000, 18, 2000)).as_dict()
+    assert found["pointwise"]
+    assert found["split"]["in_step"]
+    assert found["impacts"]["matched"] == 1
+
+
+def test_options_reach_the_engine(capsys, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text("[system]\nrestitution = 0.4\n")
+    setting = "--eta 1.08 --K 2500 --D 8 --steps 500 --located --periods 300 --keep 4 --joint-damping derived --json"
+    _, out, err = run(capsys, setting, "--system", str(path), "--series")
+    assert err == ""
+    found = json.loads(out)
+    penalty = Newmark(2500, 8, 500, located=True)
+    options = {"reference": Reference("derived"), "periods": 300, "keep": 4}
+    expected = compare(System(restitution=0.4), 1.08, penalty, **options)
+    assert found["total"] == expected.total
+    assert found["joint_damping"] == 0
+    series = {name: np.array(rows) for name, rows in found["series"].items()}
+    assert series["total"].shape == (4, len(series["time"]))
+    assert np.abs(sum(series[name] for name in NUMBERS[1:]) - series["total"]).max() < 1e-10
+
+
+def test_irregular_motion_says_that_statistics_are_compared(capsys):
+    found = json.loads(run(capsys, "--eta 1.7 --K 12000 --D 18 --steps 2000 --json")[1])
+    assert not found["pointwise"]
+    assert "statistics" in found["verdict"]
+    assert found["statistics"]["total"] > found["statistics"]["floor"] > 0
+    assert found["reference"]["lyapunov"] == pytest.approx(0.27, abs=0.03)
+    assert (found["reference"]["type"], found["penalty"]["type"]) == ("chaotic", "chaotic")
+
+
+def test_a_run_that_blew_up_is_a_result(capsys):
+    status, out, _ = run(capsys, "--eta 2.76 --K 60000 --D 1 --steps 100 --json", "--series")
+    found = json.loads(out)
+    assert status == 0
+    assert [found[name] for name in (*NUMBERS, "split", "series")] == [None] * 6
+    assert found["penalty"]["type"] == "diverged"
+    assert "blew up" in found["verdict"]
+
+
+def test_text_holds_the_verdict_and_the_parts(capsys):
+    _, out, _ = run(capsys, "--eta 1.08 --K 2500 --D 8 --steps 2000")
+    assert "The joint damping is to blame" in " ".join(out.split())
+    lines = [line.split("  ")[0] or line.strip().split("  ")[0] for line in out.splitlines()]
+    for name in ("difference (rms)", "time step", "contact time", "pulling", "joint damping", "reference", "penalty"):
+        assert name in lines
+    assert "nan" not in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("--eta 1.08 --K -1 --D 8 --steps 2000", "K = -1"),
+        ("--eta 1.08 --K 2500 --D 8 --steps 0", "steps = 0"),
+        ("--eta 1.08 --K 2500 --D 8 --steps 2000 --keep 0", "keep = 0"),
+        ("--eta nan --K 2500 --D 8 --steps 2000", "eta = nan"),
+        ("--eta 1.08 --K 2500 --D 8", "--steps"),
+        ("--eta 1.08 --K 2500 --D 8 --steps 2000 --fit", "--measured"),
+    ],
+)
+def test_bad_input_is_one_line(capsys, arguments, words):
+    status, out, err = run(capsys, arguments)
+    assert (status, out) == (2, "")
+    assert words in err
+    assert err.count("\n") == 1

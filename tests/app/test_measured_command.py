@@ -1,0 +1,85 @@
+"""Measured data on the command line."""
+
+import argparse
+import json
+
+import pytest
+
+from app.cli import main
+from app.commands.measured import add_measured_options, fitted, run
+from app.commands.options import add_system_option
+from app.files import ASSETS
+from engine import System, Units, read_measurement, synthetic_measurement
+
+EXAMPLE = ASSETS / "example-measurement.csv"
+
+
+def compare(capsys, *arguments):
+    parser = argparse.ArgumentParser()
+    for name in ("--eta", "--K", "--D", "--steps", "--periods"):
+        parser.add_argument(name, type=float)
+    parser.add_argument("--joint-damping")
+    for name in ("--located", "--json"):
+        parser.add_argument(name, action="store_true")
+    add_measured_options(parser)
+    add_system_option(parser)
+    setting = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "2000", "--periods", "300"]
+    run(parser.parse_args([*setting, *arguments]))
+    return capsys.readouterr().out
+
+
+def test_the_example_is_made_by_the_command_and_says_so(capsys):
+    assert main(["measurement"]) in (0, None)
+    assert capsys.readouterr().out == EXAMPLE.read_text(encoding="utf-8")
+    assert EXAMPLE.read_text(encoding="utf-8").startswith(
+        "# NOT MEASURED: the semi-analytical reference plus normal noise"
+    )
+    made = synthetic_measurement(System(), 2.76, periods=4, per_period=120, noise=0.02, phase=0.7, seed=1)
+    assert read_measurement(EXAMPLE, Units()).displacement == pytest.approx(made.displacement, abs=1e-5)
+
+
+def test_json_holds_the_measurement_beside_both_solvers(capsys):
+    found = json.loads(compare(capsys, "--measured", str(EXAMPLE), "--json"))
+    assert list(found) == ["eta", "measured", "reference", "penalty", "fit", "verdict"]
+    assert found["measured"]["samples"] == 481
+    assert found["measured"]["period"] == 1
+    assert found["measured"]["noise"] == pytest.approx(0.02, rel=0.1)
+    assert found["reference"]["phase"] == pytest.approx(0.7, abs=0.01)
+    assert found["reference"]["rms"] < 0.01 < found["penalty"]["rms"]
+    assert found["fit"] is None
+    assert found["verdict"].startswith("The reference agrees")
+
+
+def test_a_fit_comes_first_and_its_system_is_compared(capsys):
+    found = json.loads(compare(capsys, "--measured", str(EXAMPLE), "--fit", "restitution,d3", "--json"))
+    fit = found["fit"]
+    assert abs(fit["values"]["restitution"] - 0.5) < 3 * fit["errors"]["restitution"]
+    assert fit["errors"]["d3"] is None
+    assert fit["correlation"]["names"] == ["restitution"]
+    text = compare(capsys, "--measured", str(EXAMPLE), "--fit", "restitution")
+    assert "restitution         0.50" in text
+    assert "+- " in text
+    assert "sensor closes" in text
+
+
+def test_units_come_from_the_system_file(capsys, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text("[units]\nbase_amplitude = 2.14\n")
+    found = json.loads(compare(capsys, "--measured", str(EXAMPLE), "--system", str(path), "--json"))
+    assert found["reference"]["rms"] > 0.3  # all displacements half as large
+
+
+def test_names_that_cannot_be_fitted_are_refused():
+    assert fitted("d1, d2") == ("d1", "d2")
+    for text in ("kappa", "d1,d1", ""):
+        with pytest.raises(argparse.ArgumentTypeError, match="give some of restitution,d1,d2,d3, each once"):
+            fitted(text)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [(["--seed", "-1"], "seed = -1"), (["--eta", "1.7"], "not periodic"), (["--per-period", "2"], "per_period = 2")],
+)
+def test_an_example_that_cannot_be_made_is_refused(capsys, arguments, words):
+    assert main(["measurement", *arguments]) == 2
+    assert words in capsys.readouterr().err

@@ -1,0 +1,82 @@
+"""``vibroscope motion``: the contract for scripts, and the words for people."""
+
+import json
+
+import pytest
+
+from app.cli import main
+
+NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18"]
+
+
+def printed(capsys, *arguments):
+    assert main(["motion", *arguments]) == 0
+    return capsys.readouterr().out
+
+
+def as_json(capsys, *arguments):
+    return json.loads(printed(capsys, *arguments, "--json"))
+
+
+def test_a_periodic_motion(capsys):
+    found = as_json(capsys, "--solver", "reference", "--eta", "1.08")
+    assert (found["type"], found["period"], found["impacts_per_period"]) == ("periodic", 1, 10)
+    assert 0.2 < found["contact_share"] < 0.3
+    assert found["lyapunov"] < 0
+    assert [len(pair) for pair in found["floquet"]] == [2, 2, 2, 2]
+    assert (found["solver"], found["eta"]) == ("reference", 1.08)
+
+
+def test_a_chaotic_motion(capsys):
+    found = as_json(capsys, "--solver", "reference", "--eta", "1.70")
+    assert (found["type"], found["period"], found["floquet"]) == ("chaotic", 0, [])
+    assert 0.24 < found["lyapunov"] < 0.28
+
+
+def test_noise_of_the_step_is_said_to_be(capsys):
+    found = as_json(capsys, *NEWMARK, "--steps", "2000")
+    assert (found["type"], found["period"]) == ("periodic", 1)
+    assert found["step_noise"] > 0.1
+    told = printed(capsys, *NEWMARK, "--steps", "2000")
+    assert "an artefact of the time step" in " ".join(told.split())
+
+
+def test_a_run_that_blows_up_is_a_result(capsys):
+    found = as_json(capsys, "--solver", "newmark", "--eta", "2.76", "--K", "1e9", "--D", "1e3", "--steps", "20")
+    assert (found["type"], found["lyapunov"], found["floquet"]) == ("diverged", None, [])
+    assert "blew up" in printed(
+        capsys, "--solver", "newmark", "--eta", "2.76", "--K", "1e9", "--D", "1e3", "--steps", "20"
+    )
+
+
+def test_attractors_side_by_side(capsys):
+    options = ("--solver", "reference", "--eta", "3.2", "--attractors", "--starts", "12")
+    found = as_json(capsys, *options)["attractors"]
+    assert {each["period"] for each in found} == {2, 6}
+    assert sum(each["share"] for each in found) == pytest.approx(1)
+    assert printed(capsys, *options).count("% of starts") == 2
+
+
+def test_another_system(capsys, tmp_path):
+    path = tmp_path / "system.toml"
+    assert main(["system"]) == 0
+    path.write_text(capsys.readouterr().out.replace("restitution = 0.5", "restitution = 0.9"), encoding="utf-8")
+    there = as_json(capsys, "--solver", "reference", "--eta", "2.76", "--system", str(path))
+    here = as_json(capsys, "--solver", "reference", "--eta", "2.76", "--restitution", "0.9")
+    assert there == here
+    assert there["closing_speeds"] != as_json(capsys, "--solver", "reference", "--eta", "2.76")["closing_speeds"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--solver", "reference", "--eta", "-1"], "eta = -1"),
+        (["--solver", "exact", "--eta", "2.76"], "needs --K"),
+        (["--solver", "reference", "--eta", "1.08", "--attractors", "--starts", "0"], "starts = 0"),
+    ],
+)
+def test_bad_input_is_one_line(capsys, arguments, told):
+    assert main(["motion", *arguments]) == 2
+    line = capsys.readouterr().err
+    assert told in line
+    assert line.count("\n") == 1

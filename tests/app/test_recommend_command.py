@@ -1,0 +1,92 @@
+"""``vibroscope recommend``, as scripts see it."""
+
+import json
+
+import pytest
+
+from app.cli import main
+from engine import Newmark, Record, System, simulate
+from engine.error import Target
+
+QUICK = ["--tolerance", "0.5", "--steps-max", "32"]
+
+
+def run(capsys, *arguments):
+    try:
+        status = main(["recommend", *arguments])
+    except SystemExit as exit_:
+        status = exit_.code
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def test_json_is_the_contract(capsys):
+    status, out, err = run(capsys, "--eta", "2.76", "--located", "--tolerance", "0.5", "--steps-max", "16", "--json")
+    found = json.loads(out)
+    assert (status, err) == (0, "")
+    assert {"K", "D", "steps", "error", "met", "front", "reason"} <= set(found)
+    assert (found["met"], found["reason"], found["located"]) == (True, "", True)
+    method = Newmark(found["K"], found["D"], found["steps"], located=True)
+    response = simulate(System(), 2.76, method, record=Record(50, 200, found["steps"]))
+    assert found["error"] == pytest.approx(Target.find(System(), 2.76).error(response), rel=1e-12)
+    assert [found["steps"], found["error"], found["K"], found["D"]] in found["front"]
+    assert len(found["front_solves"]) == len(found["front"])
+
+
+def test_a_tolerance_that_is_not_met_is_a_result(capsys):
+    status, out, _ = run(capsys, "--eta", "2.76", "--tolerance", "0.01", "--steps-max", "64", "--json")
+    found = json.loads(out)
+    assert status == 0
+    assert not found["met"]
+    assert "time step" in found["reason"]
+    assert found["error"] > 0.01
+    status, out, _ = run(capsys, "--eta", "1.7", "--json")
+    found = json.loads(out)
+    assert (status, found["met"], found["K"], found["error"], found["front"]) == (0, False, None, None, [])
+
+
+def test_people_get_both_kinds_of_step_and_units(capsys):
+    status, out, _ = run(capsys, "--eta", "3.25", *QUICK, "--units")
+    assert status == 0
+    assert "constant step, tolerance 50 %" in out
+    assert "steps cut at contact changes, tolerance 50 %" in out
+    assert out.count(" N/m, damper ") == 2
+    assert out.count("\nset ") == 2
+
+
+def test_a_range_is_a_design_curve(capsys):
+    status, out, _ = run(capsys, "--eta-range", "3.2:3.25:2", *QUICK)
+    assert status == 0
+    assert [line.split()[0] for line in out.splitlines()] == ["eta", "3.2000", "3.2500"]
+    status, out, _ = run(capsys, "--eta-range", "3.2:3.25:2", *QUICK, "--json")
+    assert [one["eta"] for one in json.loads(out)] == [3.2, 3.25]
+
+
+def test_another_system_gives_another_answer(capsys, tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text("[system]\nrestitution = 0.8\n")
+    answers = [
+        json.loads(run(capsys, "--eta", "3.25", *QUICK, *more, "--json")[1]) for more in ([], ["--system", str(path)])
+    ]
+    assert answers[0]["error"] != answers[1]["error"]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["--eta", "2.76", "--tolerance", "0"],
+        ["--eta", "2.76", "--tolerance", "nan"],
+        ["--eta", "-1"],
+        ["--eta", "2.76", "--K-max", "0"],
+        ["--eta", "2.76", "--steps-max", "1.5"],
+        ["--eta", "2.76", "--eta-range", "1:2:3"],
+        ["--eta-range", "1:2"],
+        ["--eta-range", "1:2:1"],
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(capsys, arguments):
+    status, out, err = run(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert len(err.strip().splitlines()) == 1
+    assert err.startswith("vibroscope recommend: ")

@@ -1,0 +1,127 @@
+"""``vibroscope sweep``: the contract for scripts, and what a person at a terminal sees."""
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from app.cli import main
+
+ROOT = Path(__file__).parents[2]
+ETA = ["sweep", "eta", "--from", "2.7", "--to", "3.2", "--count", "6", "--transient", "50", "--sample", "8"]
+PLANE = ["sweep", "plane", "--eta", "2.76", "--K", "100:10000:4", "--D", "1:50:3", "--transient", "50", "--sample", "8"]
+
+
+def told(capsys, *arguments):
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_diagram_as_the_contract_says(tmp_path, capsys):
+    path = str(tmp_path / "eta.zarr")
+    answer = told(capsys, *ETA, "--solver", "reference", "--out", path)
+    assert answer["path"] == path
+    assert {name: answer[name] for name in ("cells", "computed", "reused", "failed")} == {
+        "cells": 6,
+        "computed": 6,
+        "reused": 0,
+        "failed": 0,
+    }
+    assert answer["seconds"] > 0
+    found = xarray.open_zarr(path)
+    assert found["xi2"].sizes == {"eta": 6, "sample": 8}
+    assert {"period", "impacts_per_period", "contact_share", "motion"} <= set(found)
+    np.testing.assert_array_equal(found["eta"], np.linspace(2.7, 3.2, 6))
+    assert told(capsys, *ETA, "--solver", "reference", "--out", path)["reused"] == 6
+
+
+@pytest.mark.parametrize("solver", [["--steps", "500"], ["--steps", "100", "--located"], ["--solver", "exact"]])
+def test_a_plane_as_the_contract_says(tmp_path, capsys, solver):
+    path = str(tmp_path / "plane.zarr")
+    assert told(capsys, *PLANE, *solver, "--out", path)["cells"] == 12
+    found = xarray.open_zarr(path)
+    assert {"period", "impacts_per_period", "error", "error_regularisation", "D_equal_restitution"} <= set(found)
+    assert ("longest_contact_steps" in found) == ("--steps" in solver)
+    np.testing.assert_allclose(np.diff(np.log(found["K"])), np.log(100) / 3)
+    assert found["error"].dims == ("K", "D")
+
+
+def test_a_time_step_study_as_the_contract_says(tmp_path, capsys):
+    path = str(tmp_path / "step.zarr")
+    command = ["sweep", "step", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500,1000"]
+    assert (
+        told(capsys, *command, "--transient", "50", "--sample", "8", "--out", path)["cells"] == 4
+    )  # fixed and located
+    found = xarray.open_zarr(path)
+    assert found["spread"].sizes == {"steps": 2, "scheme": 2}
+    assert {"order_of_spread", "xi1", "v1", "tau", "error", "period"} <= set(found)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "text"),
+    [
+        ([*ETA, "--solver", "newmark"], 2, "needs --K, --D, --steps"),
+        ([*ETA, "--solver", "reference", "--over", "K", "--eta", "2"], 2, "has no K"),
+        ([*ETA[:2], "--from", "3", "--to", "2", "--count", "6", "--solver", "reference"], 2, "empty range"),
+        ([*ETA[:2], "--from", "2", "--to", "3", "--count", "1e12", "--solver", "reference"], 2, "count of eta"),
+        ([*PLANE[:4], "--K", "1:2:1e6", "--D", "1:2:1e6", "--steps", "100"], 2, "sweep fewer values"),
+        ([*PLANE], 2, "needs --steps"),
+    ],
+)
+def test_bad_input_is_told_in_one_line(tmp_path, capsys, arguments, status, text):
+    assert main([*arguments, "--out", str(tmp_path / "a.zarr")]) == status
+    said = capsys.readouterr().err
+    assert text in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "a.zarr").exists()
+
+
+@pytest.mark.parametrize("axis", ["1:2", "a:b:c", "1:2:3:4"])
+def test_what_is_no_range_is_told(tmp_path, capsys, axis):
+    with pytest.raises(SystemExit, match="2"):
+        main(
+            ["sweep", "plane", "--eta", "2", "--K", axis, "--D", "1:2:3", "--steps", "9", "--out", str(tmp_path / "a")]
+        )
+    assert "a:b:n" in capsys.readouterr().err
+
+
+def test_what_cannot_be_written_is_told(tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert main([*ETA, "--solver", "reference", "--out", str(tmp_path / "file")]) == 1
+    assert "give a place that can be written" in capsys.readouterr().err
+    assert main([*ETA, "--solver", "reference", "--out", str(tmp_path)]) == 2
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path, capsys):
+    """At a terminal, with progress on it; the signal comes once the first cells are told."""
+    path = str(tmp_path / "eta.zarr")
+    command = ["sweep", "eta", "--from", "1.6", "--to", "1.8", "--count", "40", "--solver", "newmark", "--K", "3000"]
+    command += ["--D", "10", "--steps", "2000", "--transient", "20000", "--sample", "20"]
+    ours, theirs = pty.openpty()
+    program = f"import sys; from app.cli import main; sys.exit(main({[*command, '--out', path]!r}))"
+    process = subprocess.Popen([sys.executable, "-c", program], cwd=ROOT, stderr=theirs, stdout=subprocess.DEVNULL)
+    os.close(theirs)
+    seen = b""
+    with process:
+        while b"of 40 cells" not in seen:
+            seen += os.read(ours, 1000)
+        process.send_signal(signal.SIGINT)
+        try:
+            while more := os.read(ours, 1000):
+                seen += more
+        except OSError:  # the terminal is closed
+            pass
+        assert process.wait(60) == 130
+    os.close(ours)
+    assert b"a second" in seen
+    assert b"goes on from there" in seen
+    assert b"Traceback" not in seen
+    assert xarray.open_zarr(path).attrs["complete"] == 0

@@ -1,0 +1,93 @@
+"""What is taken away must give the numbers of the page again."""
+
+import csv
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from app import takeaway, words
+from app.compute import RunCache, frame_of
+from app.present import present
+from app.report import as_report
+from app.state import Explorer, Setting, read
+
+from .test_state import settings
+
+KEPT = RunCache()
+PLAIN = Explorer().setting()
+OTHER = PLAIN._replace(
+    eta=2.3, K=9000.0, steps=400, located="yes", restitution=0.7, joint_damping="derived", threshold=0.01
+)
+
+
+def frame(setting):
+    return frame_of(setting, cache=KEPT)
+
+
+@pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
+def test_the_script_finds_the_numbers_of_the_page(setting):
+    space = {}
+    exec(takeaway.as_python(setting), space)
+    np.testing.assert_array_equal(space["reference"].section, frame(setting).reference.response.section)
+    np.testing.assert_array_equal(space["penalty"].section, frame(setting).penalty.response.section)
+
+
+@pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
+def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
+    commands = takeaway.as_command(setting).replace("vibroscope simulate", "vibroscope simulate --json")
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    run = subprocess.run(
+        ["sh", "-e"], input=commands, cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True, text=True
+    )
+    assert run.stderr == ""
+    found = [json.loads(line) for line in run.stdout.splitlines()]
+    np.testing.assert_array_equal(found[0]["section"], frame(setting).reference.response.section)
+    np.testing.assert_array_equal(found[1]["section"], frame(setting).penalty.response.section)
+
+
+@given(settings)
+def test_the_parameters_read_back_exactly(setting):
+    assert Setting(**read(takeaway.setting_of_toml(takeaway.as_toml(setting)))) == setting
+
+
+def test_a_file_of_another_kind_is_refused():
+    with pytest.raises(ValueError, match=r"no table \[setting\]"):
+        takeaway.setting_of_toml("[system]\nkappa = 2")
+
+
+@pytest.mark.parametrize("figure", takeaway.FIGURES)
+def test_a_table_holds_every_point_of_its_figure(figure):
+    columns = present(frame(PLAIN))
+    rows = list(csv.DictReader(io.StringIO(takeaway.as_csv(figure, columns))))
+    for label, source, chosen in takeaway.FIGURES[figure]:
+        for name, column in chosen.items():
+            told = [np.float32(row[name]) for row in rows if row["series"] == label]
+            np.testing.assert_array_equal(told, columns[source][column])
+
+
+def test_the_data_file_holds_all_columns_and_null_where_there_is_no_number():
+    setting = PLAIN._replace(eta=2.76, K=1e5, D=100.0, steps=100)  # blows up
+    columns = present(frame(setting))
+    found = json.loads(takeaway.as_json(setting, columns, words.lines(words.tell(frame(setting)), None)))
+    assert found["setting"] == setting._asdict()
+    assert set(found["columns"]["displacements"]["penalty1"]) == {None}
+    told = np.float32(found["columns"]["displacements"]["reference1"])
+    np.testing.assert_array_equal(told, columns["displacements"]["reference1"])
+
+
+def test_the_report_is_whole_and_asks_no_server():
+    told = words.lines(words.tell(frame(PLAIN)), None) | {"<b>": "a < b"}
+    report = as_report(PLAIN, told, "today")
+    assert told["Reference"] in report
+    assert "<b>" not in report
+    assert "&lt;b&gt;" in report
+    assert report.count("data-figure=") == 6
+    assert "src=" not in report
+    assert "href=" not in report

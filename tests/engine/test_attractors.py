@@ -1,0 +1,75 @@
+"""Motions side by side: found from many starts, the same each time, and each kept by a long run."""
+
+import numpy as np
+import pytest
+
+from engine import Cancelled, ExactPenalty, Newmark, Reference, System, attractors, simulate
+
+SYSTEM = System()
+
+
+def distance(section, points):
+    """From the last row of a section to the nearest of some points."""
+    return np.abs(points - section[-1]).max(axis=1).min()
+
+
+def test_motions_that_coexist_near_3_2():
+    found = attractors(SYSTEM, 3.2, Reference())
+    assert [(each.motion.type, each.motion.period) for each in found] == [("periodic", 6), ("periodic", 2)]
+    assert sum(each.share for each in found) == 1
+    for each in found:
+        assert each.share > 0.1
+        assert np.abs(each.motion.multipliers).max() < 1
+        long = simulate(SYSTEM, 3.2, Reference(), periods=20_000, keep=12, initial=each.start)
+        assert distance(long.section, each.motion.section) < 1e-8
+    first, second = (each.motion.section for each in found)
+    assert distance(second, first) > 0.01
+
+
+def test_cycles_that_lie_close_are_told_apart():
+    """At η = 3.22 two cycles of 6 periods, with 14 and with 15 impacts, come within 1e-3 of each other."""
+    found = attractors(SYSTEM, 3.22, Reference())
+    impacts = sorted((each.motion.period, round(each.motion.impacts_per_period * 6)) for each in found)
+    assert impacts == [(2, 3), (6, 14), (6, 15)]
+
+
+@pytest.mark.parametrize(
+    ("eta", "method", "name"),
+    [
+        (1.70, Reference(), "chaotic"),
+        (1.70, Newmark(12000, 18, 2000), "chaotic"),
+        (2.88, Reference(), "quasi-periodic"),
+        (1.08, ExactPenalty(2500, 8), "periodic"),
+    ],
+)
+def test_one_motion_is_found_once(eta, method, name):
+    (found,) = attractors(SYSTEM, eta, method, starts=5)
+    assert (found.motion.type, found.share) == (name, 1)
+
+
+def test_noise_of_the_step_makes_no_attractors():
+    found = attractors(SYSTEM, 2.76, Newmark(12000, 18, 2000))
+    assert [each.motion.period for each in found] == [1, 2]
+    exact = attractors(SYSTEM, 2.76, ExactPenalty(12000, 18))
+    assert {each.motion.period for each in exact} == {1, 2}  # the second is motion, not noise
+
+
+def test_a_run_that_blows_up_is_one_of_them():
+    found = attractors(SYSTEM, 2.76, Newmark(1e9, 1e3, 20), starts=4)
+    assert [(each.motion.type, each.share) for each in found] == [("diverged", 1)]
+
+
+def test_the_same_seed_finds_the_same():
+    first, again, other = (attractors(SYSTEM, 3.2, Reference(), starts=12, seed=seed) for seed in (1, 1, 2))
+    assert [(each.share, *each.start) for each in first] == [(each.share, *each.start) for each in again]
+    assert [tuple(each.start) for each in first] != [tuple(each.start) for each in other]
+
+
+def test_progress_is_told_and_it_can_be_cancelled():
+    told = []
+    attractors(SYSTEM, 1.08, Reference(), starts=3, progress=told.append)
+    assert told == [1, 2, 3]
+    with pytest.raises(Cancelled):
+        attractors(SYSTEM, 1.08, Reference(), cancelled=lambda: len(told) > 0)
+    with pytest.raises(ValueError, match="starts = 0"):
+        attractors(SYSTEM, 1.08, Reference(), starts=0)

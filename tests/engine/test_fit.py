@@ -1,0 +1,113 @@
+"""Restitution and damping fitted: the truth comes back, and the errors are what they are said to be."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from engine import Measurement, Reference, System, fit, synthetic_measurement
+from engine.fit import _Problem
+
+TRUE = System(restitution=0.43, d1=0.006, d2=0.018, d3=0.045)
+
+
+def test_all_constants_come_back_within_their_errors():
+    made = synthetic_measurement(TRUE, 1.08, noise=0.02, phase=2.3, seed=7)
+    found = fit(System(), 1.08, made)
+    for name, value in found.values.items():
+        assert 0 < found.errors[name] < 0.02
+        assert abs(value - getattr(TRUE, name)) < 3 * found.errors[name]
+    assert found.system.as_dict() == System().as_dict() | found.values
+    assert found.phase == pytest.approx(2.3, abs=0.01)
+    assert found.deviation == pytest.approx(0.02, rel=0.05)
+    assert found.remarks == ()
+    assert found.agreeing >= 3
+
+
+def test_the_errors_are_those_of_many_measurements():
+    pulls = []
+    for seed in range(8):
+        made = synthetic_measurement(TRUE, 2.76, periods=4, per_period=100, noise=0.05, seed=seed)
+        found = fit(TRUE, 2.76, made, names=("restitution", "d2"))
+        pulls.append(
+            [(found.values[name] - getattr(TRUE, name)) / found.errors[name] for name in ("restitution", "d2")]
+        )
+    pulls = np.array(pulls)
+    # the sum of squares of 8 normal numbers lies in here in 99.8 of 100 cases
+    assert ((np.sum(pulls**2, axis=0) > 0.85) & (np.sum(pulls**2, axis=0) < 26.2)).all()
+    assert np.abs(pulls.mean(axis=0)).max() < 3 / np.sqrt(8)
+
+
+def test_errors_shrink_with_the_root_of_the_samples():
+    errors = []
+    for periods in (4, 16, 64):
+        made = synthetic_measurement(TRUE, 2.76, periods=periods, per_period=100, noise=0.02, seed=1)
+        errors.append(fit(TRUE, 2.76, made, names=("restitution",)).errors["restitution"])
+    assert errors[0] / errors[1] == pytest.approx(2, rel=0.15)
+    assert errors[1] / errors[2] == pytest.approx(2, rel=0.15)
+
+
+def test_the_fit_ends_where_the_squares_are_least():
+    made = synthetic_measurement(TRUE, 2.76, noise=0.02, phase=0.3, seed=2)
+    names = ("restitution", "d2")
+    found = fit(System(), 2.76, made, names=names)
+    problem = _Problem(System(), 2.76, made, names, Reference(threshold=0.0), None)
+    best = np.array([*found.values.values(), found.phase])
+    least = np.sum(problem.residuals(best) ** 2)
+    for i, step in enumerate((1e-3, 1e-4, 1e-3)):
+        for sign in (-1, 1):
+            beside = best.copy()
+            beside[i] += sign * step
+            assert np.sum(problem.residuals(beside) ** 2) > least
+    jacobian = problem.jacobian(best)
+    wide = np.stack(
+        [(problem.residuals(best + h) - problem.residuals(best - h)) / 2e-4 for h in 1e-4 * np.eye(3)], axis=1
+    )
+    assert (np.linalg.norm(jacobian - wide, axis=0) < 0.01 * np.linalg.norm(wide, axis=0)).all()
+    expected = 0.02 * np.sqrt(np.diag(np.linalg.inv(wide.T @ wide)))[:2]  # the noise that was put in
+    assert list(found.errors.values()) == pytest.approx(expected, rel=0.05)
+
+
+def test_what_the_motion_does_not_show_is_left_and_told():
+    made = synthetic_measurement(TRUE, 2.76, noise=0.02)  # one impact in a period, no permanent contact
+    found = fit(System(), 2.76, made, names=("restitution", "d3"))
+    assert found.values["d3"] == System().d3
+    assert found.errors["d3"] == np.inf
+    assert found.correlation.shape == (1, 1)
+    assert "d3 does not change this motion and was left as it is" in found.remarks
+
+
+def test_a_motion_of_another_kind_is_told():
+    made = synthetic_measurement(TRUE, 2.76, noise=0.02)
+    bent = Measurement(made.time, made.displacement + 0.3 * np.sin(2 * 2.76 * made.time), None, made.frame)
+    found = fit(System(), 2.76, bent, names=("restitution", "d2"))
+    assert found.deviation > 5 * found.noise
+    assert any("larger than the measurement's own noise" in remark for remark in found.remarks)
+
+
+def test_noise_that_is_not_independent_is_told():
+    made = synthetic_measurement(TRUE, 2.76, noise=0.0)
+    random = np.random.default_rng(3).standard_normal((2, len(made) + 19))
+    slow = np.stack([np.convolve(row, np.ones(20), "valid") for row in random])
+    drifting = Measurement(made.time, made.displacement + 0.01 * slow, None, made.frame)
+    found = fit(TRUE, 2.76, drifting, names=("d2",))
+    assert any("depend on each other" in remark for remark in found.remarks)
+
+
+@pytest.mark.parametrize("names", [(), ("kappa",), ("d1", "d1")])
+def test_what_cannot_be_fitted_is_refused(names):
+    with pytest.raises(ValueError, match="give some of restitution, d1, d2, d3, each once"):
+        fit(System(), 2.76, synthetic_measurement(System(), 2.76), names=names)
+
+
+def test_a_motion_without_a_cycle_is_refused():
+    made = synthetic_measurement(System(), 2.76)
+    chaotic = Measurement(made.time * 2.76 / 1.7, made.displacement, None, made.frame)
+    with pytest.raises(ValueError, match=r"not periodic at eta = 1\.7"):
+        fit(System(), 1.7, chaotic, names=("d3",))
+
+
+def test_without_scipy_the_fit_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "scipy.optimize", None)
+    with pytest.raises(ValueError, match=r"needs SciPy: install .* vibroscope\[fit\]"):
+        fit(System(), 2.76, synthetic_measurement(System(), 2.76))

@@ -1,0 +1,110 @@
+"""The same chunks on a Dask cluster: a scheduler and two workers on this machine, one of which is killed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import fsspec
+import numpy as np
+import pytest
+import xarray
+
+from engine import Reference, System, sweep_eta, sweep_plane
+
+pytest.importorskip("distributed")
+ETAS = np.linspace(2.6, 3.3, 64)
+ROOT = Path(__file__).parents[2]
+
+
+def started(module, *arguments):
+    command = [sys.executable, "-m", f"distributed.cli.{module}", *arguments]
+    environment = {**os.environ, "FSSPEC_LOCAL_AUTO_MKDIR": "yes"}  # a bucket knows no folders that must be there first
+    return subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """Address of a scheduler, and its two workers."""
+    told = tmp_path_factory.mktemp("cluster") / "scheduler.json"
+    where = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+    processes = [started("dask_scheduler", *where, "--scheduler-file", str(told))]
+    try:
+        deadline = time.monotonic() + 30
+        while not told.exists() or not told.read_text():
+            assert time.monotonic() < deadline, "the scheduler does not start"
+            time.sleep(0.05)
+        address = json.loads(told.read_text())["address"]
+        worker = ("dask_worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
+        processes += [started(*worker), started(*worker)]
+        yield address, processes[1:]
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait(10)
+
+
+def swept(out=None, **more):
+    how = {"transient": 400, "sample": 10, "cells_per_chunk": 2}
+    return sweep_eta(System(), Reference(), ETAS, out=out, **how | more)
+
+
+def files(folder):
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path != folder / "zarr.json"
+    }
+
+
+def test_continuation_goes_chunk_by_chunk(cluster):
+    address, _ = cluster
+    how = {"direction": "down", "cells_per_chunk": 24, "transient": 20}
+    xarray.testing.assert_equal(swept(scheduler=address, **how), swept(**how))
+
+
+def test_to_an_object_store_the_workers_write_themselves(cluster, tmp_path, monkeypatch):
+    """``local://`` stands for a bucket: a URL that workers reach as well as we do."""
+    monkeypatch.setitem(fsspec.config.conf, "local", {"auto_mkdir": True})
+    address, _ = cluster
+    url = f"local://{tmp_path}/a.zarr"
+    K, D = np.geomspace(100, 1e4, 4), np.geomspace(5, 50, 4)
+    how = {"steps": 500, "transient": 50, "sample": 10, "cells_per_chunk": 4}
+    first = sweep_plane(System(), 2.76, K, D, out=url, scheduler=address, **how)
+    xarray.testing.assert_equal(first, sweep_plane(System(), 2.76, K, D, **how))
+    again = sweep_plane(System(), 2.76, K, D, out=url, scheduler=address, **how)
+    assert (first.attrs["computed"], again.attrs["reused"]) == (16, 16)
+
+
+def test_another_engine_on_a_worker_is_told(cluster, monkeypatch):
+    address, _ = cluster
+    monkeypatch.setattr("engine.sweeps.cluster.engine_digest", lambda: "other")
+    with pytest.raises(ValueError, match="another engine"):
+        swept(scheduler=address)
+
+
+def test_a_worker_that_is_killed_changes_nothing(cluster, tmp_path):
+    address, workers = cluster
+    victim, told = workers[0], []
+
+    def kill(now):
+        told.append(now)
+        if now.done >= 8 and victim.poll() is None:
+            os.kill(victim.pid, signal.SIGKILL)
+            victim.wait(10)
+
+    found = swept(tmp_path / "cluster.zarr", scheduler=address, progress=kill)
+    assert victim.poll() == -signal.SIGKILL
+    assert found.attrs["computed"] == 64
+    swept(tmp_path / "here.zarr")
+    assert files(tmp_path / "cluster.zarr") == files(tmp_path / "here.zarr")
+    assert swept(tmp_path / "here.zarr", scheduler=address).attrs["reused"] == 64
+
+
+def test_nobody_at_the_address_is_told(monkeypatch):
+    monkeypatch.setattr("engine.sweeps.cluster.PATIENCE", 0.5)
+    with pytest.raises(OSError, match="no Dask scheduler answers"):
+        swept(scheduler="tcp://127.0.0.1:9")

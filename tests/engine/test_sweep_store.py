@@ -1,0 +1,317 @@
+"""What is kept of a study: killed, damaged, moved, full, of another engine."""
+
+import errno
+import fcntl
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from engine import Cancelled, Reference, System, sweep_eta, sweep_plane
+from engine.sweeps import cache, provenance
+from engine.sweeps.eta import EtaStudy
+from engine.sweeps.store import DAMAGE
+
+ETAS = np.linspace(2.6, 3.3, 24)
+SHORT = {"transient": 60, "sample": 10}
+
+
+def swept(out=None, **more):
+    return sweep_eta(System(), Reference(), ETAS, out=out, **{"cells_per_chunk": 4, **SHORT, **more})
+
+
+def files(folder):
+    """Bytes of all files but the one that holds date and cost."""
+    root = Path(folder)
+    return {
+        str(path.relative_to(root)): path.read_bytes()
+        for path in sorted(root.rglob("*"))
+        if path.is_file() and path != root / "zarr.json"
+    }
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("kept") / "whole.zarr"
+    swept(folder)
+    return folder
+
+
+def test_the_result_is_a_labelled_dataset_that_says_where_it_comes_from(whole):
+    found = xarray.open_zarr(whole)
+    assert found["xi2"].dims == ("eta", "sample")
+    assert all("units" in variable.attrs and "long_name" in variable.attrs for variable in found.variables.values())
+    told = found.attrs
+    assert (told["complete"], told["computed"], told["transient"]) == (1, 24, 60)
+    assert told["engine_digest"] == provenance.engine_digest()
+    assert {"system", "method", "engine_version", "date", "seconds"} <= set(told)
+
+
+@pytest.mark.parametrize("direction", ["rest", "up", "down"])
+def test_the_numbers_depend_neither_on_chunks_nor_on_threads(direction):
+    one, other = swept(direction=direction, threads=1), swept(direction=direction, threads=3, cells_per_chunk=7)
+    xarray.testing.assert_equal(one, other)
+
+
+def test_all_that_is_there_is_reused(whole):
+    before = files(whole), (whole / "zarr.json").read_bytes()
+    again = swept(whole)
+    assert (again.attrs["computed"], again.attrs["reused"]) == (0, 24)
+    assert (files(whole), (whole / "zarr.json").read_bytes()) == before
+
+
+@pytest.mark.parametrize("more", [{}, {"direction": "up"}, {"direction": "down"}, {"refine": 2}])
+def test_a_study_that_was_stopped_goes_on_to_the_very_same_bytes(tmp_path, more):
+    swept(tmp_path / "whole.zarr", **more)
+    seen = []
+    with pytest.raises(Cancelled):
+        swept(tmp_path / "stopped.zarr", progress=seen.append, cancelled=lambda: seen and seen[-1].done >= 8, **more)
+    partial = xarray.open_zarr(tmp_path / "stopped.zarr") if not more.get("refine") else None
+    assert partial is None or partial.attrs["complete"] == 0
+    rest = swept(tmp_path / "stopped.zarr", **more)
+    assert rest.attrs["reused"] >= 4
+    assert rest.attrs["computed"] >= 4
+    assert files(tmp_path / "stopped.zarr") == files(tmp_path / "whole.zarr")
+
+
+KILLED = """
+import sys, os, signal
+import numpy as np
+from engine import Reference, System, sweep_eta
+# a chunk every 10 ms, so that the signal meets the process at any moment
+sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 160), transient=20, sample=10, cells_per_chunk=4,
+          out=sys.argv[1],
+          progress=lambda now: now.done >= 24 and print("on its way", flush=True))
+"""
+
+
+def test_a_process_that_is_killed_leaves_what_the_next_one_needs(tmp_path):
+    etas = np.linspace(2.6, 3.3, 160)
+    how = {"transient": 20, "sample": 10, "cells_per_chunk": 4}
+    process = subprocess.Popen(
+        [sys.executable, "-c", KILLED, str(tmp_path / "killed.zarr")],
+        stdout=subprocess.PIPE,
+        cwd=Path(__file__).parents[2],
+    )
+    with process:
+        process.stdout.readline()
+        process.send_signal(signal.SIGKILL)
+        assert process.wait(20) == -signal.SIGKILL
+    rest = sweep_eta(System(), Reference(), etas, out=tmp_path / "killed.zarr", **how)
+    assert rest.attrs["reused"] >= 16
+    assert rest.attrs["computed"] >= 4
+    sweep_eta(System(), Reference(), etas, out=tmp_path / "whole.zarr", **how)
+    assert files(tmp_path / "killed.zarr") == files(tmp_path / "whole.zarr")
+
+
+def readable(folder):
+    try:
+        xarray.open_zarr(folder).load()
+    except DAMAGE:
+        return False
+    return True
+
+
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_damaged_file_is_found_and_computed_anew(whole, data):
+    """Cut, changed, emptied or deleted: whatever is wrong with a chunk, it is not shown and the next run mends it."""
+    good = files(whole)
+    name = data.draw(st.sampled_from([name for name in good if "/c" in name]))
+    content, path = good[name], whole / name
+    damage = data.draw(st.sampled_from(["cut", "change", "empty", "delete"]))
+    at = data.draw(st.integers(0, len(content) - 1))
+    if damage == "delete":
+        path.unlink()
+    elif damage == "change":
+        path.write_bytes(content[:at] + bytes([content[at] ^ (1 << data.draw(st.integers(0, 7)))]) + content[at + 1 :])
+    else:
+        path.write_bytes(content[: at if damage == "cut" else 0])
+    if damage != "delete":
+        assert not readable(whole)
+    mended = swept(whole)
+    assert mended.attrs["computed"] in ((4,) if len(good[name]) and name.split("/")[0] not in mended.coords else (0,))
+    assert files(whole) == good
+
+
+def test_a_description_that_is_lost_is_written_anew(tmp_path):
+    swept(tmp_path / "a.zarr")
+    good = files(tmp_path / "a.zarr")
+    (tmp_path / "a.zarr" / "xi2" / "zarr.json").write_text("{")
+    assert swept(tmp_path / "a.zarr").attrs["computed"] == 24
+    assert files(tmp_path / "a.zarr") == good
+    (tmp_path / "a.zarr" / "zarr.json").write_text("{")
+    with pytest.raises(ValueError, match="is damaged"):
+        swept(tmp_path / "a.zarr")
+
+
+def test_another_study_another_engine_and_other_peoples_files_are_left_alone(tmp_path, whole, monkeypatch):
+    with pytest.raises(ValueError, match="another study"):
+        swept(whole, transient=61)
+    monkeypatch.setattr("engine.sweeps.study.engine_digest", lambda: "other")
+    with pytest.raises(ValueError, match="by another engine"):
+        swept(whole)
+    (tmp_path / "letter.partial").write_text("dear")
+    with pytest.raises(ValueError, match="no result of a sweep"):
+        swept(tmp_path)
+    assert (tmp_path / "letter.partial").read_text() == "dear"
+    with pytest.raises(OSError, match="can be written"):
+        swept(tmp_path / "letter.partial")
+
+
+def test_two_processes_do_not_work_on_one_result(whole):
+    handle = os.open(whole, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        with pytest.raises(BlockingIOError, match="another process"):
+            swept(whole)
+    finally:
+        os.close(handle)
+
+
+def test_too_small_a_disk_is_told_before_work_starts(tmp_path, monkeypatch):
+    class Usage:
+        free = 1000
+
+    monkeypatch.setattr("shutil.disk_usage", lambda path: Usage)
+    with pytest.raises(OSError, match="are free") as told:
+        swept(tmp_path / "a.zarr")
+    assert told.value.errno == errno.ENOSPC
+    assert not (tmp_path / "a.zarr").exists()
+
+
+def test_a_disk_that_fills_up_stops_it_cleanly_and_the_rest_follows_later(tmp_path, whole):
+    """The system itself refuses: no file may grow beyond some bytes, as on a full disk."""
+    from engine.sweeps.store import Store
+
+    write, calls = Store.write, []
+
+    def full(store, chunk, values):
+        calls.append(chunk)
+        if len(calls) < 3:
+            return write(store, chunk, values)
+        soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10, hard))
+        try:
+            return write(store, chunk, values)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Store, "write", full)
+        with pytest.raises(OSError, match="make room"):
+            swept(tmp_path / "a.zarr")
+    rest = swept(tmp_path / "a.zarr")
+    assert rest.attrs["reused"] == 8
+    assert files(tmp_path / "a.zarr") == files(whole)
+
+
+def test_a_url_is_as_good_as_a_folder(whole):
+    found = swept("memory://sweeps/a")
+    assert swept("memory://sweeps/a").attrs["reused"] == 24
+    xarray.testing.assert_equal(xarray.open_zarr("memory://sweeps/a"), xarray.open_zarr(whole))
+    assert found.attrs["computed"] == 24
+    with pytest.raises(ValueError, match="cannot be opened"):
+        swept("nowhere://a")
+
+
+def test_progress_counts_up_to_the_end():
+    seen = []
+    swept(progress=seen.append)
+    done = [now.done for now in seen]
+    assert done == sorted(done)
+    assert (seen[-1].done, seen[-1].total, seen[-1].computed, seen[-1].failed) == (24, 24, 24, 0)
+    assert seen[-1].rate > 0
+    assert seen[-1].seconds_left == 0
+
+
+# -- the cache ---------------------------------------------------------------------------------------------------------
+
+
+def study(e=0.5):
+    return EtaStudy(System(restitution=e), Reference(), 2.6, 20, 5, values=ETAS)
+
+
+def test_the_cache_finds_a_study_by_every_number_and_the_engine(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    first = cache.kept(study())
+    again = cache.kept(study())
+    assert (first.attrs["computed"], again.attrs["reused"]) == (24, 24)
+    assert cache.kept(study(0.4)).attrs["computed"] == 24
+    monkeypatch.setattr("engine.sweeps.study.engine_digest", lambda: "other")
+    assert cache.kept(study()).attrs["computed"] == 24
+
+
+def test_a_damaged_entry_of_the_cache_is_dropped(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    cache.kept(study())
+    (entry,) = (tmp_path / "studies").iterdir()
+    (entry / "zarr.json").write_text("{")
+    assert cache.kept(study()).attrs["computed"] == 24
+    assert cache.kept(study()).attrs["reused"] == 24
+
+
+def test_the_cache_drops_what_was_not_used_the_longest(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    for e in (0.3, 0.4, 0.5):
+        cache.kept(study(e))
+        time.sleep(0.02)
+    cache.kept(study(0.3))
+    root = tmp_path / "studies"
+    size = sum(path.stat().st_size for path in root.rglob("*")) // 3
+    cache.drop_oldest(root, most=int(2.5 * size))
+    assert {path.name for path in root.iterdir()} == {study(0.3).key, study(0.5).key}
+
+
+ASKED = """
+import numpy as np
+from engine import Reference, System, sweep_eta
+found = sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 24), transient=4000, sample=5, keep=True)
+print(found.attrs["computed"], float(found["xi2"].sum()))
+"""
+
+
+def test_of_two_processes_that_want_the_same_study_one_computes_it(tmp_path):
+    environment = {**os.environ, "VIBROSCOPE_CACHE_DIR": str(tmp_path)}
+    from engine.kernels.jit import cache_root, source_digest
+
+    name = f"kernels-{source_digest()}"
+    (tmp_path / name).symlink_to(cache_root() / name)  # compiled already
+    how = {"env": environment, "cwd": Path(__file__).parents[2], "stdout": subprocess.PIPE, "text": True}
+    processes = [subprocess.Popen([sys.executable, "-c", ASKED], **how) for _ in range(2)]
+    told = [process.communicate(timeout=60)[0].split() for process in processes]
+    assert sorted(int(computed) for computed, _ in told) == [0, 24]
+    assert told[0][1] == told[1][1]
+
+
+def test_a_plane_comes_back_from_its_store_as_it_was(tmp_path):
+    K, D = np.geomspace(100, 1e4, 5), np.geomspace(1, 50, 3)
+    how = {"steps": 500, "transient": 50, "sample": 10}
+    one = sweep_plane(System(), 2.76, K, D, **how)
+    other = sweep_plane(System(), 2.76, K, D, out=tmp_path / "p.zarr", cells_per_chunk=4, **how)
+    xarray.testing.assert_equal(one, other)
+
+
+def test_a_chunk_in_which_nothing_reached_its_end_is_complete_too(tmp_path):
+    """All nan is a result; a chunk that is not there is none."""
+    how = {"steps": 100, "transient": 200, "sample": 10, "out": tmp_path / "p.zarr", "cells_per_chunk": 1}
+    found = sweep_plane(System(), 2.76, [500, 60_000], [1.0], **how)
+    assert found.attrs["failed"] == 1
+    assert sweep_plane(System(), 2.76, [500, 60_000], [1.0], **how).attrs["reused"] == 2
+
+
+def test_what_is_swept_is_not_told_as_fixed(whole):
+    found = xarray.open_zarr(whole).attrs
+    assert "eta" not in found
+    plane = sweep_plane(System(), 2.76, [100.0], [5.0], steps=100, transient=5, sample=5, keep=False)
+    assert json.loads(plane.attrs["method"]) == {"name": "newmark", "steps": 100, "every_step": False, "located": False}

@@ -1,0 +1,194 @@
+"""The three studies against single runs, and against each other."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from engine import (
+    ExactPenalty,
+    Newmark,
+    Reference,
+    System,
+    compare,
+    motion,
+    simulate,
+    spaced,
+    sweep_eta,
+    sweep_plane,
+    sweep_step,
+)
+from engine.sweeps.chunks import chunk_shape, chunks, count
+from engine.sweeps.eta import changes
+from engine.sweeps.plane import equal_restitution_damping
+from engine.sweeps.step import observed_order
+
+SHORT = {"transient": 300, "sample": 20}
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(12000, 18), Newmark(12000, 18, 500)])
+def test_a_diagram_holds_what_single_runs_give(method):
+    found = sweep_eta(System(), method, [1.08, 1.7, 2.76, 3.25], coordinates=["xi2", "v1"], **SHORT)
+    assert found["xi2"].dims == ("eta", "sample")
+    for eta in found["eta"].values:
+        cell, run = found.sel(eta=eta), simulate(System(), eta, method, periods=320, keep=20)
+        told = motion(run)
+        if told.period:  # irregular motion multiplies rounding, and the batch may round otherwise
+            np.testing.assert_allclose(cell["xi2"], run.section[:, 2], atol=1e-7)
+            np.testing.assert_allclose(cell["v1"], run.section[:, 1], atol=1e-7)
+        assert (cell["period"], cell["status"]) == (told.period, 0)
+        if told.period:
+            assert cell["impacts_per_period"] == pytest.approx(told.impacts_per_period)
+            assert cell["contact_share"] == pytest.approx(told.contact_share, abs=1e-9)
+
+
+def test_a_continued_diagram_follows_a_motion_that_rest_does_not_lead_to():
+    """Downwards each cell starts where its upper neighbour ended; motions coexist near η = 3.2."""
+    etas = np.linspace(3.1, 3.3, 11)
+    down = sweep_eta(System(), Reference(), etas, direction="down", **SHORT)
+    start = np.zeros(4)
+    for eta in etas[::-1]:
+        run = simulate(System(), eta, Reference(), periods=320, keep=20, initial=start)
+        start = run.section[-1]
+        np.testing.assert_allclose(down["end"].sel(eta=eta), start, atol=1e-6)
+    up = sweep_eta(System(), Reference(), etas, direction="up", **SHORT)
+    assert (np.abs(up["xi2"] - down["xi2"]).max("sample") > 0.1).any()
+
+
+@pytest.mark.parametrize("direction", ["rest", "up", "down"])
+def test_refinement_halves_the_intervals_where_the_motion_changes_and_leaves_the_others(direction):
+    etas = np.linspace(2.7, 3.3, 7)
+    coarse = sweep_eta(System(), Reference(), etas, direction=direction, **SHORT)
+    fine = sweep_eta(System(), Reference(), etas, direction=direction, refine=3, **SHORT)
+    assert (np.diff(fine["eta"]) > 0).all()
+    assert len(fine["eta"]) > len(etas)
+    np.testing.assert_array_equal(fine["xi2"].sel(eta=etas), coarse["xi2"])
+    changed = np.flatnonzero(changes({name: column.values for name, column in coarse.variables.items()}))
+    for i, (left, right) in enumerate(itertools.pairwise(etas)):
+        inside = ((fine["eta"] > left) & (fine["eta"] < right)).sum()
+        assert (inside >= 3) == (i in changed)
+        assert inside <= 7
+
+
+def test_a_sweep_over_another_parameter_is_a_sweep_of_runs():
+    found = sweep_eta(System(), Reference(), [0.3, 0.6], over="restitution", eta=2.76, **SHORT)
+    assert found["xi2"].dims == ("restitution", "sample")
+    for e in (0.3, 0.6):
+        run = simulate(System(restitution=e), 2.76, Reference(), periods=320, keep=20)
+        np.testing.assert_allclose(found["xi2"].sel(restitution=e)[-1], run.section[-1, 2], atol=1e-7)
+    found = sweep_eta(System(), Newmark(12000, 18, 4), [500, 1000], over="steps", eta=1.08, **SHORT)
+    run = simulate(System(), 1.08, Newmark(12000, 18, 1000), periods=320, keep=20)
+    np.testing.assert_allclose(found["xi2"][1, -1], run.section[-1, 2], atol=1e-6)
+
+
+def test_the_exponent_tells_chaos_from_what_repeats():
+    found = sweep_eta(System(), Reference(), [1.7, 2.76], lyapunov=1024, **SHORT)
+    kinds = dict(zip(found["motion"].attrs["flag_meanings"].split(), found["motion"].attrs["flag_values"], strict=True))
+    assert found["motion"].values.tolist() == [kinds["chaotic"], kinds["periodic"]]
+    assert 0.15 < found["lyapunov"][0] < 0.4
+    assert found["lyapunov"][1] < -0.05
+
+
+def test_the_plane_holds_what_single_runs_give_and_the_parts_of_their_errors():
+    K, D = [3000.0, 50_000.0], [20.0, 80.0]
+    found = sweep_plane(System(), 1.08, K, D, steps=2000, transient=150, sample=20)
+    for k in K:
+        for d in D:
+            cell = found.sel(K=k, D=d)
+            told = motion(simulate(System(), 1.08, Newmark(k, d, 2000), periods=170, keep=20))
+            assert cell["period"] == told.period
+            assert cell["impacts_per_period"] == pytest.approx(told.impacts_per_period)
+            exact = motion(simulate(System(), 1.08, ExactPenalty(k, d), periods=170, keep=20))
+            assert cell["exact_contact_share"] == pytest.approx(exact.contact_share, abs=1e-9)
+            # the parts add up as functions of time, so that no one is longer than the others together
+            parts = [float(cell[f"error_{name}"]) for name in ("time_step", "regularisation")]
+            parts.append(float(found["error_joint_damping"]))
+            assert float(cell["error"]) <= sum(parts) * (1 + 1e-6)
+            assert float(cell["error"]) >= 2 * max(parts) - sum(parts) - 1e-9
+    whole = compare(System(), 1.08, Newmark(3000, 20, 2000), periods=170)
+    assert float(found["error"][0, 0]) == pytest.approx(whole.total, rel=0.05)
+    assert float(found["error_time_step"][0, 0]) == pytest.approx(whole.time_step, rel=0.1, abs=1e-4)
+
+
+def test_cells_that_blow_up_are_marked_and_stop_nothing():
+    """K = 6·10⁴ with 100 steps per period is not stable; without a time step there is nothing to blow up."""
+    found = sweep_plane(System(), 2.76, [500.0, 60_000.0], [1.0, 3.0], steps=100, transient=200, sample=10)
+    assert (found["status"][1] != 0).any()
+    assert (found["status"][0] == 0).all()
+    assert (found["exact_status"] == 0).all()
+    assert found.attrs["failed"] == int((found["status"] != 0).sum())
+    assert np.isnan(found["error"].values[found["status"] != 0]).all()
+
+
+def test_on_the_curve_of_equal_restitution_a_contact_returns_e():
+    system = System(kappa3=1.7, restitution=0.37)
+    K = np.array([1e7])
+    (D,) = equal_restitution_damping(system, K)
+    run = simulate(system, 2.76, ExactPenalty(K[0], D), periods=60, keep=20)
+    before, after = (
+        np.diff(velocity, axis=1)[:, 0] for velocity in (run.impacts.velocity_before, run.impacts.velocity_after)
+    )
+    np.testing.assert_allclose(-after / before, 0.37, rtol=0.01)
+
+
+def test_the_observed_orders_of_the_fixed_and_the_located_step():
+    """Of the fixed step only the scatter is left to see at η = 2.76; the located one is of second order."""
+    found = sweep_step(System(), 2.76, 12000, 18, [1000, 2000, 4000], transient=200, sample=20)
+    fixed, located = found["spread"].values.T
+    assert (located < 1e-3 * fixed).all()
+    assert found["order_of_error_time_step"][1] == pytest.approx(2, abs=0.1)
+    phase = found.isel(steps=1, scheme=0)
+    assert phase["tau"].max() == pytest.approx(2 * 2 * np.pi / 2.76)
+    run = simulate(System(), 2.76, Newmark(12000, 18, 2000), periods=220, keep=20)
+    np.testing.assert_allclose(phase["xi2_section"][0], run.section[0, 2], atol=0.5)
+
+
+def test_the_order_is_the_slope_of_a_power_law():
+    n = np.array([10.0, 20, 40, 80])
+    assert observed_order(n, 3 * n**-1.7) == (pytest.approx(1.7), pytest.approx(0, abs=1e-9))
+    assert observed_order(n, np.array([np.nan, 0.0, 1.0, 0.5]))[0] == pytest.approx(1)
+    assert np.isnan(observed_order(n[:1], n[:1])[0])
+
+
+@pytest.mark.parametrize("shape", [(1,), (7,), (64, 64), (1000, 3), (10_000, 10_000)])
+def test_chunks_cover_every_cell_once(shape):
+    sides = chunk_shape(shape, 500, 30)
+    assert 1 <= np.prod(sides) <= 16_384
+    if np.prod(shape) < 10**6:
+        seen = np.zeros(shape, int)
+        for chunk in chunks(shape, sides):
+            seen[chunk] += 1
+            assert count(chunk) == seen[chunk].size
+        assert (seen == 1).all()
+
+
+@pytest.mark.parametrize(
+    ("ask", "told"),
+    [
+        (lambda: sweep_eta(System(), Reference(), []), "no value of eta"),
+        (lambda: sweep_eta(System(), Reference(), [2, 1]), "do not ascend"),
+        (lambda: sweep_eta(System(), Reference(), [1.0, np.nan]), "do not ascend"),
+        (lambda: sweep_eta(System(), Reference(), [1.0, 1e9]), "eta = "),
+        (lambda: sweep_eta(System(), Reference(), [1.0], over="mood", eta=1), "no parameter that can be swept"),
+        (lambda: sweep_eta(System(), Reference(), [1.0], over="K", eta=1), "has no K"),
+        (lambda: sweep_eta(System(), Reference(), [0.5], over="restitution"), "needs an eta"),
+        (lambda: sweep_eta(System(), Reference(), [1.7, 2.4], over="kappa", eta=1), "kappa3"),
+        (lambda: sweep_eta(System(), Reference(), [1.0], direction="sideways"), "direction"),
+        (lambda: sweep_eta(System(), Reference(), [1.0], coordinates=["x"]), "coordinate 'x'"),
+        (lambda: sweep_eta(System(), Reference(), [1.0], sample=0), "sample = 0"),
+        (lambda: sweep_eta(System(), Reference(), [1.0], transient=1.5), "transient = 1.5"),
+        (lambda: sweep_eta(System(), Reference(), [1.0], refine=40), "refine = 40"),
+        (lambda: sweep_eta(System(), Newmark(1, 1, 100), [1.0], lyapunov=1000), "closed form"),
+        (lambda: sweep_plane(System(), 2.76, [0.0, 1.0], [1.0]), "K = 0"),
+        (lambda: sweep_plane(System(), 2.76, [1.0, 1e13], [1.0]), "K = 10000000000000.0 is outside"),
+        (lambda: sweep_plane(System(), 2.76, [1.0], [1.0], steps=None, located=True), "no step"),
+        (lambda: sweep_plane(System(), 2.76, np.arange(1, 1e6), np.arange(1, 1e6)), "cells = "),
+        (lambda: sweep_step(System(), 2.76, 1e4, 18, [100.5]), "steps = 100.5"),
+        (lambda: spaced("K", 0, 10, 4, logarithmic=True), "K = 0"),
+        (lambda: spaced("eta", 1, 2, 1e12), "count of eta"),
+        (lambda: spaced("eta", 2, 1, 3), "empty range"),
+    ],
+)
+def test_bad_input_is_refused_before_any_work(ask, told):
+    with pytest.raises(ValueError, match=told):
+        ask()

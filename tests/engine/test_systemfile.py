@@ -1,0 +1,110 @@
+"""System files: what they say is what is taken, and nothing else is."""
+
+import math
+
+import hypothesis.strategies as st
+import pytest
+from hypothesis import given
+
+from engine import System, SystemFile, Units, read_system, system_text
+from engine.systemfile import _SYSTEM, _UNITS, SIZE_LIMIT, parse_system
+
+ratios = st.floats(0, 1, exclude_max=True)
+
+
+@given(
+    d1=ratios, d2=ratios, d3=ratios, restitution=st.floats(0, 1), kappa=st.floats(1.5, 50), share=st.floats(0.1, 0.9)
+)
+def test_what_is_written_is_read(d1, d2, d3, restitution, kappa, share):
+    system = System(kappa, d1, d2, 1 + share * (kappa - 1), d3, restitution)
+    units = Units(omega1=kappa, m1=0.3, base_amplitude=share)
+    assert parse_system(system_text(system, units).encode()) == SystemFile(system, units)
+
+
+def test_the_default_is_table_1():
+    assert parse_system(system_text().encode()) == SystemFile(System(), Units())
+    assert parse_system(b"") == SystemFile(System(), Units())
+
+
+def test_every_constant_is_explained_and_its_range_is_true():
+    text = system_text()
+    for name, (meaning, span, unit) in (_SYSTEM | _UNITS).items():
+        line = next(line for line in text.splitlines() if line.startswith(f"{name} ="))
+        assert meaning in line
+        assert f"[{unit}]; {span}" in line
+    assert list(_SYSTEM) == list(System().as_dict())
+    for table, name, inside, outside in [
+        ("system", "d1", "0", "1"), ("system", "d2", "0.999", "-0.001"), ("system", "d3", "0", "1.0"),
+        ("system", "restitution", "1", "1.001"), ("system", "kappa", "1000", "1001"),
+        ("system", "kappa3", "2.4", "2.41"), ("system", "kappa3", "1.01", "1"),
+        ("units", "omega1", "1e-6", "9e-7"), ("units", "omega1", "1e9", "2e9"), ("units", "m1", "1e12", "2e12"),
+        ("units", "m1", "1e-9", "9e-10"), ("units", "base_amplitude", "1e6", "2e6"),
+        ("units", "base_amplitude", "1e-9", "9e-10"),
+    ]:  # fmt: skip
+        parse_system(f"[{table}]\n{name} = {inside}".encode())
+        with pytest.raises(ValueError, match=f"{name} = "):
+            parse_system(f"[{table}]\n{name} = {outside}".encode())
+
+
+def test_the_mass_ratio_may_be_given_instead():
+    assert parse_system(b"[system]\nmass_ratio = 0.5").system.mass_ratio == pytest.approx(0.5)
+    with pytest.raises(ValueError, match="both kappa3 and mass_ratio"):
+        parse_system(b"[system]\nmass_ratio = 0.5\nkappa3 = 1.8")
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"[system]\nkapa = 2", "'kapa'; did you mean kappa"),
+        (b"[sytem]\nkappa = 2", "unknown table 'sytem'; did you mean system"),
+        (b"kappa = 2", "unknown table 'kappa'"),
+        (b"system = 3", r"begin it with a line \[system\]"),
+        (b"[[system]]\nd1 = 0", r"begin it with a line \[system\]"),
+        (b"[system]\nkappa = '2'", "kappa = '2' in .system. is no number"),
+        (b"[system]\nkappa = true", "is no number"),
+        (b"[system]\nkappa = 2026-01-01", "is no number"),
+        (b"[system]\nkappa = nan", "kappa = nan is outside"),
+        (b"[system]\nrestitution = inf", "restitution = inf is outside"),
+        (b"[system]\nd1 = 0.1\nkappa = 2..", "line 3"),
+        (b"[system]\nd1 = 0\nd1 = 0", "line 3"),
+        (b"[system]\nd1 = 0\nd1 = 0\n", "line"),
+        (b"[system]\n\xff", "line 2: not UTF-8"),
+        (b"[system]\nkappa = " + b"9" * 400, "beyond 1e308"),
+        (b"[system]\nkappa = " + b"9" * 5000, "too long"),
+        (b"[system]\nkappa = " + b"[" * 20000, "nested too deep"),
+        (b"#" * (SIZE_LIMIT + 1), "larger than 65536 bytes"),
+    ],
+)
+def test_what_is_wrong_is_told_in_one_line(content, words):
+    with pytest.raises(ValueError, match=words) as caught:
+        parse_system(content)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(ValueError, match=r"nowhere\.toml: cannot be read: No such file"):
+        read_system(tmp_path / "nowhere.toml")
+    with pytest.raises(ValueError, match="cannot be read: Is a directory"):
+        read_system(tmp_path)
+    path = tmp_path / "own.toml"
+    path.write_bytes(b"\xef\xbb\xbf[system]\r\nd1 = 0\r\n")  # as Windows saves it
+    assert read_system(path).system.d1 == 0
+
+
+LINES = st.sampled_from(
+    ["[system]", "[units]", "kappa = 3", "d1 = -1", "d2 = 1e400", "kappa3 = 2", "mass_ratio = 1", "m1 = 0x10", "= 2",
+     "d3 = {a = 1}", "omega1 = 1_0", '"a\\nb" = 1', "e = [1, 2", "\x00", "restitution = -0.0"]
+)  # fmt: skip
+
+
+@given(st.one_of(st.binary(max_size=200), st.lists(LINES, max_size=8).map(lambda lines: "\n".join(lines).encode())))
+def test_any_bytes_give_a_system_or_one_line(content):
+    try:
+        found = parse_system(content)
+    except ValueError as problem:
+        found, words = None, str(problem)
+    if found is None:
+        assert words
+        assert "\n" not in words
+    else:
+        assert all(math.isfinite(value) for value in found.system.as_dict().values())

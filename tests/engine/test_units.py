@@ -1,0 +1,111 @@
+"""Physical units, against a simulation that knows nothing of the model's own."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from engine import QUANTITIES, ExactPenalty, Newmark, Record, Reference, System, Units, simulate
+
+UNITS = Units(omega1=37.0, m1=2.6, base_amplitude=0.43)
+ETA, METHOD = 2.76, ExactPenalty(300.0, 6.0)
+
+
+@pytest.fixture(scope="module")
+def dimensional():
+    """The pendulums in kg, m, s and N, by SciPy alone: (t, x1, v1, x2, v2, impulse, work of the contact damper)."""
+    system = System()
+    p = UNITS.pendulums(system)
+    contact = UNITS.settings(ETA, METHOD)
+    frequency, amplitude = 2 * math.pi * contact["excitation"], 0.43e-3
+
+    def force(y):
+        closed = y[2] <= y[0]
+        return contact["stiffness"] * (y[0] - y[2]) + contact["damping"] * (y[1] - y[3]) if closed else 0.0
+
+    def slope(t, y):
+        x1, v1, x2, v2 = y[:4]
+        base, f = amplitude * frequency**2 * math.cos(frequency * t), force(y)
+        return [
+            v1,
+            base - (p["c1"] * v1 + p["k1"] * x1 + f) / p["m1"],
+            v2,
+            base - (p["c2"] * v2 + p["k2"] * x2 - f) / p["m2"],
+            f,
+        ]
+
+    times = np.linspace(0, 3 * contact["period"], 301)
+    found = solve_ivp(
+        slope, (0, times[-1]), np.zeros(5), t_eval=times, rtol=1e-9, atol=1e-14, max_step=contact["period"] / 500
+    )
+    return found.t, found.y, np.array([force(y) for y in found.y.T])
+
+
+def test_a_run_in_physical_units_is_the_converted_run(dimensional):
+    time, y, force = dimensional
+    run = simulate(System(), ETA, METHOD, periods=3, keep=3, record=Record(3, 100))
+    found = UNITS.trajectory(run.trajectory)
+    assert found.time == pytest.approx(time, rel=1e-12)
+    for row, (x, v) in enumerate(((y[0], y[1]), (y[2], y[3]))):
+        assert found.displacement[row] * 1e-3 == pytest.approx(x, abs=1e-5 * np.abs(x).max())
+        assert found.velocity[row] * 1e-3 == pytest.approx(v, abs=1e-5 * np.abs(v).max())
+    far = np.abs(y[2] - y[0]) > 1e-6  # where contact changes, the force of either jumps
+    assert found.force[far] == pytest.approx(force[far], abs=1e-4 * force.max())
+    assert force.max() > 1e-3
+
+
+def test_impulses_are_the_converted_impulses(dimensional):
+    time, y, _ = dimensional
+    run = simulate(System(), ETA, METHOD, periods=3, keep=3)
+    found = UNITS.impacts(run.impacts)
+    spans = UNITS.physical("time", run.contacts)
+    compared = 0
+    for start, impulse in zip(found.time, found.impulse, strict=True):
+        k = int(np.argmin(np.abs(spans[:, 0] - start)))
+        before, after = np.searchsorted(time, spans[k, 0]) - 1, np.searchsorted(time, spans[k, 1])
+        alone = not any(time[before] < s < time[after] for s in np.delete(spans, k, 0).ravel())
+        if alone and before > 0 and after < len(time):  # its impulse is all that SciPy's integral gains here
+            assert impulse == pytest.approx(y[4, after] - y[4, before], rel=1e-4)
+            compared += 1
+    assert compared >= 2
+
+
+def test_newton_holds_between_the_units():
+    factor = UNITS.factor
+    assert factor("force") == pytest.approx(factor("mass") * factor("acceleration") * 1e-3)
+    assert factor("stiffness") == pytest.approx(factor("force") / (factor("displacement") * 1e-3))
+    assert factor("damping") == pytest.approx(2 * factor("force") / (factor("velocity") * 1e-3))  # the force is 2Dξ′
+    assert factor("impulse") == pytest.approx(factor("force") * factor("time"))
+    assert factor("energy") == pytest.approx(factor("force") * factor("displacement") * 1e-3)
+    assert factor("power") == pytest.approx(factor("energy") / factor("time"))
+    assert factor("frequency") * 2 * math.pi == pytest.approx(factor("angular_frequency"))
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_there_and_back(quantity):
+    values = np.array([-3.0, 0.0, 2.76])
+    assert UNITS.model(quantity, UNITS.physical(quantity, values)) == pytest.approx(values, rel=1e-14)
+
+
+def test_the_papers_numbers():
+    settings = Units().settings(2.76, Newmark(12000, 18, 8000))
+    assert settings["stiffness"] == 12000  # N/m, since m₁ = 1 kg and ω₁ = 1/s
+    assert settings["damping"] == 36  # N·s/m
+    assert settings["time_step"] == pytest.approx(2 * math.pi / 2.76 / 8000)
+    assert Units().physical("displacement", 1.0) == 1.07
+    assert set(Units().settings(2.76, Reference())) == {"excitation", "period"}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [({"omega1": 0}, "omega1 = 0"), ({"m1": math.nan}, "m1 = nan"), ({"base_amplitude": -1}, "base_amplitude = -1")],
+)
+def test_units_out_of_range_are_refused(change, words):
+    with pytest.raises(ValueError, match=words):
+        Units(**change)
+
+
+def test_an_unknown_quantity_is_refused():
+    with pytest.raises(ValueError, match="quantity = 'jerk' is not one of time"):
+        Units().factor("jerk")

@@ -1,0 +1,319 @@
+"""The page around the figures: tabs, linked figures, pin, undo, take-away, keys, light and dark, access."""
+
+import csv
+import json
+from pathlib import Path
+
+import axe_playwright_python
+import pytest
+
+from app.tabs import TABS
+
+from .conftest import wait_until
+from .test_explorer import address, in_address
+
+AXE = Path(axe_playwright_python.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
+
+
+def count_messages(page):
+    """Count what the server sends from now on, in bytes."""
+    page.evaluate("""() => {
+      window.received = 0;
+      for (const socket of window.sockets) socket.addEventListener("message",
+        event => { window.received += event.data.size ?? event.data.byteLength ?? event.data.length; });
+    }""")
+    return lambda: page.evaluate("window.received")
+
+
+@pytest.fixture
+def counted(windows):
+    """Every page of the usual window remembers its sockets."""
+    context = windows(viewport={"width": 1440, "height": 900})
+    if not getattr(context, "counts_sockets", False):
+        context.add_init_script("""
+          window.sockets = [];
+          const Plain = WebSocket;
+          window.WebSocket = class extends Plain { constructor(...all) { super(...all); window.sockets.push(this); } };
+        """)
+        context.counts_sockets = True
+
+
+def test_a_tab_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(counted, visit):
+    explorer = visit("?tab=help")
+    models = "() => [...Bokeh.documents[0].all_models].filter(m => m.type === 'Figure').length"
+    assert explorer.page.evaluate(models) == 0
+    explorer.open_tab("Explore")
+    explorer.page.wait_for_function("Bokeh.documents[0].get_model_by_name('phase_reference')?.data.x1.length > 0")
+    assert explorer.page.evaluate(models) == 6
+    explorer.settle(1)
+    received = count_messages(explorer.page)
+    explorer.moved(lambda: explorer.type("eta", "1.3"))
+    visible = received()
+    shown = explorer.source("section_reference")["eta"][0]
+    explorer.open_tab("Help")
+    explorer.settle()
+    before = received()
+    explorer.page.evaluate("document.dispatchEvent(new CustomEvent('vibroscope:scene', {detail: {value: 'C'}}))")
+    in_address(explorer, eta="2.76", tab="help")
+    assert visible > 10_000
+    assert received() - before < 4_000
+    assert explorer.source("section_reference")["eta"][0] == shown
+    explorer.open_tab("Explore")
+    wait_until(lambda: abs(explorer.source("section_reference")["eta"][0] - 2.76) < 1e-5, what="the figures of 2.76")
+
+
+def test_the_tab_is_part_of_the_address_and_an_unknown_one_is_told(visit):
+    explorer = visit()
+    assert "tab" not in address(explorer)
+    explorer.open_tab("Help")
+    in_address(explorer, tab="help")
+    assert visit(explorer.query()).page.get_by_role("tab", name="Help").get_attribute("aria-selected") == "true"
+    assert "There is no tab “nonsense”" in visit("?tab=nonsense").error()
+
+
+def test_every_tab_is_reached_by_key(visit):
+    explorer = visit()
+    for number, tab in enumerate(TABS.values(), 1):
+        explorer.page.keyboard.press(f"Shift+Digit{number}")
+        explorer.page.locator(f"[role=tab][aria-selected=true]:text-is('{tab.title}')").wait_for()
+    explorer.page.get_by_role("tab", selected=True).focus()
+    explorer.page.keyboard.press("Home")
+    explorer.page.locator("[role=tab][aria-selected=true]:text-is('Explore')").wait_for()
+
+
+def test_a_time_under_the_pointer_is_marked_in_every_figure(visit):
+    explorer = visit()
+    frame = explorer.figure("force")["frame"]
+    explorer.page.mouse.move(frame["x"] + 0.25 * frame["width"], frame["y"] + 0.5 * frame["height"])
+    wait_until(
+        lambda: abs(explorer.model("now_displacement", "location") - 0.5) < 0.005, what="a mark at half a period"
+    )
+    time = explorer.model("now_displacement", "location")
+    assert explorer.model("now_strip", "location") == explorer.model("now_force", "location") == time
+    columns = explorer.source("displacements")
+    nearest = min(range(len(columns["t"])), key=lambda i: abs(columns["t"][i] - time))
+    for solver in ("reference", "penalty"):
+        for n in "12":
+            mark = explorer.source(f"mark_{solver}{n}")
+            assert abs(mark["x"][0] - columns[f"{solver}{n}"][nearest]) < 0.05
+            assert abs(mark["v"][0] - columns[f"{solver}_v{n}"][nearest]) < 0.1
+    assert explorer.page.locator(".readout").text_content() == f"τ/T {time:.3f}"
+
+
+def test_the_marks_are_relative_to_the_base_also_when_the_curves_are_not(visit):
+    explorer = visit()
+    relative = explorer.source("mark_reference1")
+    explorer.moved(lambda: explorer.page.get_by_text("absolute").click())
+    wait_until(lambda: explorer.page.evaluate("Bokeh.documents[0].is_idle"))
+    assert abs(explorer.source("mark_reference1")["x"][0] - relative["x"][0]) < 1e-3
+
+
+def test_playing_moves_the_pendulums_without_the_server(counted, visit):
+    explorer = visit()
+    received = count_messages(explorer.page)
+    bob = explorer.page.locator(".reference .bob").first
+    before = bob.get_attribute("cx")
+    explorer.page.get_by_role("button", name="Play").click()
+    wait_until(lambda: bob.get_attribute("cx") != before, what="motion")
+    explorer.page.wait_for_function("Bokeh.documents[0].get_model_by_name('now_force').location > 0.05")
+    explorer.page.get_by_role("button", name="Pause").click()
+    assert received() == 0
+
+
+def test_undo_redo_and_reset(visit):
+    explorer = visit()
+    explorer.moved(lambda: explorer.type("eta", "1.5"))
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    explorer.page.locator("h1").click()
+    explorer.moved(lambda: explorer.page.keyboard.press("Control+z"))
+    assert (explorer.typed("eta").input_value(), explorer.typed("K").input_value()) == ("1.5", "2500")
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Undo").click())
+    assert explorer.typed("eta").input_value() == "1.08"
+    assert explorer.page.get_by_role("button", name="Undo").is_disabled()
+    explorer.page.locator("h1").click()
+    explorer.moved(lambda: explorer.page.keyboard.press("Control+Shift+Z"))
+    assert explorer.typed("eta").input_value() == "1.5"
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Back to the default").click())
+    in_address(explorer, eta="1.08", K="2500")
+
+
+def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
+    explorer = visit()
+    first = explorer.sources()
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
+    assert explorer.source("pinned_phase_penalty") == first["phase_penalty"]
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    assert explorer.source("pinned_phase_penalty") == first["phase_penalty"] != explorer.source("phase_penalty")
+    in_address(explorer, K="9000", pin="eta=1.08&K=2500&D=8&steps=2000")
+    second = visit(explorer.query())
+    wait_until(lambda: second.source("pinned_phase_penalty") == first["phase_penalty"], what="the pinned curves")
+    assert second.source("phase_penalty") == explorer.source("phase_penalty")
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
+    assert explorer.source("pinned_phase_penalty")["x1"] == []
+    wait_until(lambda: "pin" not in address(explorer), what="an address without a pin")
+
+
+def taken(explorer, name):
+    """Click a button of the menu and read the file that comes."""
+    menu = explorer.page.locator("details.take")
+    if not menu.evaluate("menu => menu.open"):
+        menu.locator("summary").click()
+    with explorer.page.expect_download() as download:
+        menu.get_by_role("button", name=name, exact=True).click()
+    return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+
+
+def test_figures_data_and_report_can_be_taken_away(visit):
+    explorer = visit().explained()
+    name, picture = taken(explorer, "Displacements as PNG")
+    assert (name, picture[:8]) == ("vibroscope-displacement.png", b"\x89PNG\r\n\x1a\n")
+    name, drawing = taken(explorer, "Phase plot 1 as SVG")
+    assert name.endswith(".svg")
+    assert b"<path" in drawing
+    assert "velocity ξ₁′".encode() in drawing
+    _, table = taken(explorer, "Contact force: data as CSV")
+    rows = list(csv.DictReader(table.decode().splitlines()))
+    assert {row["series"] for row in rows} >= {"reference", "penalty", "reference impulse"}
+    _, data = taken(explorer, "Save all data as JSON")
+    assert json.loads(data)["setting"]["eta"] == 1.08
+    _, report = taken(explorer, "Save the report")
+    assert explorer.line("verdict") in report.decode()
+    assert report.count(b"<svg") == 6
+    _, toml = taken(explorer, "Save the parameters")
+    assert b"eta = 1.08" in toml
+
+
+def test_the_report_opens_without_a_server(visit, tmp_path):
+    explorer = visit()
+    _, report = taken(explorer, "Save the report")
+    path = tmp_path / "report.html"
+    path.write_bytes(report)
+    page = explorer.page.context.new_page()
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(path.as_uri())
+    assert page.locator("figure svg").count() == 6
+    assert page.locator("figure svg").first.bounding_box()["height"] > 100
+    assert asked == [path.as_uri()]
+    page.close()
+
+
+def test_keys_choose_scenes_and_can_be_switched_off(visit):
+    explorer = visit()
+    explorer.moved(lambda: explorer.page.keyboard.press("3"))
+    in_address(explorer, eta="2.76")
+    explorer.page.keyboard.press("?")
+    dialog = explorer.page.get_by_role("dialog", name="Keys")
+    dialog.wait_for()
+    dialog.get_by_role("checkbox").uncheck()
+    explorer.page.keyboard.press("Escape")
+    explorer.page.keyboard.press("1")
+    explorer.page.wait_for_timeout(300)
+    in_address(explorer, eta="2.76")
+    explorer.page.evaluate("localStorage.clear()")
+
+
+def test_dark_recolours_page_and_figures_and_is_remembered(visit):
+    explorer = visit()
+    line = "Bokeh.documents[0].get_model_by_name('phase1')"
+    light = explorer.page.evaluate(f"{line}.background_fill_color")
+    explorer.page.get_by_role("button", name="Dark page").click()
+    assert explorer.page.evaluate("document.documentElement.dataset.theme") == "dark"
+    assert (light.upper(), explorer.model("phase1", "background_fill_color")) == ("#FFFFFF", "#171E26")
+    explorer.open_tab("Help")
+    again = visit()
+    assert again.model("phase1", "background_fill_color") == "#171E26"
+    again.page.get_by_role("button", name="Light page").click()
+    assert again.model("phase1", "background_fill_color").upper() == "#FFFFFF"
+    again.page.evaluate("localStorage.clear()")
+
+
+def test_the_tour_has_five_steps_and_can_be_skipped(visit):
+    explorer = visit()
+    assert explorer.page.get_by_role("dialog", name="Tour").count() == 0
+    explorer.page.get_by_role("button", name="Five steps").click()
+    dialog = explorer.page.get_by_role("dialog", name="Tour")
+    seen = []
+    for _ in range(5):
+        seen.append(dialog.locator("h2").text_content())
+        dialog.get_by_role("button", name="Next").or_(dialog.get_by_role("button", name="Done")).click()
+    assert len(set(seen)) == 5
+    dialog.wait_for(state="detached")
+    explorer.page.get_by_role("button", name="Five steps").click()
+    dialog.get_by_role("button", name="Skip").click()
+    dialog.wait_for(state="detached")
+    explorer.page.evaluate("localStorage.clear()")
+
+
+def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000")
+    assert explorer.source("difference")["total"] == []
+    explorer.moved(lambda: explorer.page.get_by_text("difference", exact=True).click())
+    wait_until(lambda: len(explorer.source("difference")["total"]) > 100, what="the difference")
+    assert "Δξ₂ / base amplitude" in explorer.figure("displacement")["labels"]
+    in_address(explorer, frame="difference")
+    explorer.moved(lambda: explorer.page.get_by_text("relative", exact=True).click())
+    assert "ξ / base amplitude" in explorer.figure("displacement")["labels"]
+
+
+def test_a_summary_tells_what_the_figures_show(visit):
+    explorer = visit().explained()
+    summary = explorer.page.locator(".summary")
+    assert explorer.line("verdict") in summary.text_content()
+    assert summary.get_attribute("aria-live") == "polite"
+    explorer.moved(lambda: explorer.scene("D"))
+    wait_until(lambda: "Two periods" in summary.text_content(), what="the summary of [D]")
+
+
+def test_the_first_thing_to_change_is_a_button(visit):
+    explorer = visit("?eta=1.08&K=100&D=50&steps=2000").explained()
+    before = float(explorer.page.locator(".part.total .number").text_content().split()[0])
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Try K =").click())
+    explorer.explained()
+    assert float(explorer.typed("K").input_value()) > 100
+    assert float(explorer.page.locator(".part.total .number").text_content().split()[0]) < before / 3
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Undo").click())
+    assert explorer.typed("K").input_value() == "100"
+
+
+def test_a_failure_is_told_with_a_way_out_and_escape_brings_the_value_back(visit):
+    explorer = visit()
+    explorer.type("K", "7")
+    explorer.page.locator("#vibroscope-K-refusal:not([hidden])").wait_for()
+    assert "Escape brings back 2500" in explorer.error()
+    explorer.typed("K").press("Escape")
+    wait_until(lambda: explorer.error() == "", what="no error")
+    assert explorer.typed("K").input_value() == "2500"
+
+
+def test_system_and_solver_are_folded_away_until_they_matter(visit):
+    explorer = visit()
+    assert explorer.typed("restitution").is_hidden()
+    other = visit("?restitution=0.8&located=yes")
+    assert other.typed("restitution").input_value() == "0.8"
+    other.moved(lambda: other.type("kappa", "3"))
+    in_address(other, kappa="3", restitution="0.8", located="yes")
+    other.type("kappa3", "3.5")
+    other.page.locator("#vibroscope-kappa3-refusal:not([hidden])").wait_for()
+    assert "between 1 and kappa" in other.error()
+
+
+@pytest.mark.parametrize("query", [f"?tab={key}" for key in TABS])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_serious_fault(visit, query, scheme):
+    explorer = visit(query, color_scheme=scheme)
+    explorer.page.evaluate(AXE)
+    if "explore" in query:
+        explorer.page.get_by_text("System and solver").click()
+        explorer.page.locator("details.take summary").click()
+    assert serious(explorer.page) == []
+
+
+def serious(page):
+    """What axe calls serious or critical, shadow roots included: rule and elements."""
+    found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']})")
+    return [
+        (fault["id"], [node["html"][:200] for node in fault["nodes"]])
+        for fault in found["violations"]
+        if fault["impact"] in ("serious", "critical")
+    ]
