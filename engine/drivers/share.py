@@ -43,6 +43,8 @@ def share_out(
     Cancelled
         If ``cancelled`` returned true.
     """
+    if cancelled is not None and cancelled():
+        raise Cancelled
     signals = np.zeros(1 + threads, dtype=np.int64)
     grains, lock = _grains(ends), threading.Lock()
 
