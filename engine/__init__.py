@@ -2,7 +2,8 @@
 
 from .alignment import MeasuredComparison, Solved, compare_measured
 from .attractors import Attractor, attractors
-from .batch import STATUSES, CellResults, Cells, run_cells
+from .batch import run_cells
+from .cells import STATUSES, CellResults, Cells
 from .compare import PARTS, Comparison, compare
 from .diagrams import Diagram, diagram, ship_diagrams
 from .fit import FITTED, Fit, fit

@@ -1,152 +1,27 @@
 """Many cells in one call: runs that differ in η, in the system or in K, D and n, each told in a few numbers.
 
-A sweep wants of each run its Poincaré section and what kind of motion it is, not its events. What is reported follows
-from numbers that each period of the sample leaves behind, by the rules of :mod:`.motion`.
+A sweep wants of each run its Poincaré section and what kind of motion it is, not its events. Solvers that leap from
+event to event take less time for a cell than Python takes to set it up, so compiled code runs them from the numbers of
+a cell to its description (:mod:`engine.kernels.cells`). Solvers that walk through every step go through
+:func:`engine.simulate`.
 """
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .methods import ExactPenalty, Method, Newmark
-from .model import System
-from .motion import motion
-from .result import Response, Status
-from .simulate import simulate
+from .cells import STATUSES, CellResults, Cells
+from .description import describe
+from .drivers import cells as driver
+from .drivers.share import Worker, share_out
+from .kernels import tally
+from .methods import Newmark, Reference
+from .model import require, whole
+from .result import Cancelled, Response
+from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
 
-STATUSES = tuple(Status)  # a cell's status is an index into them
-REST = (0.0, 0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Cells:
-    """What to run, a cell each.
-
-    Attributes
-    ----------
-    system : System or sequence of System
-        One for all cells, or one a cell.
-    eta : (n,) array_like
-    method : Reference, ExactPenalty or Newmark
-        Holds for all cells but where one of the next three says otherwise.
-    stiffness, damping, steps : (n,) array_like, optional
-        K, D (penalty methods) and n (Newmark) of each cell.
-    initial : (n, 4) array_like, optional
-        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0 of each cell; rest, if not given.
-    chain : (n,) array_like of int, optional
-        Cells of the same number follow each other in the order of their index: each but the first starts from the end
-        of the one before (continuation), or from its ``initial`` where that one did not reach its end.
-    """
-
-    system: System | Sequence[System]
-    eta: np.ndarray
-    method: Method
-    stiffness: np.ndarray | None = None
-    damping: np.ndarray | None = None
-    steps: np.ndarray | None = None
-    initial: np.ndarray | None = None
-    chain: np.ndarray | None = None
-
-    def __post_init__(self):
-        object.__setattr__(self, "eta", np.array(self.eta, dtype=float).reshape(-1))
-        n = len(self)
-        if not isinstance(self.system, System):
-            object.__setattr__(self, "system", tuple(self.system))
-            _same_length("system", len(self.system), n)
-        for name, known in (
-            ("stiffness", ExactPenalty | Newmark),
-            ("damping", ExactPenalty | Newmark),
-            ("steps", Newmark),
-        ):
-            values = getattr(self, name)
-            if values is None:
-                continue
-            if not isinstance(self.method, known):
-                raise ValueError(f"{name} is no number of the {self.method.name} method: leave it out")
-            object.__setattr__(self, name, np.array(values, dtype=float).reshape(-1))
-            _same_length(name, len(getattr(self, name)), n)
-        if self.initial is not None:
-            initial = np.array(self.initial, dtype=float)
-            if initial.shape != (n, 4):
-                raise ValueError(
-                    f"initial has the shape {initial.shape}, not {(n, 4)}: give ξ₁, ξ₁′, ξ₂, ξ₂′ of each cell"
-                )
-            object.__setattr__(self, "initial", initial)
-        if self.chain is not None:
-            object.__setattr__(self, "chain", np.array(self.chain, dtype=np.int64).reshape(-1))
-            _same_length("chain", len(self.chain), n)
-
-    def __len__(self) -> int:
-        return len(self.eta)
-
-    def system_of(self, i: int) -> System:
-        """The system of cell i."""
-        return self.system if isinstance(self.system, System) else self.system[i]
-
-    def method_of(self, i: int) -> Method:
-        """The method of cell i, its own numbers in place."""
-        own = {
-            name: getattr(self, name)[i]
-            for name in ("stiffness", "damping", "steps")
-            if getattr(self, name) is not None
-        }
-        return replace(self.method, **own) if own else self.method
-
-
-def _same_length(name: str, length: int, n: int) -> None:
-    if length != n:
-        raise ValueError(f"{name} has {length} entries for {n} values of eta: give one a cell")
-
-
-@dataclass(frozen=True)
-class CellResults:
-    """What became of each cell; nan (or 0, for whole numbers) where a cell did not reach its end.
-
-    Attributes
-    ----------
-    status : (n,) ndarray of int8
-        Index into ``STATUSES``.
-    section : (n, sample, c) ndarray
-        The chosen coordinates of the Poincaré section τ ≡ 0 mod T over the sample, oldest first.
-    period, near_period : (n,) ndarray of int32
-        As in :class:`.motion.Motion`; 0 is aperiodic.
-    impacts_per_period, contacts_per_period, contact_share, spread, scatter : (n,) ndarray
-        As in :class:`.motion.Motion`.
-    longest_contact : (n,) ndarray
-        τ that the longest contact overlapping the sample lasts; one that is open at the end of the run ends there.
-    longest_contact_steps : (n,) ndarray
-        The same in steps; nan for methods without.
-    phase : (n,) ndarray
-        Instant of the first impact in the last cycle (aperiodic: in the last period), as a share of T from the
-        section; nan if there is none.
-    end : (n, 4) ndarray
-        ξ₁, ξ₁′, ξ₂, ξ₂′ at the end, from which a neighbouring cell can go on.
-    periods : (n,) ndarray of int64
-        Periods that were run; fewer than asked for where the motion was found to be periodic before.
-    """
-
-    status: np.ndarray
-    section: np.ndarray
-    period: np.ndarray
-    near_period: np.ndarray
-    impacts_per_period: np.ndarray
-    contacts_per_period: np.ndarray
-    contact_share: np.ndarray
-    spread: np.ndarray
-    scatter: np.ndarray
-    longest_contact: np.ndarray
-    longest_contact_steps: np.ndarray
-    phase: np.ndarray
-    end: np.ndarray
-    periods: np.ndarray
-
-    @property
-    def ok(self) -> np.ndarray:
-        """Which cells reached their end, (n,) of bool."""
-        return self.status == STATUSES.index(Status.OK)
+THREADS_LIMIT = 1024
 
 
 def run_cells(
@@ -190,62 +65,107 @@ def run_cells(
     Cancelled
         If ``cancelled`` returned true.
     """
-    n, columns = len(cells), list(coordinates)
-    results = _empty(n, sample, len(columns))
-    numbers = np.arange(n) if cells.chain is None else cells.chain
-    chains = [np.flatnonzero(numbers == number) for number in np.unique(numbers)]
-
-    def run(chain: np.ndarray) -> None:
-        before = None
-        for i in chain:
-            start = before if before is not None else REST if cells.initial is None else cells.initial[i]
-            options = {"periods": transient + sample, "keep": sample, "initial": start, "cancelled": cancelled}
-            response = simulate(cells.system_of(i), cells.eta[i], cells.method_of(i), **options)
-            _fill(results, i, response, columns)
-            before = response.section[-1] if response.ok else None
-
-    done = 0
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        for chain, _ in zip(chains, pool.map(run, chains), strict=True):
-            done += len(chain)
-            if progress is not None:
-                progress(done)
-    return results
-
-
-def _empty(n: int, sample: int, columns: int) -> CellResults:
-    def whole(kind):
-        return np.zeros(n, dtype=kind)
-
-    def number(*shape):
-        return np.full((n, *shape), np.nan)
-
-    return CellResults(
-        whole(np.int8),
-        number(sample, columns),
-        whole(np.int32),
-        whole(np.int32),
-        *(number() for _ in range(8)),
-        number(4),
-        whole(np.int64),
+    plan = driver.Plan(
+        whole("transient", transient, 0, PERIODS_LIMIT, "give the periods before the sample"),
+        whole("sample", sample, 1, KEEP_LIMIT, "describe at least one period"),
+        bool(early_stop),
+        tuple(whole("coordinate", c, 0, 3, "0 to 3 are ξ₁, ξ₁′, ξ₂ and ξ₂′") for c in coordinates),
     )
+    threads = whole("threads", os.cpu_count() or 1 if threads is None else threads, 1, THREADS_LIMIT, "give one a core")
+    results = driver.empty_results(len(cells), plan)
+    if len(cells) > 0:
+        most = (plan.transient + plan.sample) * cells.steps_each().max()
+        require("periods × steps", most, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
+        numbers, (order, chained) = cells.numbers(), _in_chains(cells)
+        if driver.compiled_for(cells.method, numbers):
+            start = np.zeros((len(cells), 4)) if cells.initial is None else cells.initial
+            worker = driver.compiled_worker(cells.method, numbers, start, order, chained, plan, results)
+        else:
+            worker = _simulating(cells, order, chained, plan, results)
+        ends = np.append(np.flatnonzero(~chained)[1:], len(order))
+        share_out(ends, threads, worker, progress, cancelled)
+    return told(cells, results)
 
 
-def _fill(results: CellResults, i: int, response: Response, columns: list[int]) -> None:
+def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+    """The order in which cells are run, chain by chain, and which of them go on from the one before."""
+    if cells.chain is None:
+        return np.arange(len(cells)), np.zeros(len(cells), dtype=bool)
+    order = np.argsort(cells.chain, kind="stable")
+    chained = np.append(False, np.diff(cells.chain[order]) == 0)
+    return order, chained
+
+
+def _simulating(cells: Cells, order: np.ndarray, chained: np.ndarray, plan: driver.Plan, results) -> Callable:
+    """Workers that run one cell after the other by :func:`engine.simulate`."""
+
+    def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
+        before = None
+        for place in range(*places):
+            i = order[place]
+            start = np.zeros(4) if cells.initial is None else cells.initial[i]
+            if chained[place] and before is not None:
+                start = results.end[before]
+            try:
+                response = simulate(
+                    cells.system_of(i),
+                    cells.eta[i],
+                    cells.method_of(i),
+                    periods=plan.transient + plan.sample,
+                    keep=plan.sample,
+                    initial=start,
+                    cancelled=lambda: signals[0] != 0,
+                )
+            except Cancelled:
+                return
+            tell(response, plan, results, i)
+            before = i if response.ok else None
+            signals[slot] += 1
+
+    def worker() -> Worker:
+        return run
+
+    return worker
+
+
+def tell(response: Response, plan: driver.Plan, results, i: int) -> None:
+    """Write what a response shows into the results of cell i, as compiled code does."""
     results.status[i] = STATUSES.index(response.status)
+    results.periods[i] = response.periods
     if not response.ok:
         return
-    found = motion(response)
-    names = "period", "near_period", "impacts_per_period", "contacts_per_period", "contact_share", "spread", "scatter"
-    for name in names:
-        getattr(results, name)[i] = getattr(found, name)
-    length = response.period
-    lasting = np.diff(response.contacts, axis=1).max(initial=0.0)
-    results.section[i] = response.section[:, columns]
-    results.longest_contact[i] = lasting
-    if isinstance(response.method, Newmark):
-        results.longest_contact_steps[i] = np.round(lasting / length * response.method.steps, 6)
-    recent = response.impacts.time[response.impacts.time > response.window[1] - max(1, found.near_period) * length]
-    results.phase[i] = recent.min(initial=np.inf) / length % 1.0 if len(recent) else np.nan
+    found, out = describe(response), results.numbers[i]
+    lasting = np.diff(response.contacts, axis=1).max(initial=0.0) / response.period
+    end = response.window[1] / response.period
+    shares = response.impacts.time / response.period
+    recent = shares[shares > end - max(1, found.near_period)]
+    out[tally.PERIOD], out[tally.NEAR] = found.period, found.near_period
+    out[tally.RATE], out[tally.CONTACTS] = found.impacts_per_period, found.contacts_per_period
+    out[tally.SHARE], out[tally.SPREAD], out[tally.SCATTER] = found.contact_share, found.spread, found.scatter
+    out[tally.LASTING], out[tally.PHASE] = lasting, recent.min() % 1.0 if len(recent) else np.nan
+    results.section[i] = response.section[:, list(plan.coordinates)]
     results.end[i] = response.section[-1]
-    results.periods[i] = response.periods
+    if isinstance(response.method, Reference):  # who goes on from there knows no penetration, not even one of rounding
+        results.end[i, 2] = max(results.end[i, 0], results.end[i, 2])
+
+
+def told(cells: Cells, results) -> CellResults:
+    """The results as their columns."""
+    numbers = results.numbers
+    n = cells.steps_each() if isinstance(cells.method, Newmark) else np.nan
+    return CellResults(
+        status=results.status.astype(np.int8),
+        section=results.section,
+        period=np.nan_to_num(numbers[:, tally.PERIOD]).astype(np.int32),
+        near_period=np.nan_to_num(numbers[:, tally.NEAR]).astype(np.int32),
+        impacts_per_period=numbers[:, tally.RATE],
+        contacts_per_period=numbers[:, tally.CONTACTS],
+        contact_share=numbers[:, tally.SHARE],
+        spread=numbers[:, tally.SPREAD],
+        scatter=numbers[:, tally.SCATTER],
+        longest_contact=numbers[:, tally.LASTING] * 2 * np.pi / cells.eta,
+        longest_contact_steps=np.round(numbers[:, tally.LASTING] * n, 6),
+        phase=numbers[:, tally.PHASE],
+        end=results.end,
+        periods=results.periods,
+    )

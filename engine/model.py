@@ -29,6 +29,20 @@ def require(name: str, value: float, low: float, high: float, advice: str, *, op
     return number
 
 
+def whole(name: str, value: float, low: int, high: int, advice: str) -> int:
+    """``value`` as int if it is a whole number between low and high.
+
+    Raises
+    ------
+    ValueError
+        Naming the value, the allowed range and what to do.
+    """
+    number = require(name, value, low, high, advice)
+    if number != int(number):
+        raise ValueError(f"{name} = {value!r} is not a whole number: {advice}")
+    return int(number)
+
+
 @dataclass(frozen=True)
 class System:
     """Two neighbouring pendulums that can touch (paper, Table 1); all numbers without dimension.

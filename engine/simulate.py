@@ -7,7 +7,7 @@ from .drivers.closed import ClosedDriver
 from .drivers.located import LocatedDriver
 from .drivers.newmark import NewmarkDriver
 from .methods import ExactPenalty, Method, Newmark, Reference
-from .model import System, check_eta, require
+from .model import System, check_eta, require, whole
 from .result import Checkpoint, Record, Response, Status
 
 PERIODS_LIMIT = 100_000_000
@@ -60,8 +60,8 @@ def simulate(
         If ``cancelled`` returned true.
     """
     eta = check_eta(eta, system)
-    periods = _whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")
-    keep = _whole("keep", keep, 1, min(periods, KEEP_LIMIT), "keep at least one period and at most all of them")
+    periods = whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")
+    keep = whole("keep", keep, 1, min(periods, KEEP_LIMIT), "keep at least one period and at most all of them")
     if isinstance(method, Newmark):
         steps = periods * method.steps
         require("periods × steps", steps, 1, STEPS_LIMIT, "run fewer periods or fewer steps per period")
@@ -93,20 +93,13 @@ def _driver(method: Method) -> type[Driver]:
     return _DRIVERS[type(method)]
 
 
-def _whole(name, value, low, high, advice):
-    number = require(name, value, low, high, advice)
-    if number != int(number):
-        raise ValueError(f"{name} = {value!r} is not a whole number: {advice}")
-    return int(number)
-
-
 def _checked(record: Record, keep: int) -> Record:
-    periods = _whole("record.periods", record.periods, 1, keep, "sample at most the kept periods")
-    per_period = _whole("record.per_period", record.per_period, 1, 10_000_000, "give samples per period")
+    periods = whole("record.periods", record.periods, 1, keep, "sample at most the kept periods")
+    per_period = whole("record.per_period", record.per_period, 1, 10_000_000, "give samples per period")
     require("samples", periods * per_period, 1, SAMPLES_LIMIT, "sample fewer periods or fewer points in each")
     steps = record.steps
     if steps is not None:
-        steps = _whole("record.steps", steps, 1, 10_000_000, "give the steps per period of the other solver")
+        steps = whole("record.steps", steps, 1, 10_000_000, "give the steps per period of the other solver")
     return Record(periods, per_period, steps)
 
 

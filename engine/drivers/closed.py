@@ -5,64 +5,52 @@ import math
 import numpy as np
 
 from ..kernels import march as kernel
-from ..kernels import pendulums
+from ..kernels import setup
 from ..kernels.anchor import Anchor, Contact, Touch, touches
 from ..kernels.folded import fold
-from ..kernels.phase import INTEGRAL, REACH, full, make_scratch, tabulate
+from ..kernels.phase import INTEGRAL, full, make_scratch
 from ..kernels.record import Folded
 from ..kernels.record import Record as Buffers
+from ..kernels.slow import fast_part
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
 from .base import Driver
-from .poles import free_pole, pressed_pole
-from .slow import APART, split
+from .numbers import numbers_of
+from .slow import circles
 
 PERIODS_PER_CALL = 2000
 _STATUS = {kernel.PILED_UP: Status.PILED_UP, kernel.UNRESOLVED: Status.UNRESOLVED}
 MOST_PAUSES = 8  # in one period
 COMPLETION = 1e-5  # the closed form of a chatter's rest leaves out the square of this
-GAP = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # what is watched in flight, as a row on the state
 
 
 def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contact:
-    """Phases and contact law as the kernels want them (derived in :mod:`engine.kernels.pendulums`)."""
-    c = system
-    rigid = isinstance(method, Reference)
-    if rigid:
-        share = c.mass_share
-        force = (c.kappa3 - 1) * (c.kappa3 + 1), share * 2 * (c.d2 * c.kappa - c.d1), 0.0, 0.0
-        generator = pendulums.joined(eta, c.kappa3, c.joint_damping(method.joint_damping))
-        watched, fastest = np.array([*force, 0.0, 0.0]), max(c.kappa3, eta)
-    else:
-        k, d = method.stiffness, method.damping
-        force = 0.0, 0.0, -k, -2 * d
-        generator = pendulums.pressed(eta, c.kappa, c.d1, c.d2, c.mass_ratio, k, d)
-        watched, fastest = -GAP, pressed_pole(c, eta, k, d)
-    flight = pendulums.separated(eta, c.kappa, c.d1, c.d2)
-    touching = tabulate(generator, eta, watched, REACH / fastest)
+    """Phases and contact law as the kernels want them (:mod:`engine.kernels.setup`)."""
+    cell, rigid = numbers_of(system, eta, method), isinstance(method, Reference)
+    touching = setup.touching_phase(cell, rigid)
     if not rigid:
         # z′ = A z gives ∫z dτ = A⁻¹ Δz
-        touching.rows[:, INTEGRAL] = np.linalg.solve(full(generator, eta).T, watched)
-    calm, fast = touching, np.zeros((6, 6))
-    parts = None if rigid or fastest < APART * free_pole(c, eta) else split(full(generator, eta))
-    if parts:
-        fast, slow_pole = parts
-        rest = generator @ (np.eye(6) - fast)
-        calm = tabulate(rest, eta, watched, REACH / max(slow_pole, free_pole(c, eta)))
+        generator = setup.pressed_generator(cell)
+        touching.rows[:, INTEGRAL] = np.linalg.solve(full(generator, eta).T, setup.watched(cell, rigid))
+    calm, fast = touching, np.zeros((4, 6))
+    radius, slow_pole = (0.0, 0.0) if rigid else circles(np.array([cell]))[0]
+    if radius > 0:
+        fast = fast_part(generator, cell.eta, radius)
+        calm = setup.calm_phase(cell, fast, slow_pole)
         calm.rows[:, INTEGRAL] = touching.rows[:, INTEGRAL]
     return Contact(
         2 * math.pi / eta,
         rigid,
-        tabulate(flight, eta, GAP, REACH / free_pole(c, eta)),
+        setup.flight_phase(cell),
         touching,
         calm,
-        bool(parts),
-        np.ascontiguousarray(fast[:4]),
-        *force,
-        mass_share=c.mass_share,
-        restitution=c.restitution,
-        threshold=method.threshold if rigid else 0.0,
+        bool(radius > 0),
+        fast,
+        *setup.force_of(cell, rigid),
+        mass_share=cell.mass_share,
+        restitution=cell.restitution,
+        threshold=cell.threshold,
         completion=COMPLETION,
         scratch=make_scratch(),
     )

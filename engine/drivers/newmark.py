@@ -1,7 +1,5 @@
 """Driver of Newmark's method."""
 
-import math
-
 import numpy as np
 
 from ..kernels import leaps
@@ -10,11 +8,12 @@ from ..kernels.folded import fold
 from ..kernels.phase import REACH, make_scratch
 from ..kernels.record import Folded
 from ..kernels.record import Record as Buffers
+from ..kernels.setup import begin_steps, free_pole, pressed_pole, scheme_of
 from ..methods import Newmark
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
 from .base import Driver
-from .poles import free_pole, pressed_pole
+from .numbers import numbers_of
 
 STEPS_PER_CALL = 5_000_000
 SHORTEST_STRIDE = 2  # steps from entry to entry of the tables of flight; with fewer, walking is as quick
@@ -22,30 +21,7 @@ SHORTEST_STRIDE = 2  # steps from entry to entry of the tables of flight; with f
 
 def pack(system: System, eta: float, method: Newmark) -> kernel.Scheme:
     """Coefficients of one step (derived in :mod:`engine.kernels.newmark`)."""
-    h = 2 * math.pi / eta / method.steps
-    mu, k, d = system.mass_ratio, method.stiffness, method.damping
-    c1, c2 = 2 * system.d1, 2 * system.d2 * system.kappa
-    k1, k2 = 1.0, system.kappa**2
-    m1 = 1 + c1 * h / 2 + k1 * h * h / 4
-    m2 = 1 + c2 * h / 2 + k2 * h * h / 4
-    sigma = k * h * h / 4 + d * h
-    shared = 1 + sigma * (1 / m1 + 1 / (mu * m2))
-    return kernel.Scheme(
-        h=h,
-        damping1=c1 * h / m1,
-        stiffness1=k1 * h * h / m1,
-        load1=eta * eta * h * h / m1,
-        react1=h * h / m1,
-        damping2=c2 * h / m2,
-        stiffness2=k2 * h * h / m2,
-        load2=eta * eta * h * h / m2,
-        react2=h * h / (mu * m2),
-        stiffness=k,
-        damper=d,
-        contact_p=k / shared,
-        contact_q=2 * d / h / shared,
-        contact_a=sigma / (h * h) / shared,
-    )
+    return scheme_of(numbers_of(system, eta, method))
 
 
 class NewmarkDriver(Driver):
@@ -68,10 +44,11 @@ class NewmarkDriver(Driver):
         self._method = method
         self._scheme = pack(system, eta, method)
         self._leaps = self._cosines = None
-        if method.every_step or SHORTEST_STRIDE * free_pole(system, eta) * self._scheme.h > REACH:
+        cell = numbers_of(system, eta, method)
+        if method.every_step or SHORTEST_STRIDE * free_pole(cell) * self._scheme.h > REACH:
             self._cosines = np.cos(2 * np.pi * np.arange(n + 1) / n)
         else:
-            poles = free_pole(system, eta), pressed_pole(system, eta, method.stiffness, method.damping)
+            poles = free_pole(cell), pressed_pole(cell)
             self._leaps = fold(leaps.make_leaps(self._scheme, eta, n, *poles, make_scratch()))
         stride = record.stride(n) if record else n
         self._window = (kept_from * n, self.sampled_from * n, stride)
@@ -140,15 +117,5 @@ def _state(scheme: kernel.Scheme, system: System, eta: float, method: Newmark, s
     if len(start.state) == leaps.SLOTS:
         state[:] = start.state
         return state
-    x1, v1, x2, v2 = start.state
-    h, mu = scheme.h, system.mass_ratio
-    contact = x2 <= x1
-    force = method.stiffness * (x1 - x2) + 2 * method.damping * (v1 - v2) if contact else 0.0
-    # acceleration at τ = 0 from the equations of motion (MODEL.md, "Motion")
-    a1 = h * h * (eta**2 - 2 * system.d1 * v1 - x1 - force)
-    a2 = h * h * (eta**2 - 2 * system.d2 * system.kappa * v2 - system.kappa**2 * x2 + force / mu)
-    state[kernel.A1], state[kernel.A2] = a1, a2
-    state[kernel.Q1], state[kernel.Q2] = h * v1 + 0.5 * a1, h * v2 + 0.5 * a2
-    state[kernel.P1], state[kernel.P2] = x1 + h * v1 + 0.25 * a1, x2 + h * v2 + 0.25 * a2
-    state[kernel.CONTACT], state[leaps.GAP] = float(contact), x2 - x1
+    begin_steps(state, scheme, numbers_of(system, eta, method), start.state)
     return state

@@ -1,43 +1,32 @@
-"""Parting the fast motion of a stiff or strongly damped contact from the slow one.
-
-Pressed together, the pendulums have modes of very different speed: on the contact spring and damper, and with their own
-springs. The fast ones die away, and then need not be followed at their pace: what is left of the state lies in the
-invariant subspace of the slow eigenvalues and obeys z′ = A P z, P the projector on it,
-
-    P = 1/(2πi) ∮ (ζ − A)⁻¹ dζ
-
-around a circle between the two groups. The trapezoidal rule on it converges as the q-th power of the ratio of a radius
-and an eigenvalue, q the number of its nodes, whether or not eigenvalues within a group coincide.
-"""
+"""Which contacts have modes of very different speed, so that the slow ones can be followed at their own pace."""
 
 import numpy as np
 
-NODES = 96
-APART = 30.0  # least ratio of the two groups: less is not worth a table of its own
+from ..kernels import setup
+from ..kernels.slow import APART
 
 
-def split(generator: np.ndarray) -> tuple[np.ndarray, float] | None:
-    """The part of the state that is fast, and how fast the rest is; None if the eigenvalues do not fall into groups.
+def circles(numbers: np.ndarray) -> np.ndarray:
+    """For each cell in penalty contact a circle between its slow and its fast eigenvalues.
 
     Parameters
     ----------
-    generator : (6, 6) ndarray
-        A.
+    numbers : (n, len(Cell)) ndarray
+        Rows of :class:`engine.kernels.setup.Cell`.
 
     Returns
     -------
-    (6, 6) ndarray
-        1 − P: the fastest of the groups that stand apart.
-    float
-        Largest |eigenvalue| of the slow group.
+    (n, 2) ndarray
+        Radius of the circle (see :mod:`engine.kernels.slow`) and largest |eigenvalue| within; zeros where the
+        eigenvalues do not fall into groups.
     """
-    sizes = np.sort(np.abs(np.linalg.eigvals(generator)))
-    gaps = np.flatnonzero(sizes[1:] > APART * sizes[:-1])
-    if len(gaps) == 0:
-        return None
-    last = gaps[-1]
-    radius = np.sqrt(sizes[last] * sizes[last + 1])
-    nodes = radius * np.exp(2j * np.pi * (np.arange(NODES) + 0.5) / NODES)
-    resolvents = np.linalg.inv(nodes[:, None, None] * np.eye(6) - generator)
-    slow = (nodes[:, None, None] * resolvents).mean(axis=0).real
-    return np.eye(6) - slow, float(sizes[last])
+    found = np.zeros((len(numbers), 2))
+    stiff = np.flatnonzero(setup.are_stiff(numbers))
+    if len(stiff) == 0:
+        return found
+    sizes = np.sort(np.abs(np.linalg.eigvals(setup.pressed_generators(numbers[stiff]))), axis=1)
+    wide = sizes[:, 1:] > APART * sizes[:, :-1]
+    last = wide.shape[1] - 1 - np.argmax(wide[:, ::-1], axis=1)  # the fastest of the groups that stand apart
+    inner, outer = (np.take_along_axis(sizes, k[:, None], axis=1)[:, 0] for k in (last, last + 1))
+    found[stiff] = np.where(wide.any(axis=1)[:, None], np.column_stack([np.sqrt(inner * outer), inner]), 0.0)
+    return found

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .jit import jit
+from .jit import bare, inlined, jit
 
 
 @jit
@@ -22,25 +22,72 @@ def identity():
     return out
 
 
+@inlined
+def multiply(out, a, b):
+    """Write the product of two matrices to ``out``, which is neither.
+
+    A row of the result is kept in six numbers, since what is written to an array the compiler must reckon to change a.
+    """
+    for i in range(6):
+        s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(6):
+            factor = a[i, k]
+            s0 += factor * b[k, 0]
+            s1 += factor * b[k, 1]
+            s2 += factor * b[k, 2]
+            s3 += factor * b[k, 3]
+            s4 += factor * b[k, 4]
+            s5 += factor * b[k, 5]
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = s0, s1, s2, s3, s4, s5
+
+
 @jit
 def product(a, b):
     """The product of two matrices."""
-    out = np.zeros((6, 6))
-    for i in range(6):
-        for k in range(6):
-            for j in range(6):
-                out[i, j] += a[i, k] * b[k, j]
+    out = np.empty((6, 6))
+    multiply(out, a, b)
     return out
+
+
+@inlined
+def _image(row, a, factor):
+    s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(6):
+        r = row[k]
+        s0 += r * a[k, 0] * factor
+        s1 += r * a[k, 1] * factor
+        s2 += r * a[k, 2] * factor
+        s3 += r * a[k, 3] * factor
+        s4 += r * a[k, 4] * factor
+        s5 += r * a[k, 5] * factor
+    return s0, s1, s2, s3, s4, s5
 
 
 @jit
 def row_times(row, a, factor):
     """A row times a matrix times a number."""
-    out = np.zeros(6)
-    for k in range(6):
-        for j in range(6):
-            out[j] += row[k] * a[k, j] * factor
+    out = np.empty(6)
+    out[0], out[1], out[2], out[3], out[4], out[5] = _image(row, a, factor)
     return out
+
+
+@bare
+def rows_times(out, row, tables, factor):
+    """Write a row times each matrix of a table, (n, 6, 6), times a number to (n, 6)."""
+    for j in range(out.shape[0]):
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = _image(row, tables[j], factor)
+
+
+@bare
+def raise_along(bound, row, tables):
+    """Raise a row of bounds to the sizes of a row and of what each matrix of a table makes of it, in place."""
+    b0, b1, b2 = max(bound[0], abs(row[0])), max(bound[1], abs(row[1])), max(bound[2], abs(row[2]))
+    b3, b4, b5 = max(bound[3], abs(row[3])), max(bound[4], abs(row[4])), max(bound[5], abs(row[5]))
+    for j in range(tables.shape[0]):
+        s0, s1, s2, s3, s4, s5 = _image(row, tables[j], 1.0)
+        b0, b1, b2 = max(b0, abs(s0)), max(b1, abs(s1)), max(b2, abs(s2))
+        b3, b4, b5 = max(b3, abs(s3)), max(b4, abs(s4)), max(b5, abs(s5))
+    bound[0], bound[1], bound[2], bound[3], bound[4], bound[5] = b0, b1, b2, b3, b4, b5
 
 
 @jit
@@ -87,7 +134,7 @@ def powers(a, count):
     out = np.zeros((count, 6, 6))
     add(out[0], a, 1.0)
     for j in range(2, count + 1):
-        add(out[j - 1], product(out[j // 2 - 1], out[j - j // 2 - 1]), 1.0)
+        multiply(out[j - 1], out[j // 2 - 1], out[j - j // 2 - 1])
     return out
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from . import twofold
 from .jit import inlined, jit
-from .matrices import raise_to, row_times, spread, unit
+from .matrices import raise_along, row_times, rows_times, spread, unit
 
 POINTS = 64
 TERMS = 12
@@ -138,12 +138,12 @@ def tabulate(generator, eta, row, h):
                 rows[i, BERNSTEIN + j] += rows[i, POWERS + k] * TO_BERNSTEIN[k, j]
     curve = row_times(row_times(row, a, 1.0), a, 1.0)
     bound = np.zeros(6)
-    raise_to(bound, curve)
+    raise_along(bound, curve, moves)
+    values = np.empty((POINTS, 6))
+    rows_times(values, row, moves, 1.0)
     for j in range(POINTS):
-        value = row_times(row, moves[j], 1.0)
         for i in range(6):
-            rows[i, VALUES + j] = value[i]
-        raise_to(bound, row_times(curve, moves[j], 1.0))
+            rows[i, VALUES + j] = values[j, i]
     bound = spread(bound, a, h / 2)
     for i in range(6):
         rows[i, BEND] = bound[i] * (h * h / 8)

@@ -18,7 +18,19 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
-from .matrices import add, exponential, identity, logarithm, powers, product, raise_to, row_times, spread, unit
+from .matrices import (
+    add,
+    exponential,
+    identity,
+    logarithm,
+    powers,
+    product,
+    raise_along,
+    row_times,
+    rows_times,
+    spread,
+    unit,
+)
 from .phase import HELD, PHASE_SHAPES, REACH, TERMS, Phase, fill_polynomial, tabulate
 
 MOST_STRIDE = 16
@@ -127,21 +139,21 @@ def make_squeeze(one, h, stride):
         last = row_times(one.gap, strider, 1.0)
         strider = product(one.move, strider)
     moves = powers(strider, HELD)
-    for j in range(HELD):
-        before = moves[j - 1] if j > 0 else identity()
-        depth, pressed = row_times(last, before, -1.0), row_times(total, before, 1.0)
-        for i in range(6):
-            depths[i, j] = depth[i]
-            sums[j, i] = pressed[i] + (sums[j - 1, i] if j > 0 else 0.0)
+    rows, pressed = np.empty((HELD, 6)), np.empty((HELD, 6))
+    rows_times(rows, last, moves, -1.0)
+    rows_times(pressed, total, moves, 1.0)
+    for i in range(6):
+        depths[i, 0], sums[0, i] = -last[i], total[i]
+        for j in range(1, HELD):
+            depths[i, j] = rows[j - 1, i]
+            sums[j, i] = pressed[j - 1, i] + sums[j - 1, i]
     if stride == 1:
         return Squeeze(stride, depths, moves, sums, bend)
     a = generator(one.move, h)
     curve = row_times(row_times(row_times(one.gap, exponential(a, -h), 1.0), a, 1.0), a, 1.0)
     quarter = exponential(a, 0.25 * stride * h)
     for _ in range(4):
-        raise_to(bend, curve)
-        for j in range(HELD):
-            raise_to(bend, row_times(curve, moves[j], 1.0))
+        raise_along(bend, curve, moves)
         curve = row_times(curve, quarter, 1.0)
     bend = spread(bend, a, 0.125 * stride * h)
     for i in range(6):

@@ -1,0 +1,175 @@
+"""Cells of a sweep, and what becomes of them: arrays with an entry each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .drivers.numbers import numbers_of
+from .kernels.setup import Cell
+from .methods import ExactPenalty, Method, Newmark, Reference
+from .model import System, check_eta, require
+from .result import Status
+
+STATUSES = tuple(Status)  # a cell's status is an index into them
+_OWN = {"stiffness": ExactPenalty | Newmark, "damping": ExactPenalty | Newmark, "steps": Newmark}
+
+
+@dataclass(frozen=True)
+class Cells:
+    """What to run, a cell each.
+
+    Attributes
+    ----------
+    system : System or sequence of System
+        One for all cells, or one a cell.
+    eta : (n,) array_like
+    method : Reference, ExactPenalty or Newmark
+        Holds for all cells but where one of the next three says otherwise.
+    stiffness, damping, steps : (n,) array_like, optional
+        K, D (penalty methods) and n (Newmark) of each cell.
+    initial : (n, 4) array_like, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0 of each cell; rest, if not given.
+    chain : (n,) array_like of int, optional
+        Cells of the same number follow each other in the order of their index: each but the first starts from the end
+        of the one before (continuation), or from its ``initial`` where that one did not reach its end.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or an array has the wrong shape.
+    """
+
+    system: System | Sequence[System]
+    eta: np.ndarray
+    method: Method
+    stiffness: np.ndarray | None = None
+    damping: np.ndarray | None = None
+    steps: np.ndarray | None = None
+    initial: np.ndarray | None = None
+    chain: np.ndarray | None = None
+
+    def __post_init__(self):
+        self._keep("eta", self.eta, float)
+        if not isinstance(self.system, System):
+            object.__setattr__(self, "system", tuple(self.system))
+            self._same_length("system")
+        for name, methods in _OWN.items():
+            if getattr(self, name) is None:
+                continue
+            if not isinstance(self.method, methods):
+                raise ValueError(f"{name} is no number of the {self.method.name} method: leave it out")
+            self._keep(name, getattr(self, name), float)
+        if self.initial is not None:
+            self._keep("initial", self.initial, float)
+        if self.chain is not None:
+            self._keep("chain", self.chain, np.int64)
+        if len(self) > 0:
+            self._check()
+
+    def _keep(self, name: str, values, kind: type) -> None:
+        """Keep a copy as an array, with an entry (``initial``: four) for each cell."""
+        values = np.array(values, dtype=kind)
+        wanted = (len(values), 4) if name == "initial" and values.ndim > 0 else (values.size,)
+        if values.shape != wanted:
+            raise ValueError(f"{name} has the shape {values.shape}: give one entry a cell, of initial four")
+        object.__setattr__(self, name, values)
+        self._same_length(name)
+
+    def _same_length(self, name: str) -> None:
+        if len(getattr(self, name)) != len(self):
+            raise ValueError(f"{name} has {len(getattr(self, name))} entries for {len(self)} of eta: give one a cell")
+
+    def _check(self) -> None:
+        """Raise what :func:`engine.simulate` would raise at the first bad number."""
+        if self.steps is not None and (self.steps % 1 > 0).any():
+            bad = float(self.steps[self.steps % 1 > 0][0])
+            raise ValueError(f"steps = {bad} is not a whole number: give steps per excitation period")
+        for pick in (np.min, np.max):  # both are nan if one is
+            check_eta(float(pick(self.eta)), self.system_of(0))
+            replace(self.method, **{name: float(pick(values)) for name, values in self._own().items()})
+        if self.initial is None:
+            return
+        for pick in (np.min, np.max):
+            require("initial", float(pick(self.initial)), -1e6, 1e6, "start within a million base amplitudes")
+        gap = (self.initial[:, 2] - self.initial[:, 0]).min()
+        if isinstance(self.method, Reference) and gap < 0:
+            raise ValueError(
+                f"initial gap ξ₂ − ξ₁ = {gap:g} is negative: the reference knows no penetration, start with ξ₂ ≥ ξ₁"
+            )
+
+    def _own(self) -> dict[str, np.ndarray]:
+        return {name: getattr(self, name) for name in _OWN if getattr(self, name) is not None}
+
+    def steps_each(self) -> np.ndarray:
+        """n of each cell, (n,); zeros for methods without."""
+        return self.numbers()[:, Cell._fields.index("steps")]
+
+    def numbers(self) -> np.ndarray:
+        """A row of :class:`engine.kernels.setup.Cell` for each cell, (n, len(Cell))."""
+        if isinstance(self.system, System):
+            rows = np.tile(numbers_of(self.system, 1.0, self.method), (len(self), 1))
+        else:
+            rows = np.array([numbers_of(system, 1.0, self.method) for system in self.system])
+        for name, values in {"eta": self.eta, **self._own()}.items():
+            rows[:, Cell._fields.index(name)] = values
+        return rows
+
+    def __len__(self) -> int:
+        return len(self.eta)
+
+    def system_of(self, i: int) -> System:
+        """The system of cell i."""
+        return self.system if isinstance(self.system, System) else self.system[i]
+
+    def method_of(self, i: int) -> Method:
+        """The method of cell i, its own numbers in place."""
+        return replace(self.method, **{name: values[i] for name, values in self._own().items()})
+
+
+@dataclass(frozen=True)
+class CellResults:
+    """What became of each cell; nan (or 0, for whole numbers) where a cell did not reach its end.
+
+    Attributes
+    ----------
+    status : (n,) ndarray of int8
+        Index into ``STATUSES``.
+    section : (n, sample, c) ndarray
+        The chosen coordinates of the Poincaré section τ ≡ 0 mod T over the sample, oldest first.
+    period, near_period : (n,) ndarray of int32
+        As in :class:`.motion.Motion`; 0 is aperiodic.
+    impacts_per_period, contacts_per_period, contact_share, spread, scatter : (n,) ndarray
+        As in :class:`.motion.Motion`.
+    longest_contact : (n,) ndarray
+        τ that the longest contact overlapping the sample lasts; one that is open at the end of the run ends there.
+    longest_contact_steps : (n,) ndarray
+        The same in steps; nan for methods without.
+    phase : (n,) ndarray
+        Instant of the first impact in the last cycle (aperiodic: in the last period), as a share of T from the
+        section; nan if there is none.
+    end : (n, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at the end, from which a neighbouring cell can go on.
+    periods : (n,) ndarray of int64
+        Periods that were run; fewer than asked for where the motion was found to be periodic before.
+    """
+
+    status: np.ndarray
+    section: np.ndarray
+    period: np.ndarray
+    near_period: np.ndarray
+    impacts_per_period: np.ndarray
+    contacts_per_period: np.ndarray
+    contact_share: np.ndarray
+    spread: np.ndarray
+    scatter: np.ndarray
+    longest_contact: np.ndarray
+    longest_contact_steps: np.ndarray
+    phase: np.ndarray
+    end: np.ndarray
+    periods: np.ndarray
+
+    @property
+    def ok(self) -> np.ndarray:
+        """Which cells reached their end, (n,) of bool."""
+        return self.status == STATUSES.index(Status.OK)

@@ -1,0 +1,84 @@
+"""Sharing cells out among threads, withdrawn and watched from the calling one.
+
+Threads take the next few cells from one counter as they become free, so that a hard cell holds up no other.
+"""
+
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
+
+import numpy as np
+
+from ..result import Cancelled
+
+GRAIN = 4  # cells that a thread takes at a time, or as many chains as have them
+POLL = 0.02  # seconds between two looks at how far the threads are
+
+Worker = Callable[[tuple[int, int], np.ndarray, int], None]
+
+
+def share_out(
+    ends: np.ndarray,
+    threads: int,
+    worker: Callable[[], Worker],
+    progress: Callable[[int], None] | None,
+    cancelled: Callable[[], bool] | None,
+) -> None:
+    """Run the places 0 … ends[−1] of an order.
+
+    Parameters
+    ----------
+    ends : (n,) ndarray of int
+        After which places the order may be cut.
+    threads : int
+    worker : callable
+        Called once in each thread, gives the function that runs some places. It is called with the first place and the
+        one after the last; an array whose first entry, once it is set, withdraws the work; and the index of the entry
+        that it is to raise by 1 for each place that it has done.
+    progress, cancelled
+        As in :func:`engine.run_cells`.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    if cancelled is not None and cancelled():
+        raise Cancelled
+    signals = np.zeros(1 + threads, dtype=np.int64)
+    grains, lock = _grains(ends), threading.Lock()
+
+    def work(slot: int) -> None:
+        run = worker()
+        while signals[0] == 0:
+            with lock:
+                places = next(grains, None)
+            if places is None:
+                return
+            run(places, signals, slot)
+
+    with ThreadPoolExecutor(threads) as pool:
+        running = [pool.submit(work, 1 + k) for k in range(threads)]
+        try:
+            told = 0
+            while wait(running, POLL).not_done:
+                if cancelled is not None and cancelled():
+                    raise Cancelled
+                done = int(signals[1:].sum())
+                if progress is not None and done > told:
+                    told = done
+                    progress(done)
+        finally:
+            signals[0] = 1
+    for thread in running:
+        thread.result()
+    if progress is not None:
+        progress(int(signals[1:].sum()))
+
+
+def _grains(ends: np.ndarray) -> Iterator[tuple[int, int]]:
+    begin = 0
+    for end in ends.tolist():
+        if end - begin >= GRAIN or end == ends[-1]:
+            yield begin, end
+            begin = end

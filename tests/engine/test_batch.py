@@ -1,0 +1,230 @@
+"""Many cells in one call are the single runs, whatever the order, the threads and the cells around them."""
+
+import dataclasses
+import threading
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from engine import (
+    STATUSES,
+    Cancelled,
+    Cells,
+    ExactPenalty,
+    Newmark,
+    Reference,
+    Status,
+    System,
+    batch,
+    run_cells,
+    simulate,
+)
+from engine.drivers import cells as driver
+from engine.kernels import cells as kernel
+
+NUMBERS = (
+    "impacts_per_period",
+    "contacts_per_period",
+    "contact_share",
+    "spread",
+    "scatter",
+    "longest_contact",
+    "phase",
+)
+
+
+def plane(side, method, eta=2.76):
+    """The K–D plane of the paper's Figures 11 and 12."""
+    k, d = (a.ravel() for a in np.meshgrid(np.geomspace(1e2, 6e4, side), np.geomspace(1, 100, side)))
+    return Cells(System(), np.full(side * side, eta), method, stiffness=k, damping=d)
+
+
+SWEEPS = {
+    "reference": Cells(System(), np.linspace(0.5, 4, 30), Reference()),
+    "reference, ε = 0": Cells(System(), np.linspace(0.5, 4, 12), Reference("derived", 0.0)),
+    "reference, e": Cells([System(restitution=e) for e in np.linspace(0, 0.9, 10)], np.full(10, 1.08), Reference()),
+    "exact": plane(5, ExactPenalty(1, 1)),
+    "Newmark": plane(5, Newmark(1, 1, 2000)),
+    "Newmark, n": Cells(System(), np.full(4, 2.76), Newmark(12000, 18, 100), steps=[1000, 2000, 4000, 3001]),
+}
+
+
+def one_by_one(cells, transient, sample):
+    """The same by single runs, described by numpy."""
+    plan = driver.Plan(transient, sample, False, (0, 1, 2, 3))
+    results = driver.empty_results(len(cells), plan)
+    for i in range(len(cells)):
+        options = {"periods": transient + sample, "keep": sample}
+        response = simulate(cells.system_of(i), cells.eta[i], cells.method_of(i), **options)
+        batch.tell(response, plan, results, i)
+    return batch.told(cells, results)
+
+
+def same(one, other):
+    """Whether two results hold the same bits."""
+    for field in dataclasses.fields(one):
+        np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name), err_msg=field.name)
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_cells_are_single_runs(name):
+    cells = SWEEPS[name]
+    ours = run_cells(cells, transient=30, sample=25, early_stop=False)
+    single = one_by_one(cells, 30, 25)
+    for whole in ("status", "period", "near_period", "periods"):
+        np.testing.assert_array_equal(getattr(ours, whole), getattr(single, whole), err_msg=whole)
+    np.testing.assert_allclose(ours.section, single.section, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(ours.end, single.end, rtol=0, atol=1e-9)
+    for number in NUMBERS:
+        np.testing.assert_allclose(getattr(ours, number), getattr(single, number), atol=1e-9, err_msg=number)
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_early_stop_changes_nothing(name):
+    """Periods, too: a motion is only taken for periodic when it has come back to rounding."""
+    cells = SWEEPS[name]
+    full = run_cells(cells, transient=400, sample=30, early_stop=False)
+    early = run_cells(cells, transient=400, sample=30)
+    assert early.periods.min() < 300
+    for whole in ("status", "period", "near_period"):
+        np.testing.assert_array_equal(getattr(early, whole), getattr(full, whole), err_msg=whole)
+    scale = np.abs(full.section).max()
+    np.testing.assert_allclose(early.section, full.section, rtol=0, atol=1e-10 * scale)
+    for number in NUMBERS:
+        np.testing.assert_allclose(getattr(early, number), getattr(full, number), rtol=0, atol=1e-9, err_msg=number)
+    stopped = early.periods < 430
+    np.testing.assert_array_equal(early.section[~stopped], full.section[~stopped])
+
+
+@pytest.mark.parametrize("sample", [1, 7])
+def test_early_stop_with_a_sample_shorter_than_a_cycle(sample):
+    cells = SWEEPS["reference"]
+    full = run_cells(cells, transient=401, sample=sample, early_stop=False)
+    early = run_cells(cells, transient=401, sample=sample)
+    np.testing.assert_array_equal(early.period, full.period)
+    np.testing.assert_allclose(early.section, full.section, rtol=0, atol=1e-10)
+    for number in NUMBERS:
+        np.testing.assert_allclose(getattr(early, number), getattr(full, number), rtol=0, atol=1e-9, err_msg=number)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.permutations(range(12)), st.integers(1, 5), st.integers(0, 12), st.sampled_from(sorted(SWEEPS)))
+def test_neither_order_nor_threads_nor_chunks_matter(permutation, threads, cut, name):
+    cells = SWEEPS[name]
+    n = min(12, len(cells))
+    places = np.array([i for i in permutation if i < n])
+
+    def part(chosen):
+        own = {key: getattr(cells, key) for key in ("stiffness", "damping", "steps")}
+        own = {key: value[chosen] for key, value in own.items() if value is not None}
+        system = cells.system if isinstance(cells.system, System) else [cells.system[i] for i in chosen]
+        return Cells(system, cells.eta[chosen], cells.method, **own)
+
+    whole = run_cells(part(np.arange(n)), transient=40, sample=8, threads=1)
+    for chosen in (places[:cut], places[cut:]):
+        found = run_cells(part(chosen), transient=40, sample=8, threads=threads)
+        for field in dataclasses.fields(found):
+            np.testing.assert_array_equal(getattr(found, field.name), getattr(whole, field.name)[chosen])
+
+
+@pytest.mark.parametrize("method", [Reference(), Newmark(2500, 8, 2000), Newmark(2500, 8, 100, located=True)])
+def test_a_chain_goes_on_from_cell_to_cell(method):
+    eta = np.array([1.0, 3.2, 1.05, 3.25, 1.1])
+    chained = run_cells(Cells(System(), eta, method, chain=[7, 3, 7, 3, 7]), transient=20, sample=4, threads=2)
+    before = None
+    for i in (0, 2, 4):
+        start = None if before is None else before.end
+        before = run_cells(Cells(System(), eta[[i]], method, initial=start), transient=20, sample=4)
+        np.testing.assert_array_equal(before.section[0], chained.section[i])
+
+
+def test_blown_up_cells_are_marked_and_stop_no_other():
+    cells = plane(6, Newmark(1, 1, 200))
+    found = run_cells(cells, transient=100, sample=10)
+    assert 0 < found.ok.sum() < 36
+    assert {STATUSES[code] for code in found.status} == {Status.OK, Status.DIVERGED}
+    assert np.isnan(found.section[~found.ok]).all()
+    assert np.isfinite(found.section[found.ok]).all()
+    for i in (np.flatnonzero(found.ok)[0], np.flatnonzero(~found.ok)[0]):
+        assert simulate(System(), 2.76, cells.method_of(i), periods=110, keep=10).ok == found.ok[i]
+
+
+def test_after_a_blown_up_cell_a_chain_starts_anew():
+    cells = Cells(System(), [2.76] * 2, Newmark(1, 1, 1000), stiffness=[1e7, 100], damping=[1, 50], chain=[0, 0])
+    found = run_cells(cells, transient=40, sample=5)
+    assert found.ok.tolist() == [False, True]
+    alone = run_cells(Cells(System(), [2.76], Newmark(100, 50, 1000)), transient=40, sample=5)
+    np.testing.assert_array_equal(found.section[1], alone.section[0])
+
+
+def test_statuses_of_the_compiled_code():
+    codes = kernel.OK, kernel.DIVERGED, kernel.PILED_UP, kernel.UNRESOLVED
+    assert [STATUSES[code] for code in codes] == [Status.OK, Status.DIVERGED, Status.PILED_UP, Status.UNRESOLVED]
+
+
+def test_impacts_that_fill_the_record_are_all_counted():
+    """A chatter at e = 0.7 down to a small threshold: more impacts in the sample than a record holds."""
+    cells = Cells([System(restitution=0.7)], [1.08], Reference("derived", 1e-12))
+    ours, single = run_cells(cells, transient=5, sample=200), one_by_one(cells, 5, 200)
+    assert single.impacts_per_period[0] * 200 > 4096
+    assert ours.impacts_per_period[0] == single.impacts_per_period[0]
+
+
+def test_chosen_coordinates():
+    cells = SWEEPS["reference"]
+    every = run_cells(cells, transient=10, sample=5)
+    np.testing.assert_array_equal(
+        run_cells(cells, transient=10, sample=5, coordinates=(2,)).section, every.section[:, :, [2]]
+    )
+
+
+def test_progress_ends_with_all_cells_and_is_heard_in_the_calling_thread():
+    heard = []
+    run_cells(SWEEPS["exact"], transient=200, sample=5, progress=lambda n: heard.append((n, threading.get_ident())))
+    assert [n for n, _ in heard] == sorted(n for n, _ in heard)
+    assert heard[-1] == (25, threading.get_ident())
+
+
+@pytest.mark.parametrize("method", [Reference(), Newmark(2500, 8, 2000), Newmark(2500, 8, 2000, every_step=True)])
+def test_a_call_is_withdrawn_at_once(method):
+    cells = Cells(System(), [1.7] * 8, method)
+    begin = time.perf_counter()
+    with pytest.raises(Cancelled):
+        run_cells(cells, transient=50_000_000, sample=1, cancelled=lambda: time.perf_counter() > begin + 0.1)
+    assert time.perf_counter() < begin + 20
+
+
+def test_a_call_that_is_withdrawn_before_it_starts_runs_nothing():
+    with pytest.raises(Cancelled):
+        run_cells(SWEEPS["reference"], transient=1, sample=1, cancelled=lambda: True)
+
+
+def test_no_cells():
+    found = run_cells(Cells(System(), [], Reference()), transient=1, sample=2)
+    assert found.section.shape == (0, 2, 4)
+
+
+BAD = {
+    "eta = 0.0": lambda: Cells(System(), [1.0, 0.0], Reference()),
+    "eta = nan": lambda: Cells(System(), [1.0, np.nan], Reference()),
+    "K = -1": lambda: Cells(System(), [1, 1], ExactPenalty(1, 1), stiffness=[1, -1]),
+    "steps = 100.5": lambda: Cells(System(), [1, 1], Newmark(1, 1, 10), steps=[100, 100.5]),
+    "no number of the reference": lambda: Cells(System(), [1], Reference(), stiffness=[1]),
+    "2 entries": lambda: Cells(System(), [1], ExactPenalty(1, 1), stiffness=[1, 2]),
+    "gap": lambda: Cells(System(), [1], Reference(), initial=[[1, 0, 0, 0]]),
+    "shape": lambda: Cells(System(), [1], Reference(), initial=[[1, 0, 0]]),
+    "initial = 10000000.0": lambda: Cells(System(), [1], Reference(), initial=[[0, 0, 1e7, 0]]),
+    "transient": lambda: run_cells(SWEEPS["exact"], transient=-1, sample=1),
+    "sample": lambda: run_cells(SWEEPS["exact"], transient=1, sample=0),
+    "coordinate = 4": lambda: run_cells(SWEEPS["exact"], transient=1, sample=1, coordinates=(4,)),
+    "threads = 0": lambda: run_cells(SWEEPS["exact"], transient=1, sample=1, threads=0),
+}
+
+
+@pytest.mark.parametrize("text", BAD)
+def test_bad_input(text):
+    with pytest.raises(ValueError, match=text):
+        BAD[text]()
