@@ -125,9 +125,9 @@ def estimate(rows, cells, write, stored, sent):
     one_by_one = pieces * (seconds + write) / 3600
     print(f"\na chunk of {cells} cells: {1e3 * write:.0f} ms to encode and write, {stored / 1e3:.0f} kB stored,")
     print(f"{weight / 1e3:.0f} kB sent in {1e3 * seconds:.1f} ms from a worker to the client, both on this machine")
-    print(
-        f"\n{CELLS:.0e} cells on {MACHINES} machines of {CORES} such cores: {pieces:.0f} chunks, {pieces * stored / 1e9:.1f} GB"
-    )
+    size_of_all = pieces * stored / 1e9
+    print(f"\n{CELLS:.0e} cells on {MACHINES} machines of {CORES} such cores:", end=" ")
+    print(f"{pieces:.0f} chunks, {size_of_all:.1f} GB")
     for name, compute in rows.items():
         hours = (CELLS * compute + pieces * write) / MACHINES / CORES / 3600
         print(f"  {name:24}{1e6 * compute:8.0f} us a cell and core {60 * hours:8.1f} min, workers writing to a bucket")

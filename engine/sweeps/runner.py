@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..result import Cancelled
 from . import provenance
 from .chunks import Chunk, chunk_shape, chunks
 from .eta import EtaStudy
@@ -120,6 +121,8 @@ def _here(study: Study, store: Store, order: Sequence[Chunk], tally: Tally, how:
             values = store.read(chunk)
             reused = values is not None
             if not reused:
+                if how.cancelled is not None and how.cancelled():
+                    raise Cancelled  # also between chunks that are done before they ask
                 part = study.cut(chunk)
                 values = part.compute(before=before, threads=how.threads, progress=tally.tell, cancelled=how.cancelled)
                 if writing is not None:
