@@ -12,6 +12,7 @@ from app.commands import (
     diagram,
     measured,
     motion,
+    paper,
     recommend,
     serve,
     simulate,
@@ -22,7 +23,21 @@ from app.commands import (
 )
 from app.commands.options import OneLineParser
 
-COMMANDS = (simulate, motion, compare, recommend, serve, bench, stability, diagram, sweep, system, measured, warm)
+COMMANDS = (
+    simulate,
+    motion,
+    compare,
+    recommend,
+    serve,
+    bench,
+    stability,
+    paper,
+    diagram,
+    sweep,
+    system,
+    measured,
+    warm,
+)
 
 DESCRIPTION = """\
 Is what a penalty contact model shows the motion, or an artefact of K, D or the time step?

@@ -1,0 +1,53 @@
+"""``vibroscope paper``: what the paper says, and what is found."""
+
+import argparse
+import json
+from textwrap import wrap
+
+from app.paper import CLAIMS, Claim, Finding, as_dict
+
+
+def add(commands) -> None:
+    """``vibroscope paper``."""
+    command = commands.add_parser(
+        "paper",
+        allow_abbrev=False,
+        help="check every claim of the paper; exit status 1 if any is not as known",
+        description="Remake the paper's figures 3, 4, 6 and 9 to 14 and say of each claim whether it holds here, with "
+        "the numbers that were found. Two claims are known to differ.",
+    )
+    command.add_argument("--json", action="store_true", help="print one JSON list")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Check all and print."""
+    checked = []
+    for claim in CLAIMS.values():
+        finding = claim.find()
+        checked.append((claim, finding))
+        if not options.json:
+            print("\n".join(_lines(claim, finding)), flush=True)
+    if options.json:
+        print(json.dumps([as_dict(*each) for each in checked], ensure_ascii=False, allow_nan=False))
+    else:
+        print(_summary(checked))
+    return int(not all(finding.agrees == claim.holds for claim, finding in checked))
+
+
+def _lines(claim: Claim, finding: Finding) -> list[str]:
+    verdict = "agrees " if finding.agrees else "differs"
+    surprise = "" if finding.agrees == claim.holds else "   ✗ NOT as known"
+    rest = [text for text in (finding.found, finding.why) if text]
+    return [f"{claim.name:<14} {verdict}  {claim.text}{surprise}", *(_indented(text) for text in rest)]
+
+
+def _indented(text: str) -> str:
+    return "\n".join(wrap(text, 118, initial_indent=24 * " ", subsequent_indent=24 * " "))
+
+
+def _summary(checked: list[tuple[Claim, Finding]]) -> str:
+    agree = sum(finding.agrees for _, finding in checked)
+    unknown = sum(finding.agrees != claim.holds for claim, finding in checked)
+    known = "all as known" if not unknown else f"{unknown} NOT as known"
+    return f"\n{len(checked)} claims: {agree} agree, {len(checked) - agree} differ; {known}"

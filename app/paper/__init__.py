@@ -1,0 +1,16 @@
+"""What the paper says, figure by figure, and what this engine finds: claims that are checked whenever they are asked.
+
+"Penalty-regularization of a dissipative vibro-impacting system". Nothing that is found is written down here: `CLAIMS`
+holds sentences and ways to check them. The page, ``vibroscope paper`` and the tests use the same list. No panel import.
+"""
+
+from app.paper.claim import Claim, Finding, Orbits, Plane, Times, as_dict
+from app.paper.motions import MOTIONS
+from app.paper.penalties import PENALTIES
+from app.paper.planes import PLANES
+
+CLAIMS: dict[str, Claim] = {
+    claim.key: claim for claim in sorted(MOTIONS + PENALTIES + PLANES, key=lambda claim: (claim.figure, claim.key))
+}
+
+__all__ = ["CLAIMS", "Claim", "Finding", "Orbits", "Plane", "Times", "as_dict"]

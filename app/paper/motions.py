@@ -1,0 +1,163 @@
+"""Figures 3, 4 and 6: the motions of the reference (sections 2 and 3 of the paper)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.paper.claim import SYSTEM, Claim, Finding, Orbits, Times, count, percent, periods, reference
+from app.scenes import Scene, scenes
+from engine import Record, Reference, diagram, motion
+
+_TOLERANCE = 1e-5  # of the largest displacement; the diagram holds single precision
+_TWO_PERIODS = Record(2, 1000)
+
+
+def _alternates(scene: Scene) -> Finding:
+    """Figure 3: periods over η, and whether the four sections are as the text says."""
+    found = diagram(SYSTEM, Reference())
+    period = _periods(np.moveaxis(found.displacement, 0, -1))
+    one, more, none = (period == 1).sum(), (period > 1).sum(), (period == 0).sum()
+    changes = np.count_nonzero(np.diff(period == 0))
+    four = [int(period[np.abs(found.eta - scenes()[key].eta).argmin()]) for key in "ABCD"]
+    return Finding(
+        min(one + more, none) > 0 and changes > 2 and four == [1, 0, 1, 2],
+        f"Of {len(period):,} values of η from {found.eta[0]:g} to {found.eta[-1]:g}, {one} give one period, {more} "
+        f"a longer cycle, {none} none of up to 25 periods; regular and irregular alternate {changes} times. "
+        f"[A] to [D]: {', '.join(periods(count) for count in four)}.",
+        found,
+        "From rest each time; where motions coexist, a sweep up or down shows others.",
+    )
+
+
+def _periods(sections: np.ndarray) -> np.ndarray:
+    """Excitation periods after which each section (n, sample, c) repeats, up to half the sample; 0: it does not."""
+    period = np.zeros(len(sections), int)
+    allowed = _TOLERANCE * np.abs(sections).max(axis=(1, 2))
+    for p in range(sections.shape[1] // 2, 0, -1):
+        period[np.abs(sections[:, p:] - sections[:, :-p]).max(axis=(1, 2)) <= allowed] = p
+    return period
+
+
+def _sticks(scene: Scene) -> Finding:
+    """Figure 4 [A]."""
+    run = reference(scene)
+    found = motion(run)
+    return Finding(
+        found.period == 1 and found.impacts_per_period > 2 and found.contacts_per_period == 1,
+        f"{periods(found.period).capitalize()}; {count(found.impacts_per_period, 'impact')} and "
+        f"{count(found.contacts_per_period, 'permanent contact')} a period, "
+        f"{percent(found.contact_share)} of the time.",
+        Orbits({"reference": run}),
+    )
+
+
+def _stripes(scene: Scene) -> Finding:
+    """Figure 4 [B]: the stripes are there, yet neighbouring motions drift apart."""
+    run, found = reference(scene), motion(SYSTEM, scene.eta, Reference())
+    low, high = sorted((run.section[::2, 0], run.section[1::2, 0]), key=np.mean)
+    apart = high.min() - low.max()
+    bands = f"in two bands that it visits in turn, {apart:.2f} apart in ξ₁" if apart > 0 else "in one band"
+    why = (
+        "The picture is the paper's, its name is not: of a quasi-periodic motion the exponent would be zero. Here two "
+        f"motions that start close together part e-fold every {1 / found.lyapunov:.1f} periods."
+    )
+    return Finding(
+        found.type == "quasi-periodic",
+        f"Stripes, {bands}. The motion is {found.type}, its largest Lyapunov exponent {found.lyapunov:+.3f} ± "
+        f"{found.lyapunov_error:.3f} a period.",
+        Orbits({"reference": run}),
+        why if found.type == "chaotic" else "",
+    )
+
+
+def _one_impact(scene: Scene) -> Finding:
+    """Figure 4 [C]."""
+    run = reference(scene)
+    found = motion(run)
+    return Finding(
+        (found.period, found.impacts_per_period, found.contacts_per_period) == (1, 1, 0),
+        f"{periods(found.period).capitalize()}; {count(found.impacts_per_period, 'impact')} a period, closing at "
+        f"{found.closing_speeds[0]:.3f}; {count(found.contacts_per_period, 'permanent contact')}.",
+        Orbits({"reference": run}),
+    )
+
+
+def _doubled(scene: Scene) -> Finding:
+    """Figure 4 [D]."""
+    run = reference(scene)
+    found = motion(run)
+    return Finding(
+        found.period == 2,
+        f"{periods(found.period).capitalize()}, with {count(2 * found.impacts_per_period, 'impact')} in two.",
+        Orbits({"reference": run}),
+    )
+
+
+def _chatters(scene: Scene) -> Finding:
+    """Figure 6, η = 1.08: intervals between the impacts that lead to the last permanent contact."""
+    run = reference(scene, _TWO_PERIODS)
+    begin, end = run.contacts[-2]
+    before = run.impacts.time[(run.impacts.time > begin - run.period / 2) & (run.impacts.time <= begin)]
+    intervals = np.diff(before) / run.period
+    peak = run.trajectory.force.max()
+    return Finding(
+        len(intervals) > 2
+        and bool((np.diff(intervals) < 0).all())
+        and bool(np.isclose(before[-1], begin))
+        and peak > 0,
+        f"{len(before)} impacts, {intervals[0]:.4f} T apart at first and {intervals[-1]:.4f} T at last, each interval "
+        f"shorter than the one before; then contact for {(end - begin) / run.period:.3f} T with a force of up to "
+        f"{peak:.2f}.",
+        Times(run),
+        _NO_EXPERIMENT,
+    )
+
+
+def _parts_at_once(scene: Scene) -> Finding:
+    """Figure 6, η = 2.76."""
+    run = reference(scene, _TWO_PERIODS)
+    found = motion(run)
+    return Finding(
+        found.impacts_per_period == 1 and not found.contact_share and not run.trajectory.force.any(),
+        f"One impact a period, at {found.impact_phases[0]:.4f} T, with an impulse of {found.impulse:.3f}; no force at "
+        "any other instant.",
+        Times(run),
+        _NO_EXPERIMENT,
+    )
+
+
+_NO_EXPERIMENT = "Only the calculated curves are remade: the measured ones exist in print alone."
+
+MOTIONS = [
+    Claim(
+        "3",
+        "section 2",
+        "Over the excitation frequency, regions of irregular motion and windows of periodic motion alternate.",
+        "A",
+        _alternates,
+        tab="bifurcation",
+    ),
+    Claim(
+        "4A", "section 2", "η = 1.08: several impacts in a period, then permanent contact; one period.", "A", _sticks
+    ),
+    Claim(
+        "4B",
+        "section 2",
+        "η = 1.70: a quasi-periodic motion, its lines widened to stripes.",
+        "B",
+        _stripes,
+        holds=False,
+    ),
+    Claim("4C", "section 2", "η = 2.76: not bifurcated, one impact in each period.", "C", _one_impact),
+    Claim("4D", "section 2", "η = 3.25: the period is doubled.", "D", _doubled),
+    Claim(
+        "6A",
+        "section 3",
+        "η = 1.08: impacts at ever shorter intervals lead into permanent contact with a contact force.",
+        "A",
+        _chatters,
+    ),
+    Claim(
+        "6B", "section 3", "η = 2.76: displacements with one sudden impact and no lasting force.", "C", _parts_at_once
+    ),
+]
