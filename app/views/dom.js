@@ -12,7 +12,8 @@ function button(text, name, act, className = "") {
   made.type = "button";
   if (name) {
     made.title = name;
-    made.setAttribute("aria-label", name);
+    // Who speaks to the page says what stands on the button.
+    made.setAttribute("aria-label", name.includes(text) ? name : `${text}: ${name}`);
   }
   made.addEventListener("click", act);
   return made;

@@ -41,7 +41,7 @@ function tour(asked) {
     place(dialog, marked);
   };
   styleOnce();
-  document.body.append(dialog);
+  inPage(".head").append(dialog); // where its style lies
   dialog.showModal();
   step(0);
 }
