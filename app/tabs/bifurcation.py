@@ -1,0 +1,113 @@
+"""The bifurcation diagram, live: of each solver, from rest or continued, at the range that is in view."""
+
+from __future__ import annotations
+
+import numpy as np
+import panel as pn
+
+from app.bifurcation import DIRECTIONS, Diagram, DiagramStage, refine_diagram
+from app.live import KEPT
+from app.state import Explorer, Setting, print_number
+from app.tabs.study import StudyTab
+from app.views.bifurcation import SYMBOLS, BifurcationView, legend
+from engine import ExactPenalty, Method
+
+_DIRECTION_NAMES = {"rest": "from rest", "up": "continued upwards", "down": "continued downwards"}
+_SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
+
+
+class Bifurcation(StudyTab):
+    """Figure 3 of the paper, at any K, D and step."""
+
+    key = "bifurcation"
+    title = "Bifurcation"
+    refine = staticmethod(refine_diagram)
+    chosen = {"solver": "reference", "direction": "rest", "coordinate": "xi2"}  # noqa: RUF012 - read only
+
+    def build(self) -> pn.viewable.Viewable:
+        """The diagram, the strip of periods below it, the panel."""
+        self.view = BifurcationView(self._set, self._zoomed)
+        return self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
+
+    def spec(self) -> dict:
+        """What can be chosen, and the line that can be dragged."""
+        low, high = Explorer.param["eta"].bounds
+        return {
+            "title": "Bifurcation diagram",
+            "switches": [
+                {"name": "solver", "label": "Solver", "choices": _SOLVERS},
+                {"name": "direction", "label": "Start", "choices": _DIRECTION_NAMES},
+                {"name": "coordinate", "label": "Coordinate", "choices": SYMBOLS},
+            ],
+            "limits": [],
+            "hint": "Drag the line, click, or use the slider to set η. A zoom is computed anew at its own range. "
+            "Continued upwards and downwards differ where motions coexist; the other way stays in grey.",
+            "cursor": {
+                "figure": "bifurcation",
+                "span": "bifurcation_cursor",
+                "label": "bifurcation_label",
+                "name": "eta",
+                "symbol": "η",
+                "low": low,
+                "high": high,
+            },
+        }
+
+    def question(self, setting: Setting) -> Diagram:
+        """All but η itself."""
+        chosen = self.panel.chosen
+        return Diagram(setting.system, _method(setting, chosen["solver"]), chosen["direction"], self.view.span)
+
+    def draw(self, setting: Setting, stage: DiagramStage | None) -> None:
+        """The diagram, and the nearest η in words."""
+        beside = None if stage is None else _other_way(stage.question)
+        self.view.update(setting, stage, self.panel.chosen["coordinate"], beside)
+        self.panel.key = legend()
+        self.panel.told = told(setting, stage) if stage is not None else []
+
+    def _set(self, eta: float) -> None:
+        self.desk.set({"eta": print_number(eta)})
+
+    def _zoomed(self) -> None:
+        if self._visible:
+            self.ask()
+            self.push()
+
+
+def _method(setting: Setting, solver: str) -> Method:
+    if solver == "exact":
+        return ExactPenalty(setting.K, setting.D)
+    return setting.reference if solver == "reference" else setting.penalty
+
+
+def _other_way(question: Diagram) -> DiagramStage | None:
+    """What was computed of the same diagram in the other direction."""
+    for direction in DIRECTIONS[1:]:
+        if question.direction in DIRECTIONS[1:] and direction != question.direction:
+            return KEPT.get(question._replace(direction=direction))
+    return None
+
+
+def told(setting: Setting, stage: DiagramStage) -> list[list[str]]:
+    """Head and text of what the diagram says."""
+    known = np.flatnonzero(stage.known)
+    axis = stage.question.axis
+    nearest = known[np.argmin(np.abs(axis[known] - setting.eta))]
+    low, high = stage.question.eta
+    lines = []
+    if low <= setting.eta <= high:
+        lines.append([f"Near η = {axis[nearest]:.4g}", _motion(stage, nearest)])
+    periods = stage.period[known]
+    share = {n: 100 * (periods == n).mean() for n in (1, 2, 0)}
+    text = f"From η = {low:g} to {high:g}: period one in {share[1]:.0f} %, two in {share[2]:.0f} %, "
+    text += f"no period found in {share[0]:.0f} % of the values"
+    ended = int(stage.ended.sum())
+    return [*lines, ["The whole range", f"{text}; {ended} ended early." if ended else f"{text}."]]
+
+
+def _motion(stage: DiagramStage, index: int) -> str:
+    if stage.ended[index]:
+        return "the run ended early."
+    period = stage.period[index]
+    kind = f"period {period:.0f}" if period else "does not repeat itself"
+    return f"{kind}, {stage.impacts[index]:.3g} impacts per period."

@@ -1,0 +1,118 @@
+"""The K–D plane: where the penalty model moves as it should, and what of the rest is an artefact of the time step."""
+
+from __future__ import annotations
+
+import math
+
+import panel as pn
+
+from app import classes
+from app.plane import SIDES, Plane, PlaneStage, refine_plane
+from app.state import Setting, print_number
+from app.tabs.study import StudyTab
+from app.views.plane import PlaneView
+
+_SIDE_NAMES = {"penalty": "Newmark", "exact": "Exact penalty"}
+_SUDDEN = 30  # steps: the paper takes a contact of fewer for one sudden impact
+
+
+class PlaneTab(StudyTab):
+    """Figures 11 and 12 of the paper, at any η."""
+
+    key = "plane"
+    title = "K–D plane"
+    refine = staticmethod(refine_plane)
+    chosen = {"quantity": "period", "limit": _SUDDEN}  # noqa: RUF012 - read only
+
+    def build(self) -> pn.viewable.Viewable:
+        """Two planes and the panel."""
+        self.view = PlaneView(self._set, self._zoomed)
+        return self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
+
+    def spec(self) -> dict:
+        """What can be chosen."""
+        return {
+            "title": "K–D plane",
+            "switches": [
+                {
+                    "name": "quantity",
+                    "label": "Colour",
+                    "choices": {name: quantity.label for name, quantity in classes.QUANTITIES.items()},
+                }
+            ],
+            "limits": [{"name": "limit", "label": "Sudden below", "low": 2, "high": 200}],
+            "hint": "A click sets K and D; so do their sliders, which the arrow keys move. “Sudden below” counts steps "
+            "in contact and is drawn as stripes over the longest contact.",
+        }
+
+    def question(self, setting: Setting) -> Plane:
+        """All but K and D themselves."""
+        errors = self.panel.chosen["quantity"] == "error"
+        located = setting.located == "yes"
+        return Plane(setting.system, setting.eta, setting.steps, located, errors, **self.view.spans)
+
+    def draw(self, setting: Setting, stage: PlaneStage | None) -> None:
+        """Both planes, the key, and the cell that is set in words."""
+        quantity = self.panel.chosen["quantity"]
+        if stage is not None and quantity == "error" and not stage.question.errors:
+            quantity = "period"  # what there is, until the errors come
+        limit = self.panel.chosen["limit"] if quantity == "contact" else None
+        self.view.update(setting, stage, quantity, limit)
+        self.panel.key = classes.legend(quantity, limit)
+        self.panel.told = told(setting, stage) if stage is not None else []
+
+    def _set(self, K: float, D: float) -> None:
+        self.desk.set({"K": print_number(K), "D": print_number(D)})
+
+    def _zoomed(self) -> None:
+        if self._visible:
+            self.ask()
+            self.push()
+
+
+def told(setting: Setting, stage: PlaneStage) -> list[list[str]]:
+    """Head and text of what the planes say: the cell that is set, and both planes together."""
+    lines = []
+    place = stage.cell(setting.K, setting.D)
+    if place is not None:
+        lines += [
+            [f"{_SIDE_NAMES[side]} at K = {setting.K:g}, D = {setting.D:g}", _cell(stage, side, place)]
+            for side in SIDES
+        ]
+    return [*lines, ["The whole plane", _whole(stage)]]
+
+
+def _cell(stage: PlaneStage, side: str, place: tuple[int, int]) -> str:
+    if stage.diverged(side)[place]:
+        return "blown up."
+    period, impacts, steps = (
+        table[place]
+        for table in (
+            stage.shown(side, "period"),
+            stage.shown(side, "impacts_per_period"),
+            stage.contact_steps(side),
+        )
+    )
+    if not math.isfinite(period):
+        return "not computed yet."
+    kind = f"period {period:.0f}" if period else "does not repeat itself"
+    text = f"{kind}, {impacts:.3g} impacts per period, longest contact {steps:.3g} steps"
+    if stage.question.errors:
+        error = stage.shown(side, "error")[place]
+        text += f", error {100 * error:.2g} %" if math.isfinite(error) else ", no error: the motions keep no step"
+    return f"{text}."
+
+
+def _whole(stage: PlaneStage) -> str:
+    known = stage.known
+    one, apart = ({side: stage.shown(side, name)[known] for side in SIDES} for name in ("period", "near_period"))
+    shares = {side: 100 * (one[side] == 1).mean() for side in SIDES}
+    scatter = 100 * ((one["exact"] > 0) & (one["penalty"] == 0)).mean()
+    blown = 100 * stage.diverged("penalty")[known].mean()
+    forgiven = 100 * (apart["penalty"] == 1).mean()
+    text = (
+        f"Period one in {shares['exact']:.0f} % of the cells without a time step, in {shares['penalty']:.0f} % with it "
+        f"({forgiven:.0f} % where scatter is forgiven). In {scatter:.0f} % the motion repeats itself without a time "
+        "step and not with it: there the step is to blame."
+    )
+    return f"{text} {blown:.0f} % blew up." if blown else text

@@ -1,0 +1,151 @@
+"""What the tabs of studies share: a question that follows the setting, a picture that grows, one at a time.
+
+A study starts when its tab is open and its question has changed; the next question cancels it, and so do another tab
+and the end of the session. A move that changes no question only moves the marks.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from functools import partial
+from typing import ClassVar
+
+import panel as pn
+from bokeh.plotting import figure
+
+from app.files import style
+from app.live import KEPT, Live, Refine, Stage
+from app.state import Setting
+from app.tabs.base import Desk, Move, Tab
+from app.views.study import StudyPanel
+
+
+class StudyTab(Tab):
+    """Base of the studies."""
+
+    refine: ClassVar[Refine]  # stages of the answer to a question
+    chosen: ClassVar[dict]  # what is chosen at first
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self._live: Live | None = None
+        self._move: Move | None = None
+        self._visible = False
+        self._stage: Stage | None = None
+        self._stopped = False  # by the user
+        self._failed = ""
+
+    # -- what a study says ---------------------------------------------------
+
+    @abstractmethod
+    def spec(self) -> dict:
+        """Switches, limits, title and hint of the panel."""
+
+    @abstractmethod
+    def question(self, setting: Setting) -> object:
+        """What is to be computed."""
+
+    @abstractmethod
+    def draw(self, setting: Setting, stage: Stage | None) -> None:
+        """Write the marks of the setting and, if there is one, the picture."""
+
+    def stretch(self, plot: figure, *classes: str) -> pn.pane.Bokeh:
+        """A figure that fills its cell."""
+        pane = pn.pane.Bokeh(plot, sizing_mode="stretch_both")
+        pane.css_classes = plot.css_classes = ["cell", "figure", *classes]
+        return pane
+
+    def lay_out(self, *cells, classes: tuple[str, ...] = ()) -> pn.Column:
+        """Figures and the panel in the grid of `assets/style/studies.css`."""
+        self.panel = StudyPanel(self.spec(), dict(self.chosen), self._choose, self._stop)
+        self.panel.css_classes = ["cell", "panel"]
+        return pn.Column(
+            *cells,
+            self.panel,
+            css_classes=["studies", *classes],
+            stylesheets=[style("studies")],
+            sizing_mode="stretch_both",
+        )
+
+    # -- the open tab --------------------------------------------------------
+
+    def at_once(self, move: Move) -> bool:
+        """Never: the page comes first."""
+        return False
+
+    def show(self, move: Move) -> None:
+        """Move the marks, and ask anew where the question has changed."""
+        self._visible = True
+        self._move = move
+        self.ask()
+        self.push()
+
+    def hide(self) -> None:
+        """What is under way is cancelled; it goes on from there when the tab is opened again."""
+        self._visible = False
+        if self._live is not None:
+            self._live.cancel()
+            self._live = None
+
+    def ask(self) -> None:
+        """Start what the setting and the choices call for, if that is not what is under way or done."""
+        question = self.question(self._move.setting)
+        if self._live is not None and question == self._live.question:
+            return
+        if self._live is not None:
+            self._live.cancel()
+        self._stopped, self._failed = False, ""
+        self._stage = KEPT.get(question) or self._stage
+        self._live = Live(question, type(self).refine, self._delivered)
+
+    def push(self) -> None:
+        """Send what has changed, when the browser is free."""
+        self.desk.push(self._move.number, self._write)
+
+    def _delivered(self, live: Live, stage: Stage | Exception) -> None:
+        """In a worker thread."""
+        self.desk.later(partial(self._arrived, live, stage))
+
+    def _arrived(self, live: Live, stage: Stage | Exception) -> None:
+        if live is not self._live or live.cancelled:
+            return
+        if isinstance(stage, Exception):
+            self._failed = f"This could not be computed ({stage}). Change what you moved last; the last picture stays."
+            self.desk.tell(self._failed, self._move.number)
+        else:
+            self._stage = stage
+        self.push()
+
+    def _write(self) -> None:
+        if not self._visible:
+            return
+        current = self._stage is not None and self._stage.question == self.question(self._move.setting)
+        self.draw(self._move.setting, self._stage)
+        share = self._stage.share if current else 0.0
+        running = share < 1 and not self._stopped and not self._failed
+        text = self._failed or ("complete" if share >= 1 else f"{100 * share:.0f} % computed")
+        self.panel.status = {
+            "share": round(share, 3),
+            "running": running,
+            "text": f"{text}, stopped" if self._stopped else text,
+        }
+        if share >= 1:  # a screen reader is told once, when all is known
+            self.desk.summarise(" ".join(f"{head}: {said}" for head, said in self.panel.told))
+
+    # -- from the panel ------------------------------------------------------
+
+    def _choose(self, chosen: dict) -> None:
+        self.panel.chosen = chosen
+        if self._visible:
+            self.ask()
+            self.push()
+
+    def _stop(self, on: bool) -> None:
+        if self._live is None or not self._visible:
+            return
+        self._live.cancel()
+        if not on:
+            self._live = None
+            self.ask()
+        self._stopped = on
+        self.push()

@@ -1,0 +1,139 @@
+// The panel of a study. Only textContent is ever set; what is chosen goes to the server, which answers with what holds.
+
+export function render({ model }) {
+  const root = element("section", "study");
+  root.setAttribute("aria-label", model.spec.title);
+  const send = (message) => model.send_msg(message);
+  const shows = [
+    ...model.spec.switches.map((spec) => switcher(root, spec, send)),
+    ...model.spec.limits.map((spec) => limiter(root, spec, send)),
+    progress(root, send),
+    key(root),
+    told(root),
+  ];
+  if (model.spec.hint) root.append(element("p", "hint", model.spec.hint));
+  const draw = () => shows.forEach((show) => show(model));
+  for (const name of ["chosen", "status", "key", "told"]) model.on(name, draw);
+  draw();
+  if (model.spec.cursor) dragged(model.spec.cursor);
+  return root;
+}
+
+function switcher(root, { name, label, choices }, send) {
+  const row = element("label", "row");
+  const select = element("select");
+  select.append(...Object.entries(choices).map(([value, text]) => Object.assign(element("option", "", text), { value })));
+  select.addEventListener("change", () => send({ choose: { [name]: select.value } }));
+  row.append(element("span", "", label), select);
+  root.append(row);
+  return ({ chosen }) => { select.value = chosen[name]; };
+}
+
+// A limit moves at once under the hand; the server is told when it rests.
+function limiter(root, { name, label, low, high }, send) {
+  const row = element("label", "row");
+  const slider = element("input");
+  const value = element("output");
+  let waiting = 0;
+  Object.assign(slider, { type: "range", min: low, max: high, step: 1 });
+  slider.addEventListener("input", () => {
+    value.textContent = slider.value;
+    clearTimeout(waiting);
+    waiting = setTimeout(() => send({ choose: { [name]: Number(slider.value) } }), 60);
+  });
+  row.append(element("span", "", label), slider, value);
+  root.append(row);
+  return ({ chosen }) => {
+    if (row.matches(":focus-within") && Math.abs(slider.value - chosen[name]) > 0 && waiting) { waiting = 0; return; }
+    slider.value = chosen[name];
+    value.textContent = slider.value;
+  };
+}
+
+function progress(root, send) {
+  const row = element("div", "progress");
+  const bar = element("progress");
+  const text = element("span");
+  const stop = button("Cancel", "", () => send({ stop: stop.dataset.stop === "true" }));
+  bar.max = 1;
+  bar.setAttribute("aria-label", "Cells computed");
+  row.append(bar, text, stop);
+  root.append(row);
+  return ({ status }) => {
+    bar.value = status.share ?? 0;
+    text.textContent = status.text ?? "";
+    root.dataset.running = String(status.running ?? false);
+    root.dataset.share = String(status.share ?? 0);
+    stop.dataset.stop = String(status.running ?? false);
+    stop.hidden = !status.running && (status.share ?? 0) >= 1;
+    stop.textContent = status.running ? "Cancel" : "Go on";
+  };
+}
+
+function key(root) {
+  const list = element("ul", "key");
+  list.setAttribute("aria-label", "Colours");
+  root.append(list);
+  return (model) => {
+    list.replaceChildren(...model.key.map(([colour, text, pattern]) => {
+      const item = element("li");
+      const patch = element("span", `patch ${pattern}`);
+      if (colour) patch.style.backgroundColor = colour;
+      patch.setAttribute("aria-hidden", "true");
+      item.append(patch, element("span", "", text));
+      return item;
+    }));
+  };
+}
+
+function told(root) {
+  const box = element("div", "told");
+  root.append(box);
+  return (model) => {
+    box.replaceChildren(...model.told.flatMap(([head, text]) => [element("h2", "", head), element("p", "", text)]));
+  };
+}
+
+// A line over a figure, moved here while it is dragged; only where it is let go is sent.
+const NEAR = 9; // px to either side in which the line is taken
+
+function dragged(spec, tries = 400) {
+  const view = viewOf(spec.figure);
+  const span = modelOf(spec.span);
+  const label = modelOf(spec.label);
+  if (!view?.frame || !span) {
+    if (tries) setTimeout(() => dragged(spec, tries - 1), 25);
+    return;
+  }
+  const at = (event) => event.clientX - view.canvas_view.el.getBoundingClientRect().left;
+  const near = (event) => Math.abs(at(event) - view.frame.x_scale.compute(span.location)) < NEAR;
+  let held = false;
+  const put = (event) => {
+    const value = view.frame.x_scale.invert(at(event));
+    const location = Math.round(Math.min(Math.max(value, spec.low), spec.high) * 1e4) / 1e4;
+    span.setv({ location }, HERE);
+    label?.setv({ x: location, text: `${spec.symbol} = ${location}` }, HERE);
+  };
+  const listen = (type, act) => view.el.addEventListener(type, act, { capture: true });
+  listen("pointerdown", (event) => {
+    if (!near(event)) return;
+    held = true;
+    view.el.setPointerCapture(event.pointerId);
+    event.stopPropagation();
+    event.preventDefault();
+  });
+  listen("pointermove", (event) => {
+    view.el.style.cursor = held || near(event) ? "ew-resize" : "";
+    if (!held) return;
+    event.stopPropagation();
+    put(event);
+  });
+  const drop = (event) => {
+    if (!held) return;
+    held = false;
+    event.stopPropagation();
+    say("set", { [spec.name]: String(span.location) });
+  };
+  listen("pointerup", drop);
+  listen("pointercancel", drop);
+}
