@@ -14,7 +14,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..batch import CellResults, Cells, run_cells
+from ..batch import run_cells
+from ..cells import CellResults, Cells
 from ..lyapunov import Lyapunov, lyapunov
 from ..methods import Newmark
 from ..model import require

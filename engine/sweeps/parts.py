@@ -19,7 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from ..batch import CellResults, Cells
+from ..cells import CellResults, Cells
 from ..error import Target
 from ..grid import best_shift, by_period, grid_of, repeated, rms
 from ..methods import ExactPenalty, Method, Reference

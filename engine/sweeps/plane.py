@@ -18,7 +18,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..batch import CellResults, run_cells
+from ..batch import run_cells
+from ..cells import CellResults
 from ..methods import ExactPenalty, Newmark
 from ..model import System
 from .chunks import Chunk

@@ -12,7 +12,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..batch import CellResults, Cells, run_cells
+from ..batch import run_cells
+from ..cells import CellResults, Cells
 from ..methods import ExactPenalty
 from ..result import Record
 from ..simulate import simulate

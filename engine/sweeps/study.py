@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..batch import STATUSES, Cells
+from ..cells import STATUSES, Cells
 from ..methods import Method
 from ..model import System, check_eta, require
 from ..simulate import STEPS_LIMIT
