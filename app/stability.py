@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 
-from engine.stability import Outcome, stability
+from engine.hardcases.stability import Outcome, stability
 
 COLUMNS = "{:<55} {:<18} {:<10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>10}"
 HEAD = COLUMNS.format("case", "expected", "got", "error", "allowed", "energy", "allowed", "pierced", "us/period")

@@ -16,9 +16,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from engine import Newmark, Record, Reference, System, recommend, simulate, steady
-from engine.contact import damping_for, damping_ratio_for, stiffness_for
-from engine.error import Target
-from engine.trials import Setting, Trials
+from engine.divergence.contact import damping_for, damping_ratio_for, stiffness_for
+from engine.divergence.error import Target
+from engine.recommendation.trials import Setting, Trials
 
 SYSTEM = System()
 CASES = (

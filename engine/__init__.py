@@ -1,32 +1,32 @@
 """Vibroscope's engine: two solvers of one vibro-impact problem, compared."""
 
-from .alignment import MeasuredComparison, Solved, compare_measured
-from .attractors import Attractor, attractors
 from .batch import run_cells
 from .cells import STATUSES, CellResults, Cells
-from .compare import PARTS, Comparison, compare
-from .diagrams import Diagram, diagram, ship_diagrams
-from .fit import FITTED, Fit, fit
+from .divergence.compare import PARTS, Comparison, compare
+from .divergence.regularisation import Regularisation
+from .divergence.verdict import Verdict, verdict
 from .kernels.jit import cache_root
-from .lyapunov import Lyapunov, lyapunov
-from .measured import Measurement, measurement_text, read_measurement
-from .measured_verdict import measured_verdict
+from .measurement.alignment import MeasuredComparison, Solved, compare_measured
+from .measurement.fit import FITTED, Fit, fit
+from .measurement.measured import Measurement, measurement_text, read_measurement
+from .measurement.measured_verdict import measured_verdict
+from .measurement.synthetic import synthetic_measurement
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System
-from .motion import Motion, motion
-from .recommend import Recommendation, design_curve, recommend
-from .regularisation import Regularisation
+from .motions.attractors import Attractor, attractors
+from .motions.lyapunov import Lyapunov, lyapunov
+from .motions.motion import Motion, motion
+from .motions.steady import Steady, steady
+from .recommendation.recommend import Recommendation, design_curve, recommend
 from .result import Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 from .simulate import simulate
-from .steady import Steady, steady
 from .sweeps import COORDINATES, DIRECTIONS, OVER, Progress, sweep_eta, sweep_plane, sweep_step
 from .sweeps.axis import spaced
+from .sweeps.diagrams import Diagram, diagram, ship_diagrams
 from .sweeps.parts import parts_of
 from .sweeps.plane import equal_restitution_damping
-from .synthetic import synthetic_measurement
 from .systemfile import SystemFile, read_system, system_text
 from .units import QUANTITIES, Units
-from .verdict import Verdict, verdict
 
 __all__ = [
     "COORDINATES",

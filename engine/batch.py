@@ -12,12 +12,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from .cells import STATUSES, CellResults, Cells
-from .description import describe
 from .drivers import cells as driver
 from .drivers.share import Worker, share_out
 from .kernels import tally
 from .methods import Newmark, Reference
 from .model import require, whole
+from .motions.description import describe
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
 

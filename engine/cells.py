@@ -138,9 +138,9 @@ class CellResults:
     section : (n, sample, c) ndarray
         The chosen coordinates of the Poincaré section τ ≡ 0 mod T over the sample, oldest first.
     period, near_period : (n,) ndarray of int32
-        As in :class:`.motion.Motion`; 0 is aperiodic.
+        As in :class:`.motions.motion.Motion`; 0 is aperiodic.
     impacts_per_period, contacts_per_period, contact_share, spread, scatter : (n,) ndarray
-        As in :class:`.motion.Motion`.
+        As in :class:`.motions.motion.Motion`.
     longest_contact : (n,) ndarray
         τ that the longest contact overlapping the sample lasts; one that is open at the end of the run ends there.
     longest_contact_steps : (n,) ndarray

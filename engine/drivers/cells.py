@@ -12,7 +12,7 @@ from ..kernels.leaps import SLOTS
 from ..kernels.phase import REACH
 from ..kernels.record import empty_record
 from ..methods import ExactPenalty, Method, Newmark, Reference
-from ..section import MOST_NEARLY, SCATTER, TOLERANCE
+from ..motions.section import MOST_NEARLY, SCATTER, TOLERANCE
 from .base import CAPACITY
 from .closed import COMPLETION
 from .newmark import SHORTEST_STRIDE

@@ -42,7 +42,7 @@ class Plan(NamedTuple):
     sample: int
     early: bool
     coordinates: np.ndarray  # (c,) int64
-    tolerance: float  # of a period, and what a near period is (engine.section)
+    tolerance: float  # of a period, and what a near period is (engine.motions.section)
     scatter: float
     most_nearly: int
     completion: float  # of a chatter (engine.drivers.closed)

@@ -7,9 +7,9 @@ keeps it, `runner` and `cluster` run it, `provenance` signs it. Results are xarr
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..lyapunov import PERIODS_RANGE
 from ..methods import ExactPenalty, Method, Newmark, Reference
 from ..model import System
+from ..motions.lyapunov import PERIODS_RANGE
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT
 from .axis import ascending, whole
 from .cache import kept

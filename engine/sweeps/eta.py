@@ -16,9 +16,9 @@ import numpy as np
 
 from ..batch import run_cells
 from ..cells import CellResults, Cells
-from ..lyapunov import Lyapunov, lyapunov
 from ..methods import Newmark
 from ..model import require
+from ..motions.lyapunov import Lyapunov, lyapunov
 from .chunks import Chunk
 from .study import CELLS_LIMIT, MISSING, STATUS_FLAGS, Study, Variable, Whole
 

@@ -5,7 +5,7 @@ On the instants of Newmark's grid, over the periods that follow a cell's sample,
     Newmark − reference(table) = [Newmark − exact penalty] + [exact penalty − reference(derived)] + [derived − table]
     error                        time step                   regularisation                         joint damping
 
-each as the root mean square of both displacements relative to that of reference(table), as in :mod:`engine.error`. The
+each as the root mean square of both displacements relative to that of reference(table), as in :mod:`engine.divergence.error`. The
 last is the same for all cells of one η.
 
 There is an error wherever the reference repeats itself: a cell that does not repeat is far from it at most instants,
@@ -20,14 +20,14 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ..cells import CellResults, Cells
-from ..error import Target
-from ..grid import best_shift, by_period, grid_of, repeated, rms
+from ..divergence.error import Target
+from ..divergence.grid import best_shift, by_period, grid_of, repeated, rms
 from ..methods import ExactPenalty, Method, Reference
 from ..model import System
 from ..result import Cancelled, Record
 from ..simulate import simulate
 
-SAMPLES = 200  # per period (see engine.grid)
+SAMPLES = 200  # per period (see engine.divergence.grid)
 PERIODS = 12  # that are compared, or the next whole number of cycles: scatter evens out over them
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from app.cli import main
 from engine import Newmark, Record, System, simulate
-from engine.error import Target
+from engine.divergence.error import Target
 
 QUICK = ["--tolerance", "0.5", "--steps-max", "32"]
 

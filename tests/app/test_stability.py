@@ -7,7 +7,7 @@ import pytest
 
 from app import cli, stability
 from engine import Status
-from engine.stability import hard_cases, outcome
+from engine.hardcases.stability import hard_cases, outcome
 
 
 @pytest.fixture

@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine import ExactPenalty, Newmark, Record, Reference, System, compare, motion, simulate
-from engine.compare import nearest_attractor
-from engine.encounters import encounters
-from engine.error import Target
-from engine.parts import PARTS
-from engine.regularisation import restitution_of, restitution_without_pull
-from engine.statistics import distance
+from engine.divergence.compare import nearest_attractor
+from engine.divergence.encounters import encounters
+from engine.divergence.error import Target
+from engine.divergence.parts import PARTS
+from engine.divergence.regularisation import restitution_of, restitution_without_pull
+from engine.divergence.statistics import distance
 
 SYSTEM = System()
 EQUAL = 0.21545 * math.sqrt(2500 * SYSTEM.mass_share)  # D of equal restitution at K = 2500

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine import ExactPenalty, Newmark, Record, Reference, System, simulate
-from engine.energy import energy
+from engine.hardcases.energy import energy
 from tests import hard
 
 EPSILON = np.finfo(float).eps

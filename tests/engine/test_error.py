@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine import ExactPenalty, Newmark, Record, Reference, System, simulate
-from engine.error import Target
+from engine.divergence.error import Target
 
 DOUBLED = 3.25  # two periods
 PENALTY = Newmark(12000, 18, 2000)

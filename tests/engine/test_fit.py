@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine import Measurement, Reference, System, fit, synthetic_measurement
-from engine.fit import _Problem
+from engine.measurement.fit import _Problem
 
 TRUE = System(restitution=0.43, d1=0.006, d2=0.018, d3=0.045)
 

@@ -1,13 +1,13 @@
 """All hard cases of hard.json: every event in kind and order, its time and speed, and every state.
 
-What is allowed is what double precision can attain (engine/condition.py), not what the engine happens to get.
+What is allowed is what double precision can attain (engine/hardcases/condition.py), not what the engine happens to get.
 """
 
 import numpy as np
 import pytest
 
 from engine import Reference, Status
-from engine.condition import MARGIN, Run, at_the_edge, attainable
+from engine.hardcases.condition import MARGIN, Run, at_the_edge, attainable
 from tests import hard
 
 EPSILON = np.finfo(float).eps

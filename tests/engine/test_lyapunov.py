@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from engine import Cancelled, ExactPenalty, Newmark, Reference, System, lyapunov, motion, simulate, steady
-from engine.description import Kind
-from engine.lyapunov import BATCHES, Lyapunov, _averaged
-from engine.motion import _decided
+from engine.motions.description import Kind
+from engine.motions.lyapunov import BATCHES, Lyapunov, _averaged
+from engine.motions.motion import _decided
 
 SYSTEM = System()
 

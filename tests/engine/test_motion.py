@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from engine import Cancelled, ExactPenalty, Newmark, Record, Reference, System, lyapunov, motion, simulate, steady
 from engine.drivers.newmark import pack
-from engine.floquet import multipliers, nearest
-from engine.section import TOLERANCE, band, irregularity, nearly_repeats_after, repeats_after, rotation
+from engine.motions.floquet import multipliers, nearest
+from engine.motions.section import TOLERANCE, band, irregularity, nearly_repeats_after, repeats_after, rotation
 
 SYSTEM = System()
 # Found by a search at random: the cycle of one impact has lost its stability on the circle (Neimark–Sacker).
@@ -161,7 +161,7 @@ def test_a_step_that_hits_the_cycle_makes_no_noise():
 
 
 def test_the_derivative_of_the_steps_decides_nothing():
-    """It expands about a motion that is periodic, and contracts within a chaotic one (:mod:`engine.stepnoise`)."""
+    """It expands about a motion that is periodic, and contracts within a chaotic one (:mod:`engine.motions.stepnoise`)."""
     assert _own_exponent(2.76, Newmark(12000, 18, 2000)) > 0.1
     assert _own_exponent(1.70, Newmark(12000, 18, 2000)) < 0
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine import Cancelled, ExactPenalty, Newmark, Reference, System, compare, motion, simulate, verdict
-from engine.error import Target
+from engine.divergence.error import Target
 
 SYSTEM = System()
 ZETA = math.log(2) / math.hypot(math.pi, math.log(2))

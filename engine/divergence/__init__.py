@@ -1,0 +1,1 @@
+"""Where a penalty solution leaves the reference, why, and what to change first."""

@@ -1,0 +1,1 @@
+"""Hard cases, with what can be expected of each."""

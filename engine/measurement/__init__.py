@@ -1,0 +1,1 @@
+"""Measured data: read, aligned by phase, compared, fitted."""

@@ -1,0 +1,1 @@
+"""What moves: kind of motion, period, multipliers, Lyapunov exponent, coexisting motions."""

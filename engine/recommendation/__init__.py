@@ -1,0 +1,1 @@
+"""Which K, D and step to set instead."""

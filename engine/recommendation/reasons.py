@@ -1,0 +1,89 @@
+"""Why nothing meets a tolerance, in words: what is to blame is found out by runs that lack it."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from ..divergence.contact import damping_for, damping_ratio_for
+from ..divergence.error import Target
+from ..divergence.grid import PER_PERIOD
+from ..methods import ExactPenalty, Reference
+from ..motions.steady import Steady, steady
+from ..result import Record
+from ..simulate import simulate
+from .trials import KEEP, LONG, Trial, Trials
+
+
+def why_no_error(found: Steady) -> str:
+    """The reference's motion does not repeat itself: an error at each instant does not exist."""
+    if not found.response.ok:
+        return f"the reference itself ended as {found.response.status}: {found.response.message}"
+    return (
+        f"the reference's motion at eta = {found.response.eta:g} does not repeat itself ({found.message}), so two "
+        "solutions drift apart whatever K, D and the step are, and no error exists at each instant: set K, D and n by "
+        "a neighbouring eta with periodic motion, and compare statistics (motion type, impacts per period, section)"
+    )
+
+
+def joint_damping_part(target: Target, reference: Reference, cancelled: Callable[[], bool] | None = None) -> float:
+    """Error of the reference with the joint damping that the dampers add up to: what no K, D or step can mend.
+
+    nan if its motion does not repeat itself.
+    """
+    run = target.reference
+    other = steady(run.system, run.eta, replace(reference, joint_damping="derived"), cancelled=cancelled)
+    return target.error(other.response) if other.periodic else math.nan
+
+
+def without_step(
+    target: Target, stiffness: float, damping: float, cancelled: Callable[[], bool] | None = None
+) -> float:
+    """Error of the exact penalty solution: of K and D alone."""
+    run, method = target.reference, ExactPenalty(stiffness, damping)
+    options = {"periods": LONG, "keep": KEEP, "record": Record(KEEP, PER_PERIOD), "cancelled": cancelled}
+    return target.error(simulate(run.system, run.eta, method, **options))
+
+
+def why_not(
+    trials: Trials,
+    front: list[Trial],
+    joint_damping: float,
+    tolerance: float,
+    limits: tuple[float, int],
+    cancelled: Callable[[], bool] | None = None,
+) -> str:
+    """What keeps the error above the tolerance, and what to do about it.
+
+    Parameters
+    ----------
+    trials : Trials
+    front : list of Trial
+        What was found, the least error last; may be empty.
+    joint_damping : float
+        As of :func:`joint_damping_part`.
+    tolerance : float
+    limits : tuple
+        Largest K and largest n that might be tried.
+    """
+    (stiffness_max, steps_max), target = limits, trials.target
+    if not front:
+        return (
+            f"no K up to {stiffness_max:g} gave a run that reached its end within {steps_max} steps: allow more steps"
+        )
+    system, least = target.reference.system, front[-1]
+    found = f"the least error found is {least.robust:.3g}, with {least.setting.steps} steps per period"
+    if joint_damping > tolerance:
+        return (
+            f"the joint damping alone makes an error of {joint_damping:.3g}: the reference holds d3 = {system.d3:g} in "
+            f"permanent contact, the two dampers give {system.derived_joint_damping:.3g}, and K, D and the step are "
+            f"not made to supply the rest; {found}. Allow a larger tolerance, or compare with the derived joint damping"
+        )
+    stiffest = stiffness_max, damping_for(system, stiffness_max, damping_ratio_for(system.restitution))
+    settings = least.setting[:2], stiffest
+    if min(without_step(target, *setting, cancelled) for setting in settings) <= tolerance:
+        advice = "allow more steps" if trials.located else "allow more steps, or cut them at contact changes (located)"
+        return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
+    return (
+        f"K is to blame: up to {stiffness_max:g} the contact stays too soft, even without a time step; {found}: "
+        "allow a larger K"
+    )

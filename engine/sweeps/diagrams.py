@@ -1,0 +1,121 @@
+"""The bifurcation diagrams that the explorer opens with: shipped for the default system, else computed once and kept.
+
+A shipped one is a single npz file, which is read in milliseconds when the page opens; what reads a labelled result
+takes half a second to import.
+"""
+
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..methods import JOINT_DAMPINGS, Reference
+from ..model import System
+from .cache import kept
+from .eta import EtaStudy
+from .progress import Hook
+from .runner import Run, run
+
+SHIPPED = Path(__file__).parents[2] / "assets" / "diagrams"
+GRID = np.round(np.arange(0.5, 4.0 + 1e-9, 0.0025), 4)  # 1,401 values of η; the paper's four are among them
+TRANSIENT, SAMPLE = 2000, 50
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """Bifurcation diagram from rest.
+
+    Attributes
+    ----------
+    eta : (n,) ndarray
+    displacement : (2, n, sample) ndarray of float32
+        ξ₁ and ξ₂ at τ ≡ 0 mod T; nan in rows whose run ended early.
+    """
+
+    eta: np.ndarray
+    displacement: np.ndarray
+
+
+def diagram_study(system: System, method: Reference) -> EtaStudy:
+    """What the diagram is made of: its key changes with any number that goes in and with any line of the engine."""
+    return EtaStudy(system, method, float(GRID[0]), TRANSIENT, SAMPLE, values=GRID)
+
+
+def diagram(
+    system: System,
+    method: Reference,
+    *,
+    progress: Hook | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Diagram:
+    """The bifurcation diagram over GRID: shipped, or cached, or computed now and cached.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with a `Progress`; only where the diagram is not shipped.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true; what is complete is kept for the next time.
+    """
+    study = diagram_study(system, method)
+    shipped = load_diagram(shipped_path(method), study.key)
+    return shipped or _drawn(kept(study, progress=progress, cancelled=cancelled))
+
+
+def _drawn(found) -> Diagram:
+    points = np.stack([found[name].values for name in ("xi1", "xi2")])
+    return Diagram(found["eta"].values, points.astype(np.float32))
+
+
+def shipped_path(method: Reference) -> Path:
+    """Where the diagram of the default system lies in the source tree."""
+    return SHIPPED / f"{method.joint_damping}.npz"
+
+
+def ship_diagrams() -> list[Path]:
+    """Compute the diagrams of the default system and put them into the source tree; returns their paths."""
+    paths = []
+    for kind in JOINT_DAMPINGS:
+        study, path = diagram_study(System(), Reference(kind)), shipped_path(Reference(kind))
+        save_diagram(path, study.key, _drawn(run(study, Run())))
+        paths.append(path)
+    return paths
+
+
+def load_diagram(path: Path, key: str) -> Diagram | None:
+    """The diagram in a file; None if the file is missing, damaged, or holds another one."""
+    try:
+        # opened here, since numpy leaves a damaged file open
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
+            if str(content["key"]) != key:
+                return None
+            return Diagram(content["eta"], content["displacement"])
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def save_diagram(path: Path, key: str, result: Diagram) -> None:
+    """Write a diagram whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, unfinished = tempfile.mkstemp(dir=path.parent, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez_compressed(file, key=np.array(key), eta=result.eta, displacement=result.displacement)
+        Path(unfinished).chmod(0o644)  # as any other file; a temporary one is its owner's alone
+        os.replace(unfinished, path)
+    except BaseException:
+        Path(unfinished).unlink(missing_ok=True)
+        raise
