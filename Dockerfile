@@ -1,9 +1,9 @@
 # The explorer as a container that needs nothing but a temporary folder:
 #
 #   docker run --read-only --tmpfs /tmp --cap-drop ALL --security-opt no-new-privileges -p 5006:5006 \
-#       -e BOKEH_ALLOW_WS_ORIGIN=localhost:5006 vibroscope
+#       -e VIBROSCOPE_ORIGINS=localhost:5006 vibroscope
 #
-# BOKEH_ALLOW_WS_ORIGIN names the host in the browser's address bar. No RUN --mount: builders other than BuildKit must
+# VIBROSCOPE_ORIGINS names the host in the browser's address bar. No RUN --mount: builders other than BuildKit must
 # manage too. `make image` builds and runs it without any container engine.
 
 ARG BASE=python:3.11-slim
@@ -31,7 +31,7 @@ ENV VIBROSCOPE_CACHE_DIR=/opt/vibroscope/cache
 RUN find app engine -type f -exec touch --date=@1767225600 {} + \
  && tools/container-entry .venv/bin/vibroscope warm \
  && NUMBA_CPU_NAME=generic tools/container-entry .venv/bin/vibroscope warm \
- && .venv/bin/python -c "import app.main" \
+ && .venv/bin/python -c "import app.server" \
  && .venv/bin/python -m compileall -q app engine
 
 
@@ -54,7 +54,6 @@ HEALTHCHECK --interval=30s --timeout=5s --start-period=30s --retries=3 \
     CMD ["python3", "-c", "from urllib.request import urlopen; urlopen('http://127.0.0.1:5006/liveness', timeout=4)"]
 
 # One process, so that a stop signal ends it gracefully; for more users run more containers behind a sticky proxy.
-# SIGINT, since that is the signal Panel's server listens for: process 1 would not even notice a SIGTERM.
-STOPSIGNAL SIGINT
+# Either signal ends it gracefully, what is under way included.
 ENTRYPOINT ["/opt/vibroscope/tools/container-entry"]
 CMD ["vibroscope", "serve", "--address", "0.0.0.0", "--port", "5006"]

@@ -6,7 +6,6 @@ The kernels release the GIL, so plain threads serve many sessions. No panel impo
 from __future__ import annotations
 
 import logging
-import os
 import threading
 import time
 from collections import OrderedDict
@@ -16,7 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from app import logs, metrics
 from app.state import Explorer, Setting
+from app.workers import workers
 from engine import Cancelled, Motion, Newmark, Record, Reference, Response, System, Trajectory, motion, simulate
 
 log = logging.getLogger("vibroscope")
@@ -170,6 +171,7 @@ class Latest:
         self._waiting: tuple[int, Setting] | None = None
         self._busy = False
         self._closed = False
+        self._session = logs.session.get()
 
     def submit(self, move: int, setting: Setting) -> None:
         """Ask for ``setting``; one that still waits is dropped."""
@@ -191,13 +193,18 @@ class Latest:
             self._run(*job)
 
     def _run(self, move: int, setting: Setting) -> None:
-        patience = time.monotonic() + self._grace
+        begun = time.monotonic()
+        patience = begun + self._grace
         try:
             result: Frame | Exception = self._solve(setting, cancelled=lambda: self._overtaken(patience))
         except Cancelled:
             return
         except Exception as error:  # told on the page; a worker must not die of it
             result = error
+            logs.event("not computed", logging.ERROR, error=error, session=self._session)
+        seconds = time.monotonic() - begun
+        metrics.SOLVED.add(seconds)
+        logs.event("computed", session=self._session, move=move, seconds=seconds)
         if self._closed:
             return
         try:
@@ -213,19 +220,6 @@ class Latest:
             job, self._waiting = self._waiting, None
             self._busy = job is not None
             return job
-
-
-_pool: ThreadPoolExecutor | None = None
-_pool_lock = threading.Lock()
-
-
-def workers() -> ThreadPoolExecutor:
-    """The pool that all sessions of this process share."""
-    global _pool
-    with _pool_lock:
-        if _pool is None:
-            _pool = ThreadPoolExecutor(max_workers=max(4, os.cpu_count() or 4), thread_name_prefix="solver")
-        return _pool
 
 
 def warm() -> None:

@@ -27,7 +27,7 @@ def name_of(session_id: str) -> str:
     return hashlib.sha256(session_id.encode()).hexdigest()[:8]
 
 
-def event(what: str, level: int = logging.INFO, *, error: BaseException | None = None, **details: object) -> None:
+def event(what: str, level: int = logging.INFO, /, *, error: BaseException | None = None, **details: object) -> None:
     """Log that something happened; ``session`` is added where one is at hand."""
     if session.get() and "session" not in details:
         details = {"session": session.get(), **details}
@@ -44,6 +44,7 @@ def configure(form: str = "text", level: str = "info") -> None:
         library = logging.getLogger(name)
         library.handlers.clear()
         library.propagate = True
+        library.setLevel(logging.WARNING)
     _log.setLevel(level.upper())
 
 

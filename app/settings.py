@@ -12,10 +12,12 @@ import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from types import MappingProxyType
 
 _ORIGIN = re.compile(r"[a-z0-9](?:[a-z0-9.-]*[a-z0-9])?(:\d{1,5})?|\[[0-9a-f:.]+\](:\d{1,5})?", re.ASCII)
 _ADDRESS = re.compile(r"[A-Za-z0-9.:-]{1,253}", re.ASCII)
 _SHORTEST_KEY = 32
+_OPTIONS = {"origins": "origin"}  # an option that is named otherwise
 LEVELS = ("debug", "info", "warning", "error")
 
 
@@ -60,8 +62,8 @@ def _origins(text: str) -> tuple[str, ...]:
 
 
 def _folder(text: str) -> str:
-    if "\0" in text or not Path(text).is_absolute():
-        raise ValueError("a folder, given from the root")
+    if Path(text).exists() and not Path(text).is_dir():
+        raise ValueError("a folder")
     return text
 
 
@@ -119,46 +121,46 @@ def variable_of(name: str) -> str:
     return given or f"VIBROSCOPE_{name.upper()}"
 
 
-def from_environment(environ: Mapping[str, str] = os.environ, **given: object) -> Settings:
-    """All settings: what is ``given`` (and not None), else the environment's, else the default.
+def from_environment(
+    environ: Mapping[str, str] = os.environ, *, given: Mapping[str, object] = MappingProxyType({})
+) -> Settings:
+    """All settings: what is ``given``, else the environment's, else the default.
 
     Parameters
     ----------
     environ
         Variables; an empty one counts as unset.
     given
-        Values by name, valid already.
+        Values by the setting's name, as a command line has them: None counts as not given.
 
     Raises
     ------
     ValueError
-        In one line, with every variable that is wrong and what it should be.
+        In one line, with everything that is wrong and what it should be.
     """
-    values = {name: value for name, value in given.items() if value is not None}
-    wrong = []
+    values, wrong = {}, []
     for item in fields(Settings):
-        variable = variable_of(item.name)
-        text = environ.get(variable, "").strip()
-        if item.name in values or not text:
+        said = given.get(item.name)
+        name = variable_of(item.name) if said is None else f"--{_OPTIONS.get(item.name, item.name)}"
+        text = environ.get(name, "").strip() if said is None else str(said)
+        if said is None and not text:
             continue
         try:
             values[item.name] = item.metadata["read"](text)
         except ValueError as wanted:
             shown = f"{len(text)} characters" if item.metadata["secret"] else repr(text[:40])
-            wrong.append(f"{variable} must be {wanted}, not {shown}")
-    wrong += [f"there is no setting {name}" for name in _unknown(environ)]
+            wrong.append(f"{name} must be {wanted}, not {shown}")
     if wrong:
         raise ValueError("; ".join(wrong))
     return Settings(**values)
 
 
-# Read elsewhere: by the tests, which look for a browser.
-_OTHERS = {"VIBROSCOPE_BROWSER"}
+def unknown(environ: Mapping[str, str] = os.environ) -> list[str]:
+    """Variables that look like settings and are none: worth a warning, since a typing error passes for a default.
 
-
-def _unknown(environ: Mapping[str, str]) -> list[str]:
-    """Variables that look like settings and are none: a typing error must not pass for a default."""
-    known = {variable_of(item.name) for item in fields(Settings)} | _OTHERS
+    No more than a warning: container platforms put variables of their own into every environment, named by the service.
+    """
+    known = {variable_of(item.name) for item in fields(Settings)}
     return sorted(name for name in environ if name.startswith("VIBROSCOPE_") and name not in known)
 
 

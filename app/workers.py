@@ -1,4 +1,4 @@
-"""The threads that solve, shared by all sessions of this process. The kernels release the GIL, so threads are enough."""
+"""The threads that solve, shared by all sessions of a process. The kernels release the GIL, so threads are enough."""
 
 from __future__ import annotations
 

@@ -3,25 +3,32 @@
 import argparse
 import gc
 import os
-import signal
 import sys
 
+from app import settings
+from app.settings import Settings, from_environment
+
 from .options import port_number
+
+_DEFAULT = Settings()
 
 
 def add(commands) -> None:
     """``vibroscope serve``."""
-    command = commands.add_parser("serve", allow_abbrev=False, help="start the explorer")
+    command = commands.add_parser(
+        "serve",
+        allow_abbrev=False,
+        help="start the explorer",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=settings.describe(),
+    )
     command.add_argument(
         "--port",
         type=port_number,
-        default=5006,
         metavar="N",
-        help="port to listen on; 0 takes a free one (default %(default)s)",
+        help=f"port to listen on; 0 takes a free one (default {_DEFAULT.port})",
     )
-    command.add_argument(
-        "--address", default="127.0.0.1", help="address to listen on (default %(default)s: this machine only)"
-    )
+    command.add_argument("--address", help=f"address to listen on (default {_DEFAULT.address}: this machine only)")
     command.add_argument(
         "--origin",
         action="append",
@@ -34,20 +41,22 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Start the explorer; the first scene is solved while the page's packages are imported, which takes longer."""
+    given = {"port": options.port, "address": options.address, "origins": options.origin and ",".join(options.origin)}
+    chosen = from_environment(given=given)
+    settings.put_in_force(chosen)
+
     from app import compute
 
     gc.disable()  # importing makes a million objects and no garbage; looking for it would take half a second
     compute.warm()
-    from app.main import serve
+    from app.server import serve
 
     gc.freeze()
     gc.enable()
-    # Panel's server ends gracefully on an interrupt; a service manager sends the other signal
-    signal.signal(signal.SIGTERM, lambda number, frame: signal.raise_signal(signal.SIGINT))
     try:
-        serve(address=options.address, port=options.port, show=options.show, origins=options.origin)
+        serve(chosen, show=options.show)
     except BrokenPipeError:  # whoever read the output has enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as problem:
-        raise OSError(f"cannot listen on {options.address}:{options.port}: {problem.strerror}") from problem
+        raise OSError(f"cannot listen on {chosen.address}:{chosen.port}: {problem.strerror}") from problem
     return 0

@@ -69,7 +69,11 @@ def server(tmp_path_factory):
     """Address of a running explorer."""
     port = free_port()
     log = tmp_path_factory.mktemp("server") / "log.txt"
-    command = [sys.executable, "-c", f"from app.main import serve; serve(port={port})"]
+    command = [
+        sys.executable,
+        "-c",
+        f"from app.server import serve; from app.settings import Settings; serve(Settings(port={port}))",
+    ]
     with log.open("w") as output:
         process = subprocess.Popen(command, cwd=ROOT, stdout=output, stderr=subprocess.STDOUT, env=os.environ)
         try:
@@ -119,9 +123,13 @@ class Explorer:
 
     def open(self, query=""):
         self.page.goto(f"{self.server}/{query}")
-        self.page.wait_for_function("window.Bokeh && Bokeh.documents.length && Bokeh.index.roots.length > 0")
+        self.until("!!window.Bokeh && Bokeh.documents.length && Bokeh.index.roots.length > 0")
         self.settle(frame=1)
         return self
+
+    def until(self, expression, seconds=20.0):
+        """Wait until an expression is true in the page; Playwright's own way needs an eval that the page forbids."""
+        wait_until(lambda: self.page.evaluate(expression), seconds, expression)
 
     @property
     def form(self):
@@ -135,7 +143,7 @@ class Explorer:
         """Wait until at least update number ``frame`` is on the screen and nothing is under way."""
         self.form.wait_for(state="attached")  # some tabs hide it
         wait_until(lambda: self.frame() >= frame, what=f"update {frame}")
-        self.page.wait_for_function("Bokeh.documents.every(d => d.is_idle)")
+        self.until("Bokeh.documents.every(d => d.is_idle)")
         painted = "new Promise(done => requestAnimationFrame(() => setTimeout(done, 60)))"
         self.page.evaluate(f"document.fonts.ready.then(() => {painted})")
 

@@ -43,7 +43,7 @@ def test_a_tab_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(c
     models = "() => [...Bokeh.documents[0].all_models].filter(m => m.type === 'Figure').length"
     assert explorer.page.evaluate(models) == 0
     explorer.open_tab("Explore")
-    explorer.page.wait_for_function("Bokeh.documents[0].get_model_by_name('phase_reference')?.data.x1.length > 0")
+    explorer.until("Bokeh.documents[0].get_model_by_name('phase_reference')?.data.x1.length > 0")
     assert explorer.page.evaluate(models) == 6
     explorer.settle(1)
     received = count_messages(explorer.page)
@@ -115,7 +115,7 @@ def test_playing_moves_the_pendulums_without_the_server(counted, visit):
     before = bob.get_attribute("cx")
     explorer.page.get_by_role("button", name="Play").click()
     wait_until(lambda: bob.get_attribute("cx") != before, what="motion")
-    explorer.page.wait_for_function("Bokeh.documents[0].get_model_by_name('now_force').location > 0.05")
+    explorer.until("Bokeh.documents[0].get_model_by_name('now_force').location > 0.05")
     explorer.page.get_by_role("button", name="Pause").click()
     assert received() == 0
 

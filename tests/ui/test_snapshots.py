@@ -47,9 +47,7 @@ def words(explorer):
 
 def with_diagram(explorer):
     """The diagram may come a moment after the rest."""
-    explorer.page.wait_for_function(
-        "!Bokeh.documents[0].get_model_by_name('diagram').title.text.includes('being computed')", timeout=120_000
-    )
+    explorer.until("!Bokeh.documents[0].get_model_by_name('diagram').title.text.includes('being computed')", 120)
     explorer.page.mouse.move(0, 0)
     explorer.page.wait_for_timeout(400)
     explorer.explained().settle()
