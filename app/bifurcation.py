@@ -16,7 +16,7 @@ import numpy as np
 from app.refine import COARSEST, batches, interlaced
 from engine import Cells, Method, System, run_cells
 
-COUNT = 384  # values of η
+COUNT = 480  # values of η
 TRANSIENT, SAMPLE = 1000, 48
 COORDINATES = {"xi1": 0, "v1": 1, "xi2": 2, "v2": 3}
 DIRECTIONS = ("rest", "up", "down")
@@ -70,11 +70,8 @@ class DiagramStage:
         height = np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf)
         new = np.isfinite(values)
         new[:, 1:] &= np.diff(values, axis=1) > _EQUAL * height
-        row, column = np.nonzero(new)
-        keep = np.arange(len(row))
-        if len(keep) > MOST_POINTS:
-            keep = np.linspace(0, len(keep) - 1, MOST_POINTS).astype(int)
-        return self.question.axis[row[keep]], values[row[keep], column[keep]]
+        row, column = np.nonzero(_thinned(new, MOST_POINTS))
+        return self.question.axis[row], values[row, column]
 
     def stretches(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Intervals of η with one period: left, right, period; −1 where the run ended early."""
@@ -84,6 +81,15 @@ class DiagramStage:
         period = np.where(self.ended[known], -1, np.nan_to_num(self.period[known]))
         begin = np.flatnonzero(np.diff(period, prepend=np.nan) != 0)
         return edges[begin], np.append(edges[begin[1:]], edges[-1:]), period[begin]
+
+
+def _thinned(chosen: np.ndarray, most: int) -> np.ndarray:
+    """At most so many of the chosen entries: as many of each row as all rows can have, evenly out of it."""
+    count = chosen.sum(axis=1)
+    quota = next((q for q in range(chosen.shape[1], 1, -1) if np.minimum(count, q).sum() <= most), 1)
+    rank = np.cumsum(chosen, axis=1)
+    share = np.minimum(quota / np.maximum(count, 1), 1.0)[:, None]
+    return chosen & (np.floor(rank * share + 1e-9) > np.floor((rank - 1) * share + 1e-9))
 
 
 def refine_diagram(

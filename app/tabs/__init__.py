@@ -7,7 +7,8 @@ from app.tabs.help import Help
 from app.tabs.paper import Paper
 from app.tabs.plane import PlaneTab
 from app.tabs.speed import Speed
+from app.tabs.timestep import TimeStepTab
 
-TABS: dict[str, type[Tab]] = {tab.key: tab for tab in (Explore, Bifurcation, PlaneTab, Speed, Paper, Help)}
+TABS: dict[str, type[Tab]] = {tab.key: tab for tab in (Explore, Bifurcation, PlaneTab, TimeStepTab, Speed, Paper, Help)}
 
 __all__ = ["TABS", "Desk", "Move", "Tab"]

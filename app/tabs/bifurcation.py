@@ -110,4 +110,4 @@ def _motion(stage: DiagramStage, index: int) -> str:
         return "the run ended early."
     period = stage.period[index]
     kind = f"period {period:.0f}" if period else "does not repeat itself"
-    return f"{kind}, {stage.impacts[index]:.3g} impacts per period."
+    return f"{kind}, impacts per period {stage.impacts[index]:.3g}."

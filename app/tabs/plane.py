@@ -96,7 +96,7 @@ def _cell(stage: PlaneStage, side: str, place: tuple[int, int]) -> str:
     if not math.isfinite(period):
         return "not computed yet."
     kind = f"period {period:.0f}" if period else "does not repeat itself"
-    text = f"{kind}, {impacts:.3g} impacts per period, longest contact {steps:.3g} steps"
+    text = f"{kind}, impacts per period {impacts:.3g}, longest contact {steps:.3g} steps"
     if stage.question.errors:
         error = stage.shown(side, "error")[place]
         text += f", error {100 * error:.2g} %" if math.isfinite(error) else ", no error: the motions keep no step"

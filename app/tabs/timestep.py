@@ -1,0 +1,86 @@
+"""The time step: what n steps per period make of one motion, and what a step that lands on the contacts makes of it."""
+
+from __future__ import annotations
+
+import math
+
+import panel as pn
+
+from app.state import Setting
+from app.tabs.study import StudyTab
+from app.timestep import SAMPLE, SCHEMES, TRANSIENT, TimeStep, TimeStepStage, refine_step
+from app.views.timestep import TimeStepView
+
+
+class TimeStepTab(StudyTab):
+    """Figure 14 of the paper, at any η, K and D."""
+
+    key = "step"
+    title = "Time step"
+    refine = staticmethod(refine_step)
+    chosen = {}  # noqa: RUF012 - nothing to choose
+
+    def build(self) -> pn.viewable.Viewable:
+        """Two phase plots, two curves over n, the panel."""
+        self.view = TimeStepView(self._set)
+        return self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("halves",))
+
+    def spec(self) -> dict:
+        """Nothing to choose but n, and that is a slider."""
+        return {
+            "title": "Time step",
+            "switches": [],
+            "limits": [],
+            "hint": "A click in the lower figures sets n to the nearest of the study; so does the slider T/Δτ. "
+            f"Each motion is run from rest over {TRANSIENT} periods, then {SAMPLE} are kept.",
+        }
+
+    def question(self, setting: Setting) -> TimeStep:
+        """All but n itself."""
+        return TimeStep(setting.system, setting.eta, setting.K, setting.D)
+
+    def draw(self, setting: Setting, stage: TimeStepStage | None) -> None:
+        """The figures, and the orders in words."""
+        self.view.update(setting, stage)
+        self.panel.told = told(setting, stage) if stage is not None else []
+
+    def _set(self, steps: int) -> None:
+        self.desk.set({"steps": str(steps)})
+
+
+def told(setting: Setting, stage: TimeStepStage) -> list[list[str]]:
+    """Head and text: the n that is shown, and how scatter and error fade."""
+    index = stage.nearest(setting.steps)
+    lines = [[f"T/{stage.steps[index]:.0f}, {scheme} step", _motion(stage, index, scheme)] for scheme in SCHEMES]
+    for name, head in (("spread", "Scatter"), ("error_time_step", "Error by the time step")):
+        lines.append([f"{head}, observed order", _orders(stage, name)])
+    return lines
+
+
+def _motion(stage: TimeStepStage, index: int, scheme: str) -> str:
+    place = {"steps": index, "scheme": SCHEMES.index(scheme)}
+    cell = stage.found.isel(place)
+    if int(cell["status"]) != 0:
+        return "blown up."
+    period = int(cell["period"])
+    kind = f"period {period}" if period else "does not repeat itself"
+    text = f"{kind}; ξ₂ scatters by {float(cell['spread']):.2g}"
+    steps = float(cell["longest_contact_steps"])
+    error = float(cell["error"])
+    text += f"; longest contact {steps:.3g} steps"
+    return f"{text}; error against the reference {100 * error:.2g} %." if math.isfinite(error) else f"{text}."
+
+
+def _orders(stage: TimeStepStage, name: str) -> str:
+    said = []
+    for scheme in SCHEMES:
+        sizes = stage.sizes(name, scheme)
+        order, error = stage.order(name, scheme)
+        if sizes.max(initial=0.0) < 1e-10:
+            said.append(f"{scheme} step: none beyond rounding")
+        elif math.isfinite(order):
+            sure = f" ± {error:.1g}" if math.isfinite(error) else ""
+            said.append(f"{scheme} step: falls as n to the power of −{order:.2f}{sure}")
+        else:
+            said.append(f"{scheme} step: no number, since the motions do not keep step")
+    return f"{'; '.join(said)}."
