@@ -6,10 +6,11 @@ import math
 from dataclasses import fields
 from textwrap import wrap
 
-from engine import PARTS, Comparison, Newmark, Reference, Regularisation, Verdict, compare, verdict
+from engine import PARTS, Comparison, Newmark, Reference, Regularisation, Units, Verdict, compare, verdict
 
 from . import measured
 from .options import add_system_option, system_of
+from .physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
 
 SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")  # the last two make up the one before
 
@@ -42,6 +43,7 @@ def add(commands) -> None:
     add_system_option(command)
     measured.add_measured_options(command)
     add("--series", action="store_true", help="with --json: the difference and its parts at every sampled instant, too")
+    add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
 
@@ -64,11 +66,16 @@ def run(options: argparse.Namespace) -> None:
     )
     told = verdict(found)
     split = found.split() if found.complete else None
+    units = wanted_units(options)
     if options.json:
-        series = {"series": _series(found)} if options.series else {}
-        print(json.dumps(as_json(found, told, split) | series, allow_nan=False))
+        numbers = as_json(found, told, split)
+        if options.series:
+            numbers["series"] = _series(found)
+        if units:
+            numbers["physical"] = _physical(found, units)
+        print(json.dumps(numbers, allow_nan=False))
     else:
-        print(as_text(found, told, split))
+        print("\n".join([as_text(found, told, split), *(_physical_lines(found, units) if units else ())]))
 
 
 def as_json(found: Comparison, told: Verdict, split: Regularisation | None) -> dict:
@@ -123,6 +130,24 @@ def _series(found: Comparison) -> dict | None:
         "time": found.parts.time.tolist(),
         **{name: [[_known(value) for value in row] for row in values.tolist()] for name, values in rows.items()},
     }
+
+
+def _physical(found: Comparison, units: Units) -> dict:
+    """Settings and both motions in the units of an FE input file."""
+    penalty = found.runs.penalty
+    return {
+        "settings": units.settings(penalty.eta, penalty.method),
+        "reference": motion_in(units, found.reference),
+        "penalty": motion_in(units, found.penalty),
+    }
+
+
+def _physical_lines(found: Comparison, units: Units) -> list[str]:
+    penalty = found.runs.penalty
+    lines = ["", f"{'physical':22}{settings_text(units, penalty.eta, penalty.method)}"]
+    for name, motion in (("reference", found.reference), ("penalty", found.penalty)):
+        lines.append(f"{'  ' + name:22}{motion_text(units, motion) or 'nothing known'}")
+    return lines
 
 
 def as_text(found: Comparison, told: Verdict, split: Regularisation | None) -> str:

@@ -8,6 +8,7 @@ from textwrap import wrap
 from engine import Attractor, Motion, attractors, motion
 
 from .options import add_solver_options, problem_of
+from .physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
 
 _INDENT = 18 * " "
 
@@ -31,13 +32,14 @@ def add(commands) -> None:
     add(
         "--seed", type=int, default=0, metavar="N", help="with --attractors: of the random starts (default %(default)s)"
     )
+    add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
     """Find, and print."""
-    problem = problem_of(options)
+    problem, units = problem_of(options), wanted_units(options)
     found = motion(*problem, initial=options.initial)
     others: tuple[Attractor, ...] = ()
     if options.attractors:
@@ -49,9 +51,15 @@ def run(options: argparse.Namespace) -> None:
             head["attractors"] = [
                 {"share": each.share, "start": each.start.tolist(), **each.motion.as_dict()} for each in others
             ]
+        if units:
+            head["physical"] = {"settings": units.settings(*problem[1:]), **motion_in(units, found)}
         print(json.dumps(head, allow_nan=False))
     else:
-        print("\n".join([f"{problem[2]}, eta = {options.eta:g}", *_lines(found), *_shares(others)]))
+        lines = [f"{problem[2]}, eta = {options.eta:g}", *_lines(found)]
+        if units:
+            told = (settings_text(units, *problem[1:]), motion_text(units, found))
+            lines += [f"physical          {line}" for line in told if line]
+        print("\n".join([*lines, *_shares(others)]))
 
 
 def _progress(starts: float):

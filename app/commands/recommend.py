@@ -7,7 +7,8 @@ import sys
 
 from engine import Recommendation, Reference, Units, design_curve, recommend
 
-from .options import add_system_option, system_of, units_of
+from .options import add_system_option, system_of
+from .physical import add_units_option, settings_text, wanted_units
 
 ETAS_LIMIT = 1000
 
@@ -35,7 +36,7 @@ def add(commands) -> None:
     add(
         "--steps-max", type=float, default=65536, metavar="N", help="most steps per period to try (default %(default)s)"
     )
-    add("--units", action="store_true", help="also in physical units, for an FE input file")
+    add_units_option(command)
     add_system_option(command)
     add("--json", action="store_true", help="print one JSON object (a list of them for --eta-range)")
     command.set_defaults(run=run)
@@ -62,7 +63,7 @@ def run(options: argparse.Namespace) -> None:
         "steps_max": options.steps_max,
         "progress": _progress() if sys.stderr.isatty() else None,
     }
-    system, units = system_of(options), units_of(options) if options.units else None
+    system, units = system_of(options), wanted_units(options)
     if options.eta_range:
         found = design_curve(system, options.eta_range, located=options.located, **asked)
         print(
@@ -129,7 +130,7 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
             f"mind              the joint damping alone makes {part}: errors cancel here, and need not elsewhere"
         )
     if units is not None:
-        lines.append(f"physical          {_physical(found, units)}")
+        lines.append(f"physical          {settings_text(units, found.eta, found.method)}")
     lines.append("front             steps  solves     error    robust         K         D")
     for trial in found.front:
         k, d, n = trial.setting
@@ -155,14 +156,6 @@ def curve_text(found: list[Recommendation]) -> str:
 
 def _percent(value: float) -> str:
     return f"{100 * value:.3g} %"
-
-
-def _physical(found: Recommendation, units: Units) -> str:
-    numbers = units.settings(found.eta, found.method)
-    return (
-        f"stiffness {numbers['stiffness']:.4g} N/m, damper {numbers['damping']:.4g} N.s/m, "
-        f"time step {numbers['time_step']:.4g} s, period {numbers['period']:.4g} s"
-    )
 
 
 def _progress():

@@ -6,6 +6,7 @@ import json
 from engine import Response, Steady, motion, simulate, steady
 
 from .options import add_solver_options, problem_of
+from .physical import add_units_option, run_in, settings_text, wanted_units
 
 
 def add(commands) -> None:
@@ -28,6 +29,7 @@ def add(commands) -> None:
         help="reference, exact: find the steady motion without its transient (Newton's method on the Poincare map); "
         "if there is none, the usual run of 2050 periods; --periods and --keep have no effect",
     )
+    add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
 
@@ -38,15 +40,18 @@ def run(options: argparse.Namespace) -> None:
     keep = min(50, options.periods) if options.keep is None else options.keep
     if options.steady:
         found = steady(*problem, initial=options.initial)
-        print(
-            json.dumps(steady_as_json(found, options.solver), allow_nan=False) if options.json else steady_text(found)
-        )
-        return
-    response = simulate(*problem, periods=options.periods, keep=keep, initial=options.initial)
-    if options.json:
-        print(json.dumps(as_json(response, options.solver), allow_nan=False))
+        response = found.response
+        numbers, text = steady_as_json, steady_text
     else:
-        print(as_text(response))
+        found = response = simulate(*problem, periods=options.periods, keep=keep, initial=options.initial)
+        numbers, text = as_json, as_text
+    units = wanted_units(options)
+    if options.json:
+        physical = {"physical": run_in(units, response)} if units else {}
+        print(json.dumps(numbers(found, options.solver) | physical, allow_nan=False))
+    else:
+        physical = [f"physical          {settings_text(units, response.eta, response.method)}"] if units else []
+        print("\n".join([text(found), *physical]))
 
 
 def as_json(response: Response, solver: str) -> dict:
