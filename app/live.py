@@ -9,6 +9,7 @@ import logging
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -21,6 +22,7 @@ log = logging.getLogger("vibroscope")
 
 _THREADS = 4  # studies that run at the same time, of all sessions
 _NICE = 10  # how far they stand back behind the sliders (Linux: each thread has a priority of its own)
+_LONGEST = 180.0  # seconds of one study, unless its user says "go on"
 _KEPT = 24
 
 KEPT = RunCache(_KEPT)  # the last stage of each study by its question; one that was cancelled goes on from there
@@ -57,6 +59,7 @@ class Live:
         self._deliver = deliver
         self._kept = kept
         self._cancelled = threading.Event()
+        self.exhausted = False  # it has had its time
         studies().submit(self._work)
 
     def cancel(self) -> None:
@@ -71,12 +74,16 @@ class Live:
     def _work(self) -> None:
         if self.cancelled:
             return
+        end = time.monotonic() + _LONGEST
         try:
             for stage in self._refine(self.question, self._kept.get(self.question), self._cancelled.is_set):
                 self._kept.put(self.question, stage)
                 if self.cancelled:
                     return
+                self.exhausted = stage.share < 1 and time.monotonic() > end
                 self._deliver(self, stage)
+                if self.exhausted:
+                    return
         except Cancelled:
             return
         except Exception as error:  # told on the page; a worker must not die of it

@@ -14,7 +14,7 @@ import numpy as np
 COARSEST = 8
 # A batch of cells takes about so long (seconds): often enough to watch, and soon enough cancelled.
 _BATCH_SECONDS = 0.4
-_FIRST, _LEAST, _MOST = 64, 4, 1024
+_FIRST, _LEAST, _MOST = 16, 4, 1024
 
 
 def interlaced(shape: tuple[int, ...]) -> np.ndarray:

@@ -57,7 +57,8 @@ class StudyTab(Tab):
 
     def lay_out(self, *cells, classes: tuple[str, ...] = ()) -> pn.Column:
         """Figures and the panel in the grid of `assets/style/studies.css`."""
-        self.panel = StudyPanel(self.spec(), dict(self.chosen), self._choose, self._stop)
+        spec = {"figures": [cell.object.name for cell in cells], **self.spec()}
+        self.panel = StudyPanel(spec, dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
         return pn.Column(
             *cells,
@@ -114,6 +115,7 @@ class StudyTab(Tab):
             self.desk.tell(self._failed, self._move.number)
         else:
             self._stage = stage
+            self._stopped = live.exhausted
         self.push()
 
     def _write(self) -> None:

@@ -27,6 +27,7 @@ HATCHES = (" ", " ", "horizontal_line", "dot", "cross", "right_diagonal_line", "
 PATTERNS = ("", "", "lines", "dots", "grid", "slant", "back")
 _ENDED = ("ended early", "#FFFFFF", "diagonal_cross", "cross")
 _DIRECTION = {"rest": "from rest", "up": "upwards", "down": "downwards"}
+_COLOURS = {"reference": BLUE, "penalty": VERMILLION}
 _ETA = Explorer.param["eta"].bounds
 
 
@@ -37,8 +38,8 @@ class BifurcationView:
         self._on_eta = on_eta
         self.eta = Range1d(*_ETA, reset_start=_ETA[0], reset_end=_ETA[1])
         self._height = OwnedRange(-10, 10)
-        self._drawn: DiagramStage | None = None
-        self.points = empty("bifurcation_points", "eta", "value")
+        self._drawn: tuple[str, str] | None = None  # solver and coordinate
+        self.points = {solver: empty(f"bifurcation_{solver}", "eta", "value") for solver in _COLOURS}
         self.other = empty("bifurcation_other", "eta", "value")
         self.strip_source = ColumnDataSource(
             {name: [] for name in ("left", "right", "colour", "hatch", "period")}, name="bifurcation_periods"
@@ -59,8 +60,9 @@ class BifurcationView:
             y_range=self._height.range,
         )
         plot.scatter("eta", "value", source=self.other, marker="square", size=1.6, color=GHOST, line_color=None)
-        glyph = {"marker": "square", "size": 2.2, "fill_color": BLUE, "line_color": None}
-        self.cloud = plot.scatter("eta", "value", source=self.points, **glyph)
+        for solver, colour in _COLOURS.items():
+            glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
+            plot.scatter("eta", "value", source=self.points[solver], **glyph)
         for scene in scenes().values():
             if scene.group == "motion":
                 plot.add_layout(Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted"))
@@ -131,16 +133,13 @@ class BifurcationView:
             return
         self._title(stage)
         values = _columns(stage, coordinate)
-        colour = BLUE if isinstance(stage.question.method, Reference) else VERMILLION
-        if self._drawn is None or isinstance(stage.question.method, Reference) != isinstance(
-            self._drawn.question.method, Reference
-        ):
-            self.cloud.glyph.fill_color = colour
-        self._drawn = stage
-        write(self.points, values)
-        ghost = _columns(beside, coordinate) if beside is not None else dict.fromkeys(values, values["eta"][:0])
-        write(self.other, ghost)
-        self._height.follow([values["value"]], fresh=stage.share < 1)
+        none = dict.fromkeys(values, values["eta"][:0])
+        drawn = "reference" if isinstance(stage.question.method, Reference) else "penalty"
+        for solver, source in self.points.items():
+            write(source, values if solver == drawn else none)
+        write(self.other, none if beside is None else _columns(beside, coordinate))
+        self._height.follow([values["value"]], fresh=self._drawn != (drawn, coordinate))
+        self._drawn = drawn, coordinate
         self._write_strip(stage)
 
     def _title(self, stage: DiagramStage) -> None:

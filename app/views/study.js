@@ -15,8 +15,24 @@ export function render({ model }) {
   const draw = () => shows.forEach((show) => show(model));
   for (const name of ["chosen", "status", "key", "told"]) model.on(name, draw);
   draw();
-  if (model.spec.cursor) dragged(model.spec.cursor);
+  whenThere(model.spec.figures, () => {
+    if (model.spec.cursor) dragged(model.spec.cursor);
+    if (matchMedia("(pointer: coarse)").matches) model.spec.figures.forEach(scrolled);
+  });
   return root;
+}
+
+// Figures come a moment after this component.
+function whenThere(names, act, tries = 400) {
+  if (names.every((name) => viewOf(name)?.frame)) act();
+  else if (tries) setTimeout(() => whenThere(names, act, tries - 1), 25);
+}
+
+// A finger that drags over a figure scrolls the page; a tap still sets.
+function scrolled(name) {
+  for (const tool of modelOf(name).toolbar.tools) {
+    if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, HERE);
+  }
 }
 
 function switcher(root, { name, label, choices }, send) {
@@ -97,14 +113,10 @@ function told(root) {
 // A line over a figure, moved here while it is dragged; only where it is let go is sent.
 const NEAR = 9; // px to either side in which the line is taken
 
-function dragged(spec, tries = 400) {
+function dragged(spec) {
   const view = viewOf(spec.figure);
   const span = modelOf(spec.span);
   const label = modelOf(spec.label);
-  if (!view?.frame || !span) {
-    if (tries) setTimeout(() => dragged(spec, tries - 1), 25);
-    return;
-  }
   const at = (event) => event.clientX - view.canvas_view.el.getBoundingClientRect().left;
   const near = (event) => Math.abs(at(event) - view.frame.x_scale.compute(span.location)) < NEAR;
   let held = false;

@@ -1,0 +1,108 @@
+"""A study in the background: stages in order, cancelled, resumed, failed, out of time, and behind the sliders."""
+
+import os
+import queue
+import sys
+import threading
+from dataclasses import dataclass
+
+import pytest
+
+from app import live
+from app.compute import RunCache
+from engine import Cancelled
+
+
+@dataclass(frozen=True)
+class Count:
+    """A stage that has counted so far."""
+
+    number: int
+
+    @property
+    def share(self):
+        return self.number / 4
+
+
+def count(question, last, cancelled):
+    for number in range(1 if last is None else last.number + 1, 5):
+        if cancelled():
+            raise Cancelled
+        yield Count(number)
+
+
+def collect(refine, kept=None, question="q"):
+    told = queue.Queue()
+    study = live.Live(question, refine, lambda one, stage: told.put(stage), RunCache() if kept is None else kept)
+    return study, told
+
+
+def idle():
+    """Wait until all threads of the studies have come to rest."""
+    rest = threading.Barrier(live._THREADS + 1)
+    for _ in range(live._THREADS):
+        live.studies().submit(rest.wait, 5)
+    rest.wait(5)
+
+
+def test_stages_come_in_order_and_the_last_is_kept():
+    kept = RunCache()
+    _, told = collect(count, kept)
+    assert [told.get(timeout=5).number for _ in range(4)] == [1, 2, 3, 4]
+    assert kept.get("q").number == 4
+
+
+def test_what_was_cancelled_goes_on_where_it_was():
+    kept, held, go = RunCache(), threading.Event(), threading.Event()
+
+    def slow(question, last, cancelled):
+        for stage in count(question, last, cancelled):
+            yield stage
+            held.set()
+            assert go.wait(5)
+
+    study, told = collect(slow, kept)
+    assert told.get(timeout=5).number == 1
+    assert held.wait(5)
+    study.cancel()
+    go.set()
+    idle()
+    _, rest = collect(count, kept)
+    assert [rest.get(timeout=5).number for _ in range(3)] == [2, 3, 4]
+    assert told.empty()
+
+
+def test_a_failure_is_delivered_and_the_thread_lives():
+    def broken(question, last, cancelled):
+        yield Count(1)
+        raise ValueError("eta = 9 is too large")
+
+    _, told = collect(broken)
+    assert told.get(timeout=5).number == 1
+    assert "too large" in str(told.get(timeout=5))
+    assert collect(count)[1].get(timeout=5).number == 1
+
+
+def test_a_study_that_takes_too_long_stops_and_says_so(monkeypatch):
+    monkeypatch.setattr(live, "_LONGEST", -1.0)
+    study, told = collect(count)
+    assert told.get(timeout=5).number == 1
+    idle()
+    assert study.exhausted
+    assert told.empty()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="priorities of single threads")
+def test_studies_and_the_threads_they_start_stand_behind_all_others():
+    def priorities():
+        found = [os.getpriority(os.PRIO_PROCESS, threading.get_native_id())]
+        child = threading.Thread(
+            target=lambda: found.append(os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
+        )
+        child.start()
+        child.join()
+        return found
+
+    own = os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+    behind = live.studies().submit(priorities).result(5)
+    assert behind[0] == behind[1] > own
