@@ -16,7 +16,7 @@ SYSTEM = System()
 # coordinate of the section look like one.
 SEEN = 0.01
 _RUN = 2000  # periods before those that are looked at: the paper's 2,050 less its last 50
-_SAMPLED = Record(20, 250)
+_SAMPLED = Record(12, 500)
 _LEAST = 1e-4  # share that is still printed
 
 

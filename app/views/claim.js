@@ -1,0 +1,51 @@
+// One claim of the paper: what it says, whether it holds, what was found, and the way to see more. It asks for its check
+// when it comes into view; a hidden tab never does. Only textContent is ever set.
+
+export function render({ model }) {
+  const { name, place, text, title } = model.claim;
+  const root = element("article", "claim");
+  const head = element("header");
+  const verdict = element("strong", "verdict");
+  const heading = element("h3", "", name);
+  heading.append(element("small", "", place));
+  head.append(heading, verdict);
+  const found = element("p", "found");
+  const why = element("p", "why");
+  const open = button(`Open in ${title}`, `Open the setting of ${name} in ${title}`, () => show(model.claim));
+  root.append(head, element("p", "says", text), found, why, open);
+  const draw = () => {
+    const { agrees, error } = model.found;
+    const known = agrees !== undefined;
+    root.dataset.agrees = known ? String(agrees) : "";
+    verdict.textContent = known ? (agrees ? "✓ agrees" : "≠ differs") : "";
+    found.textContent = error ?? model.found.found ?? "computing …";
+    why.textContent = model.found.why ?? "";
+    why.hidden = !why.textContent;
+    root.setAttribute("aria-busy", String(!known && !error));
+    // The figure has come as well; it is drawn in light colours.
+    if (known) whenIdle(darken);
+  };
+  model.on("found", draw);
+  draw();
+  whenSeen(root, () => model.send_msg({ seen: true }));
+  return root;
+}
+
+function show({ scene, tab }) {
+  say("scene", { value: scene });
+  say("tab", { value: tab });
+}
+
+function whenSeen(node, act) {
+  const watch = new IntersectionObserver((entries) => {
+    if (!entries.some((entry) => entry.isIntersecting)) return;
+    watch.disconnect();
+    act();
+  }, { rootMargin: "120px" });
+  watch.observe(node);
+}
+
+function whenIdle(act, tries = 100) {
+  if (window.Bokeh?.documents[0]?.is_idle) act();
+  else if (tries > 0) setTimeout(() => whenIdle(act, tries - 1), 50);
+}

@@ -1,0 +1,166 @@
+"""The paper's figures, remade small: a claim as a card, and what was found for it as a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import singledispatch
+
+import numpy as np
+import panel as pn
+import param
+from bokeh.models import LinearColorMapper, Range1d, Span
+from bokeh.plotting import figure
+
+from app.files import script, style
+from app.paper import Finding, Orbits, Plane, Times
+from app.raster import raster
+from app.scenes import scenes
+from app.views.base import BLUE, INK, PENALTY, REFERENCE, VERMILLION, make_figure
+from app.views.ranges import OwnedRange, extent
+from engine import Diagram, Reference, Response, motion
+
+_LOOKS = {"reference": REFERENCE, "penalty": PENALTY}
+_DOTS = {
+    "reference": {"marker": "circle", "line_color": BLUE, "fill_color": None},
+    "penalty": {"marker": "diamond", "line_color": VERMILLION, "fill_color": None},
+}
+_DASHES = ("dashed", "solid")  # pendulums 1 and 2
+_KINDS = [VERMILLION, "#C6CDD4", BLUE]  # wrong, in between, right
+_SHADES = ["#FFFFFF00", *(f"{BLUE}{alpha:02X}" for alpha in range(1, 256))]
+_PIXELS = (640, 260)
+# Small and still: for a closer look there is the button.
+_OPTIONS = {"height": 230, "sizing_mode": "stretch_width", "tools": "", "active_drag": None, "toolbar_location": None}
+
+
+class ClaimCard(pn.custom.JSComponent):
+    """The sentence, the verdict, what was found, why, and a button; tells when it comes into view."""
+
+    claim = param.Dict(default={}, doc="name, place, text, scene; tab that the button opens and its title")
+    found = param.Dict(default={}, doc="agrees, found, why; or error; empty until it is known")
+
+    _esm = script("dom", "theme", "claim")
+    _stylesheets = [style("claim")]  # noqa: RUF012 - Panel reads it from the class
+
+    def __init__(self, claim: dict, on_seen: Callable[[], None]) -> None:
+        super().__init__(claim=claim, css_classes=["card"], sizing_mode="stretch_width")
+        self.on_msg(lambda event: on_seen() if event.data == {"seen": True} else None)
+
+    def update(self, finding: Finding) -> None:
+        """Show what was found."""
+        self.found = {"agrees": finding.agrees, "found": finding.found, "why": finding.why}
+
+    def fail(self, error: str) -> None:
+        """Say that it could not be checked."""
+        self.found = {"error": error}
+
+
+@singledispatch
+def draw(picture: Orbits | Times | Plane | Diagram, name: str) -> figure:
+    """The figure of what was found, in the page's style, under this name."""
+    raise TypeError(f"no figure for {type(picture).__name__}")
+
+
+@draw.register
+def _(picture: Orbits, name: str) -> figure:
+    """Phase plots of pendulum 2; of both where there is one solution alone."""
+    alone = len(picture.runs) == 1
+    curves = [(solver, n, run) for solver, run in picture.runs.items() for n in ((0, 1) if alone else (1,))]
+    orbits = [_orbit(run, n) for _, n, run in curves]
+    plot = _figure(name, "displacement ξ", "velocity ξ′", *zip(*orbits, strict=True))
+    for (solver, n, run), orbit in zip(curves, orbits, strict=True):
+        look = _LOOKS[solver] | ({"line_width": 1.3, "line_alpha": 1.0, "line_dash": _DASHES[n]} if alone else {})
+        label = f"pendulum {n + 1}" if alone else f"{solver}, pendulum 2"
+        plot.line(*orbit, **look, legend_label=label)
+        points = run.section[:, 2 * n : 2 * n + 2].astype(np.float32).T
+        plot.scatter(*points, size=6, **_DOTS[solver])
+    return _legend(plot)
+
+
+def _orbit(run: Response, pendulum: int) -> tuple[np.ndarray, np.ndarray]:
+    """One cycle, or all that was sampled where there is none; displacement and velocity."""
+    sampled = run.trajectory
+    cycle = (motion(run).period or np.inf) * run.period
+    kept = sampled.time >= sampled.time[-1] - 1.001 * cycle
+    return tuple(series[pendulum, kept].astype(np.float32) for series in (sampled.displacement, sampled.velocity))
+
+
+@draw.register
+def _(picture: Times, name: str) -> figure:
+    """Displacements and force over two periods, with the impacts as rings."""
+    run, sampled = picture.run, picture.run.trajectory
+    series = {"ξ₁": sampled.displacement[0], "ξ₂": sampled.displacement[1]}
+    if sampled.force.any():
+        series["force λ"] = sampled.force
+    series = {label: values.astype(np.float32) for label, values in series.items()}
+    t = _in_periods(run, sampled.time)
+    plot = _figure(name, "time τ / T", "displacement ξ, force λ", [t], series.values())
+    looks = zip((BLUE, BLUE, VERMILLION), (*_DASHES, "solid"), strict=True)
+    for (label, values), (colour, dash) in zip(series.items(), looks, strict=False):
+        plot.line(t, values, line_color=colour, line_width=1.4, line_dash=dash, legend_label=label)
+    if isinstance(run.method, Reference):
+        seen = run.impacts.time >= sampled.time[0]
+        where = run.impacts.position[seen].astype(np.float32)
+        at = _in_periods(run, run.impacts.time[seen])
+        plot.scatter(at, where, size=7, line_color=VERMILLION, fill_color=None, legend_label="impacts")
+    return _legend(plot)
+
+
+def _in_periods(run: Response, time: np.ndarray) -> np.ndarray:
+    """Time since the first sample, in excitation periods."""
+    return ((time - run.trajectory.time[0]) / run.period).astype(np.float32)
+
+
+@draw.register
+def _(picture: Plane, name: str) -> figure:
+    """Cells by what they are; the set that the claim is about as a cross."""
+    x, y = _edges(picture.stiffness), _edges(picture.damping)
+    axes = {"x_axis_type": "log", "y_axis_type": "log", "x_range": Range1d(*x), "y_range": Range1d(*y)}
+    plot = make_figure("", "contact stiffness K", "contact damping D", **_OPTIONS, name=name, **axes)
+    _picture(plot, picture.kind, x, y, LinearColorMapper(palette=_KINDS, low=-0.5, high=2.5))
+    for kind, colour in zip(picture.names, _KINDS, strict=True):
+        plot.scatter([], [], marker="square", size=9, line_color=colour, fill_color=colour, legend_label=kind)
+    K, D = picture.at
+    plot.scatter([K], [D], marker="x", size=12, line_color=INK, line_width=3, legend_label=f"K = {K:g}, D = {D:g}")
+    return _legend(plot)
+
+
+def _edges(centres: np.ndarray) -> tuple[float, float]:
+    """Ends of an axis whose cells are evenly spaced in their logarithms."""
+    half = np.sqrt(centres[1] / centres[0])
+    return float(centres[0] / half), float(centres[-1] * half)
+
+
+@draw.register
+def _(picture: Diagram, name: str) -> figure:
+    """ξ₂ of the section over η, as a picture of counts."""
+    values = picture.displacement[1]
+    x, y = (float(picture.eta[0]), float(picture.eta[-1])), extent([values])
+    axes = {"x_range": Range1d(*x), "y_range": Range1d(*y)}
+    plot = make_figure("", "excitation frequency η", "ξ₂ at τ ≡ 0 (mod T)", **_OPTIONS, name=name, **axes)
+    shades = raster(picture.eta, values, x, y, *_PIXELS)
+    _picture(plot, shades, x, y, LinearColorMapper(palette=_SHADES, low=0, high=255))
+    for key in "ABCD":
+        plot.add_layout(Span(location=scenes()[key].eta, dimension="height", line_color="#8A97A3", line_dash="dotted"))
+    return plot
+
+
+def _picture(plot: figure, cells: np.ndarray, x: tuple, y: tuple, colours: LinearColorMapper) -> None:
+    plot.grid.visible = False
+    place = {"x": x[0], "y": y[0], "dw": x[1] - x[0], "dh": y[1] - y[0]}
+    plot.image([cells.astype(np.uint8)], **place, color_mapper=colours)
+
+
+def _figure(name: str, x: str, y: str, xs: Iterable[np.ndarray], ys: Iterable[np.ndarray]) -> figure:
+    """A figure whose ranges hold all of these: the browser is not to choose them, and to report that it did."""
+    ranges = OwnedRange(0, 1), OwnedRange(0, 1)
+    for owned, columns in zip(ranges, (xs, ys), strict=True):
+        owned.follow(list(columns), fresh=True)
+    return make_figure("", x, y, **_OPTIONS, name=name, x_range=ranges[0].range, y_range=ranges[1].range)
+
+
+def _legend(plot: figure) -> figure:
+    """Above the frame, where it hides nothing."""
+    key = plot.legend[0]
+    key.update(orientation="horizontal", click_policy="mute", ncols=2)
+    plot.add_layout(key, "above")
+    return plot
