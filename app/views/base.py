@@ -171,15 +171,9 @@ def sources(shape: Mapping[str, tuple[str, ...]]) -> dict[str, ColumnDataSource]
 def write(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> None:
     """Put ``columns`` into ``source``, sending no more than what changed."""
     changed = {n: c for n, c in columns.items() if not _same(source.data[n], c)}
-    if not changed:
-        return
-    lengths = {len(c) for c in columns.values()} | {len(c) for c in source.data.values()}
-    if len(lengths) > 1:
-        # All at once: columns of unequal length must never be seen.
-        source.data = dict(columns)
-        return
-    for name, column in changed.items():
-        source.data[name] = column
+    if changed:
+        # All at once: the browser redraws for each event, and must never see columns of unequal length.
+        source.data.update(changed)
 
 
 def _same(old: np.ndarray, new: np.ndarray) -> bool:
