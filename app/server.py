@@ -20,7 +20,13 @@ from functools import partial
 import panel as pn
 from bokeh.server import tornado as bokeh_tornado
 from bokeh.server.server import Server
-from bokeh.util.token import generate_jwt_token, generate_session_id, get_session_id
+from bokeh.util.token import (
+    check_token_signature,
+    generate_jwt_token,
+    generate_session_id,
+    get_session_id,
+    get_token_payload,
+)
 from panel.io.application import build_applications
 from panel.io.resources import Resources
 from panel.io.server import DocHandler, WSHandler, server_html_page_for_session
@@ -53,6 +59,7 @@ class House:
     """What all requests of one server share: the page as it is sent, and whether there is room."""
 
     _MARK = "THE-TOKEN-OF-THIS-SESSION"
+    _OWN = "the page itself"
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -62,7 +69,7 @@ class House:
     async def open(self, server: bokeh_tornado.BokehTornado) -> None:
         """Make the page from a session that no browser comes to, and that therefore ends soon."""
         self._context = server.applications["/"]
-        session = await self._context.create_session_if_needed("the page itself", HTTPServerRequest("GET", "/"))
+        session = await self._context.create_session_if_needed(self._OWN, HTTPServerRequest("GET", "/"))
         doc = session.document
         with set_curdoc(doc):
             resources = Resources.from_bokeh(server.resources())
@@ -74,7 +81,7 @@ class House:
     @property
     def sessions(self) -> int:
         """Sessions held, those included whose browser has just gone."""
-        return len(list(self._context.sessions))
+        return sum(session.id != self._OWN for session in self._context.sessions)
 
     def refusal(self) -> str:
         """Why nobody may come in now, or nothing."""
@@ -121,6 +128,15 @@ class Page(DocHandler):
 
 class Socket(WSHandler):
     """One browser's connection; what it says passes `app.gate`."""
+
+    async def prepare(self) -> None:
+        """Refuse a token that is not of this server, or too old, before there is a connection."""
+        await super().prepare()
+        offered = self.request.headers.get("Sec-WebSocket-Protocol", "").split(",")
+        if len(offered) != 2 or not _ours(offered[1].strip(), self.application.secret_key):
+            metrics.REFUSED.add("token")
+            logs.event("refused", logging.WARNING, what="token", address=self.request.remote_ip)
+            self.send_error(403)
 
     async def _async_open(self, token: str) -> None:
         house, begun = self.application.settings["house"], time.monotonic()
@@ -193,6 +209,17 @@ class Socket(WSHandler):
             yield
         finally:
             logs.session.reset(token)
+
+
+def _ours(token: str, key: bytes) -> bool:
+    """Whether a token was signed here and still holds."""
+    try:
+        return (
+            check_token_signature(token, secret_key=key, signed=True)
+            and get_token_payload(token)["session_expiry"] > time.time()
+        )
+    except (ValueError, KeyError, TypeError):  # nothing that could be read as one
+        return False
 
 
 def _when_closed(doc, name: str) -> None:
@@ -303,7 +330,7 @@ async def _stop(server: Server) -> None:
     end = time.monotonic() + _STOP_SECONDS
     while jobs() and time.monotonic() < end:
         await asyncio.sleep(0.02)
-    await asyncio.sleep(0.1)  # what was just solved goes out
+    await asyncio.sleep(0.3)  # what was just solved goes out, once the browser has painted what went before
     logs.event("stopped", jobs=jobs())
     server.io_loop.stop()
 

@@ -11,6 +11,7 @@ from functools import partial
 
 import panel as pn
 
+from app import logs, metrics
 from app.files import style
 from app.flow import Flow
 from app.history import History
@@ -70,6 +71,7 @@ class Session:
             self.state.apply(texts)
             tab, self._pinned = wanted, pinned  # all is valid: take it whole
         except Refused as error:
+            _log_refusal(error)
             self.header.error = f"{error} The link was not taken, so this is the default setting."
             self._keep_address = True
         self._answer(self._move, 0)
@@ -136,6 +138,7 @@ class Session:
         try:
             self.state.apply(texts)
         except Refused as error:
+            _log_refusal(error)
             self._refused = {"name": error.name, "text": str(error)}
             self._answer(self._move, self._flow.frames)
             return
@@ -239,6 +242,11 @@ class Session:
             redo=self._history.can_redo,
             pinned=self._pinned is not None,
         )
+
+
+def _log_refusal(error: Refused) -> None:
+    metrics.REFUSED.add("value")
+    logs.event("refused", what="value", name=error.name)
 
 
 def _known_tab(key: str) -> str:

@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from inspect import signature
 from typing import NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
 import param
 
-from engine import Newmark, Reference, System
+from app.limits import TooMuch, check_cost
+from engine import Newmark, Reference, System, simulate
 
 # A number as a person writes one. Stricter than float(), which also takes
 # "nan", "inf", "1_000", other scripts' digits and any length.
@@ -72,6 +74,7 @@ PAPER_FIELDS = (*SYSTEM_FIELDS, "threshold", "located")  # what a scene of the p
 # What else an address may hold: the tab that is open, and the setting that is pinned, as an address of its own.
 VIEW_FIELDS = ("tab", "pin")
 _PAPER = System()
+_PERIODS = signature(simulate).parameters["periods"].default
 
 
 class Explorer(param.Parameterized):
@@ -127,7 +130,11 @@ class Explorer(param.Parameterized):
 
 
 def check_together(setting: Setting) -> None:
-    """Raise `Refused` where values that are valid each for itself make no system together."""
+    """Raise `Refused` where values that are valid each for itself make no system together, or cost too much."""
+    try:
+        check_cost(setting.steps, _PERIODS)
+    except TooMuch as error:
+        raise Refused("steps", str(error)) from None
     try:
         _ = setting.system
     except ValueError:

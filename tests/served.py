@@ -1,0 +1,80 @@
+"""A server in a process of its own, as a user would start it, for tests that speak to it."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SECONDS_TO_START = 120  # a cold start compiles the kernels
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Served:
+    """One server: where it is, what it logs, and the numbers it gives of itself."""
+
+    def __init__(self, log, **environment):
+        self.port = free_port()
+        self.url = f"http://127.0.0.1:{self.port}"
+        self.log = log
+        variables = {**os.environ, **environment, "VIBROSCOPE_PORT": str(self.port)}
+        with log.open("w") as output:
+            command = str(Path(sys.executable).parent / "vibroscope")
+            self.process = subprocess.Popen(
+                [command, "serve"], cwd=ROOT, env=variables, stdout=output, stderr=subprocess.STDOUT
+            )
+
+    def wait(self):
+        end = time.monotonic() + SECONDS_TO_START
+        while time.monotonic() < end and self.process.poll() is None:
+            try:
+                urllib.request.urlopen(f"{self.url}/liveness", timeout=2).close()
+                return self
+            except OSError:
+                time.sleep(0.05)
+        raise AssertionError(f"no server: {self.log.read_text()}")
+
+    def metric(self, line):
+        """One number of /metrics by the beginning of its line, 0 where there is none yet."""
+        text = urllib.request.urlopen(f"{self.url}/metrics", timeout=20).read().decode()
+        return next((float(row.split()[-1]) for row in text.splitlines() if row.startswith(line)), 0.0)
+
+    def memory(self):
+        """Resident megabytes."""
+        status = Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(status.split("VmRSS:")[1].split()[0]) / 1000
+
+    def cpu(self):
+        """Seconds of processor time so far."""
+        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def stop(self, number=signal.SIGTERM):
+        """Exit status."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        try:
+            return self.process.wait(40)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise
+
+
+@contextmanager
+def served(log, **environment):
+    server = Served(log, **environment)
+    try:
+        yield server.wait()
+    finally:
+        server.stop()
