@@ -3,6 +3,7 @@
 export function render({ model }) {
   const root = element("section", "study");
   root.setAttribute("aria-label", model.spec.title);
+  root.dataset.figures = model.spec.figures.join(" ");
   const send = (message) => model.send_msg(message);
   const shows = [
     ...model.spec.switches.map((spec) => switcher(root, spec, send)),

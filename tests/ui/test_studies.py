@@ -1,0 +1,184 @@
+"""Bifurcation, K–D plane and time step in a browser: growing, set by a click or a drag, silent while hidden."""
+
+import pytest
+
+from .conftest import wait_until
+from .test_explorer import address, in_address
+from .test_page import AXE, count_messages, counted  # noqa: F401 - a fixture
+
+SETTING = "eta=2.76&K=12000&D=18&steps=2000"
+TABS = {"bifurcation": "Bifurcation", "plane": "K–D plane", "step": "Time step"}
+
+
+def panel(explorer):
+    return explorer.page.locator("section.study").locator("visible=true")
+
+
+def share(explorer):
+    return float(panel(explorer).get_attribute("data-share"))
+
+
+def complete(explorer, seconds=40):
+    wait_until(lambda: share(explorer) == 1, seconds, "a complete study")
+    explorer.settle()
+    return explorer
+
+
+def opened(visit, tab, **options):
+    return complete(visit(f"?tab={tab}&{SETTING}", **options))
+
+
+def place(explorer, name, x, y):
+    """Where a figure has the point (x, y) of its axes, the axes logarithmic or not."""
+    return explorer.page.evaluate(
+        """([name, x, y]) => {
+          const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
+          const canvas = view.canvas_view.el.getBoundingClientRect();
+          return [canvas.x + view.frame.x_scale.compute(x), canvas.y + view.frame.y_scale.compute(y)];
+        }""",
+        [name, x, y],
+    )
+
+
+def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
+    explorer = opened(visit, "plane")
+    assert "period at η = 2.76" in explorer.figure("plane_penalty")["title"]
+    assert "no time step" in explorer.figure("plane_exact")["title"]
+    told = panel(explorer).locator(".told").text_content()
+    assert "period 1" in told.split("Exact penalty at")[1]
+    explorer.page.mouse.click(*place(explorer, "plane_exact", 1000, 5))
+    wait_until(lambda: abs(explorer.source("plane_mark")["K"][0] - 1000) < 30, what="the mark at the click")
+    assert explorer.source("plane_mark")["D"][0] == pytest.approx(5, rel=0.03)
+    wait_until(lambda: address(explorer).get("K") != "12000", what="an address with the new K")
+    assert float(address(explorer)["D"]) == pytest.approx(5, rel=0.03)
+    assert share(explorer) == 1  # the plane itself is the same
+
+
+def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):
+    explorer = opened(visit, "plane")
+    explorer.page.get_by_role("combobox", name="Colour").select_option("contact")
+    key = panel(explorer).locator(".key")
+    wait_until(lambda: "fewer than 30 steps" in key.text_content())
+    explorer.page.get_by_label("Sudden below").fill("50")
+    wait_until(lambda: "fewer than 50 steps" in key.text_content())
+    assert "longest contact" in explorer.figure("plane_penalty")["title"]
+
+
+def test_a_study_is_cancelled_and_goes_on(visit):
+    explorer = visit("?tab=plane&eta=1.08&K=2500&D=8&steps=4000")
+    explorer.page.locator("summary", has_text="System and solver").click()
+    explorer.page.get_by_text("located", exact=True).click()
+    stop = panel(explorer).get_by_role("button")
+    wait_until(lambda: 0 < share(explorer) < 1, what="a first picture")
+    stop.click()
+    panel(explorer).get_by_role("button", name="Go on").wait_for()
+    held = share(explorer)
+    explorer.moved(lambda: explorer.type("K", "5000"))  # a slider is answered all the same
+    assert share(explorer) == held
+    stop.click()
+    panel(explorer).get_by_role("button", name="Cancel").wait_for()
+    wait_until(lambda: share(explorer) > held, what="it to go on")
+    panel(explorer).get_by_role("button", name="Cancel").click()
+
+
+def test_the_line_in_the_diagram_is_dragged_in_the_browser_and_sets_eta(counted, visit):  # noqa: F811
+    explorer = opened(visit, "bifurcation")
+    low, high = explorer.figure("bifurcation")["y"]
+    middle = 0.5 * (low + high)
+    explorer.page.mouse.move(*place(explorer, "bifurcation", 2.76, middle))
+    explorer.page.mouse.down()
+    received = count_messages(explorer.page)
+    explorer.page.mouse.move(*place(explorer, "bifurcation", 2.0, middle), steps=5)
+    assert explorer.model("bifurcation_cursor", "location") == pytest.approx(2.0, abs=0.02)
+    assert explorer.model("bifurcation_label", "text").startswith("η = ")
+    assert received() == 0
+    explorer.page.mouse.up()
+    wait_until(lambda: abs(float(explorer.typed("eta").input_value()) - 2.0) < 0.02, what="η at the line")
+    assert explorer.figure("bifurcation")["x"] == [0.5, 4]  # the drag zoomed nothing
+
+
+def test_a_zoom_of_the_diagram_is_computed_anew_in_its_range(visit):
+    explorer = opened(visit, "bifurcation")
+    explorer.zoom("bifurcation", 0.6, 0.1, 0.8, 0.9)
+    low, high = explorer.figure("bifurcation")["x"]
+    wait_until(
+        lambda: len({eta for eta in explorer.source("bifurcation_reference")["eta"] if low < eta < high}) > 300,
+        what="values of η in the range",
+    )
+    complete(explorer)
+
+
+def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(visit):
+    explorer = opened(visit, "bifurcation")
+    for choice in ("up", "down"):
+        explorer.page.get_by_label("Start").select_option(choice)
+        wait_until(lambda choice=choice: f"{choice}wards" in explorer.figure("bifurcation")["title"])
+        complete(explorer)
+    assert len(explorer.source("bifurcation_other")["eta"]) > 400
+    explorer.page.get_by_label("Solver").select_option("exact")
+    wait_until(lambda: len(explorer.source("bifurcation_penalty")["eta"]) > 0, what="the exact penalty solution")
+    assert explorer.source("bifurcation_reference")["eta"] == []
+
+
+def test_a_click_on_the_time_step_figure_sets_n(visit):
+    explorer = opened(visit, "step")
+    assert "T/2000 fixed" in explorer.figure("step_phase_fixed")["title"]
+    explorer.page.mouse.click(*place(explorer, "step_error_time_step", 8300, 1e-3))
+    wait_until(lambda: "T/8000 fixed" in explorer.figure("step_phase_fixed")["title"], what="the motion of T/8000")
+    in_address(explorer, steps="8000", tab="step")
+    assert "power of −2.0" in panel(explorer).locator(".told").text_content()
+
+
+def put(explorer, **texts):
+    """Set numbers as a scene or a link would, whichever tab is open."""
+    act = "detail => document.dispatchEvent(new CustomEvent('vibroscope:set', {detail}))"
+    explorer.moved(lambda: explorer.page.evaluate(act, texts))
+
+
+UPDATES = """() => {
+  window.updates = [];
+  for (const socket of window.sockets) socket.addEventListener("message", ({data}) => {
+    // A message begins with its header; what follows, pictures and columns among it, is part of it.
+    if (typeof data === "string" && data.startsWith('{"msgid"')) window.updates.push(0);
+    window.updates[window.updates.length - 1] += data.size ?? data.byteLength ?? data.length;
+  });
+}"""
+
+
+@pytest.mark.parametrize(
+    ("tab", "change"), [("bifurcation", {"kappa": "2.4"}), ("plane", {"kappa": "2.4"}), ("step", {"steps": "8000"})]
+)
+def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab, change):  # noqa: F811
+    explorer = opened(visit, tab)
+    if tab == "plane":
+        explorer.page.get_by_role("combobox", name="Colour").select_option("contact")  # with stripes: the most
+    explorer.settle()
+    explorer.page.evaluate(UPDATES)
+    put(explorer, **change)
+    complete(explorer)
+    assert 1_000 < max(explorer.page.evaluate("window.updates")) < 50_000
+    explorer.open_tab("Help")
+    explorer.settle()
+    received = count_messages(explorer.page)
+    put(explorer, K="3000", kappa="2.38")
+    explorer.page.wait_for_timeout(400)
+    assert received() < 4_000
+    put(explorer, K="12000", kappa=change.get("kappa", "2.41"))
+    before = received()
+    explorer.open_tab(TABS[tab])
+    complete(explorer, 3)  # at once: it is kept
+    assert received() - before < 50_000
+
+
+@pytest.mark.parametrize("tab", TABS)
+def test_a_study_is_accessible_in_the_dark_and_fits_a_phone(visit, tab):
+    explorer = opened(visit, tab, color_scheme="dark")
+    explorer.page.evaluate(AXE)
+    found = explorer.page.evaluate("axe.run({runOnly: ['wcag2a', 'wcag2aa']})")
+    serious = [v for v in found["violations"] if v["impact"] in ("serious", "critical")]
+    assert not serious, [(v["id"], [n["html"][:120] for n in v["nodes"]]) for v in serious]
+    explorer.page.set_viewport_size({"width": 390, "height": 844})
+    explorer.settle()
+    assert explorer.page.evaluate("document.scrollingElement.scrollWidth <= innerWidth")
+    for name in panel(explorer).get_attribute("data-figures").split():
+        wait_until(lambda name=name: 300 < explorer.figure(name)["box"]["width"] <= 390, what=f"{name} as wide as it")
