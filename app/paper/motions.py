@@ -96,6 +96,8 @@ def _doubled(scene: Scene) -> Finding:
 def _chatters(scene: Scene) -> Finding:
     """Figure 6, η = 1.08: intervals between the impacts that lead to the last permanent contact."""
     run = reference(scene, _TWO_PERIODS)
+    if len(run.contacts) < 2:
+        return Finding(False, "No permanent contact.", Times(run))
     begin, end = run.contacts[-2]
     before = run.impacts.time[(run.impacts.time > begin - run.period / 2) & (run.impacts.time <= begin)]
     intervals = np.diff(before) / run.period
