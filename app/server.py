@@ -143,6 +143,8 @@ class Socket(WSHandler):
         session_id = get_session_id(token)
         self._bucket = Bucket(_RATE, _BURST)
         self._session_name = logs.name_of(session_id)
+        # A message is many small frames: else the last wait until the receiver's delayed acknowledgement, 40 ms.
+        self.set_nodelay(True)
         with self._named():
             reason = house.refusal()
             if reason and not house.knows(session_id):

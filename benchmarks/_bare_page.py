@@ -1,0 +1,85 @@
+"""A page with the explorer's own figures, sizes and data, and nothing else: the least that Bokeh takes for them.
+
+Bokeh's own slider, Bokeh's own layout, one callback that writes columns which were computed before the server started:
+no solver, no Panel, no words, no animation.
+
+.venv/bin/python benchmarks/_bare_page.py PORT ORIGIN,… SIZES   (SIZES: {"phase1": [width, height], …} as JSON)
+"""
+
+import json
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from bokeh.layouts import column, row
+from bokeh.models import Range1d, Slider
+from bokeh.server.server import Server
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from app.compute import RunCache, frame_of
+from app.diagrams import kept
+from app.present import WINDOW, present
+from app.state import Explorer
+from app.views.base import THEME, write
+from app.views.diagram import DiagramView
+from app.views.displacement import DisplacementView
+from app.views.force import ForceView
+from app.views.phase import PhaseView
+
+SETTING = Explorer().setting()
+ETAS = [round(0.01 * n, 2) for n in range(50, 281)]
+
+
+def columns_of(eta):
+    """What the explorer would send for one η."""
+    return present(frame_of(SETTING._replace(eta=eta), cache=RunCache(0)))
+
+
+class Bare:
+    """One session."""
+
+    def __init__(self, doc, prepared, sizes):
+        self.doc, self.prepared = doc, prepared
+        time = Range1d(0, WINDOW)
+        phase, displacement, force = PhaseView(), DisplacementView(time), ForceView(time)
+        self.sources = {**phase.sources, **displacement.sources, **force.sources}
+        diagram = DiagramView(phase.sections, lambda _: kept("table").result(), lambda _: None)
+        self.cursor = diagram.cursor
+        columns = prepared[SETTING.eta]
+        phase.update(columns, fresh=True)
+        displacement.update(columns, SETTING, fresh=True)
+        force.update(columns, fresh=True)
+        diagram.update(SETTING.eta, SETTING.joint_damping, SETTING.coordinate)
+        figures = [*phase.figures, displacement.figure, displacement.strip, force.figure, diagram.figure]
+        for figure in figures:
+            figure.sizing_mode = "fixed"
+            figure.width, figure.height = sizes[figure.name]
+        slider = Slider(start=0.5, end=4, step=0.01, value=SETTING.eta, width=sizes["slider"][0], title="η")
+        slider.on_change("value", self.moved)
+        one, two, wide, strip, low, map_ = figures
+        doc.add_root(column(slider, row(one, two), wide, strip, row(low, map_)))
+        doc.theme = THEME
+
+    def moved(self, _, __, eta):
+        """Write what changed, as one message."""
+        self.doc.hold("collect")
+        columns = self.prepared[round(eta, 2)]
+        for name, source in self.sources.items():
+            write(source, columns[name])
+        self.cursor.location = eta
+        self.doc.unhold()
+
+
+def main():
+    """Serve until told to stop."""
+    port, origins, sizes = int(sys.argv[1]), sys.argv[2].split(","), json.loads(sys.argv[3])
+    with ThreadPoolExecutor(2) as pool:
+        prepared = dict(zip(ETAS, pool.map(columns_of, ETAS), strict=True))
+    kept("table").result()
+    server = Server({"/": lambda doc: Bare(doc, prepared, sizes)}, port=port, allow_websocket_origin=origins)
+    server.run_until_shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,117 @@
+"""Servers and pages for the measurements in a browser."""
+
+import os
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tools.browser import find  # noqa: E402 - found through the line above
+
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+PROBE = (ROOT / "benchmarks" / "_probe.js").read_text(encoding="utf-8")
+FIGURES = ("phase1", "phase2", "displacement", "force")  # the four that a move changes
+VIEWPORT = {"width": 1440, "height": 900}
+
+
+def free_port():
+    """A port nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def listens(port):
+    """Whether somebody does."""
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+@contextmanager
+def running(port, *command, environment=None):
+    """A process that listens on ``port``, until the end of the block."""
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    process = subprocess.Popen([str(part) for part in command], env={**os.environ, **(environment or {})}, **quiet)
+    try:
+        wait_until(lambda: process.poll() is not None or listens(port), f"{command} listens")
+        if process.poll() is not None:
+            raise RuntimeError(f"{command} ended with {process.returncode}")
+        yield process
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+def explorer(port, *origins, environment=None):
+    """The explorer's command, as a visitor's host runs it."""
+    command = [Path(sys.executable).parent / "vibroscope", "serve", "--port", port]
+    for origin in (port, *origins):
+        command += ["--origin", f"127.0.0.1:{origin}"]
+    return running(port, *command, environment=environment)
+
+
+def script(name, port, *arguments):
+    """One of the scripts beside this one."""
+    return running(port, sys.executable, Path(__file__).with_name(name), port, *arguments)
+
+
+def wait_until(holds, what, seconds=120.0, every=0.02):
+    """Poll until it holds."""
+    end = time.perf_counter() + seconds
+    while not holds():
+        if time.perf_counter() > end:
+            raise TimeoutError(f"not within {seconds:g} s: {what}")
+        time.sleep(every)
+
+
+def launch(playwright):
+    """The browser."""
+    return playwright.chromium.launch(executable_path=find(), args=ARGUMENTS)
+
+
+def alive(port):
+    """Whether the explorer answers."""
+    try:
+        return urllib.request.urlopen(f"http://127.0.0.1:{port}/liveness", timeout=1).status == 200
+    except OSError:
+        return False
+
+
+class Visit:
+    """A page with the probe in it."""
+
+    def __init__(self, browser, port, handle):
+        """``handle`` is the selector of what takes the keys: the slider."""
+        self.context = browser.new_context(viewport=VIEWPORT)
+        self.page = self.context.new_page()
+        self.page.add_init_script(PROBE)
+        self.page.goto(f"http://127.0.0.1:{port}/")
+        self.until("probe.first > 0 && Bokeh.documents[0].is_idle")
+        self.handle = self.page.locator(handle)
+
+    def until(self, expression, seconds=60.0):
+        """Wait for an expression to be true; Playwright's own way needs an eval that the explorer forbids."""
+        wait_until(lambda: self.page.evaluate(expression), expression, seconds)
+
+    def ask(self, expression):
+        """The value of an expression in the page."""
+        return self.page.evaluate(expression)
+
+    def watch(self, what, figures=FIGURES):
+        """Begin anew: note when all ``figures`` show a new state."""
+        self.page.bring_to_front()
+        self.page.evaluate("([figures, what]) => probe.watch(figures, what)", [list(figures), what])
+
+    def painted(self):
+        """How many states were painted since."""
+        return self.ask("probe.painted.length")
+
+    def close(self):
+        """Leave."""
+        self.context.close()

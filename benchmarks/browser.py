@@ -1,0 +1,245 @@
+"""The explorer's speed as its visitor meets it, beside a bare Bokeh page that moves the same data, in one run.
+
+A key press counts from the keyboard event to the end of the frame in which the last of four figures painted the new
+state; the explorer solves both models anew for it, over 2,050 periods, while the bare page has its data ready. Both
+pages take turns, ten keys each, so that what else the machine does meets both. The pendulums swing and the pages draw
+without a GPU.
+
+.venv/bin/python benchmarks/browser.py
+"""
+
+import json
+import statistics
+import time
+from contextlib import ExitStack, contextmanager
+
+import numpy as np
+from _pages import FIGURES, VIEWPORT, Visit, alive, explorer, free_port, launch, script, wait_until
+from playwright.sync_api import sync_playwright
+
+ROUNDS, KEYS = 10, 10
+PAUSE = 0.35  # s between two keys: the explanation of the last one falls into it
+DRAG_SECONDS, DRAG_RATE = 3.0, 30  # moves of the hand a second
+CURSOR_MOVES = 90
+ETA = (0.5, 4.0)  # what both sliders cover
+DRAG = (1.2, 2.4)
+THUMB = 16  # pixels of a native slider's handle
+EXPLORER, BARE = "#vibroscope-eta-slider", ".noUi-handle"
+BOXES = """names => Object.fromEntries(names.map(name => {
+  const box = Bokeh.index.find_one_by_id(probe.model(name).id).el.getBoundingClientRect();
+  return [name, [Math.round(box.width), Math.round(box.height)]];
+}))"""
+
+
+@contextmanager
+def turn(page, ours):
+    """The pendulums stand still while it is the bare page's turn: it must not share the machine with them."""
+    toggle = "document.dispatchEvent(new CustomEvent('vibroscope:play'))" if page is not ours else "0"
+    ours.ask(toggle)
+    yield
+    ours.ask(toggle)
+
+
+# ---- what a visitor does --------------------------------------------------------------------------------------------
+
+
+def press(visit, count):
+    """Per key: latency (ms), its part until the last byte came, kB of the update, kB up to the next key."""
+    visit.watch("eta")
+    visit.handle.focus()
+    keys = []
+    for n in range(1, count + 1):
+        visit.ask("probe.messages = []; 0")
+        visit.page.keyboard.press("ArrowRight")
+        visit.ask(f"probe.until({n})")
+        pressed, shown = visit.ask("[probe.inputs.findLast(i => i.type === 'keydown').at, probe.painted.at(-1).at]")
+        time.sleep(PAUSE)
+        messages = visit.ask("probe.messages")
+        update = [message for message in messages if message["at"] <= shown]
+        sizes = [sum(message["bytes"] for message in some) / 1000 for some in (update, messages)]
+        # Bokeh's word that it has the move comes on its own, before or after the figures; it is short.
+        came = max(message["at"] for message in update if message["bytes"] > 500)
+        keys.append((shown - pressed, came - pressed, *sizes))
+    return keys
+
+
+def drag(visit):
+    """Painted states a second, how many were painted after the hand stopped before the last, and the lag (ms)."""
+    _back(visit)
+    visit.watch("eta")
+    grip = visit.handle.bounding_box()
+    if grip["width"] > 2 * THUMB:  # a native slider is one box, its handle a part of it
+        left, span, height = grip["x"] + THUMB / 2, grip["width"] - THUMB, grip["height"]
+    else:
+        track = visit.page.locator(".noUi-base").bounding_box()
+        left, span, height = track["x"], track["width"], grip["height"]
+    place = [left + span * (eta - ETA[0]) / (ETA[1] - ETA[0]) for eta in DRAG]
+    y, mouse = grip["y"] + height / 2, visit.page.mouse
+    mouse.move(place[0], y)
+    mouse.down()
+    visit.ask("probe.inputs = []; probe.painted = []; 0")
+    moves, begin = int(DRAG_SECONDS * DRAG_RATE), time.perf_counter()
+    for n in range(1, moves + 1):
+        mouse.move(place[0] + (place[1] - place[0]) * n / moves, y)
+        time.sleep(max(0.0, begin + n / DRAG_RATE - time.perf_counter()))
+    time.sleep(2.5)
+    mouse.up()
+    first, last = visit.ask("probe.inputs.filter(i => i.type === 'pointermove').map(i => i.at)")[:: moves - 1]
+    painted = [state["at"] for state in visit.ask("probe.painted")]
+    during = sum(at <= last for at in painted)
+    return 1000 * during / (last - first), max(0, len(painted) - during - 1), max(0.0, painted[-1] - last)
+
+
+def _back(visit):
+    """Both sliders to where the drag begins, by keys: a page of ten steps, a step."""
+    visit.watch("eta")
+    visit.handle.focus()
+    visit.page.keyboard.press("Home")
+    time.sleep(1.5)
+    for _ in range(round((DRAG[0] - ETA[0]) / 0.01)):
+        visit.page.keyboard.press("ArrowRight")
+    time.sleep(2.5)
+
+
+def point(visit, count):
+    """Latencies (ms) of the line at the pointer, in all figures."""
+    visit.watch("cursor", (*FIGURES, "strip"))
+    box = visit.ask("""(() => {
+      const view = Bokeh.index.find_one_by_id(probe.model("displacement").id);
+      const canvas = view.canvas_view.el.getBoundingClientRect(), { x0, x1, y0, y1 } = view.frame.bbox;
+      return [canvas.x + x0, canvas.x + x1, canvas.y + (y0 + y1) / 2];
+    })()""")
+    visit.page.mouse.move(box[0] + 5, box[2])
+    time.sleep(0.5)
+    visit.ask("probe.painted = []; 0")
+    latencies = []
+    for n in range(1, count + 1):
+        visit.page.mouse.move(box[0] + 5 + (box[1] - box[0] - 10) * n / count, box[2])
+        visit.ask(f"probe.until({n})")
+        moved, shown = visit.ask("[probe.inputs.findLast(i => i.type === 'pointermove').at, probe.painted.at(-1).at]")
+        latencies.append(shown - moved)
+        time.sleep(0.03)
+    visit.page.mouse.move(5, 5)
+    return latencies
+
+
+def arrive(browser, port):
+    """Seconds to the first figure: a browser that was never here, and one that was."""
+    visit = Visit(browser, port, EXPLORER)
+    first = visit.ask("probe.first") / 1000
+    visit.page.reload()
+    visit.until("probe.first > 0")
+    again = visit.ask("probe.first") / 1000
+    visit.close()
+    return first, again
+
+
+# ---- the run --------------------------------------------------------------------------------------------------------
+
+
+class Table:
+    """What was wanted, and what was measured."""
+
+    def __init__(self):
+        self.missed = 0
+
+    def head(self, text):
+        """A part of the run."""
+        print(f"\n{text}\n{'':44}{'explorer':>10}{'bare':>10}{'wanted':>16}", flush=True)
+
+    def row(self, name, value, bare=None, most=None, least=None, ratio=None, digits=0):
+        """One figure; ``most`` and ``least`` bound it, ``ratio`` bounds it by the bare page's."""
+        met = (most is None or value <= most) and (least is None or value >= least)
+        met = met and (ratio is None or value <= ratio * bare)
+        self.missed += not met
+        wanted = f"≤ {most:g}" if most is not None else f"≥ {least:g}" if least is not None else ""
+        if ratio is not None:
+            wanted = f"≤ {ratio:g}× is {value / bare:.2f}×"
+        beside = "" if bare is None else f"{bare:.{digits}f}"
+        print(f"{name:44}{value:10.{digits}f}{beside:>10}{wanted:>16}{'' if met else '  missed'}", flush=True)
+
+
+def in_turns(ours, bare, rounds):
+    """What `press` tells of all keys, by page: a row a quantity."""
+    keys = {ours: [], bare: []}
+    for number in range(rounds + 1):
+        for page, found in keys.items():
+            with turn(page, ours):
+                found += press(page, KEYS if number else 3)
+    return [np.array(found[3:]).T for found in keys.values()]
+
+
+def dragged(ours, bare):
+    """What `drag` tells, a pair a quantity."""
+    found = []
+    for page in (ours, bare):
+        with turn(page, ours):
+            found.append(drag(page))
+    return list(zip(*found, strict=True))
+
+
+def on_the_spot(table, ours, bare):
+    """No line between server and browser."""
+    table.head(f"Key press to paint, {ROUNDS * KEYS} keys each")
+    keys = in_turns(ours, bare, ROUNDS)
+    table.row("median, ms", *(np.median(page[0]) for page in keys), ratio=1.3)
+    table.row("95th percentile, ms", *(np.quantile(page[0], 0.95) for page in keys), ratio=1.6)
+    table.row("of the median until the last byte came, ms", *(np.median(page[1]) for page in keys))
+    table.row("kB an update, mean", *(np.mean(page[2]) for page in keys), most=50, digits=1)
+    table.row("kB an update, largest", *(np.max(page[2]) for page in keys), digits=1)
+    table.row("kB with the explanation that follows, mean", *(np.mean(page[3]) for page in keys), digits=1)
+    table.head(f"Drag of {DRAG_SECONDS:g} s, {DRAG_RATE} moves a second")
+    drags = dragged(ours, bare)
+    table.row("painted states a second", *drags[0], least=15, digits=1)
+    table.row("stale states after the hand stopped", *drags[1], most=1)
+    table.row("lag after the hand stopped, ms", *drags[2])
+    table.head("Line at the pointer, in five figures")
+    cursor = point(ours, CURSOR_MOVES)
+    table.row("median, ms", statistics.median(cursor))
+    table.row("95th percentile, ms", np.quantile(cursor, 0.95), most=20)
+
+
+def far_away(table, ours, bare):
+    """Over the emulated line."""
+    table.head("25 ms each way, 20 Mbit/s")
+    keys = in_turns(ours, bare, 3)
+    table.row("key press to paint, median, ms", *(np.median(page[0]) for page in keys), most=160)
+    table.row("95th percentile, ms", *(np.quantile(page[0], 0.95) for page in keys))
+    drags = dragged(ours, bare)
+    table.row("painted states a second", *drags[0], digits=1)
+    table.row("lag after a drag of 3 s, ms", *drags[2], most=200)
+
+
+def main():
+    """Print every figure against what is wanted."""
+    table = Table()
+    with ExitStack() as stack:
+        playwright = stack.enter_context(sync_playwright())
+        browser = launch(playwright)
+        stack.callback(browser.close)
+        ports = [free_port() for _ in range(4)]
+        port, far, bare_port, bare_far = ports
+        stack.enter_context(explorer(port, far))
+        wait_until(lambda: alive(port), "the explorer answers")
+        table.head("First figure after the page is asked for, kernels warm, 5 visits")
+        arrive(browser, port)  # solves the first scene
+        first, again = zip(*(arrive(browser, port) for _ in range(5)), strict=True)
+        table.row("first visit, median, s", statistics.median(first), most=2, digits=2)
+        table.row("first visit, worst, s", max(first), digits=2)
+        table.row("second visit, median, s", statistics.median(again), digits=2)
+        ours = Visit(browser, port, EXPLORER)
+        sizes = ours.page.evaluate(BOXES, [*FIGURES, "strip", "diagram"])
+        slider = ours.handle.bounding_box()
+        sizes["slider"] = [round(slider["width"]), round(slider["height"])]
+        origins = ",".join(f"127.0.0.1:{p}" for p in (bare_port, bare_far))
+        stack.enter_context(script("_bare_page.py", bare_port, origins, json.dumps(sizes)))
+        on_the_spot(table, ours, Visit(browser, bare_port, BARE))
+        ours.close()
+        for here, there in ((far, port), (bare_far, bare_port)):
+            stack.enter_context(script("_wan_proxy.py", here, there))
+        far_away(table, Visit(browser, far, EXPLORER), Visit(browser, bare_far, BARE))
+    print(f"\n{table.missed or 'no'} target{'s' * (table.missed != 1)} missed; window {VIEWPORT}")
+
+
+if __name__ == "__main__":
+    main()

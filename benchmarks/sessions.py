@@ -1,0 +1,140 @@
+"""Many visitors of one server: forty that each move a slider every second, and a thousand that come and go.
+
+The visitors speak Bokeh's websocket protocol without a browser, so that what is measured is the server's; they share
+the machine with it. Each move is to a setting that nobody has asked for: both models are solved and, a moment later,
+their difference is explained. One visitor alone is measured before and after the forty.
+
+.venv/bin/python benchmarks/sessions.py
+"""
+
+import asyncio
+import statistics
+import time
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+from _pages import alive, explorer, free_port, wait_until
+
+from tests.browserless import Client, mapped
+
+MANY, SECONDS = 40, 20
+WARM, COMING, AT_ONCE = 200, 1000, 8
+RATIO, GROWTH = 2.5, 10  # wanted: 95th percentile of the many against one's; kB a session
+
+
+class Visitor:
+    """Somebody who moves the slider of η by one step every second."""
+
+    def __init__(self, url, number):
+        self.client = Client(url)
+        self.begin = 0.6 + (0.618 * number) % 1 * 3.0
+
+    async def come(self):
+        """Open the page."""
+        await self.client.open()
+        self.client.socket.protocol.set_nodelay(True)  # as browsers do
+        await self.client.ready()
+        return self
+
+    async def move(self, number):
+        """Seconds from a move to the message with its figures; then say that they are painted."""
+        self.client.answers.clear()
+        begun = time.perf_counter()
+        shown = await self.client.set(number, eta=f"{self.begin + 0.0101 * number:.4f}")
+        taken = time.perf_counter() - begun
+        painted = self.client.message(mapped({"painted": shown["frame"]}))
+        await self.client.send("PATCH-DOC", {"events": [painted]})
+        return taken
+
+    async def stay(self, phase):
+        """Move once a second, at this phase of it."""
+        begin = asyncio.get_running_loop().time() + phase
+        taken = []
+        for number in range(1, SECONDS + 1):
+            await asyncio.sleep(begin + number - asyncio.get_running_loop().time())
+            taken.append(await self.move(number))
+        self.client.socket.close()
+        return taken[2:]  # the first explains the page itself
+
+
+async def together(url, numbers):
+    """Seconds of every move of so many visitors at once."""
+    visitors = [await Visitor(url, number).come() for number in numbers]
+    stays = (visitor.stay(n / len(visitors)) for n, visitor in enumerate(visitors))
+    return [seconds for stay in await asyncio.gather(*stays) for seconds in stay]
+
+
+async def come_and_go(url, count):
+    """So many visits, a few at a time, each with its page shown."""
+    turn = asyncio.Semaphore(AT_ONCE)
+
+    async def visit():
+        async with turn, Client(url) as client:
+            await client.ready()
+
+    await asyncio.gather(*(visit() for _ in range(count)))
+
+
+def kilobytes(process):
+    """What the server has in memory."""
+    lines = Path(f"/proc/{process.pid}/status").read_text(encoding="ascii").splitlines()
+    return int(next(line.split()[1] for line in lines if line.startswith("VmRSS")))
+
+
+def cpu_seconds(process):
+    """What the server has computed, in all its threads."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / 100
+
+
+def empty(port):
+    """Whether all sessions have ended."""
+    answer = urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics", timeout=10).read().decode()
+    return "vibroscope_sessions 0\n" in answer
+
+
+def busy(url, process):
+    """One visitor, many, one again."""
+    alone = asyncio.run(together(url, [MANY + 1]))
+    begun = cpu_seconds(process)
+    many = asyncio.run(together(url, range(MANY)))
+    cost = (cpu_seconds(process) - begun) / (MANY * SECONDS)
+    alone += asyncio.run(together(url, [MANY + 2]))
+    print(f"{'a move every second each':32}{'median':>10}{'p95':>10}{'worst':>10}   ms from move to figures")
+    for name, taken in (("one visitor", alone), (f"{MANY} visitors", many)):
+        figures = (statistics.median(taken), np.quantile(taken, 0.95), max(taken))
+        print(f"{name:32}" + "".join(f"{1000 * figure:10.0f}" for figure in figures))
+    ratio = np.quantile(many, 0.95) / np.quantile(alone, 0.95)
+    verdict = "" if ratio <= RATIO else "  missed"
+    print(f"95th percentile of {MANY} against one: {ratio:.2f}× (wanted ≤ {RATIO}×){verdict}")
+    print(f"the server's CPU time: {1000 * cost:.0f} ms a move, opening the page included", flush=True)
+
+
+def coming_and_going(url, port, process):
+    """Memory before and after."""
+    kept, cost = [], 0.0
+    for count in (WARM, COMING):
+        begun = cpu_seconds(process)
+        asyncio.run(come_and_go(url, count))
+        cost = (cpu_seconds(process) - begun) / count
+        wait_until(lambda: empty(port), "all sessions end", every=0.5)
+        kept.append(kilobytes(process))
+    growth = (kept[1] - kept[0]) / COMING
+    print(f"\n{COMING} sessions opened and closed after {WARM} others: {kept[0] / 1000:.1f} → {kept[1] / 1000:.1f} MB")
+    print(f"growth: {growth:.1f} kB a session (wanted ≤ {GROWTH}){'' if growth <= GROWTH else '  missed'}")
+    print(f"the server's CPU time: {1000 * cost:.0f} ms a session")
+
+
+def main():
+    """Print both."""
+    port = free_port()
+    url = f"http://127.0.0.1:{port}"
+    with explorer(port, environment={"VIBROSCOPE_SESSIONS": "10000", "VIBROSCOPE_LOG_LEVEL": "error"}) as process:
+        wait_until(lambda: alive(port), "the explorer answers")
+        busy(url, process)
+        coming_and_going(url, port, process)
+
+
+if __name__ == "__main__":
+    main()
