@@ -12,6 +12,8 @@ FROM ${BASE} AS build
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1
 WORKDIR /opt/vibroscope
 
+# The linker's tools do not stay in the image, and a pinned version would vanish from the mirrors with the next one.
+# hadolint ignore=DL3008
 RUN apt-get update --quiet \
  && apt-get install --quiet --yes --no-install-recommends binutils \
  && rm -rf /var/lib/apt/lists/*
@@ -39,10 +41,14 @@ FROM ${BASE}
 COPY --from=build /opt/vibroscope /opt/vibroscope
 WORKDIR /opt/vibroscope
 
-# Everything belongs to root and the process is nobody: the engine takes its own copy of the kernels' machine code into
-# the temporary folder, since Numba passes over a cache it cannot write to.
+# The one folder that may be written to, if something writable is mounted on it: sweeps, shared by replicas.
+RUN install --directory --owner=10001 --group=10001 cache/studies
+
+# Everything else belongs to root and the process is nobody: the engine takes its own copy of the kernels' machine code
+# into the temporary folder, since Numba passes over a cache it cannot write to.
 ENV PATH=/opt/vibroscope/.venv/bin:$PATH \
     VIBROSCOPE_CACHE_DIR=/opt/vibroscope/cache \
+    VIBROSCOPE_ADDRESS=0.0.0.0 \
     HOME=/tmp \
     PYTHONDONTWRITEBYTECODE=1 \
     PYTHONUNBUFFERED=1
@@ -51,9 +57,9 @@ EXPOSE 5006
 
 # /liveness answers without building a page.
 HEALTHCHECK --interval=30s --timeout=5s --start-period=30s --retries=3 \
-    CMD ["python3", "-c", "from urllib.request import urlopen; urlopen('http://127.0.0.1:5006/liveness', timeout=4)"]
+    CMD ["python3", "-c", "import os, urllib.request as u; u.urlopen(f'http://127.0.0.1:{os.environ.get(\"VIBROSCOPE_PORT\") or 5006}/liveness', timeout=4)"]
 
-# One process, so that a stop signal ends it gracefully; for more users run more containers behind a sticky proxy.
-# Either signal ends it gracefully, what is under way included.
+# One process: a stop signal lets what is under way end, then it exits with 0. For more users run more containers behind a
+# sticky proxy (compose.yaml). `vibroscope serve --help` lists the settings that -e takes.
 ENTRYPOINT ["/opt/vibroscope/tools/container-entry"]
-CMD ["vibroscope", "serve", "--address", "0.0.0.0", "--port", "5006"]
+CMD ["vibroscope", "serve"]

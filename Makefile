@@ -9,7 +9,7 @@ BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken: nothing is built, nothing unpinned can come in.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
 
-.PHONY: help run test bench lint lock snapshots diagram image clean
+.PHONY: help run test bench lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
@@ -21,6 +21,8 @@ help:
 	@echo "make diagram    renew the bifurcation diagram kept in assets/"
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
+	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx)"
+	@echo "make release    fuzz, faults, load and soak: some twenty minutes, prints its figures"
 	@echo "make clean      remove .venv and what tools left behind"
 
 run: $(VENV)/run
@@ -37,6 +39,7 @@ lint: $(VENV)/test
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check --quiet
 	$(BIN)/lint-imports
+	$(BIN)/hadolint Dockerfile
 
 snapshots: $(VENV)/test
 	$(BIN)/pytest -m ui --renew-snapshots $(ARGS)
@@ -46,6 +49,12 @@ diagram: $(VENV)/run
 
 image:
 	tools/rehearse-image.sh
+
+proxy: $(VENV)/run
+	tools/rehearse-proxy.sh
+
+release: $(VENV)/test
+	$(BIN)/pytest -m release -s tests/release $(ARGS)
 
 clean:
 	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis

@@ -168,6 +168,13 @@ class Socket(WSHandler):
             return
         await super().on_message(fragment)
 
+    async def _receive(self, fragment: str):
+        try:
+            return await self.receiver.consume(fragment)
+        except Exception:  # whatever keeps it from being read, it is not the page's; Bokeh would log all of it
+            self._refuse("a message that cannot be read")
+            return None
+
     async def _handle(self, message):
         """One message, with what may not pass taken out of it."""
         with self._named():

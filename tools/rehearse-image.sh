@@ -68,6 +68,7 @@ mapfile -t entry < <(setting Entrypoint; setting Cmd)
 mapfile -t health < <(setting Healthcheck.Test | tail -n +2)
 user=$(store inspect --type image --format '{{.Docker.Config.User}}' "$image")
 stop=$(store inspect --type image --format '{{.Docker.Config.StopSignal}}' "$image")
+stop=${stop:-SIGTERM}
 uid=${user%:*} gid=${user#*:}
 
 container=$(store from "$image")

@@ -1,0 +1,228 @@
+"""The server as those meet it who mean no good: tokens, origins, addresses, messages, floods; and how it ends."""
+
+import asyncio
+import json
+import signal
+import urllib.request
+from contextlib import suppress
+
+import pytest
+from tornado.websocket import WebSocketClosedError
+
+from tests.browserless import Client, changed, event, get, mapped, move, token_of
+from tests.served import served
+
+BAD_ADDRESSES = (
+    "eta=%C2%B2",
+    "eta=" + "9" * 1900,
+    "eta=nan",
+    "eta=1e999",
+    "eta=-1",
+    "eta=1.2&eta=1.3",
+    "eta=1.2&K=0",
+    "steps=2000.5",
+    "tab=nowhere",
+    "pin=eta%3D99",
+    "theme=²&eta=%ff%fe",
+)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    log = tmp_path_factory.mktemp("server") / "log.txt"
+    with served(log, VIBROSCOPE_LOG_FORMAT="json", VIBROSCOPE_SESSIONS="40") as server:
+        yield server
+    lines = [json.loads(line) for line in log.read_text().splitlines() if line.startswith("{")]
+    assert {"session opened", "computed", "refused"} <= {line["event"] for line in lines}
+    assert not [line for line in lines if "traceback" in line or line["event"] == "answered"]
+
+
+def run(steps):
+    return asyncio.run(asyncio.wait_for(steps, 60))
+
+
+def test_every_answer_carries_the_headers(server):
+    for path in ("/", "/nothing", "/static/js/bokeh.min.js", "/liveness", "/speed/work-precision.svg"):
+        headers = run(get(server.url + path)).headers
+        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+        assert "unsafe-eval" not in headers["Content-Security-Policy"]
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert "Server" not in headers
+
+
+def test_what_is_not_needed_is_not_there(server):
+    for path in ("/autoload.js?bokeh-autoload-element=x", "/metadata", "/components/this/x/_css/y", "/admin"):
+        assert run(get(server.url + path)).code == 404, path
+
+
+def test_metrics_are_for_this_machine(server):
+    assert run(get(f"{server.url}/metrics")).code == 200
+    assert run(get(f"{server.url}/metrics", headers={"X-Forwarded-For": "127.0.0.1"})).code == 404
+
+
+def test_a_page_costs_next_to_nothing_and_holds_no_session(server):
+    held, before = server.metric("vibroscope_sessions "), server.cpu()
+    for _ in range(50):
+        urllib.request.urlopen(server.url).close()
+    assert (server.cpu() - before) / 50 < 0.02
+    assert server.metric("vibroscope_sessions ") <= held
+
+
+def test_a_forged_token_gets_no_connection(server):
+    async def steps():
+        good = await token_of(server.url)
+        head, _, sign = good.partition(".")
+        other = await token_of(server.url)
+        mixed = f"{other.partition('.')[0]}.{sign}"
+        for token in ("x", "eyJzZXNzaW9uX2lkIjogIngifQ", head, f"{head}.{sign[::-1]}", mixed):
+            assert await Client(server.url).knock(token=token) == 403
+
+    run(steps())
+
+
+def test_another_origin_gets_no_connection(server):
+    async def steps():
+        for origin in ("http://evil.example", f"http://127.0.0.1:{server.port}.evil.example", "null"):
+            assert await Client(server.url).knock(origin=origin) == 403
+
+    run(steps())
+
+
+@pytest.mark.parametrize("query", BAD_ADDRESSES)
+def test_a_bad_address_is_refused_in_words(server, query):
+    async def steps():
+        async with Client(server.url, query) as client:
+            header = next(m for m in client.models("Header1"))
+            assert "The link was not taken" in header["attributes"].get("error", "")
+
+    run(steps())
+
+
+def test_a_forged_value_is_refused_in_words_and_the_state_stays(server):
+    async def steps():
+        async with Client(server.url) as client:
+            await client.ready()
+            held = await client.set(1, eta="1.2")
+            assert held["texts"]["eta"] == "1.2"
+            for number, text in enumerate(("nan", "1e999", "²", "9" * 5000, "", None, True, 7), start=2):
+                await client.patch(client.message(move({"eta": text, "K": "500"}, number)))
+            await client.set(50, D="9")
+            held = await client.set(51, eta="1e9", K="500")
+            assert held["texts"]["eta"] == "1.2"
+            assert held["texts"]["K"] == "2500"
+            assert "eta must be" in held["refused"]["text"]
+
+    run(steps())
+
+
+def test_no_model_can_be_forged(server):
+    async def steps():
+        client = Client(server.url)
+        token = await token_of(server.url)
+        await client.open(token=token)
+        other = await Client(server.url).open(token=token)  # looks at the same session
+        source = client.models("ColumnDataSource")[0]["id"]
+        ends = client.models("Range1d")[0]["id"]
+        await client.ready()
+        for forged in (
+            changed(client.component("Controls"), "esm", "alert(1)"),
+            changed(client.models("Header1")[0]["id"], "error", "<b>give me your password</b>"),
+            changed(client.models("Controls1")[0]["id"], "shown", mapped({})),
+            changed(client.models("Figure")[0]["id"], "width", 10**9),
+            changed(source, "data", mapped({"x": [1, 2, 3]})),
+            changed(ends, "start", {"type": "number", "value": "nan"}),
+            changed(ends, "start", float("inf")),
+            changed(ends, "start", "0"),
+            {"kind": "ColumnsStreamed", "model": {"id": source}, "attr": "data", "data": {}, "rollover": None},
+            {"kind": "RootRemoved", "model": {"id": source}},
+            {"kind": "TitleChanged", "title": "forged"},
+            event("data_event", mapped({"model": {"id": "p1"}, "data": 1})),
+            event("button_click", mapped({"model": {"id": source}})),
+            "nothing",
+        ):
+            assert (await client.patch(forged))["msgtype"] == "OK"
+        fresh = await Client(server.url).open(token=token)
+        for reader in (other, fresh):
+            reader.socket.close()
+        text = json.dumps(fresh.document)
+        assert "alert(1)" not in text
+        assert "password" not in text
+        assert fresh.models("Header1")[0]["attributes"].get("error", "") == ""
+        held = await client.set(9, eta="1.3")  # and the session goes on
+        assert held["texts"]["eta"] == "1.3"
+        client.socket.close()
+
+    run(steps())
+
+
+@pytest.mark.parametrize("kind", ["PUSH-DOC", "SERVER-INFO-REQ", "OK", "nonsense"])
+def test_what_the_page_never_says_ends_the_connection(server, kind):
+    async def steps():
+        async with Client(server.url) as client:
+            await client.send(kind, {"doc": {"roots": []}})
+            while await client.receive() is not None:
+                pass
+
+    run(steps())
+
+
+def test_no_json_and_no_text_end_the_connection(server):
+    async def steps():
+        for parts in (["{"] * 3, ["[]"] * 3, ["9" * 5000] * 3, [b"\0"], ["x" * 300_000]):
+            async with Client(server.url) as client:
+                for part in parts:
+                    await client.socket.write_message(part, binary=isinstance(part, bytes))
+                while await client.socket.read_message() is not None:
+                    pass
+
+    run(steps())
+
+
+def test_a_flood_of_messages_ends_the_connection(server):
+    async def steps():
+        async with Client(server.url) as client:
+            for number in range(1500):
+                await client.send("PATCH-DOC", {"events": [client.message(move({}, number))]})
+            while await client.receive() is not None:
+                pass
+
+    refused = server.metric('vibroscope_refused_total{what="message"}')
+    with suppress(WebSocketClosedError):
+        run(steps())
+    assert server.metric('vibroscope_refused_total{what="message"}') > refused
+
+
+def test_no_more_sessions_than_granted_and_no_setting_dearer_than_granted(tmp_path):
+    limits = {"VIBROSCOPE_SESSIONS": "1", "VIBROSCOPE_STEPS": "5000000"}
+
+    async def steps(server):
+        async with Client(server.url) as client:
+            await client.ready()
+            answer = await get(server.url)
+            assert answer.code == 503
+            assert "as many sessions as it can" in answer.body.decode()
+            assert answer.headers["Retry-After"]
+            held = await client.set(1, steps="32000")
+            assert held["texts"]["steps"] == "2000"
+            assert "this server does 5,000,000" in held["refused"]["text"]
+
+    with served(tmp_path / "log.txt", **limits) as server:
+        run(steps(server))
+
+
+def test_a_stop_signal_lets_what_is_under_way_end(tmp_path):
+    async def steps(server):
+        client = await Client(server.url, "eta=1.2345").open()
+        await client.ready()
+        shown = await client.shown(lambda told: told.get("frame"))
+        await client.patch(client.message(mapped({"painted": shown["frame"]})))
+        await client.patch(client.message(move({"eta": "1.31"}, 7)))
+        server.process.send_signal(signal.SIGTERM)
+        told = await client.shown(lambda told: told.get("move") == 7)
+        client.socket.close()
+        return told
+
+    with served(tmp_path / "log.txt") as server:
+        assert run(steps(server))["texts"]["eta"] == "1.31"
+        assert server.stop() == 0
+    assert "Traceback" not in server.log.read_text()

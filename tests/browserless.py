@@ -1,0 +1,172 @@
+"""A client that speaks Bokeh's websocket protocol, to say what no browser would: page, token, document, patches."""
+
+import itertools
+import json
+import re
+import time
+
+from tornado.httpclient import AsyncHTTPClient, HTTPRequest
+from tornado.websocket import websocket_connect
+
+_IDS = itertools.count(1)
+
+
+async def get(url, **options):
+    """An answer, whatever its status."""
+    return await AsyncHTTPClient().fetch(HTTPRequest(url, request_timeout=30, **options), raise_error=False)
+
+
+async def token_of(url):
+    page = await get(url)
+    assert page.code == 200, page.code
+    return re.search(r'"token":"([^"]+)"', page.body.decode())[1]
+
+
+def move(texts, number=1):
+    """The data of a message that sets numbers."""
+    return mapped({"set": mapped(texts), "move": number})
+
+
+def mapped(values):
+    return {"type": "map", "entries": [[name, value] for name, value in values.items()]}
+
+
+class Client:
+    """One session, as a browser would hold it; `open` brings it to where the page is shown."""
+
+    def __init__(self, url, query=""):
+        self.url, self.query = url, query
+        self.answers = []  # the last of them are the newest
+
+    async def open(self, token=None, origin=None):
+        token = token or await token_of(f"{self.url}/?{self.query}")
+        address = f"{self.url.replace('http', 'ws', 1)}/ws?{self.query}"
+        request = HTTPRequest(address, headers={"Origin": origin or self.url})
+        self.socket = await websocket_connect(request, subprotocols=["bokeh", token])
+        assert (await self.receive())["msgtype"] == "ACK"
+        await self.send("PULL-DOC-REQ", {})
+        self.document = (await self.answer("PULL-DOC-REPLY"))["content"]["doc"]
+        return self
+
+    async def knock(self, token=None, origin=None):
+        """Status that the server answers an attempt to connect with."""
+        headers = {
+            "Upgrade": "websocket",
+            "Connection": "Upgrade",
+            "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+            "Sec-WebSocket-Version": "13",
+            "Sec-WebSocket-Protocol": f"bokeh, {token or await token_of(self.url)}",
+            "Origin": origin or self.url,
+        }
+        return (await get(f"{self.url}/ws", headers=headers)).code
+
+    async def __aenter__(self):
+        return await self.open()
+
+    async def __aexit__(self, *_):
+        self.socket.close()
+
+    # -- frames ----------------------------------------------------------------
+
+    async def receive(self):
+        """The next message, its header and content in one; None once the server has closed."""
+        parts = []
+        for _ in range(3):
+            parts.append(await self.socket.read_message())
+            if parts[-1] is None:  # asked once more, it would wait for ever
+                return None
+        header, _, content = map(json.loads, parts)
+        for _ in range(2 * header.get("num_buffers", 0)):
+            await self.socket.read_message()
+        message = {**header, "content": content}
+        self.answers.append(message)
+        return message
+
+    async def answer(self, kind):
+        while (message := await self.receive()) is not None:
+            if message["msgtype"] == kind:
+                return message
+        raise ConnectionError(f"closed before {kind}")
+
+    async def send(self, kind, content):
+        header = {"msgid": str(next(_IDS)), "msgtype": kind}
+        for part in (header, {}, content):
+            await self.socket.write_message(part if isinstance(part, str) else json.dumps(part))
+        return header["msgid"]
+
+    async def patch(self, *events):
+        """Send a patch and wait for the server's word on it; None if it closed instead."""
+        number = await self.send("PATCH-DOC", {"events": list(events)})
+        while (message := await self.receive()) is not None:
+            if message.get("reqid") == number:
+                return message
+        return None
+
+    # -- the page ---------------------------------------------------------------
+
+    def models(self, kind):
+        """Every object of a kind in the document, as it came."""
+        found = []
+
+        def walk(part):
+            if isinstance(part, dict):
+                if part.get("type") == "object" and part.get("name", "").endswith(kind):
+                    found.append(part)
+                part = list(part.values())
+            if isinstance(part, list):
+                for item in part:
+                    walk(item)
+
+        walk(self.document)
+        return found
+
+    def component(self, name):
+        """Identifier of one of the page's own components."""
+        return next(m["id"] for m in self.models("ReactiveESM") if m["attributes"].get("name") == name)
+
+    def message(self, data, name="Controls"):
+        values = {"type": "map", "entries": [["model", {"id": self.component(name)}], ["data", data]]}
+        return event("data_event", values)
+
+    async def ready(self):
+        return await self.patch(event("document_ready", {"type": "map"}))
+
+    async def set(self, number=1, **texts):
+        """Move some numbers; returns what the server then holds (`app.views.controls.shown`)."""
+        await self.patch(self.message(move(texts, number)))
+        return await self.shown(lambda shown: shown.get("move") == number)
+
+    async def shown(self, holds, seconds=20):
+        """What the controls show, once it is as wanted."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            for message in reversed(self.answers):
+                for told in _told(message):
+                    if holds(told):
+                        return told
+            if await self.receive() is None:
+                break
+        raise AssertionError(f"never shown: {[told for m in self.answers for told in _told(m)][-2:]}")
+
+
+def event(name, values):
+    said = {"type": "event", "name": name, "values": values}
+    return {"kind": "MessageSent", "msg_type": "bokeh_event", "msg_data": said}
+
+
+def changed(model, attribute, value):
+    return {"kind": "ModelChanged", "model": {"id": model}, "attr": attribute, "new": value}
+
+
+def _told(message):
+    """Every value of ``shown`` in a patch."""
+    for change in message["content"].get("events", []) if isinstance(message["content"], dict) else []:
+        if change.get("attr") == "shown":
+            yield plain(change["new"])
+
+
+def plain(value):
+    """A value as Python has it."""
+    if isinstance(value, dict) and value.get("type") == "map":
+        return {name: plain(item) for name, item in value.get("entries", [])}
+    return [plain(item) for item in value] if isinstance(value, list) else value

@@ -1,0 +1,33 @@
+"""The page under its own content security policy, in a real browser: nothing is blocked."""
+
+VIOLATIONS = """() => {
+  window.blocked = [];
+  const note = event => window.blocked.push(`${event.violatedDirective} ${event.blockedURI}`);
+  document.addEventListener("securitypolicyviolation", note);
+}"""
+
+
+def test_the_page_works_and_nothing_is_blocked(visit, server, windows):
+    context = windows(viewport={"width": 1440, "height": 900})
+    context.add_init_script(f"({VIOLATIONS})()")
+    explorer = visit()
+    explorer.moved(lambda: explorer.type("eta", "1.4"))
+    assert len(explorer.source("displacements")) > 0
+    for title in explorer.page.get_by_role("tab").all_text_contents():
+        explorer.open_tab(title)
+        explorer.page.wait_for_timeout(300)
+    assert explorer.page.evaluate("window.blocked") == []
+    answer = explorer.page.request.get(server)
+    policy = answer.headers["content-security-policy"]
+    assert "unsafe-eval" not in policy
+    assert "http" not in policy
+
+
+def test_the_policy_is_in_force(visit):
+    explorer = visit()
+    told = explorer.page.evaluate(
+        "new Promise(done => { document.addEventListener('securitypolicyviolation', e => done(e.violatedDirective), "
+        "{once: true}); fetch('http://192.0.2.1/').catch(() => {}); setTimeout(() => done('nothing'), 3000); })"
+    )
+    assert told == "connect-src"
+    explorer.complaints.clear()
