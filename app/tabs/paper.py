@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import logging
-from concurrent.futures import Future, ThreadPoolExecutor
-from functools import cache, partial
+from functools import partial
 
 import panel as pn
 
 from app.files import style
 from app.paper import CLAIMS, Claim, Finding, as_dict
-from app.tabs.base import Desk, Tab
+from app.paper.checks import CHECKS
+from app.tabs.base import Desk, Move, Tab
 from app.views.claims import ClaimCard, draw
 
 log = logging.getLogger("vibroscope")
@@ -25,15 +25,6 @@ view. Figures 1, 2, 5, 7 and 8 are drawings of the model and of the experiment; 
 </article>
 """
 
-# One thread: checks wait for each other, not a slider for them.
-_checker = ThreadPoolExecutor(1, thread_name_prefix="paper")
-
-
-@cache
-def _finding(key: str) -> Future[Finding]:
-    """A check, made once a process: it depends on nothing that is set."""
-    return _checker.submit(CLAIMS[key].find)
-
 
 class Paper(Tab):
     """Cards that ask for their check when they are seen."""
@@ -46,7 +37,7 @@ class Paper(Tab):
         super().__init__(desk)
         self._cards: dict[str, ClaimCard] = {}
         self._slots: dict[str, pn.Column] = {}
-        self._asked: set[str] = set()
+        self._asked: set[str] = set()  # seen, and nothing found yet
         self._findings: dict[str, Finding] = {}
 
     def build(self) -> pn.viewable.Viewable:
@@ -65,6 +56,16 @@ class Paper(Tab):
             sizing_mode="stretch_width",
         )
 
+    def show(self, move: Move) -> None:
+        """Go on with what was seen before another tab was opened."""
+        for key in self._asked:
+            CHECKS.ask(key, self._deliver)
+        super().show(move)
+
+    def hide(self) -> None:
+        """Nothing is checked for a tab that nobody sees."""
+        CHECKS.withdraw(self._deliver)
+
     def take(self, what: str) -> dict | None:
         """What has been found so far."""
         if what != "json" or not self._findings:
@@ -75,21 +76,27 @@ class Paper(Tab):
 
     def _seen(self, key: str) -> None:
         """The browser has the card in view."""
-        if key not in self._asked:
+        if key not in self._asked and key not in self._findings:
             self._asked.add(key)
-            _finding(key).add_done_callback(lambda done: self.desk.later(partial(self._checked, key, done)))
+            CHECKS.ask(key, self._deliver)
 
-    def _checked(self, key: str, done: Future[Finding]) -> None:
-        error = done.exception()
-        if error is not None:
-            log.error("checking %s failed", key, exc_info=error)
-            self._cards[key].fail(f"This could not be checked ({error}).")
+    def _deliver(self, key: str, result: Finding | Exception) -> None:
+        """In a worker thread."""
+        self.desk.later(partial(self._checked, key, result))
+
+    def _checked(self, key: str, result: Finding | Exception) -> None:
+        if key in self._findings:  # asked for again while it was on its way
             return
-        self._findings[key] = done.result()
+        self._asked.discard(key)
+        if isinstance(result, Exception):
+            log.error("checking %s failed", key, exc_info=result)
+            self._cards[key].fail(f"This could not be checked ({result}).")
+            return
+        self._findings[key] = result
         with pn.io.hold(self.desk.doc):
-            plot = draw(done.result().picture, f"paper{key}")
+            plot = draw(result.picture, f"paper{key}")
             self._slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
-            self._cards[key].update(done.result())
+            self._cards[key].update(result)
 
 
 def _told(claim: Claim) -> dict:

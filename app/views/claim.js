@@ -27,7 +27,8 @@ export function render({ model }) {
   };
   model.on("found", draw);
   draw();
-  whenSeen(root, () => model.send_msg({ seen: true }));
+  // Until the page is laid out, all cards lie in view.
+  whenIdle(() => whenSeen(root, () => model.send_msg({ seen: true })));
   return root;
 }
 

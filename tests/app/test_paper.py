@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ from panel.models.esm import DataEvent
 
 from app.commands import paper as command
 from app.paper import CLAIMS, motions, penalties, planes
+from app.paper import checks as checking
 from app.paper.claim import SEEN, SYSTEM, newmark, reach, reference
 from app.scenes import scenes
+from app.tabs.base import Move
 from app.tabs.paper import Paper
 from app.views.claims import draw
 from engine import ExactPenalty, Newmark, Reference, motion, simulate
@@ -191,48 +194,83 @@ class _Desk:
     def later(self, callback):
         self.waiting.append(callback)
 
+    def push(self, move, write):
+        write()
 
-def test_a_claim_is_checked_when_it_is_seen_and_once(findings, monkeypatch):
-    desk = _Desk()
+
+@pytest.fixture
+def checks(monkeypatch):
+    """Checks of this test alone, with a thread that works when it is told to."""
+    thread = _Thread()
+    monkeypatch.setattr(checking, "_thread", lambda: thread)
+    monkeypatch.setattr("app.tabs.paper.CHECKS", checking.Checks())
+    return thread
+
+
+class _Thread:
+    def __init__(self):
+        self.jobs = []
+
+    def submit(self, job, *args):
+        self.jobs.append(partial(job, *args))
+
+    def work(self):
+        while self.jobs:
+            self.jobs.pop(0)()
+
+
+def opened(desk):
     tab = Paper(desk)
-    asked = []
-    monkeypatch.setattr("app.tabs.paper._finding", lambda key: asked.append(key) or _Done(findings[key]))
     tab.build()
-    assert asked == []
+    return tab
+
+
+def test_a_claim_is_checked_when_it_is_seen_and_once(checks):
+    desk = _Desk()
+    tab = opened(desk)
+    assert checks.jobs == []
     assert tab.take("json") is None
     for message in ({"seen": True}, {"seen": True}, {"seen": "no"}, "seen"):
         tab._cards["4C"]._process_event(DataEvent(None, message))
-    assert asked == ["4C"]
+    assert len(checks.jobs) == 1
+    checks.work()
     assert tab._cards["4C"].found == {}
     desk.waiting.pop()()
     assert tab._cards["4C"].found["agrees"] is True
     assert len(tab._slots["4C"]) == 2
     assert all(len(slot) == 1 for key, slot in tab._slots.items() if key != "4C")
     assert [row["figure"] for row in json.loads(tab.take("json")["text"])] == ["Figure 4 [C]"]
+    other = _Desk()
+    opened(other)._seen("4C")
+    assert checks.jobs == []
+    assert len(other.waiting) == 1
 
 
-class _Done:
-    def __init__(self, result):
-        self._result = result
-
-    def add_done_callback(self, callback):
-        callback(self)
-
-    def exception(self):
-        return self._result if isinstance(self._result, Exception) else None
-
-    def result(self):
-        return self._result
-
-
-def test_a_check_that_fails_is_told_on_its_card(monkeypatch):
+def test_a_hidden_tab_checks_nothing_and_goes_on_when_it_is_shown(checks, monkeypatch):
+    found = []
+    find = CLAIMS["4C"].check
+    monkeypatch.setitem(CLAIMS, "4C", replace(CLAIMS["4C"], check=lambda scene: found.append(scene.key) or find(scene)))
     desk = _Desk()
-    tab = Paper(desk)
-    monkeypatch.setattr("app.tabs.paper._finding", lambda key: _Done(ValueError("no memory")))
-    tab.build()
-    tab._seen("3")
+    tab = opened(desk)
+    tab._seen("4C")
+    tab.hide()
+    checks.work()
+    assert found == desk.waiting == []
+    tab.show(Move(1, None))
+    checks.work()
+    assert found == ["C"]
     desk.waiting.pop()()
-    assert tab._cards["3"].found == {"error": "This could not be checked (no memory)."}
+    assert tab._cards["4C"].found["agrees"] is True
+
+
+def test_a_check_that_fails_is_told_on_its_card(checks, monkeypatch):
+    monkeypatch.setitem(CLAIMS, "3", replace(CLAIMS["3"], check=lambda scene: 1 / 0))
+    desk = _Desk()
+    tab = opened(desk)
+    tab._seen("3")
+    checks.work()
+    desk.waiting.pop()()
+    assert tab._cards["3"].found == {"error": "This could not be checked (division by zero)."}
 
 
 def test_the_claims_need_no_page():
