@@ -19,9 +19,8 @@ from engine import Cells, Method, System, run_cells
 COUNT = 480  # values of η
 TRANSIENT, SAMPLE = 1000, 48
 COORDINATES = {"xi1": 0, "v1": 1, "xi2": 2, "v2": 3}
-DIRECTIONS = ("rest", "up", "down")
-# What one update sends is bounded: of a motion that does not repeat itself so many points are drawn, at most.
-MOST_POINTS = 6000
+# What one update sends is bounded: so many points are drawn at most, and so many of what it is compared with.
+MOST_POINTS, MOST_BESIDE = 4200, 1500
 _EQUAL = 1e-5  # points nearer than this share of the picture's height are one
 
 
@@ -64,14 +63,24 @@ class DiagramStage:
         """Which cells hold something, final or coarse."""
         return np.isfinite(self.period) | self.ended
 
-    def points(self, coordinate: str) -> tuple[np.ndarray, np.ndarray]:
-        """η and the coordinate at τ ≡ 0 mod T, each motion's points once; at most `MOST_POINTS`."""
+    def points(self, coordinate: str, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
+        """η and the coordinate at τ ≡ 0 mod T, each motion's points once; some of them where there are too many."""
         values = np.sort(self.section[:, :, COORDINATES[coordinate]], axis=1)
         height = np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf)
         new = np.isfinite(values)
         new[:, 1:] &= np.diff(values, axis=1) > _EQUAL * height
-        row, column = np.nonzero(_thinned(new, MOST_POINTS))
+        row, column = np.nonzero(_thinned(new, most))
         return self.question.axis[row], values[row, column]
+
+    def data(self) -> dict[str, object]:
+        """What is known, for a file."""
+        return {
+            "direction": self.question.direction,
+            "eta": self.question.axis[self.known],
+            "period": self.period[self.known],
+            "impacts_per_period": self.impacts[self.known],
+            **{name: self.section[self.known, :, column] for name, column in COORDINATES.items()},
+        }
 
     def stretches(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Intervals of η with one period: left, right, period; −1 where the run ended early."""

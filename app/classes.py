@@ -14,6 +14,7 @@ import numpy as np
 
 from app.plane import PlaneStage
 
+VEIL = "#F5F5F5"  # stripes over what lies below a limit: the classes there are the dark ones
 # The first classes of the palette: colours that `theme.js` knows, in light and dark.
 UNKNOWN, DIVERGED, NO_NUMBER = 0, 1, 2
 _SPECIAL = ("#F1F3F5", "#FFFFFF", "#C6CDD4")
@@ -55,7 +56,7 @@ QUANTITIES = {
         "period, scatter forgiven", _PERIOD_EDGES, PERIODS, lambda stage, side: stage.shown(side, "near_period")
     ),
     "contact": Quantity(
-        "longest contact in steps",
+        "longest contact (steps)",
         (10, 30, 100, 300, 1000),
         _more_or_less("below 10", "10 to 30", "30 to 100", "100 to 300", "300 to 1000", "above 1000"),
         PlaneStage.contact_steps,
@@ -67,7 +68,7 @@ QUANTITIES = {
         lambda stage, side: stage.shown(side, "impacts_per_period"),
     ),
     "error": Quantity(
-        "error against the reference",
+        "error against reference",
         (0.01, 0.03, 0.1, 0.3, 1.0),
         _more_or_less("below 1 %", "1 to 3 %", "3 to 10 %", "10 to 30 %", "30 to 100 %", "above 100 %"),
         lambda stage, side: stage.shown(side, "error"),
@@ -100,5 +101,5 @@ def legend(name: str, limit: float | None = None) -> list[list[str]]:
     rows = [[colour, text, ""] for text, colour in QUANTITIES[name].classes]
     rows += [[_SPECIAL[NO_NUMBER], "no number", ""]] if name == "error" else []
     rows += [[_SPECIAL[DIVERGED], "blown up", "cross"]]
-    rows += [["", f"fewer than {limit:g} steps in contact", "veil"]] if limit is not None else []
+    rows += [[VEIL, f"fewer than {limit:g} steps in contact", "veil"]] if limit is not None else []
     return rows

@@ -33,6 +33,9 @@ class Stage(Protocol):
 
     share: float  # of all cells that are done
 
+    def data(self) -> dict[str, object]:
+        """What is known, for a file: numbers, words, arrays, and dictionaries of those."""
+
 
 Refine = Callable[[object, Stage | None, Callable[[], bool]], Iterator[Stage]]
 
@@ -40,10 +43,11 @@ Refine = Callable[[object, Stage | None, Callable[[], bool]], Iterator[Stage]]
 @cache
 def studies() -> ThreadPoolExecutor:
     """The threads of all studies; what they start inherits their priority."""
-    return ThreadPoolExecutor(_THREADS, thread_name_prefix="study", initializer=_stand_back)
+    return ThreadPoolExecutor(_THREADS, thread_name_prefix="study", initializer=stand_back)
 
 
-def _stand_back() -> None:
+def stand_back() -> None:
+    """Give this thread, and those that it starts, a lower priority than the sliders' (on Linux)."""
     if sys.platform == "linux":
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
 

@@ -66,6 +66,12 @@ class PlaneStage:
         step = 2 * math.pi / self.question.eta / self.question.steps
         return self.shown(side, "longest_contact") / step
 
+    def data(self) -> dict[str, object]:
+        """What is known, for a file."""
+        asked = self.question
+        numbers = {"eta": asked.eta, "steps": asked.steps, "located": asked.located}
+        return {**numbers, "K": asked.axis("K"), "D": asked.axis("D"), **self.tables}
+
     def cell(self, K: float, D: float) -> tuple[int, int] | None:
         """Row and column of the cell that holds K and D; None outside."""
         place = []

@@ -54,6 +54,11 @@ class TimeStepStage:
         place = SCHEMES.index(scheme)
         return tuple(float(self.found[f"order_of_{name}{end}"].values[place]) for end in ("", "_error"))
 
+    def data(self) -> dict[str, object]:
+        """What is known, for a file: the variables as `engine.sweep_step` names them."""
+        asked = {"eta": self.question.eta, "K": self.question.K, "D": self.question.D, "steps": self.steps}
+        return asked | {name: column.values for name, column in self.found.data_vars.items()}
+
     def nearest(self, steps: float) -> int:
         """Index of the n of the study that is nearest, by ratio."""
         return int(np.argmin(np.abs(np.log(self.steps / steps))))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import panel as pn
 
-from app.bifurcation import DIRECTIONS, Diagram, DiagramStage, refine_diagram
+from app.bifurcation import Diagram, DiagramStage, refine_diagram
 from app.live import KEPT
 from app.state import Explorer, Setting, print_number
 from app.tabs.study import StudyTab
@@ -41,7 +41,7 @@ class Bifurcation(StudyTab):
             ],
             "limits": [],
             "hint": "Drag the line, click, or use the slider to set η. A zoom is computed anew at its own range. "
-            "Continued upwards and downwards differ where motions coexist; the other way stays in grey.",
+            "In grey, once computed: the other direction (motions coexist where they differ), or the reference.",
             "cursor": {
                 "figure": "bifurcation",
                 "span": "bifurcation_cursor",
@@ -60,7 +60,7 @@ class Bifurcation(StudyTab):
 
     def draw(self, setting: Setting, stage: DiagramStage | None) -> None:
         """The diagram, and the nearest η in words."""
-        beside = None if stage is None else _other_way(stage.question)
+        beside = None if stage is None else _beside(setting, stage.question)
         self.view.update(setting, stage, self.panel.chosen["coordinate"], beside)
         self.panel.key = legend()
         self.panel.told = told(setting, stage) if stage is not None else []
@@ -80,12 +80,12 @@ def _method(setting: Setting, solver: str) -> Method:
     return setting.reference if solver == "reference" else setting.penalty
 
 
-def _other_way(question: Diagram) -> DiagramStage | None:
-    """What was computed of the same diagram in the other direction."""
-    for direction in DIRECTIONS[1:]:
-        if question.direction in DIRECTIONS[1:] and direction != question.direction:
-            return KEPT.get(question._replace(direction=direction))
-    return None
+def _beside(setting: Setting, question: Diagram) -> DiagramStage | None:
+    """What was computed to compare with: the other direction, or the reference beside a penalty solver."""
+    if question.direction == "rest":
+        reference = question._replace(method=setting.reference)
+        return KEPT.get(reference) if reference != question else None
+    return KEPT.get(question._replace(direction="down" if question.direction == "up" else "up"))
 
 
 def told(setting: Setting, stage: DiagramStage) -> list[list[str]]:

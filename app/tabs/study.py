@@ -6,10 +6,12 @@ and the end of the session. A move that changes no question only moves the marks
 
 from __future__ import annotations
 
+import json
 from abc import abstractmethod
 from functools import partial
 from typing import ClassVar
 
+import numpy as np
 import panel as pn
 from bokeh.plotting import figure
 
@@ -134,6 +136,13 @@ class StudyTab(Tab):
         if share >= 1:  # a screen reader is told once, when all is known
             self.desk.summarise(" ".join(f"{head}: {said}" for head, said in self.panel.told))
 
+    def take(self, what: str) -> dict | None:
+        """The data of what is shown."""
+        if what != "json" or self._stage is None:
+            return None
+        text = json.dumps(_plain(self._stage.data()), ensure_ascii=False)
+        return {"name": f"vibroscope-{self.key}.json", "type": "application/json", "text": text}
+
     # -- from the panel ------------------------------------------------------
 
     def _choose(self, chosen: dict) -> None:
@@ -151,3 +160,12 @@ class StudyTab(Tab):
             self.ask()
         self._stopped = on
         self.push()
+
+
+def _plain(value):
+    """Lists and numbers for JSON, which knows no nan: None stands for it."""
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return np.where(np.isfinite(value), value.astype(object), None).tolist()
+    return value

@@ -13,7 +13,7 @@ from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Range1d, Span
 from bokeh.plotting import figure
 
-from app.bifurcation import SAMPLE, TRANSIENT, DiagramStage
+from app.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, TRANSIENT, DiagramStage
 from app.classes import PERIODS, period_class
 from app.scenes import scenes
 from app.state import Explorer, Setting
@@ -59,7 +59,7 @@ class BifurcationView:
             x_range=self.eta,
             y_range=self._height.range,
         )
-        plot.scatter("eta", "value", source=self.other, marker="square", size=1.6, color=GHOST, line_color=None)
+        plot.scatter("eta", "value", source=self.other, marker="square", size=2.2, color=GHOST, line_color=None)
         for solver, colour in _COLOURS.items():
             glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
             plot.scatter("eta", "value", source=self.points[solver], **glyph)
@@ -125,7 +125,7 @@ class BifurcationView:
     def update(
         self, setting: Setting, stage: DiagramStage | None, coordinate: str, beside: DiagramStage | None
     ) -> None:
-        """Move the cursor; draw what is known, and in grey another direction of the same diagram."""
+        """Move the cursor; draw what is known, and in grey what it is compared with."""
         self.cursor.location = self.label.x = setting.eta
         self.label.text = f"η = {setting.eta:g}"
         self.figure.yaxis[0].axis_label = f"{SYMBOLS[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
@@ -137,7 +137,7 @@ class BifurcationView:
         drawn = "reference" if isinstance(stage.question.method, Reference) else "penalty"
         for solver, source in self.points.items():
             write(source, values if solver == drawn else none)
-        write(self.other, none if beside is None else _columns(beside, coordinate))
+        write(self.other, none if beside is None else _columns(beside, coordinate, MOST_BESIDE))
         self._height.follow([values["value"]], fresh=self._drawn != (drawn, coordinate))
         self._drawn = drawn, coordinate
         self._write_strip(stage)
@@ -181,6 +181,6 @@ def legend() -> list[list[str]]:
     return [*rows, [_ENDED[1], _ENDED[0], _ENDED[3]]]
 
 
-def _columns(stage: DiagramStage, coordinate: str) -> dict[str, np.ndarray]:
-    eta, value = stage.points(coordinate)
+def _columns(stage: DiagramStage, coordinate: str, most: int = MOST_POINTS) -> dict[str, np.ndarray]:
+    eta, value = stage.points(coordinate, most)
     return {"eta": eta.astype(np.float32), "value": value.astype(np.float32)}

@@ -15,7 +15,7 @@ from app.state import Explorer, Setting
 from app.views.base import BLUE, INK, VERMILLION, empty, legend, make_figure, write
 from engine import equal_restitution_damping
 
-_VEIL = ["#00000000", "#22303C"]  # drawn as stripes: every other column of a finer picture
+_VEIL = ["#00000000", classes.VEIL]  # drawn as stripes: some columns of a finer picture
 _STRIPES = 4
 _LIMITS = {name: Explorer.param[name].bounds for name in ("K", "D")}
 
@@ -102,9 +102,9 @@ class PlaneView:
             self._draw(stage, side, quantity, limit)
 
     def _titles(self, question: Plane, label: str) -> None:
-        step = f"T/{question.steps}, {'located' if question.located else 'fixed'}"
-        self.figures["penalty"].title.text = f"Newmark, {step} step: {label} at η = {question.eta:g}"
-        self.figures["exact"].title.text = f"Exact penalty, no time step: {label} at η = {question.eta:g}"
+        step = f"T/{question.steps}{' located' if question.located else ''}"
+        self.figures["penalty"].title.text = f"Newmark {step}, η {question.eta:g}: {label}"
+        self.figures["exact"].title.text = f"No time step, η {question.eta:g}: {label}"
 
     def _draw(self, stage: PlaneStage, side: str, quantity: str, limit: float | None) -> None:
         _write_picture(self.sources[side], classes.picture(stage, side, quantity), stage.question)

@@ -153,7 +153,7 @@ def test_continued_each_value_starts_where_its_neighbour_ended(small_diagram, di
         start = stage.section[i, -1]
 
 
-def test_points_of_one_motion_are_sent_once_and_never_too_many(small_diagram, monkeypatch):
+def test_points_of_one_motion_are_sent_once_and_never_too_many(small_diagram):
     stage = small_diagram("rest")
     eta, values = stage.points("xi2")
     once = np.flatnonzero(stage.period == 1)
@@ -161,8 +161,7 @@ def test_points_of_one_motion_are_sent_once_and_never_too_many(small_diagram, mo
     for i in once[:3]:
         assert (eta == stage.question.axis[i]).sum() == 1
     assert set(values) <= set(stage.section[:, :, 2].ravel())
-    monkeypatch.setattr(bifurcation, "MOST_POINTS", 40)
-    fewer, _ = stage.points("xi2")
+    fewer, _ = stage.points("xi2", 40)
     assert len(fewer) <= 40
     assert set(fewer) == set(eta)  # none is left out
 

@@ -9,6 +9,15 @@ from .test_page import AXE, count_messages, counted  # noqa: F401 - a fixture
 SETTING = "eta=2.76&K=12000&D=18&steps=2000"
 TABS = {"bifurcation": "Bifurcation", "plane": "K–D plane", "step": "Time step"}
 
+UPDATES = """() => {
+  window.updates = [];
+  for (const socket of window.sockets) socket.addEventListener("message", ({data}) => {
+    // A message begins with its header; what follows, pictures and columns among it, is part of it.
+    if (typeof data === "string" && data.startsWith('{"msgid"')) window.updates.push(0);
+    window.updates[window.updates.length - 1] += data.size ?? data.byteLength ?? data.length;
+  });
+}"""
+
 
 def panel(explorer):
     return explorer.page.locator("section.study").locator("visible=true")
@@ -42,8 +51,8 @@ def place(explorer, name, x, y):
 
 def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
     explorer = opened(visit, "plane")
-    assert "period at η = 2.76" in explorer.figure("plane_penalty")["title"]
-    assert "no time step" in explorer.figure("plane_exact")["title"]
+    assert explorer.figure("plane_penalty")["title"] == "Newmark T/2000, η 2.76: period"
+    assert explorer.figure("plane_exact")["title"] == "No time step, η 2.76: period"
     told = panel(explorer).locator(".told").text_content()
     assert "period 1" in told.split("Exact penalty at")[1]
     explorer.page.mouse.click(*place(explorer, "plane_exact", 1000, 5))
@@ -108,13 +117,17 @@ def test_a_zoom_of_the_diagram_is_computed_anew_in_its_range(visit):
     complete(explorer)
 
 
-def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(visit):
+def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(counted, visit):  # noqa: F811
     explorer = opened(visit, "bifurcation")
     for choice in ("up", "down"):
         explorer.page.get_by_label("Start").select_option(choice)
         wait_until(lambda choice=choice: f"{choice}wards" in explorer.figure("bifurcation")["title"])
         complete(explorer)
     assert len(explorer.source("bifurcation_other")["eta"]) > 400
+    explorer.page.evaluate(UPDATES)
+    explorer.page.get_by_label("Start").select_option("up")  # both are kept, and change places
+    wait_until(lambda: "upwards" in explorer.figure("bifurcation")["title"])
+    assert max(explorer.page.evaluate("window.updates")) < 50_000
     explorer.page.get_by_label("Solver").select_option("exact")
     wait_until(lambda: len(explorer.source("bifurcation_penalty")["eta"]) > 0, what="the exact penalty solution")
     assert explorer.source("bifurcation_reference")["eta"] == []
@@ -133,16 +146,6 @@ def put(explorer, **texts):
     """Set numbers as a scene or a link would, whichever tab is open."""
     act = "detail => document.dispatchEvent(new CustomEvent('vibroscope:set', {detail}))"
     explorer.moved(lambda: explorer.page.evaluate(act, texts))
-
-
-UPDATES = """() => {
-  window.updates = [];
-  for (const socket of window.sockets) socket.addEventListener("message", ({data}) => {
-    // A message begins with its header; what follows, pictures and columns among it, is part of it.
-    if (typeof data === "string" && data.startsWith('{"msgid"')) window.updates.push(0);
-    window.updates[window.updates.length - 1] += data.size ?? data.byteLength ?? data.length;
-  });
-}"""
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,153 @@
+"""The tabs of studies without a browser: what they ask, when, and what they refuse."""
+
+import json
+
+import pytest
+
+from app.state import Explorer
+from app.tabs import Move, study
+from app.tabs.bifurcation import Bifurcation
+from app.tabs.plane import PlaneTab
+from app.tabs.timestep import TimeStepTab
+
+SETTING = Explorer().setting()
+
+
+class Desk:
+    """A page that writes at once and runs what workers send at once."""
+
+    doc = pinned = None
+
+    def __init__(self):
+        self.moves, self.errors, self.settings = [], [], []
+
+    def push(self, move, write):
+        self.moves.append(move)
+        write()
+
+    def later(self, callback):
+        callback()
+
+    def tell(self, error, move=None):
+        self.errors.append(error)
+
+    def summarise(self, text):
+        self.summary = text
+
+    def set(self, texts):
+        self.settings.append(texts)
+
+
+class Asked:
+    """Stands for `Live`: nothing is computed, and what is asked is kept."""
+
+    all = ()
+
+    def __init__(self, question, refine, deliver):
+        self.question, self.deliver, self.refine = question, deliver, refine
+        self.cancelled = self.exhausted = False
+        Asked.all = (*Asked.all, self)
+
+    def cancel(self):
+        self.cancelled = True
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """A function from a class of tabs to one that is open, and its desk."""
+    Asked.all = ()
+    monkeypatch.setattr(study, "Live", Asked)
+
+    def open_tab(kind):
+        tab = kind(desk := Desk())
+        tab.build()
+        tab.show(Move(1, SETTING))
+        return tab, desk
+
+    return open_tab
+
+
+CASES = {  # what asks anew, and what only moves a mark
+    Bifurcation: ({"kappa": 2.4}, {"eta": 2.0}),
+    PlaneTab: ({"eta": 2.0}, {"K": 100.0, "D": 1.0}),
+    TimeStepTab: ({"K": 100.0}, {"steps": 4000}),
+}
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_a_study_is_asked_anew_only_where_its_question_changes_and_the_last_is_cancelled(opened, kind):
+    anew, mark = CASES[kind]
+    tab, desk = opened(kind)
+    tab.show(Move(2, SETTING._replace(**mark)))
+    assert len(Asked.all) == 1
+    tab.show(Move(3, SETTING._replace(**anew)))
+    assert [asked.cancelled for asked in Asked.all] == [True, False]
+    assert desk.moves == [1, 2, 3]  # every move is answered at once
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_a_hidden_study_is_cancelled_and_asks_for_nothing(opened, kind):
+    tab, desk = opened(kind)
+    tab.hide()
+    assert Asked.all[0].cancelled
+    tab._choose(dict(tab.panel.chosen))
+    tab._stop(False)
+    if hasattr(tab, "_zoomed"):
+        tab._zoomed()
+    Asked.all[0].deliver(Asked.all[0], ValueError("late"))
+    assert len(Asked.all) == 1
+    assert desk.moves == [1]
+    tab.show(Move(2, SETTING))
+    assert len(Asked.all) == 2
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_a_failure_is_told_in_words_and_can_be_tried_again(opened, kind):
+    tab, desk = opened(kind)
+    Asked.all[0].deliver(Asked.all[0], ValueError("out of memory"))
+    assert "out of memory" in desk.errors[0]
+    assert "the last picture stays" in tab.panel.status["text"]
+    assert not tab.panel.status["running"]
+    tab._stop(False)
+    assert len(Asked.all) == 2
+    assert tab.panel.status["running"]
+
+
+def test_what_comes_late_from_another_question_is_not_shown(opened):
+    tab, _ = opened(PlaneTab)
+    tab.show(Move(2, SETTING._replace(eta=2.0)))
+    first = Asked.all[0]
+    stage = next(first.refine(first.question._replace(K=(1e3, 1e4)), None, lambda: False))
+    first.deliver(first, stage)
+    assert tab._stage is not stage
+    assert tab.take("json") is None
+
+
+def test_the_data_of_a_study_are_taken_away(opened):
+    tab, _ = opened(PlaneTab)
+    asked = Asked.all[0]
+    asked.deliver(asked, next(asked.refine(asked.question, None, lambda: False)))
+    taken = json.loads(tab.take("json")["text"])
+    assert len(taken["K"]) == len(taken["penalty"]["period"][0]) == 64
+    assert None in taken["exact"]["period"][1]  # not computed yet
+    assert taken["exact"]["period"][0][0] is not None
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [{"quantity": "__class__"}, {"quantity": 1}, {"limit": float("nan")}, {"limit": 1e9}, {"limit": True}, {"x": 1}],
+)
+def test_a_forged_choice_changes_nothing(opened, asked):
+    tab, _ = opened(PlaneTab)
+    assert tab.panel.allowed(asked) == {"quantity": "period", "limit": 30}
+    assert tab.panel.allowed({"quantity": "error", "limit": 12.0}) == {"quantity": "error", "limit": 12}
+
+
+def test_a_click_sets_what_can_be_set(opened):
+    tab, desk = opened(PlaneTab)
+    event = type("Tap", (), {"x": 1e9, "y": 5.432})()
+    tab.view._tapped(event)
+    assert desk.settings == [{"K": "100000", "D": "5.43"}]
+    event.x = float("nan")
+    tab.view._tapped(event)
+    assert len(desk.settings) == 1
