@@ -9,18 +9,19 @@ without a GPU.
 """
 
 import json
-import statistics
 import time
 from contextlib import ExitStack, contextmanager
+from typing import NamedTuple
 
 import numpy as np
 from _pages import FIGURES, VIEWPORT, Visit, alive, explorer, free_port, launch, script, wait_until
 from playwright.sync_api import sync_playwright
 
-ROUNDS, KEYS = 10, 10
+ROUNDS, KEYS, WARM_UP = 10, 10, 3
 PAUSE = 0.35  # s between two keys: the explanation of the last one falls into it
 DRAG_SECONDS, DRAG_RATE = 3.0, 30  # moves of the hand a second
 CURSOR_MOVES = 90
+VISITS = 5
 ETA = (0.5, 4.0)  # what both sliders cover
 DRAG = (1.2, 2.4)
 THUMB = 16  # pixels of a native slider's handle
@@ -43,23 +44,35 @@ def turn(page, ours):
 # ---- what a visitor does --------------------------------------------------------------------------------------------
 
 
+class Key(NamedTuple):
+    """What one key press took: ms, and kB."""
+
+    latency: float  # from the key to the paint
+    arrival: float  # its part until the last byte came
+    cpu: float  # of the page's main thread
+    update: float  # kB up to the paint
+    whole: float  # kB up to the next key: the explanation is among them
+
+
 def press(visit, count):
-    """Per key: latency (ms), its part until the last byte came, kB of the update, kB up to the next key."""
+    """So many keys, one after another."""
     visit.watch("eta")
     visit.handle.focus()
     keys = []
     for n in range(1, count + 1):
         visit.ask("probe.messages = []; 0")
+        cpu = visit.cpu()
         visit.page.keyboard.press("ArrowRight")
         visit.ask(f"probe.until({n})")
         pressed, shown = visit.ask("[probe.inputs.findLast(i => i.type === 'keydown').at, probe.painted.at(-1).at]")
+        cpu = visit.cpu() - cpu
         time.sleep(PAUSE)
         messages = visit.ask("probe.messages")
         update = [message for message in messages if message["at"] <= shown]
         sizes = [sum(message["bytes"] for message in some) / 1000 for some in (update, messages)]
         # Bokeh's word that it has the move comes on its own, before or after the figures; it is short.
         came = max(message["at"] for message in update if message["bytes"] > 500)
-        keys.append((shown - pressed, came - pressed, *sizes))
+        keys.append(Key(shown - pressed, came - pressed, cpu, *sizes))
     return keys
 
 
@@ -102,7 +115,7 @@ def _back(visit):
 
 
 def point(visit, count):
-    """Latencies (ms) of the line at the pointer, in all figures."""
+    """Latencies (ms) of the line at the pointer, in all figures, and the CPU time (ms) of a move."""
     visit.watch("cursor", (*FIGURES, "strip"))
     box = visit.ask("""(() => {
       const view = Bokeh.index.find_one_by_id(probe.model("displacement").id);
@@ -112,20 +125,21 @@ def point(visit, count):
     visit.page.mouse.move(box[0] + 5, box[2])
     time.sleep(0.5)
     visit.ask("probe.painted = []; 0")
-    latencies = []
+    latencies, cpu = [], visit.cpu()
     for n in range(1, count + 1):
         visit.page.mouse.move(box[0] + 5 + (box[1] - box[0] - 10) * n / count, box[2])
         visit.ask(f"probe.until({n})")
         moved, shown = visit.ask("[probe.inputs.findLast(i => i.type === 'pointermove').at, probe.painted.at(-1).at]")
         latencies.append(shown - moved)
         time.sleep(0.03)
+    cpu = (visit.cpu() - cpu) / count
     visit.page.mouse.move(5, 5)
-    return latencies
+    return latencies, cpu
 
 
-def arrive(browser, port):
+def arrive(browser, port, handle):
     """Seconds to the first figure: a browser that was never here, and one that was."""
-    visit = Visit(browser, port, EXPLORER)
+    visit = Visit(browser, port, handle)
     first = visit.ask("probe.first") / 1000
     visit.page.reload()
     visit.until("probe.first > 0")
@@ -160,13 +174,13 @@ class Table:
 
 
 def in_turns(ours, bare, rounds):
-    """What `press` tells of all keys, by page: a row a quantity."""
+    """All keys in turns; returns a function that gives one quantity of all keys, by page."""
     keys = {ours: [], bare: []}
     for number in range(rounds + 1):
         for page, found in keys.items():
             with turn(page, ours):
-                found += press(page, KEYS if number else 3)
-    return [np.array(found[3:]).T for found in keys.values()]
+                found += press(page, KEYS if number else WARM_UP)
+    return lambda name: [np.array([getattr(key, name) for key in found[WARM_UP:]]) for found in keys.values()]
 
 
 def dragged(ours, bare):
@@ -178,33 +192,45 @@ def dragged(ours, bare):
     return list(zip(*found, strict=True))
 
 
+def arriving(table, browser, port, bare_port):
+    """The first figure; the first scene has been solved before."""
+    table.head(f"First figure after the page is asked for, kernels warm, {VISITS} visits")
+    places = ((port, EXPLORER), (bare_port, BARE))
+    visits = np.array([[arrive(browser, *place) for place in places] for _ in range(VISITS)])  # (visit, page, again)
+    table.row("first visit, median, s", *np.median(visits[:, :, 0], axis=0), most=2, digits=2)
+    table.row("first visit, worst, s", *np.max(visits[:, :, 0], axis=0), digits=2)
+    table.row("second visit, median, s", *np.median(visits[:, :, 1], axis=0), digits=2)
+
+
 def on_the_spot(table, ours, bare):
     """No line between server and browser."""
     table.head(f"Key press to paint, {ROUNDS * KEYS} keys each")
     keys = in_turns(ours, bare, ROUNDS)
-    table.row("median, ms", *(np.median(page[0]) for page in keys), ratio=1.3)
-    table.row("95th percentile, ms", *(np.quantile(page[0], 0.95) for page in keys), ratio=1.6)
-    table.row("of the median until the last byte came, ms", *(np.median(page[1]) for page in keys))
-    table.row("kB an update, mean", *(np.mean(page[2]) for page in keys), most=50, digits=1)
-    table.row("kB an update, largest", *(np.max(page[2]) for page in keys), digits=1)
-    table.row("kB with the explanation that follows, mean", *(np.mean(page[3]) for page in keys), digits=1)
+    table.row("median, ms", *(np.median(page) for page in keys("latency")), ratio=1.3)
+    table.row("95th percentile, ms", *(np.quantile(page, 0.95) for page in keys("latency")), ratio=1.6)
+    table.row("of the median until the last byte came, ms", *(np.median(page) for page in keys("arrival")))
+    table.row("CPU of the page's main thread, mean, ms", *(np.mean(page) for page in keys("cpu")))
+    table.row("kB an update, mean", *(np.mean(page) for page in keys("update")), most=50, digits=1)
+    table.row("kB an update, largest", *(np.max(page) for page in keys("update")), digits=1)
+    table.row("kB with the explanation that follows, mean", *(np.mean(page) for page in keys("whole")), digits=1)
     table.head(f"Drag of {DRAG_SECONDS:g} s, {DRAG_RATE} moves a second")
     drags = dragged(ours, bare)
     table.row("painted states a second", *drags[0], least=15, digits=1)
     table.row("stale states after the hand stopped", *drags[1], most=1)
     table.row("lag after the hand stopped, ms", *drags[2])
     table.head("Line at the pointer, in five figures")
-    cursor = point(ours, CURSOR_MOVES)
-    table.row("median, ms", statistics.median(cursor))
+    cursor, cpu = point(ours, CURSOR_MOVES)
+    table.row("median, ms", np.median(cursor))
     table.row("95th percentile, ms", np.quantile(cursor, 0.95), most=20)
+    table.row("CPU of the page's main thread, mean, ms", cpu)
 
 
 def far_away(table, ours, bare):
     """Over the emulated line."""
     table.head("25 ms each way, 20 Mbit/s")
     keys = in_turns(ours, bare, 3)
-    table.row("key press to paint, median, ms", *(np.median(page[0]) for page in keys), most=160)
-    table.row("95th percentile, ms", *(np.quantile(page[0], 0.95) for page in keys))
+    table.row("key press to paint, median, ms", *(np.median(page) for page in keys("latency")), most=160)
+    table.row("95th percentile, ms", *(np.quantile(page, 0.95) for page in keys("latency")))
     drags = dragged(ours, bare)
     table.row("painted states a second", *drags[0], digits=1)
     table.row("lag after a drag of 3 s, ms", *drags[2], most=200)
@@ -221,18 +247,15 @@ def main():
         port, far, bare_port, bare_far = ports
         stack.enter_context(explorer(port, far))
         wait_until(lambda: alive(port), "the explorer answers")
-        table.head("First figure after the page is asked for, kernels warm, 5 visits")
-        arrive(browser, port)  # solves the first scene
-        first, again = zip(*(arrive(browser, port) for _ in range(5)), strict=True)
-        table.row("first visit, median, s", statistics.median(first), most=2, digits=2)
-        table.row("first visit, worst, s", max(first), digits=2)
-        table.row("second visit, median, s", statistics.median(again), digits=2)
         ours = Visit(browser, port, EXPLORER)
         sizes = ours.page.evaluate(BOXES, [*FIGURES, "strip", "diagram"])
         slider = ours.handle.bounding_box()
         sizes["slider"] = [round(slider["width"]), round(slider["height"])]
         origins = ",".join(f"127.0.0.1:{p}" for p in (bare_port, bare_far))
         stack.enter_context(script("_bare_page.py", bare_port, origins, json.dumps(sizes)))
+        ours.close()
+        arriving(table, browser, port, bare_port)
+        ours = Visit(browser, port, EXPLORER)
         on_the_spot(table, ours, Visit(browser, bare_port, BARE))
         ours.close()
         for here, there in ((far, port), (bare_far, bare_port)):
