@@ -20,7 +20,7 @@ def imported_by(statement):
     "statement", ["import engine", "import app.compute", "import app.present", "import app.state", "import app.cli"]
 )
 def test_no_screen_is_loaded_where_none_is_needed(statement):
-    assert not imported_by(statement) & {"panel", "bokeh", "holoviews", "panel_material_ui", "tornado"}
+    assert not imported_by(statement) & {"panel", "bokeh", "holoviews", "tornado"}
 
 
 def test_import_contracts_hold():
