@@ -83,7 +83,7 @@ class Explorer(param.Parameterized):
     eta = param.Number(1.08, bounds=(0.5, 4.0), label="η", doc="excitation frequency Ω/ω₁")
     K = param.Number(2500.0, bounds=(10.0, 1e5), label="K", doc="penalty stiffness")
     D = param.Number(8.0, bounds=(0.1, 100.0), label="D", doc="penalty damping")
-    steps = param.Integer(2000, bounds=(100, 32_000), label="T/Δτ", doc="time steps per period T")
+    steps = param.Integer(2000, bounds=(8, 32_000), label="T/Δτ", doc="time steps per period T")
     located = param.Selector(
         default="no",
         objects=["no", "yes"],
@@ -158,7 +158,7 @@ def _read_one(name: str, text: object) -> float | int | str:
     rule = Explorer.param[name]
     if isinstance(rule, param.Selector):
         return _read_choice(name, text, rule.objects)
-    return _read_number(name, text, rule.bounds, isinstance(rule, param.Integer))
+    return read_number(name, text, rule.bounds, isinstance(rule, param.Integer))
 
 
 def _read_choice(name: str, text: object, choices: list[str]) -> str:
@@ -167,7 +167,8 @@ def _read_choice(name: str, text: object, choices: list[str]) -> str:
     return text
 
 
-def _read_number(name: str, text: object, bounds: tuple[float, float], whole: bool) -> float | int:
+def read_number(name: str, text: object, bounds: tuple[float, float], whole: bool) -> float | int:
+    """The number that ``text`` gives for ``name``; raises `Refused` if it is none or outside ``bounds``."""
     low, high = bounds
     kind = "a whole number" if whole else "a number"
     wanted = f"{name} must be {kind} from {low:g} to {high:g}, not {_quote(text)}."

@@ -19,6 +19,7 @@ from app.report import as_report
 from app.scenes import scene_of
 from app.state import Setting, print_number
 from app.tabs.base import Desk, Move, Tab
+from app.tabs.suggesting import Suggesting
 from app.views.diagram import DiagramView
 from app.views.displacement import DisplacementView
 from app.views.findings import Findings
@@ -83,6 +84,7 @@ class Explore(Tab):
         self._time = OwnedRange(0, WINDOW)
         self.mechanism = Mechanism()
         self.findings = Findings()
+        self._suggesting = Suggesting(self.desk)
         self.phase = PhaseView()
         self.displacement = DisplacementView(self._time.range)
         self.force = ForceView(self._time.range)
@@ -98,6 +100,7 @@ class Explore(Tab):
             _cell(self.mechanism, "mechanism"),
             *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
             _cell(self.findings, "findings"),
+            _cell(self._suggesting.view, "suggest"),
         ]
         return pn.Column(*cells, css_classes=["desk"], stylesheets=[style("explore")], sizing_mode="stretch_both")
 
@@ -109,6 +112,7 @@ class Explore(Tab):
         if frame is None:
             return False
         self._visible = True
+        self._suggesting.follow(move.setting)
         self._arrived(move.number, _ready(frame))
         return True
 
@@ -116,16 +120,19 @@ class Explore(Tab):
         """Solve and draw."""
         self._visible = True
         self._fresh |= move.fresh
+        self._suggesting.follow(move.setting)
         self._latest.submit(move.number, move.setting)
 
     def hide(self) -> None:
         """What is still solved will not be drawn."""
         self._visible = False
+        self._suggesting.withdraw()
 
     def close(self) -> None:
         """Nothing more is wanted."""
         self._latest.close()
         self._explaining.close()
+        self._suggesting.close()
 
     def take(self, what: str) -> dict | None:
         """Data of what is shown, and the report."""

@@ -151,7 +151,7 @@ class DiagramView:
 
     def _title(self, ready: bool) -> None:
         title = _TITLE if self._ours else _NOT_OURS
-        self.figure.title.text = title if ready else f"{title} (being computed …)"
+        self.figure.title.text = title if ready else "Reference over η: computing …"
 
     def _pixels(self) -> tuple[int, int]:
         """The frame's own size: a picture drawn larger or smaller would lose points or blur."""

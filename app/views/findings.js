@@ -8,6 +8,7 @@ const PARTS = [
 ];
 const TOP = 1; // the bar's right end: a difference as large as the motion itself
 const LEAST = 1e-4; // its left end; the scale is logarithmic
+const UNEQUAL = "No number: the two motions do not keep step, so only their kind can be compared.";
 
 export function render({ model }) {
   const root = element("div", "told");
@@ -64,7 +65,7 @@ function verdict(root) {
 // Each part on a scale of decades; they add up as curves, not as numbers, so they stand below each other.
 function bar(root) {
   const box = element("section", "line parts");
-  const none = element("p", "none", "No number: the two motions do not keep step, so only their kind can be compared.");
+  const none = element("p", "none");
   const rows = PARTS.map(([name, title, meaning]) => {
     const row = element("div", `part ${name}`);
     const fill = element("div", "fill");
@@ -75,12 +76,20 @@ function bar(root) {
     row.append(element("span", "name", title), track, number);
     return [name, row, fill, number];
   });
-  box.append(element("h2", "", "How far apart (rms, relative)"), none, ...rows.map(([, row]) => row));
+  const head = element("h2", "", "How far apart (rms, relative)");
+  const scale = element("div", "part scale");
+  const ends = element("div", "ends");
+  ends.append(...["0.01 %", "0.1 %", "1 %", "10 %", "100 %"].map((text) => element("span", "", text)));
+  scale.append(element("span"), ends, element("span"));
+  scale.title = "The scale is logarithmic: each mark is ten times the one before";
+  box.append(head, none, ...rows.map(([, row]) => row), scale);
   root.append(box);
-  return ({ parts = {} }) => {
-    none.hidden = parts.total !== undefined;
+  return ({ parts, verdict }) => {
+    none.textContent = verdict === undefined ? "computing …" : UNEQUAL;
+    none.hidden = parts?.total !== undefined;
+    scale.hidden = !none.hidden;
     for (const [name, row, fill, number] of rows) {
-      const value = parts[name];
+      const value = parts?.[name];
       row.hidden = value === undefined || value === null;
       if (row.hidden) continue;
       const share = Math.log10(Math.max(value, LEAST) / LEAST) / Math.log10(TOP / LEAST);

@@ -136,7 +136,7 @@ def valid(setting):
         "eta=",
         "eta=1,08",
         "steps=2000.5",
-        "steps=99",
+        "steps=7",
         "K=1e6",
         "D=0",
         "frame=both",

@@ -1,0 +1,77 @@
+"""The part of Explore that suggests K, D and Δτ: one search at a time, withdrawn when its question no longer holds."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from app.state import Refused, Setting
+from app.suggestion import Search, question_of, told_of
+from app.tabs.base import Desk
+from app.views.suggest import Suggest
+from engine import Recommendation
+
+_IDLE = {"phase": "idle"}
+
+
+class Suggesting:
+    """Wires `app.views.suggest` to `app.suggestion`."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+        self.view = Suggest(self._ask, self.withdraw)
+        self._setting: Setting | None = None
+        self._search: Search | None = None
+
+    def follow(self, setting: Setting) -> None:
+        """Take what is set now: what was asked for another system, η or reference is withdrawn, with its answer."""
+        self._setting = setting
+        if self._search is not None:
+            asked = self._search.question
+            if asked != question_of(setting, f"{100 * asked.tolerance:.12g}"):
+                self.withdraw()
+
+    def withdraw(self) -> None:
+        """Stop what runs and take back what was told."""
+        if self._search is not None:
+            self._search.cancel()
+            self._search = None
+        self.view.told = _IDLE
+
+    def close(self) -> None:
+        """The session has ended."""
+        if self._search is not None:
+            self._search.cancel()
+
+    def _ask(self, percent: object) -> None:
+        if self._setting is None:
+            return
+        self.withdraw()
+        try:
+            question = question_of(self._setting, percent)
+        except Refused as error:
+            self.view.told = {"phase": "failed", "error": str(error)}
+            return
+        self.view.told = {"phase": "running", "share": 0.0}
+        self._search = Search(question, self._progressed, self._found)
+
+    def _progressed(self, search: Search, share: float) -> None:
+        """In a worker thread."""
+        self.desk.later(partial(self._tell, search, {"phase": "running", "share": round(share, 2)}))
+
+    def _found(self, search: Search, found: Recommendation | Exception) -> None:
+        """In a worker thread."""
+        self.desk.later(partial(self._arrived, search, found))
+
+    def _tell(self, search: Search, told: dict) -> None:
+        if search is self._search:
+            self.view.told = told
+
+    def _arrived(self, search: Search, found: Recommendation | Exception) -> None:
+        if isinstance(found, Exception):
+            error = f"The search failed ({found}). Ask for another tolerance, or move η."
+            self._tell(search, {"phase": "failed", "error": error})
+            return
+        told = told_of(found)
+        self._tell(search, {"phase": "done", **told})
+        if search is self._search and told["met"] and told["use"]:
+            self.desk.set(told["use"])

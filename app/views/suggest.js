@@ -1,0 +1,131 @@
+// Suggest K, D, Δτ: it asks, shows how far the search has come, and draws what was found. The server sets the sliders.
+
+const WIDE = 284;
+const HIGH = 112;
+const FRAME = { left: 40, right: 10, top: 10, bottom: 28 };
+
+export function render({ model }) {
+  const root = element("section", "suggest");
+  root.setAttribute("aria-label", "Suggest K, D, Δτ");
+  const form = ask(model);
+  const more = element("div", "more");
+  const told = element("p", "told");
+  told.setAttribute("role", "status");
+  const parts = [running(model), result()];
+  const close = button("×", "Close what the search found", () => model.send_msg({ cancel: true }), "close");
+  more.append(close, told, ...parts.map((part) => part.element));
+  root.append(form, more);
+  const draw = () => {
+    const { phase } = model.told;
+    root.dataset.phase = phase;
+    more.hidden = phase === "idle";
+    close.hidden = phase === "running";
+    told.textContent = { running: "searching …", failed: model.told.error, done: model.told.head }[phase] ?? "";
+    parts.forEach((part) => part.draw(model.told));
+  };
+  model.on("told", draw);
+  draw();
+  return root;
+}
+
+function ask(model) {
+  const form = element("form", "ask");
+  const label = element("label", "", "Error at most");
+  const field = element("input");
+  Object.assign(field, { type: "text", value: "5", inputMode: "decimal", autocomplete: "off", maxLength: 12 });
+  field.setAttribute("aria-label", "Tolerance: relative rms error in per cent");
+  const go = button("Suggest K, D, Δτ", "Search for the fewest steps that keep to this error, and set them", () => {});
+  go.type = "submit";
+  label.append(field, element("span", "", "%"));
+  form.append(label, go);
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    model.send_msg({ suggest: field.value.trim().replace(",", ".") });
+  });
+  return form;
+}
+
+function running(model) {
+  const row = element("div", "running");
+  const bar = element("progress");
+  bar.max = 1;
+  bar.setAttribute("aria-label", "Share of the search that is done");
+  row.append(bar, button("Cancel", "Cancel the search", () => model.send_msg({ cancel: true })));
+  return {
+    element: row,
+    draw: ({ phase, share = 0 }) => {
+      row.hidden = phase !== "running";
+      bar.value = share;
+    },
+  };
+}
+
+function result() {
+  const box = element("div", "found");
+  const list = element("ul");
+  const use = button("Use the best found", "Move the sliders to the best setting found", () => say("set", use.texts));
+  const place = element("div", "front");
+  box.append(list, use, place);
+  return {
+    element: box,
+    draw: (told) => {
+      box.hidden = told.phase !== "done";
+      if (box.hidden) return;
+      list.replaceChildren(...told.lines.map((line) => element("li", "", line)));
+      use.texts = told.use;
+      use.hidden = told.met || !Object.keys(told.use).length;
+      place.replaceChildren(...(told.front.length > 1 ? [front(told)] : []));
+    },
+  };
+}
+
+const draw = (tag, attributes = {}, text = "") => {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  if (text) made.textContent = text;
+  return made;
+};
+
+// Error over steps, both in decades; a point is a setting, and a click sets it.
+function front({ front: points, tolerance, use }) {
+  const x = scale(points.map(([steps]) => steps), FRAME.left, WIDE - FRAME.right);
+  const y = scale([...points.map(([, error]) => error), tolerance], HIGH - FRAME.bottom, FRAME.top);
+  const root = draw("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "group" });
+  root.setAttribute("aria-label", "Error against steps per period of the settings found; each can be set");
+  root.append(
+    draw("line", { class: "limit", x1: FRAME.left, x2: WIDE - FRAME.right, y1: y(tolerance), y2: y(tolerance) }),
+    draw("text", { x: WIDE / 2, y: HIGH - 2, "text-anchor": "middle" }, "steps a period (click sets)"),
+    draw("text", { x: 2, y: FRAME.top + 2 }, "error"),
+    ...ends(points.map(([steps]) => steps)).map((steps) =>
+      draw("text", { x: x(steps), y: HIGH - FRAME.bottom + 14, "text-anchor": "middle" }, String(steps))),
+    ...ends(points.map(([, error]) => error)).map((error) =>
+      draw("text", { x: FRAME.left - 8, y: y(error) + 4, "text-anchor": "end" }, percent(error))),
+    draw("polyline", { points: points.map(([steps, error]) => `${x(steps)},${y(error)}`).join(" ") }),
+    ...points.map(([steps, error, texts]) => point(x(steps), y(error), steps, error, texts, same(texts, use))),
+  );
+  return root;
+}
+
+const ends = (values) => [...new Set([Math.min(...values), Math.max(...values)])];
+const same = (a, b) => ["K", "D", "steps"].every((name) => a[name] === b[name]);
+const percent = (value) => `${Number((100 * value).toPrecision(2))} %`;
+
+function scale(values, from, to) {
+  const [low, high] = [Math.log(Math.min(...values)), Math.log(Math.max(...values))];
+  return (value) => from + ((to - from) * (Math.log(value) - low)) / (high - low || 1);
+}
+
+function point(cx, cy, steps, error, texts, best) {
+  const name = `${steps} steps, error ${percent(error)}: K ${texts.K}, D ${texts.D}`;
+  const dot = draw("circle", { cx, cy, r: best ? 6 : 4.5, class: best ? "best" : "", tabindex: 0, role: "button" });
+  dot.setAttribute("aria-label", `Set ${name}`);
+  dot.append(draw("title", {}, name));
+  dot.addEventListener("click", () => say("set", texts));
+  dot.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    event.stopPropagation();
+    say("set", texts);
+  });
+  return dot;
+}
