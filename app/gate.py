@@ -5,7 +5,8 @@ needs next to none of that (this list was taken from a browser in use), so this 
 
 - the request for the document, and the word that it is shown;
 - messages of the page's own components (`app.session` reads them as text and decides), taps and new ranges;
-- the ends of an axis range, the mute of a legend entry, the size of a frame, all plain finite values.
+- the ends of an axis range, the mute of a legend entry, the size of a frame, all plain finite values;
+- that an error message was closed.
 
 An event that is not of these kinds is taken out of its message; a message that is none at all is refused. So no forged
 value reaches a model, the engine, or whoever else looks at the same session.
@@ -17,6 +18,7 @@ import math
 from collections.abc import Callable
 
 from bokeh.document import Document
+from bokeh.model import DataModel
 from bokeh.models import GlyphRenderer, Plot, Range1d
 
 _DEPTH = 4
@@ -69,6 +71,7 @@ _CHANGES: dict[tuple[type, str], Callable[[object], bool]] = {
     (Range1d, "start"): _finite,
     (Range1d, "end"): _finite,
     (GlyphRenderer, "muted"): _truth,
+    (DataModel, "error"): lambda value: value == "",  # a message that the user has closed
     **{(Plot, f"{side}_{length}"): _length for side in ("inner", "outer") for length in ("width", "height")},
 }
 _EVENTS = ("data_event", "tap", "rangesupdate")
