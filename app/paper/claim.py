@@ -78,6 +78,9 @@ class Finding:
     picture: Orbits | Times | Plane | Diagram = field(repr=False)
     why: str = ""
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "agrees", bool(self.agrees))  # NumPy's truth is no JSON
+
 
 @dataclass(frozen=True)
 class Claim:

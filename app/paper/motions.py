@@ -103,10 +103,7 @@ def _chatters(scene: Scene) -> Finding:
     intervals = np.diff(before) / run.period
     peak = run.trajectory.force.max()
     return Finding(
-        len(intervals) > 2
-        and bool((np.diff(intervals) < 0).all())
-        and bool(np.isclose(before[-1], begin))
-        and peak > 0,
+        len(intervals) > 2 and (np.diff(intervals) < 0).all() and np.isclose(before[-1], begin) and peak > 0,
         f"{len(before)} impacts, {intervals[0]:.4f} T apart at first and {intervals[-1]:.4f} T at last, each interval "
         f"shorter than the one before; then contact for {(end - begin) / run.period:.3f} T with a force of up to "
         f"{peak:.2f}.",

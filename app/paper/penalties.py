@@ -106,13 +106,13 @@ def _sudden(scene: Scene) -> Finding:
     """Figure 13 [A]."""
     run, lasting, text = _contact(scene)
     why = "The paper does not print K and D of this point; these are those that it recommends in the end."
-    return Finding(bool(lasting < SUDDEN), text, Times(run), why)
+    return Finding(lasting < SUDDEN, text, Times(run), why)
 
 
 def _lasting(scene: Scene) -> Finding:
     """Figure 13 [B]: a regular motion all the same."""
     run, lasting, text = _contact(scene)
-    return Finding(bool(lasting >= SUDDEN and motion(run).period == 1), text, Times(run), _LOST)
+    return Finding(lasting >= SUDDEN and motion(run).period == 1, text, Times(run), _LOST)
 
 
 def _scatter(scene: Scene, **changed: int | bool) -> float:

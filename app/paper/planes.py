@@ -91,7 +91,7 @@ def _updated(scene: Scene) -> Finding:
     both = left & plane.quiet
     here = "is" if plane.quiet[row, column] else "is not"
     return Finding(
-        bool(0 < left.sum() < before.sum() and left[row, column]),
+        0 < left.sum() < before.sum() and left[row, column],
         f"Fewer than {SUDDEN} steps of contact leave {left.sum()} of {before.sum()} cells, all with K ≥ {softest:.0f}. "
         f"K = {scene.K:g}, D = {scene.D:g} is among them, with {plane.steps[row, column]:.0f} steps.",
         Plane(plane.stiffness, plane.damping, kind, ("bifurcated", "longer contact", "sudden impact"), _point(scene)),

@@ -11,7 +11,7 @@ import pytest
 from panel.models.esm import DataEvent
 
 from app.commands import paper as command
-from app.paper import CLAIMS, motions, penalties, planes
+from app.paper import CLAIMS, as_dict, motions, penalties, planes
 from app.paper import checks as checking
 from app.paper.claim import SEEN, SYSTEM, newmark, reach, reference
 from app.scenes import scenes
@@ -41,6 +41,11 @@ def test_a_claim_is_as_known(findings, key):
     assert finding.found
     if not finding.agrees:
         assert finding.why
+
+
+def test_all_that_is_found_is_json(findings):
+    rows = [as_dict(CLAIMS[key], finding) for key, finding in findings.items()]
+    assert json.loads(json.dumps(rows, allow_nan=False)) == rows
 
 
 @pytest.mark.parametrize("key", CLAIMS)
