@@ -8,9 +8,11 @@ import numpy as np
 from ..kernels import cells as kernel
 from ..kernels import setup, tally
 from ..kernels.anchor import Anchor, Touch
+from ..kernels.folded import room
+from ..kernels.leaps import SIZE as LEAPS_SIZE
 from ..kernels.leaps import SLOTS
-from ..kernels.phase import REACH
 from ..kernels.record import empty_record
+from ..kernels.steps import FREE, REACHES
 from ..methods import ExactPenalty, Method, Newmark, Reference
 from ..motions.section import MOST_NEARLY, SCATTER, TOLERANCE
 from .base import CAPACITY
@@ -38,7 +40,7 @@ def compiled_for(method: Method, numbers: np.ndarray) -> bool:
     cells = setup.Cell(*numbers.T)
     fastest = np.maximum(np.maximum(cells.kappa, cells.eta), 1.0)
     strides = SHORTEST_STRIDE * fastest * 2 * math.pi / cells.eta / cells.steps
-    return not (method.every_step or method.located) and bool((strides <= REACH).all())
+    return not (method.every_step or method.located) and bool((strides <= REACHES[FREE]).all())
 
 
 def empty_results(n: int, plan: Plan) -> kernel.Results:
@@ -80,8 +82,8 @@ def compiled_worker(
     work = kernel.Work(order, chained, numbers, initial, between)
 
     def worker() -> Worker:
-        room = make_room(kind, plan.sample)
-        return lambda places, signals, slot: kernel.run_cells(work, places, settings, room, results, signals, slot)
+        own = make_room(kind, plan.sample)
+        return lambda places, signals, slot: kernel.run_cells(work, places, settings, own, results, signals, slot)
 
     return worker
 
@@ -94,8 +96,8 @@ def make_room(kind: int, sample: int) -> kernel.Room:
         empty_record(rows, np.zeros(1), 0, CAPACITY if rows else 0) for rows in (0, kernel.CYCLE, sample)
     )
     return kernel.Room(
-        folded=np.zeros(setup.LEAPS_SIZE if leaping else setup.CLOSED_SIZE),
-        keys=np.full((2, len(setup.Cell._fields)), np.nan),
+        folded=room(LEAPS_SIZE if leaping else setup.CLOSED_SIZE),
+        keys=setup.no_keys(),
         state=np.zeros(slots),
         before=np.zeros(slots),
         nothing=nothing.flat,

@@ -4,11 +4,11 @@ import numpy as np
 
 from ..kernels import leaps
 from ..kernels import newmark as kernel
-from ..kernels.folded import fold
-from ..kernels.phase import REACH, make_scratch
+from ..kernels.folded import room
 from ..kernels.record import Folded
 from ..kernels.record import Record as Buffers
-from ..kernels.setup import begin_steps, free_pole, pressed_pole, scheme_of
+from ..kernels.setup import begin_steps, free_pole, no_keys, scheme_of, set_up_leaps
+from ..kernels.steps import FREE, REACHES
 from ..methods import Newmark
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
@@ -16,7 +16,7 @@ from .base import Driver
 from .numbers import numbers_of
 
 STEPS_PER_CALL = 5_000_000
-SHORTEST_STRIDE = 2  # steps from entry to entry of the tables of flight; with fewer, walking is as quick
+SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; with fewer, walking is as quick
 
 
 def pack(system: System, eta: float, method: Newmark) -> kernel.Scheme:
@@ -45,11 +45,11 @@ class NewmarkDriver(Driver):
         self._scheme = pack(system, eta, method)
         self._leaps = self._cosines = None
         cell = numbers_of(system, eta, method)
-        if method.every_step or SHORTEST_STRIDE * free_pole(cell) * self._scheme.h > REACH:
+        if method.every_step or SHORTEST_STRIDE * free_pole(cell) * self._scheme.h > REACHES[FREE]:
             self._cosines = np.cos(2 * np.pi * np.arange(n + 1) / n)
         else:
-            poles = free_pole(cell), pressed_pole(cell)
-            self._leaps = fold(leaps.make_leaps(self._scheme, eta, n, *poles, make_scratch()))
+            self._leaps = room(leaps.SIZE)
+            set_up_leaps(self._leaps, no_keys(), np.array(cell))
         stride = record.stride(n) if record else n
         self._window = (kept_from * n, self.sampled_from * n, stride)
         self._state = _state(self._scheme, system, eta, method, start)

@@ -21,7 +21,7 @@ from . import newmark, tally
 from .anchor import touches
 from .anchor import unfold as unfold_contact
 from .jit import bare, jit
-from .leaps import CALM, finish, leap
+from .leaps import finish, leap
 from .march import anchor_of, march, note_open, prepare
 from .newmark import CONTACT, P1, P2, Q1, Q2, STEP
 from .record import unfold_record
@@ -105,7 +105,7 @@ def event_recurs(now, before, period):
 @bare
 def steps_recur(now, before, n):
     """Whether the state of Newmark's method is, to ALIKE, that of CYCLE periods before."""
-    if now[STEP] != before[STEP] + CYCLE * n or now[CONTACT] != before[CONTACT] or now[CALM] != before[CALM]:
+    if now[STEP] != before[STEP] + CYCLE * n or now[CONTACT] != before[CONTACT]:
         return False
     far = ALIKE * (abs(now[P1]) + abs(now[P2]))
     fast = ALIKE * (abs(now[Q1]) + abs(now[Q2])) + far / n  # Q = Δτ ξ′: a displacement over a step

@@ -99,13 +99,6 @@ def add(total, term, factor):
 
 
 @jit
-def raise_to(bound, row):
-    """Raise a row of bounds to the sizes of another, in place."""
-    for i in range(6):
-        bound[i] = max(bound[i], abs(row[i]))
-
-
-@jit
 def exponential(a, h):
     """exp(ah), by its series: for norms of at most about one."""
     total, term = identity(), identity()

@@ -42,8 +42,7 @@ GAP = FIRST + TERMS  # g in powers of u
 BEND = GAP + TERMS  # sup|(w A² E)| h²/8
 INTEGRAL = BEND + 1  # ∫f dτ = row·Δz, where asked for
 TERMS_LEFT = INTEGRAL + 1  # (of the products only) a polynomial that is worked on
-HELD = 128  # entries of the tables of contact in Newmark's steps (steps.py), whose products are as many
-WIDTH = max(TERMS_LEFT + TERMS, HELD)
+WIDTH = TERMS_LEFT + TERMS
 DEEPEST = 48  # halvings of an interval
 LOW, SPAN = TERMS, TERMS + 1
 

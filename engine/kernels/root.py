@@ -140,12 +140,6 @@ def polish(terms, u, low, high, most):
 
 
 @bare
-def polished(u, scratch):
-    """The zero of the interval examined last, exact to rounding, from one that is not."""
-    return polish(scratch.products[TERMS_LEFT : TERMS_LEFT + TERMS], u, 0.0, 1.0, NEWTON_LIMIT)[0]
-
-
-@bare
 def open_interval(terms, b, scratch):
     """First zero in (0, 1), and the slope there, of a polynomial with terms[0] > 0 whose coefficients change sign."""
     low, width, depth = 0.0, 1.0, 0

@@ -12,12 +12,12 @@ import numpy as np
 from . import newmark, pendulums
 from .jit import bare, exact, jit
 from .leaps import GAP as GAP_SLOT
-from .leaps import SLOTS
+from .leaps import SLOTS, tables_in, write_scheme
 from .matrices import unit
 from .newmark import A1, A2, CONTACT, P1, P2, Q1, Q2
 from .phase import PHASE_SHAPES, REACH, SCRATCH_SHAPES, full, tabulate
 from .slow import APART, fast_part
-from .steps import FLIGHT_SHAPES, SQUEEZE_SHAPES, make_flight, make_squeezes
+from .steps import fill_tables
 
 
 class Cell(NamedTuple):
@@ -41,11 +41,8 @@ class Cell(NamedTuple):
 FOR_FLIGHT = Cell._fields.index("steps") + 1  # numbers on which the tables of flight hang …
 FOR_CONTACT = Cell._fields.index("damping") + 1  # … and those of contact
 PHASE_SIZE = sum(math.prod(shape) for shape in PHASE_SHAPES)
-FLIGHT_SIZE = sum(math.prod(shape) for shape in FLIGHT_SHAPES)
-SQUEEZE_SIZE = sum(math.prod(shape) for shape in SQUEEZE_SHAPES)
 SCRATCH_SIZE = sum(math.prod(shape) for shape in SCRATCH_SHAPES)
 CLOSED_SIZE = 2 + 3 * PHASE_SIZE + 1 + 24 + 8 + SCRATCH_SIZE
-LEAPS_SIZE = 1 + FLIGHT_SIZE + 2 * SQUEEZE_SIZE + 12 + len(newmark.Scheme._fields) + SCRATCH_SIZE
 
 
 @bare
@@ -53,6 +50,11 @@ def cell_of(row):
     """The cell that a row of numbers holds."""
     r = row
     return Cell(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11], r[12])
+
+
+def no_keys() -> np.ndarray:
+    """The keys of tables that have not been made: no number equals them."""
+    return np.full((2, len(Cell._fields)), np.nan)
 
 
 @bare
@@ -235,25 +237,12 @@ def scheme_of(cell):
 def set_up_leaps(folded, keys, row):
     """Write the leaps of a cell into ``folded``, as :class:`.leaps.Leaps` is laid out."""
     cell = cell_of(row)
-    m = scheme_of(cell)
-    folded[0] = cell.steps
-    if renew(keys[0], row, FOR_FLIGHT):
-        f = make_flight(m, cell.eta, free_pole(cell))
-        folded[1] = f.stride
-        put(folded, put(folded, put(folded, put_phase(folded, 2, f.phase), f.within), f.motion), f.here)
-    if renew(keys[1], row, FOR_CONTACT):
-        fine, coarse, pressed = make_squeezes(m, cell.eta, pressed_pole(cell))
-        at = put(folded, put_squeeze(folded, put_squeeze(folded, 1 + FLIGHT_SIZE, fine), coarse), pressed)
-        for k in range(len(m)):
-            folded[at + k] = m[k]
-
-
-@jit
-def put_squeeze(folded, at, squeeze):
-    """Write the tables of a contact in Newmark's steps."""
-    folded[at] = squeeze.stride
-    at = put(folded, put(folded, at + 1, squeeze.depths), squeeze.moves)
-    return put(folded, put(folded, at, squeeze.sums), squeeze.bend)
+    m, tables, poles = scheme_of(cell), tables_in(folded), (free_pole(cell), pressed_pole(cell))
+    counts = FOR_FLIGHT, FOR_CONTACT
+    write_scheme(folded, cell.steps, m)
+    for state in range(2):  # a constant in its place would be compiled apart
+        if renew(keys[state], row, counts[state]):
+            fill_tables(tables, m, cell.eta, state, poles[state])
 
 
 @exact

@@ -7,9 +7,14 @@ As long as contact does not change, a step maps
 the predictors of :mod:`.newmark`, linearly, z → M z, and the gap at its end is a row ρ times z. So the gaps at the ends
 of the next HELD steps are rows ρ Mʲ⁻¹ times one state, and Mʲ moves it on.
 
-M is the exponential of Ã Δτ: the motion of a linear system z′ = Ã z, read at the steps. Where Δτ is short beside every
-oscillation, the eigenvalues of M lie near 1 and Ã Δτ = log M is a short series. Where the gap is read at every s-th
-step only, the bound of its second derivative in that motion tells what it does between.
+**Levels.** The same at every s-th step reaches s times as far. M is the exponential of Ã Δτ: the motion of a linear
+system z′ = Ã z, read at the steps, in which |g″| has a bound. At the share u of a stride the gap then lies no more than
+4u(1 − u) b below its chord, b = (sΔτ)²/8 · sup|g″|: where it exceeds b at both ends, it has no zero within. Where Δτ is
+short beside every oscillation the eigenvalues of M lie near 1, and Ã Δτ = log M is a short series. A level is made of
+the entries of the one below.
+
+In contact the gap's negative is tabulated, so that for both contact states the **margin**, what is tabulated, is
+positive until contact changes.
 """
 
 import math
@@ -18,23 +23,14 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
-from .matrices import (
-    add,
-    exponential,
-    identity,
-    logarithm,
-    powers,
-    product,
-    raise_along,
-    row_times,
-    rows_times,
-    spread,
-    unit,
-)
-from .phase import HELD, PHASE_SHAPES, REACH, TERMS, Phase, fill_polynomial, tabulate
+from .matrices import add, exponential, identity, logarithm, powers, raise_along, row_times, rows_times, spread
 
-MOST_STRIDE = 16
-COARSE = 1.0  # |λ| times the spacing of the coarse tables in contact; the quasi-static gap is then certified
+FREE, PRESSED = 0, 1  # contact states
+LEVELS = 3
+HELD = 128  # entries of a level
+REACHES = 0.15, 1.0  # |λ| times the longest stride, free and pressed: bounds are then tight enough for most flights …
+SAMPLED = 0.25  # … if sup|g″| is taken over instants that lie no further apart than this
+LONGEST = HELD * HELD // 2  # no stride is longer, so that every step is an entry of each level away
 
 
 class Map(NamedTuple):
@@ -46,28 +42,18 @@ class Map(NamedTuple):
     gap: np.ndarray  # (6,) ρ
 
 
-class Flight(NamedTuple):
-    """Steps without contact, by strides."""
+class Tables(NamedTuple):
+    """What many steps do; first index: FREE or PRESSED, second: the level, from single steps on."""
 
-    stride: int
-    phase: Phase  # of the gap at the end of the next step; its spacing is a stride
-    within: np.ndarray  # (6, 4 TERMS) p₁, Q₁, p₂ − p₁ and Q₂ − Q₁ in powers of the share of a stride
-    motion: np.ndarray  # (2, 6) Δτ² ξ″ at the end of the next step
-    here: np.ndarray  # (6,) the gap at the step itself
-
-
-class Squeeze(NamedTuple):
-    """Steps in contact, ``stride`` at a time."""
-
-    stride: int  # 0 if the tables are empty
-    depths: np.ndarray  # (6, HELD) −g at the end of step j·stride, j = 1 … HELD
-    moves: np.ndarray  # (HELD, 6, 6) M to the power j·stride
-    sums: np.ndarray  # (HELD, 6) Δτ Σλ over the next j·stride steps
-    bend: np.ndarray  # (6,) bound of |g″| (stride · Δτ)²/8 between
+    margins: np.ndarray  # (2, LEVELS, 6, HELD) ±g after 1 … HELD strides
+    moves: np.ndarray  # (2, LEVELS, HELD, 6, 6) Mˢ, M²ˢ, …
+    bends: np.ndarray  # (2, LEVELS, 6) bound of |g″| (sΔτ)²/8 between
+    accelerations: np.ndarray  # (2, 2, 6) Δτ² ξ″ at the end of the next step
+    sums: np.ndarray  # (LEVELS, HELD, 6) Δτ Σλ over the steps up to each entry, pressed
+    strides: np.ndarray  # (2, LEVELS) steps from entry to entry; 0 if there is no such level
 
 
-FLIGHT_SHAPES = (), *PHASE_SHAPES, (6, 4 * TERMS), (2, 6), (6,)
-SQUEEZE_SHAPES = (), (6, HELD), (HELD, 6, 6), (HELD, 6), (6,)
+SHAPES = (2, LEVELS, 6, HELD), (2, LEVELS, HELD, 6, 6), (2, LEVELS, 6), (2, 2, 6), (LEVELS, HELD, 6), (2, LEVELS)
 
 
 @jit
@@ -106,71 +92,72 @@ def step_map(m, eta, contact):
 
 
 @jit
-def generator(move, h):
-    """Ã = log M / Δτ, where the eigenvalues of M are near 1."""
-    total = np.zeros((6, 6))
-    add(total, logarithm(move), 1.0 / h)
-    return total
-
-
-@jit
-def make_flight(m, eta, fastest):
-    """Tables of flight; ``fastest`` is the largest |λ| of the free pendulums and the excitation."""
-    one = step_map(m, eta, False)
-    a = generator(one.move, m.h)
-    stride = max(1, int(REACH / (fastest * m.h)))
-    spacing = stride * m.h
-    within = np.zeros((6, 4 * TERMS))
-    for i in range(4):
-        fill_polynomial(within, i * TERMS, unit(i), a, spacing)
-    here = row_times(one.gap, exponential(a, -m.h), 1.0)  # ρ M⁻¹
-    return Flight(stride, tabulate(a[:4], eta, one.gap, spacing), within, one.accelerations, here)
-
-
-@jit
-def make_squeeze(one, h, stride):
-    """Tables of contact at every ``stride``-th step; if that is over 1, with bounds between, for which Ã must exist."""
-    strider, sums, total, last = identity(), np.zeros((HELD, 6)), np.zeros(6), np.zeros(6)
-    depths, bend = np.zeros((6, HELD)), np.zeros(6)
-    for _ in range(stride):
-        pressed = row_times(one.force, strider, h)
-        for i in range(6):
-            total[i] += pressed[i]
-        last = row_times(one.gap, strider, 1.0)
-        strider = product(one.move, strider)
-    moves = powers(strider, HELD)
-    rows, pressed = np.empty((HELD, 6)), np.empty((HELD, 6))
-    rows_times(rows, last, moves, -1.0)
-    rows_times(pressed, total, moves, 1.0)
+def fill_level(tables, state, level, margin, pressed, strider):
+    """Write the entries of a level: ``margin`` and ``pressed`` after the first of them, which ``strider`` leads to."""
+    moves, margins, sums = tables.moves[state, level], tables.margins[state, level], tables.sums[level]
+    moves[:] = powers(strider, HELD)
+    later = np.empty((HELD, 6))
+    rows_times(later, margin, moves, 1.0)
     for i in range(6):
-        depths[i, 0], sums[0, i] = -last[i], total[i]
+        margins[i, 0] = margin[i]
         for j in range(1, HELD):
-            depths[i, j] = rows[j - 1, i]
-            sums[j, i] = pressed[j - 1, i] + sums[j - 1, i]
-    if stride == 1:
-        return Squeeze(stride, depths, moves, sums, bend)
-    a = generator(one.move, h)
-    curve = row_times(row_times(row_times(one.gap, exponential(a, -h), 1.0), a, 1.0), a, 1.0)
-    quarter = exponential(a, 0.25 * stride * h)
-    for _ in range(4):
-        raise_along(bend, curve, moves)
-        curve = row_times(curve, quarter, 1.0)
-    bend = spread(bend, a, 0.125 * stride * h)
+            margins[i, j] = later[j - 1, i]
+    if state == PRESSED:
+        rows_times(later, pressed, moves, 1.0)
+        for i in range(6):
+            sums[0, i] = pressed[i]
+            for j in range(1, HELD):
+                sums[j, i] = sums[j - 1, i] + later[j - 1, i]
+
+
+@jit
+def bend(moves, a, here, spacing, parts):
+    """Bound of |f″| h²/8 for f = ``here``·z in the motion z′ = A z, over the entries of a level, ``spacing`` apart.
+
+    The supremum over ``parts`` instants of each stride is carried to those between.
+    """
+    curve, bound = row_times(row_times(here, a, 1.0), a, 1.0), np.zeros(6)
+    onward = exponential(a, spacing / parts)
+    for _ in range(parts):
+        raise_along(bound, curve, moves)
+        curve = row_times(curve, onward, 1.0)
+    bound = spread(bound, a, 0.5 * spacing / parts)
     for i in range(6):
-        bend[i] *= (stride * h) ** 2 / 8
-    return Squeeze(stride, depths, moves, sums, bend)
+        bound[i] *= spacing * spacing / 8
+    return bound
 
 
 @jit
-def no_squeeze():
-    """Tables that are not there."""
-    return Squeeze(0, np.zeros((6, HELD)), np.zeros((HELD, 6, 6)), np.zeros((HELD, 6)), np.zeros(6))
+def ladder(longest):
+    """Strides of the levels above the first, of which the last is about the longest; 0 for a level too many."""
+    longest = min(longest, LONGEST)
+    if longest <= 4 * HELD:
+        return (min(longest, HELD) if longest > 1 else 0), 0
+    middle = int(math.sqrt(longest))
+    return middle, longest // middle * middle
 
 
 @jit
-def make_squeezes(m, eta, fastest):
-    """Fine and coarse tables of contact; ``fastest`` is the largest |λ| of the pressed pendulums and the excitation."""
-    one = step_map(m, eta, True)
-    stride = min(int(COARSE / (fastest * m.h)), MOST_STRIDE)
-    coarse = make_squeeze(one, m.h, stride) if stride >= 2 else no_squeeze()
-    return make_squeeze(one, m.h, 1), coarse, one.accelerations
+def fill_tables(tables, m, eta, state, pole):
+    """Write all levels of one contact state; ``pole`` is the largest |λ| of its motion, the excitation included."""
+    one, sign = step_map(m, eta, state == PRESSED), -1.0 if state == PRESSED else 1.0
+    tables.accelerations[state] = one.accelerations
+    strides = tables.strides[state]
+    strides[0] = 1
+    strides[1], strides[2] = ladder(int(REACHES[state] / (pole * m.h)))
+    margin, force, strider = row_times(one.gap, identity(), sign), row_times(one.force, identity(), m.h), one.move
+    a, here = np.zeros((6, 6)), np.zeros(6)
+    if strides[1] > 0:
+        add(a, logarithm(one.move), 1.0 / m.h)
+        here = row_times(one.gap, exponential(a, -m.h), 1.0)  # ρ M⁻¹
+    for level in range(LEVELS):
+        if strides[level] == 0:
+            break
+        if level > 0:
+            k = int(strides[level] / strides[level - 1]) - 1
+            margin, force = tables.margins[state, level - 1, :, k].copy(), tables.sums[level - 1, k].copy()
+            strider = tables.moves[state, level - 1, k].copy()
+        fill_level(tables, state, level, margin, force, strider)
+        if level > 0:
+            parts = math.ceil(REACHES[state] / SAMPLED)
+            tables.bends[state, level] = bend(tables.moves[state, level], a, here, strides[level] * m.h, parts)

@@ -1,6 +1,7 @@
 """Newmark by leaps is the plain loop's solution: the same contact changes, at the same steps."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from engine import Newmark, Record, Status, System, simulate
 from engine.drivers.newmark import pack
 from engine.kernels.newmark import step
-from engine.kernels.steps import make_flight, make_squeezes, step_map
+from engine.kernels.steps import FREE, HELD, PRESSED, SHAPES, Tables, fill_tables, ladder, step_map
 
 SETTINGS = [
     (1.08, 2500.0, 8.0, 2000),
@@ -105,42 +106,71 @@ def test_a_step_is_its_map(contact):
     np.testing.assert_allclose((one.move @ z)[:4], after, atol=1e-13)
 
 
-def test_tables_of_many_steps_are_powers_of_the_map():
-    eta, method = 1.08, Newmark(2500.0, 8.0, 2000)
+def tables_of(scheme, eta, free_pole, pressed_pole):
+    """Tables of both contact states, their steps' maps, and the rows that give the margin at a step itself."""
+    tables = Tables(*(np.zeros(shape) for shape in SHAPES))
+    maps = step_map(scheme, eta, False), step_map(scheme, eta, True)
+    for state, pole in ((FREE, free_pole), (PRESSED, pressed_pole)):
+        fill_tables(tables, scheme, eta, state, pole)
+    here = [sign * one.gap @ np.linalg.inv(one.move) for sign, one in zip((1, -1), maps, strict=True)]
+    return tables, maps, here
+
+
+@pytest.mark.parametrize(("n", "levels"), [(100, 1), (2000, 2), (100_000, 3)])
+def test_tables_of_many_steps_are_powers_of_the_map(n, levels):
+    eta, method = 1.08, Newmark(2500.0, 8.0, n)
     scheme, rng = pack(System(), eta, method), np.random.default_rng(3)
-    free, pressed = step_map(scheme, eta, False), step_map(scheme, eta, True)
-    flight = make_flight(scheme, eta, 2.41)
-    fine, coarse, _ = make_squeezes(scheme, eta, 90.0)
-    assert flight.stride > 10
-    assert coarse.stride > 1
+    tables, maps, here = tables_of(scheme, eta, 2.41, 90.0)
+    assert (tables.strides[FREE] > 0).sum() == levels
+    assert (tables.strides[PRESSED] > 0).sum() == min(levels, 2)
     z = np.append(rng.normal(size=4), (math.cos(0.4), math.sin(0.4)))
     power = np.linalg.matrix_power
-    for j in (1, 7, 64):
-        np.testing.assert_allclose(flight.phase.moves[j - 1] @ z, power(free.move, j * flight.stride) @ z, atol=1e-11)
-        for table in (fine, coarse):
-            steps = j * table.stride
-            np.testing.assert_allclose(table.moves[j - 1] @ z, power(pressed.move, steps) @ z, atol=1e-10)
-            depth = -pressed.gap @ power(pressed.move, steps - 1) @ z
-            np.testing.assert_allclose(table.depths[:, j - 1] @ z, depth, atol=1e-11)
-            force = sum(pressed.force @ power(pressed.move, k) @ z for k in range(steps))
-            np.testing.assert_allclose(table.sums[j - 1] @ z, scheme.h * force, atol=1e-9 * abs(force))
+    for state, level in zip(*np.nonzero(tables.strides), strict=True):
+        for j in (1, 7, HELD):
+            one, steps = maps[state], j * int(tables.strides[state, level])
+            after = power(one.move, steps) @ z
+            atol = 1e-13 * max(1.0, steps)
+            np.testing.assert_allclose(tables.moves[state, level, j - 1] @ z, after, atol=atol)
+            np.testing.assert_allclose(tables.margins[state, level, :, j - 1] @ z, here[state] @ after, atol=atol)
+            if state == PRESSED:
+                force, at = 0.0, z
+                for _ in range(steps):
+                    force, at = force + one.force @ at, one.move @ at
+                np.testing.assert_allclose(tables.sums[level, j - 1] @ z, scheme.h * force, rtol=1e-9, atol=1e-12)
 
 
-def test_between_coarse_steps_the_gap_keeps_to_its_bound():
+@pytest.mark.parametrize("state", [FREE, PRESSED])
+def test_between_the_entries_of_a_level_the_gap_keeps_to_its_bound(state):
     eta, method = 1.08, Newmark(2500.0, 8.0, 2000)
     scheme, rng = pack(System(), eta, method), np.random.default_rng(4)
-    pressed = step_map(scheme, eta, True)
-    _, coarse, _ = make_squeezes(scheme, eta, 90.0)
-    stride = coarse.stride
+    tables, maps, here = tables_of(scheme, eta, 2.41, 90.0)
+    stride, closest = int(tables.strides[state, 1]), math.inf
+    assert stride > 1
     for _ in range(50):
         phase = rng.uniform(0, 2 * math.pi)
         z = np.append(rng.normal(size=4) * (1, 0.01, 1e-3, 1e-4), (math.cos(phase), math.sin(phase)))
-        gaps = [pressed.gap @ np.linalg.matrix_power(pressed.move, k) @ z for k in range(64 * stride)]
-        bound = coarse.bend @ np.abs(z)
-        ends, share = np.array(gaps[stride - 1 :: stride]), np.arange(stride + 1) / stride
+        bound, margins = tables.bends[state, 1] @ np.abs(z), []
+        for _ in range(HELD * stride + 1):
+            margins.append(here[state] @ z)
+            z = maps[state].move @ z
+        ends, share = np.array(margins[::stride]), np.arange(stride + 1) / stride
         chords = ends[:-1, None] * (1 - share) + ends[1:, None] * share
-        inside = np.array([gaps[k : k + stride + 1] for k in range(stride - 1, len(gaps) - stride, stride)])
-        assert np.abs(inside - chords).max() <= bound
+        inside = np.array([margins[k : k + stride + 1] for k in range(0, HELD * stride, stride)])
+        # |g''| h²/8 is reached in the middle; nearer to an end the bound is 4u(1 - u) of it
+        assert (np.abs(inside - chords) <= 4 * share * (1 - share) * bound + 1e-12).all()
+        closest = min(closest, bound / np.abs(inside - chords).max())
+    assert closest < 10  # a bound far too wide would send every flight through single steps
+
+
+@pytest.mark.parametrize("longest", [0, 1, 2, 100, 500, 513, 5000, 10**6])
+def test_every_step_is_an_entry_of_each_level_away(longest):
+    """So what lies within a leap can be read off."""
+    first, second = ladder(longest)
+    strides = [1, *(stride for stride in (first, second) if stride > 0)]
+    for below, above in pairwise(strides):
+        assert below < above <= HELD * below
+        assert above % below == 0
+    assert strides[-1] <= max(1, longest)
 
 
 def test_a_blow_up_is_met_at_the_same_step():
