@@ -72,9 +72,12 @@ def test_what_is_not_known_yet_is_shown_coarsely(small_plane):
 def test_the_cell_of_a_setting_holds_it(small_plane):
     stage = small_plane[-1]
     row, column = stage.cell(12000, 18)
-    width = (1e5 / 10) ** (1 / 12)
-    assert stage.question.axis("K")[column] / 12000 < math.sqrt(width) < width
-    assert abs(math.log(stage.question.axis("D")[row] / 18)) <= 0.5 * math.log(1000) / 12 * 1.001
+    for value, middle, span in (
+        (12000, stage.question.axis("K")[column], 1e4),
+        (18, stage.question.axis("D")[row], 1e3),
+    ):
+        assert abs(math.log(middle / value)) <= 0.5 * math.log(span) / 12 * 1.001
+    assert stage.question.axis("K")[0] * stage.question.axis("K")[-1] == pytest.approx(10 * 1e5)  # edge to edge
     assert stage.cell(10, 0.1) == (0, 0)
     assert stage.cell(1e5, 100) == (11, 11)
     assert stage.cell(9.9, 18) is None

@@ -74,7 +74,7 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):
 
 
 def test_a_study_is_cancelled_and_goes_on(visit):
-    explorer = visit("?tab=plane&eta=1.08&K=2500&D=8&steps=4000")
+    explorer = visit("?tab=plane&eta=1.08&K=2500&D=8&steps=1000")
     explorer.page.locator("summary", has_text="System and solver").click()
     explorer.page.get_by_text("located", exact=True).click()
     stop = panel(explorer).get_by_role("button")
