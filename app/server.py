@@ -385,3 +385,4 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
         server.io_loop.start()
     finally:
         server.stop(wait=False)
+        workers().shutdown(wait=False, cancel_futures=True)  # what still waits after all that time is not begun

@@ -122,7 +122,7 @@ class Client:
 
     def component(self, name):
         """Identifier of one of the page's own components."""
-        return next(m["id"] for m in self.models("ReactiveESM") if m["attributes"].get("name") == name)
+        return next(m["id"] for m in self.models("ReactiveESM") if m["attributes"].get("class_name") == name)
 
     def message(self, data, name="Controls"):
         values = {"type": "map", "entries": [["model", {"id": self.component(name)}], ["data", data]]}

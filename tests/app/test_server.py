@@ -212,15 +212,13 @@ def test_no_more_sessions_than_granted_and_no_setting_dearer_than_granted(tmp_pa
 
 def test_a_stop_signal_lets_what_is_under_way_end(tmp_path):
     async def steps(server):
-        client = await Client(server.url, "eta=1.2345").open()
-        await client.ready()
-        shown = await client.shown(lambda told: told.get("frame"))
-        await client.patch(client.message(mapped({"painted": shown["frame"]})))
-        await client.patch(client.message(move({"eta": "1.31"}, 7)))
-        server.process.send_signal(signal.SIGTERM)
-        told = await client.shown(lambda told: told.get("move") == 7)
-        client.socket.close()
-        return told
+        async with Client(server.url, "eta=1.2345") as client:
+            await client.ready()
+            shown = await client.shown(lambda told: told.get("frame"))
+            await client.patch(client.message(mapped({"painted": shown["frame"]})))
+            await client.patch(client.message(move({"eta": "1.31"}, 7)))
+            server.process.send_signal(signal.SIGTERM)
+            return await client.shown(lambda told: told.get("move") == 7)
 
     with served(tmp_path / "log.txt") as server:
         assert run(steps(server))["texts"]["eta"] == "1.31"
