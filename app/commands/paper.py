@@ -14,7 +14,7 @@ def add(commands) -> None:
         allow_abbrev=False,
         help="check every claim of the paper; exit status 1 if any is not as known",
         description="Remake the paper's figures 3, 4, 6 and 9 to 14 and say of each claim whether it holds here, with "
-        "the numbers that were found. Two claims are known to differ.",
+        "the numbers that were found, and why where it does not.",
     )
     command.add_argument("--json", action="store_true", help="print one JSON list")
     command.set_defaults(run=run)

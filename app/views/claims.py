@@ -8,7 +8,7 @@ from functools import singledispatch
 import numpy as np
 import panel as pn
 import param
-from bokeh.models import LinearColorMapper, Range1d, Span
+from bokeh.models import BasicTickFormatter, LinearColorMapper, Range1d, Span
 from bokeh.plotting import figure
 
 from app.files import script, style
@@ -27,6 +27,7 @@ _DOTS = {
 _DASHES = ("dashed", "solid")  # pendulums 1 and 2
 _KINDS = [VERMILLION, "#C6CDD4", BLUE]  # wrong, in between, right
 _SHADES = ["#FFFFFF00", *(f"{BLUE}{alpha:02X}" for alpha in range(1, 256))]
+_TICKS = [digit * 10**power for power in range(6) for digit in (1, 2, 5)]  # of a logarithmic axis
 _PIXELS = (640, 260)
 # Small and still: for a closer look there is the button.
 _OPTIONS = {"height": 230, "sizing_mode": "stretch_width", "tools": "", "active_drag": None, "toolbar_location": None}
@@ -86,23 +87,37 @@ def _orbit(run: Response, pendulum: int) -> tuple[np.ndarray, np.ndarray]:
 
 @draw.register
 def _(picture: Times, name: str) -> figure:
-    """Displacements and force over two periods, with the impacts as rings."""
+    """Displacements over two periods; the reference's force and impacts, the penalty's contacts as bands."""
     run, sampled = picture.run, picture.run.trajectory
     series = {"ξ₁": sampled.displacement[0], "ξ₂": sampled.displacement[1]}
-    if sampled.force.any():
+    exact = isinstance(run.method, Reference)
+    if exact and sampled.force.any():  # a penalty force is a hundred times as high
         series["force λ"] = sampled.force
     series = {label: values.astype(np.float32) for label, values in series.items()}
     t = _in_periods(run, sampled.time)
-    plot = _figure(name, "time τ / T", "displacement ξ, force λ", [t], series.values())
+    plot = _figure(name, "time τ / T", "displacement ξ" + ", force λ" * ("force λ" in series), [t], series.values())
     looks = zip((BLUE, BLUE, VERMILLION), (*_DASHES, "solid"), strict=True)
     for (label, values), (colour, dash) in zip(series.items(), looks, strict=False):
         plot.line(t, values, line_color=colour, line_width=1.4, line_dash=dash, legend_label=label)
-    if isinstance(run.method, Reference):
-        seen = run.impacts.time >= sampled.time[0]
-        where = run.impacts.position[seen].astype(np.float32)
-        at = _in_periods(run, run.impacts.time[seen])
-        plot.scatter(at, where, size=7, line_color=VERMILLION, fill_color=None, legend_label="impacts")
+    if exact:
+        _impacts(plot, run)
+    else:
+        _bands(plot, run)
     return _legend(plot)
+
+
+def _impacts(plot: figure, run: Response) -> None:
+    seen = run.impacts.time >= run.trajectory.time[0]
+    where = run.impacts.position[seen].astype(np.float32)
+    at = _in_periods(run, run.impacts.time[seen])
+    plot.scatter(at, where, size=7, line_color=VERMILLION, fill_color=None, legend_label="impacts")
+
+
+def _bands(plot: figure, run: Response) -> None:
+    low, high = plot.y_range.start, plot.y_range.end
+    left, right = np.clip(_in_periods(run, run.contacts[run.contacts[:, 1] > run.trajectory.time[0]]), 0, None).T
+    look = {"fill_color": VERMILLION, "fill_alpha": 0.3, "line_color": None, "legend_label": "contact"}
+    plot.quad(left=left, right=right, bottom=low, top=high, **look)
 
 
 def _in_periods(run: Response, time: np.ndarray) -> np.ndarray:
@@ -118,7 +133,12 @@ def _(picture: Plane, name: str) -> figure:
     plot = make_figure("", "contact stiffness K", "contact damping D", **_OPTIONS, name=name, **axes)
     _picture(plot, picture.kind, x, y, LinearColorMapper(palette=_KINDS, low=-0.5, high=2.5))
     for kind, colour in zip(picture.names, _KINDS, strict=True):
-        plot.scatter([], [], marker="square", size=9, line_color=colour, fill_color=colour, legend_label=kind)
+        plot.scatter(
+            [np.nan], [np.nan], marker="square", size=9, line_color=colour, fill_color=colour, legend_label=kind
+        )
+    for axis in plot.axis:
+        axis.ticker = _TICKS
+        axis.formatter = BasicTickFormatter(use_scientific=False)
     K, D = picture.at
     plot.scatter([K], [D], marker="x", size=12, line_color=INK, line_width=3, legend_label=f"K = {K:g}, D = {D:g}")
     return _legend(plot)
