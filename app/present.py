@@ -13,6 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from app.compute import Frame, Run
+from app.state import Setting
 
 Columns = dict[str, np.ndarray]
 
@@ -24,12 +25,14 @@ _MOST_POINTS = 960
 _POINTS_IN_CONTACT = 8
 _MOST_SECTION = 50
 
+_NAMED = {"t": "time", "left": "time", "right": "time", "force": "force", "impulse": "impulse", "eta": None}
+
 _EMPTY = np.empty(0, np.float32)
 
 
 def present(frame: Frame) -> dict[str, Columns]:
-    """Columns by source name, for every live source of the page."""
-    return {
+    """Columns by source name, for every live source of the page, in the units of the frame's setting."""
+    columns = {
         "displacements": _displacement(frame),
         "phase_reference": _phase(frame.reference, corners=True),
         "phase_penalty": _phase(frame.penalty, corners=False),
@@ -42,6 +45,29 @@ def present(frame: Frame) -> dict[str, Columns]:
         "impulse_reference": _impulses(frame.reference),
         "impulse_penalty": _impulses(frame.penalty),
     }
+    return {name: in_units(source, frame.setting) for name, source in columns.items()}
+
+
+def in_units(columns: Columns, setting: Setting) -> Columns:
+    """Non-dimensional columns (times in periods) as the setting shows them: the same, or in s, mm, mm/s, N, N·s."""
+    if setting.scale is None:
+        return columns
+    return {name: (factor_of(name, setting) * column).astype(np.float32) for name, column in columns.items()}
+
+
+def factor_of(column: str, setting: Setting) -> float:
+    """What one unit of a column is, in the units that are shown."""
+    quantity = quantity_of(column)
+    if setting.scale is None or quantity is None:
+        return 1.0
+    return setting.period if quantity == "time" else setting.scale.factor(quantity)
+
+
+def quantity_of(column: str) -> str | None:
+    """The physical quantity in a column of any source, as `engine.QUANTITIES` names it; None: it has no unit."""
+    if column in _NAMED:
+        return _NAMED[column]
+    return "velocity" if column.startswith("v") or "_v" in column else "displacement"
 
 
 def size_of(columns: Mapping[str, Columns]) -> int:

@@ -16,7 +16,7 @@ from urllib.parse import parse_qsl, urlencode
 import param
 
 from app.limits import TooMuch, check_cost
-from engine import Newmark, Reference, System, simulate
+from engine import Newmark, Reference, System, Units, simulate
 
 # A number as a person writes one. Stricter than float(), which also takes
 # "nan", "inf", "1_000", other scripts' digits and any length.
@@ -51,6 +51,10 @@ class Setting(NamedTuple):
     d3: float
     frame: str
     coordinate: str
+    units: str
+    omega1: float
+    m1: float
+    amplitude: float
 
     @property
     def system(self) -> System:
@@ -67,13 +71,23 @@ class Setting(NamedTuple):
         """The solver that does what an FE code would."""
         return Newmark(self.K, self.D, self.steps, located=self.located == "yes")
 
+    @property
+    def scale(self) -> Units | None:
+        """What the numbers are shown in; None where they stay without dimension."""
+        return Units(self.omega1, self.m1, self.amplitude) if self.units == "physical" else None
+
+    @property
+    def period(self) -> float:
+        """Length of an excitation period on the axes of time: 1 where time is counted in periods, else seconds."""
+        return 1.0 if self.scale is None else self.scale.physical("time", 2 * math.pi / self.eta)
+
 
 SYSTEM_FIELDS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution")
 MAIN_FIELDS = ("eta", "K", "D", "steps")
 PAPER_FIELDS = (*SYSTEM_FIELDS, "threshold", "located")  # what a scene of the paper sets to the paper's
 # What else an address may hold: the tab that is open, and the setting that is pinned, as an address of its own.
 VIEW_FIELDS = ("tab", "pin")
-_PAPER = System()
+_PAPER, _UNITS = System(), Units()
 _PERIODS = signature(simulate).parameters["periods"].default
 
 
@@ -117,6 +131,16 @@ class Explorer(param.Parameterized):
         label="Map and difference show",
         doc="Coordinate in the small map over η and in the difference",
     )
+    units = param.Selector(
+        default="none",
+        objects=["none", "physical"],
+        label="Units",
+        doc="Without dimension as in the paper, or in s, mm, N as an FE input file has them; ω₁, m₁ and the amplitude "
+        "of the base are set under System and solver",
+    )
+    omega1 = param.Number(_UNITS.omega1, bounds=(1e-6, 1e9), label="ω₁", doc="angular frequency of pendulum 1, 1/s")
+    m1 = param.Number(_UNITS.m1, bounds=(1e-9, 1e12), label="m₁", doc="mass of pendulum 1, kg")
+    amplitude = param.Number(_UNITS.base_amplitude, bounds=(1e-9, 1e6), label="A", doc="amplitude of the base, mm")
 
     def setting(self) -> Setting:
         """A frozen copy of all values."""

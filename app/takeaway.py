@@ -16,9 +16,9 @@ from importlib.metadata import version
 
 import numpy as np
 
-from app.present import Columns
+from app.present import Columns, quantity_of
 from app.state import Setting, print_address, print_number, texts_of
-from engine import Reference, System
+from engine import Reference, System, Units
 
 # The series of each figure: what a row is called, the source, and its columns under the names the file gives them.
 FIGURES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
@@ -59,7 +59,15 @@ def as_toml(setting: Setting) -> str:
     for name, text in texts.items():
         value = getattr(setting, name)
         lines.append(f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {text}")
+    lines += ["", *_units_table(setting)]
     return "\n".join(lines) + "\n"
+
+
+def _units_table(setting: Setting) -> list[str]:
+    """The units as `engine.read_system` takes them."""
+    units = Units(setting.omega1, setting.m1, setting.amplitude)
+    comments = {"omega1": "1/s", "m1": "kg", "base_amplitude": "mm"}
+    return ["[units]", *(f"{name} = {getattr(units, name)!r}  # {unit}" for name, unit in comments.items())]
 
 
 def setting_of_toml(text: str) -> dict[str, str]:
@@ -97,8 +105,10 @@ def as_command(setting: Setting) -> str:
     """The same as commands for a shell; constants other than the paper's go into a file that they read."""
     eta = print_number(setting.eta)
     system = _differing(setting.system.as_dict(), System().as_dict()).replace(", ", "\n").replace("=", " = ")
-    file = f"cat > system.toml <<'END'\n[system]\n{system}\nEND\n" if system else ""
-    given = " --system system.toml" if system else ""
+    tables = [f"[system]\n{system}"] if system else []
+    tables += ["\n".join(_units_table(setting))] if setting.scale else []
+    file = "cat > system.toml <<'END'\n" + "\n".join(tables) + "\nEND\n" if tables else ""
+    given = (" --system system.toml" if tables else "") + (" --units" if setting.scale else "")
     law = "".join(
         f" --{name.replace('_', '-')} {getattr(setting.reference, name)}"
         for name in ("joint_damping", "threshold")
@@ -112,16 +122,19 @@ def as_command(setting: Setting) -> str:
     )
 
 
-def as_csv(figure: str, columns: Mapping[str, Columns]) -> str:
+def as_csv(figure: str, columns: Mapping[str, Columns], scale: Units | None = None) -> str:
     """The data of one figure, a row a point; ``series`` says whose it is, and cells that do not apply are empty.
 
-    Times are counted in excitation periods from the beginning of the last two.
+    Times are counted from the beginning of the last two excitation periods, in periods. With a ``scale``, which the
+    columns must be in already, the head names the unit of each.
     """
     series = FIGURES[figure]
     names = list(dict.fromkeys(name for _, _, chosen in series for name in chosen))
     buffer = io.StringIO()
     writer = csv.writer(buffer)
-    writer.writerow(["series", *names])
+    sources = {name: column for _, _, chosen in series for name, column in chosen.items()}
+    units = {name: f" [{scale.unit(quantity_of(sources[name]))}]" if scale else "" for name in names}
+    writer.writerow(["series", *(name + units[name] for name in names)])
     for label, source, chosen in series:
         for row in zip(*(columns[source][column].tolist() for column in chosen.values()), strict=True):
             cells = dict(zip(chosen, row, strict=True))

@@ -11,7 +11,7 @@ import numpy as np
 from app.compute import Frame, Run
 from app.present import TIME_POINTS, WINDOW
 from app.state import print_number
-from engine import PARTS, Comparison, Response, compare, verdict
+from engine import PARTS, Comparison, Response, Units, compare, verdict
 
 _COUNTS = {
     1: "One period",
@@ -79,7 +79,8 @@ def lines(told: Told, meaning: Meaning | None) -> dict[str, str]:
 
 def tell(frame: Frame) -> Told:
     """What is told of a frame at once."""
-    return Told(_found(frame.reference), _found(frame.penalty), _cost(frame))
+    scale = frame.setting.scale
+    return Told(_found(frame.reference, scale), _found(frame.penalty, scale), _cost(frame))
 
 
 def explain(frame: Frame, cancelled: Callable[[], bool] | None = None) -> Meaning:
@@ -139,11 +140,14 @@ def _milliseconds(response: Response) -> str:
     )
 
 
-def _found(run: Run) -> str:
-    """Period, impacts per period and share of contact of one run."""
+def _found(run: Run, scale: Units | None) -> str:
+    """Period, impacts per period and share of contact of one run; with a scale, its force too."""
     if not run.response.ok:
         return f"No result. {_sentence(run.response.message)}"
-    return f"{_period(run)}, {_impacts(run)} per period, in contact {_share(run)} of the time."
+    force = ""
+    if scale is not None and math.isfinite(run.motion.peak_force):
+        force = f" Peak force {scale.physical('force', run.motion.peak_force):.3g} N."
+    return f"{_period(run)}, {_impacts(run)} per period, in contact {_share(run)} of the time.{force}"
 
 
 def _period(run: Run) -> str:

@@ -14,7 +14,7 @@ from app import takeaway, words
 from app.compute import Frame, Latest, RunCache, frame_of, kept_frame, workers
 from app.diagrams import kept
 from app.files import style
-from app.present import WINDOW, Columns, present
+from app.present import WINDOW, Columns, factor_of, present
 from app.report import as_report
 from app.scenes import scene_of
 from app.state import Setting, print_number
@@ -27,7 +27,7 @@ from app.views.force import ForceView
 from app.views.mechanism import Mechanism
 from app.views.phase import PhaseView
 from app.views.ranges import OwnedRange
-from engine import Diagram, System
+from engine import Diagram, Units
 
 log = logging.getLogger("vibroscope")
 
@@ -42,6 +42,7 @@ class _Ready:
 
 
 _RESTS = 150  # ms without another frame before the difference is explained: while a slider moves, the curves come first
+_DRAWN = ("frame", "units", "omega1", "m1", "amplitude")  # how a result is drawn, not what it is
 _EXPLAINED = RunCache(size=200)
 
 
@@ -77,7 +78,8 @@ class Explore(Tab):
         self._fresh = False  # ranges start afresh with the next push
         self._scene = ""
         self._shown: _Ready | None = None
-        self._ghost: tuple[Setting | None, str] = (None, "")  # what is pinned, and in which frame it is drawn
+        self._scale: Units | None = None  # that the ranges are in
+        self._ghost: tuple[Setting | None, dict] = (None, {})  # what is pinned, and how it is drawn
 
     def build(self) -> pn.viewable.Viewable:
         """Mechanism, figures and findings; `assets/style/explore.css` lays them out as a grid."""
@@ -145,7 +147,11 @@ class Explore(Tab):
         )
         kind, _, figure = what.partition(":")
         if kind == "csv" and figure in takeaway.FIGURES:
-            return {"name": f"vibroscope-{figure}.csv", "type": "text/csv", "text": takeaway.as_csv(figure, columns)}
+            return {
+                "name": f"vibroscope-{figure}.csv",
+                "type": "text/csv",
+                "text": takeaway.as_csv(figure, columns, setting.scale),
+            }
         if what == "json":
             text = takeaway.as_json(setting, columns, told)
             return {"name": "vibroscope.json", "type": "application/json", "text": text}
@@ -226,16 +232,16 @@ class Explore(Tab):
         """All figures, in place."""
         setting, columns = ready.frame.setting, ready.columns
         scene = scene_of(setting)
-        fresh = self._fresh or (bool(scene) and scene != self._scene)
-        self._shown, self._scene, self._fresh = ready, scene, False
-        if fresh:
-            self._time.put(0, WINDOW)
+        fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
+        self._shown, self._scene, self._scale, self._fresh = ready, scene, setting.scale, False
+        if fresh or not self._time.zoomed:
+            self._time.put(0, WINDOW * setting.period)
         self._write_ghost(setting)
-        self.phase.update(columns, fresh=fresh)
+        self.phase.update(columns, setting, fresh=fresh)
         self.displacement.update(columns, setting, fresh=fresh)
-        self.force.update(columns, fresh=fresh)
-        self.diagram.update(setting.eta, setting.joint_damping, setting.coordinate, ours=setting.system == System())
-        self.mechanism.absolute = setting.frame == "absolute"
+        self.force.update(columns, setting, fresh=fresh)
+        self.diagram.update(setting)
+        self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=factor_of("displacement", setting))
         meaning = _EXPLAINED.get(_question(setting))
         self._tell(ready.told, meaning)
         if meaning is None:
@@ -243,7 +249,7 @@ class Explore(Tab):
 
     def _write_ghost(self, setting: Setting) -> None:
         """The pinned result as thin grey curves."""
-        wanted = self.desk.pinned, setting.frame
+        wanted = self.desk.pinned, {name: getattr(setting, name) for name in _DRAWN}
         if wanted == self._ghost or (wanted[0] is None and self._ghost[0] is None):
             return
         frame = kept_frame(wanted[0]) if wanted[0] else None
@@ -251,7 +257,7 @@ class Explore(Tab):
             workers().submit(frame_of, wanted[0]).add_done_callback(lambda _: self.desk.later(self._ghost_solved))
             return
         self._ghost = wanted
-        columns = present(replace(frame, setting=frame.setting._replace(frame=setting.frame))) if frame else None
+        columns = present(replace(frame, setting=frame.setting._replace(**wanted[1]))) if frame else None
         for view in (self.phase, self.displacement, self.force):
             view.ghost.update(columns)
 

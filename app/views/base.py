@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Legend, LegendItem, Span
+from bokeh.models import ColumnDataSource, HoverTool, Legend, LegendItem, Span
 from bokeh.plotting import figure
 from bokeh.themes import Theme
+
+from app.state import Setting
 
 # Okabe–Ito: told apart by colour-blind readers. Width, dash and marker differ too.
 BLUE = "#0072B2"
@@ -121,6 +124,18 @@ def style(plot: figure) -> figure:
 def legend(items: list, columns: int = 2) -> Legend:
     """A legend inside the frame, quiet enough to lie over data."""
     return Legend(items=items, location="top_right", ncols=columns, click_policy="mute")
+
+
+def tips(renderers: list, tooltips: Mapping[str, str], **more) -> HoverTool:
+    """A hover tool; each ``@column`` is told with four digits, whatever its unit."""
+    columns = dict.fromkeys(column for text in tooltips.values() for column in re.findall(r"@\w+", text))
+    rows = [(head, re.sub(r"(@\w+)", r"\1{%.4g}", text)) for head, text in tooltips.items()]
+    return HoverTool(renderers=renderers, tooltips=rows, formatters=dict.fromkeys(columns, "printf"), **more)
+
+
+def time_label(setting: Setting) -> str:
+    """What stands at an axis of time."""
+    return f"time {'τ/T' if setting.scale is None else 't / s'} in the last two excitation periods"
 
 
 def now_line(figure_name: str) -> Span:

@@ -219,7 +219,7 @@ function sliderRow(slider, link) {
   });
   box.append(label, field.typed, range, note);
   const draw = (shown, echo) => {
-    if (slider.name === "steps") words.textContent = shown.dtau;
+    words.textContent = shown.notes[slider.name] ?? "";
     field.draw(shown, echo);
     if (!echo || shown.refused.name === slider.name) return;
     range.value = scale.position(Number(field.typed.value));

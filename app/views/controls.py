@@ -19,7 +19,7 @@ from app.state import MAIN_FIELDS, Explorer, Setting, texts_of
 
 # Steps of one arrow key: linear in η, in decades elsewhere.
 _STEP = 0.01
-_NUMBERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution", "threshold")
+_NUMBERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution", "threshold", "omega1", "m1", "amplitude")
 _FOLDED = {
     "joint_damping": {"table": "as measured", "derived": "from d₁, d₂"},
     "located": {"no": "at the next step", "yes": "located"},
@@ -27,6 +27,7 @@ _FOLDED = {
 _SHOWN = {
     "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
     "coordinate": {"xi1": "ξ₁", "xi2": "ξ₂"},
+    "units": {"none": "non-dimensional", "physical": "mm, s, N"},
 }
 
 
@@ -44,16 +45,30 @@ class Controls(pn.custom.JSComponent):
 
 
 def shown(setting: Setting, **more) -> dict:
-    """What the browser is told: accepted texts, Δτ, the scene, and ``more``.
+    """What the browser is told: accepted texts, a note below each slider, the scene, and ``more``.
 
     ``move`` is the number of the move that is answered, ``frame`` asks for a sign once painted, ``address`` is what the
     page's address becomes, ``refused`` has a name and a text, ``undo``, ``redo``, ``pinned`` say what can be done.
     """
     return {
         "texts": texts_of(setting),
-        "dtau": f"Δτ = T/{setting.steps} = {2 * math.pi / setting.eta / setting.steps:.3g}",
+        "notes": _notes(setting),
         "scenes": [key for key, scene in scenes().items() if scene.matches(setting)],
         **more,
+    }
+
+
+def _notes(setting: Setting) -> dict[str, str]:
+    """Below the sliders: Δτ, and what the numbers are in an FE input file."""
+    step = f"Δτ = T/{setting.steps} = {2 * math.pi / setting.eta / setting.steps:.3g}"
+    if setting.scale is None:
+        return {"steps": step}
+    numbers = setting.scale.settings(setting.eta, setting.penalty)
+    return {
+        "eta": f"{numbers['excitation']:.4g} Hz, T = {numbers['period']:.4g} s",
+        "K": f"{numbers['stiffness']:.4g} N/m",
+        "D": f"damper 2D: {numbers['damping']:.4g} N·s/m",
+        "steps": f"{step}: {numbers['time_step']:.4g} s",
     }
 
 

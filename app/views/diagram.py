@@ -10,11 +10,13 @@ from bokeh.core.property.descriptors import UnsetValueError
 from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Span
 
+from app.present import factor_of
 from app.raster import raster
 from app.scenes import scenes
+from app.state import Setting
 from app.views.base import BLUE, FONT, INK, THEME, VERMILLION, style
 from app.views.ranges import OwnedRange
-from engine import Diagram
+from engine import Diagram, System
 
 # Before the browser has told the frame's size.
 _PIXELS = (480, 250)
@@ -38,7 +40,7 @@ class DiagramView:
     ) -> None:
         self._load = load
         self._on_eta = on_eta
-        self._shown: tuple[str, str] | None = None
+        self._shown: tuple[str, str, float] | None = None
         self._ours = True
         self._sections = sections
         self._x, self._y = OwnedRange(*_ETA), OwnedRange(-10, 10)
@@ -95,16 +97,17 @@ class DiagramView:
             ),
         ]
 
-    def update(self, eta: float, joint_damping: str, coordinate: str, *, ours: bool = True) -> None:
+    def update(self, setting: Setting) -> None:
         """Move the cursor; redraw the picture where it is another one. The phase plots write the sections.
 
-        The shipped pictures are of the paper's system; with another (``ours`` is false) the title says so.
+        The shipped pictures are of the paper's system; with another the title says so.
         """
-        self.cursor.location = eta
-        self._ours = ours
+        self.cursor.location = setting.eta
+        self._ours = setting.system == System()
         self._title(self._shown is None or self._points() is not None)
-        if self._shown != (joint_damping, coordinate):
-            self._show(joint_damping, coordinate)
+        wanted = setting.joint_damping, setting.coordinate, factor_of("displacement", setting)
+        if self._shown != wanted:
+            self._show(wanted, "base amplitude" if setting.scale is None else "mm")
 
     def redraw(self) -> None:
         """A diagram has arrived: show it, if it is the one that is wanted."""
@@ -112,22 +115,22 @@ class DiagramView:
             self._fit()
             self._draw()
 
-    def _show(self, joint_damping: str, coordinate: str) -> None:
-        turned = self._shown is None or self._shown[1] != coordinate
-        self._shown = (joint_damping, coordinate)
+    def _show(self, wanted: tuple[str, str, float], unit: str) -> None:
+        turned = self._shown is None or self._shown[1:] != wanted[1:]
+        self._shown, coordinate = wanted, wanted[1]
         for mark in self._marks:
             mark.glyph.y = "x1" if coordinate == "xi1" else "x2"
-        self.figure.yaxis[0].axis_label = f"{_SYMBOL[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
+        self.figure.yaxis[0].axis_label = f"{_SYMBOL[coordinate]} at τ ≡ 0 (mod T) / {unit}"
         if turned:
             self._fit()
         self._draw()
 
     def _points(self) -> tuple[np.ndarray, np.ndarray] | None:
-        joint_damping, coordinate = self._shown
+        joint_damping, coordinate, factor = self._shown
         diagram = self._load(joint_damping)
         if diagram is None:
             return None
-        return diagram.eta, diagram.displacement[_ROW[coordinate]]
+        return diagram.eta, factor * diagram.displacement[_ROW[coordinate]]
 
     def _fit(self) -> None:
         points = self._points()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import FactorRange, HoverTool, LegendItem, Range1d
+from bokeh.models import FactorRange, LegendItem, Range1d
 
-from app.present import WINDOW, Columns
+from app.present import WINDOW, Columns, factor_of
 from app.state import Setting
 from app.views.base import (
     BLUE,
@@ -22,6 +22,8 @@ from app.views.base import (
     make_figure,
     now_line,
     sources,
+    time_label,
+    tips,
     write,
 )
 from app.views.ranges import OwnedRange
@@ -33,11 +35,10 @@ _NAMES = {
     "joint_damping": "joint damping",
 }
 _LABELS = {
-    "relative": "ξ / base amplitude",
-    "absolute": "(ξ + cos ητ) / base amplitude",
-    "difference": "Δ{symbol} / base amplitude",
+    "relative": ("ξ / base amplitude", "x / mm"),
+    "absolute": ("(ξ + cos ητ) / base amplitude", "(x + A cos Ωt) / mm"),
+    "difference": ("Δξ{number} / base amplitude", "Δx{number} / mm"),
 }
-_TIME = "time τ/T in the last two excitation periods"
 
 
 class DisplacementView:
@@ -57,6 +58,7 @@ class DisplacementView:
         self.ghost = Ghost("displacements")
         self.difference = empty("difference", "t", *PARTS)
         self._items: dict[str, list[LegendItem]] = {}  # what is seen with displacements, and with their difference
+        self._grounds: list = []  # below the intervals of contact
         self._range = OwnedRange(-10, 10, headroom=0.16)
         self.figure = self._displacement(time)
         self.strip = self._strip(time)
@@ -64,8 +66,8 @@ class DisplacementView:
     def _displacement(self, time: Range1d):
         plot = make_figure(
             "Displacements",
-            _TIME,
-            "ξ / base amplitude",
+            "",
+            "",
             name="displacement",
             x_range=time,
             y_range=self._range.range,
@@ -102,15 +104,15 @@ class DisplacementView:
         plot.add_layout(now_line(plot.name))
         # One line carries the hover for all four: they share their times.
         plot.add_tools(
-            HoverTool(
-                renderers=[items[0].renderers[0]],
+            tips(
+                [items[0].renderers[0]],
+                {
+                    "time": "@t",
+                    "reference": "① @reference1, ② @reference2",
+                    "penalty": "① @penalty1, ② @penalty2",
+                },
                 mode="vline",
                 line_policy="nearest",
-                tooltips=[
-                    ("τ/T", "@t{0.000}"),
-                    ("reference", "ξ₁ @reference1{0.000}, ξ₂ @reference2{0.000}"),
-                    ("penalty", "ξ₁ @penalty1{0.000}, ξ₂ @penalty2{0.000}"),
-                ],
             ),
         )
         return plot
@@ -132,13 +134,10 @@ class DisplacementView:
         )
         for solver, colour, hatch in (("reference", BLUE, None), ("penalty", VERMILLION, "right_diagonal_line")):
             # An impact has no length: its outline keeps it visible.
-            plot.hbar(
-                y=[solver],
-                left=[0],
-                right=[2],
-                height=0.6,
-                fill_color="#F1F3F5",
-                line_color=None,
+            self._grounds.append(
+                plot.hbar(
+                    [solver], right=np.array([WINDOW], float), left=0, height=0.6, fill_color="#F1F3F5", line_color=None
+                )
             )
             plot.hbar(
                 y=value(solver),
@@ -164,6 +163,9 @@ class DisplacementView:
         """Write the changed sources; the label says what is shown."""
         for name, source in self.sources.items():
             write(source, columns[name])
+        for ground in self._grounds:
+            write(ground.data_source, {"right": np.array([WINDOW * setting.period], float)})
+        self.figure.xaxis[0].axis_label = time_label(setting)
         if setting.frame == "difference":
             return
         turned = self._turn(setting)
@@ -177,14 +179,19 @@ class DisplacementView:
         turned = self._turn(setting)
         row = 0 if setting.coordinate == "xi1" else 1
         count = len(series["total"][row]) if series else 0
-        columns = {"t": np.linspace(0, WINDOW, count, dtype=np.float32)}
-        columns |= {name: series[name][row] if name in series else np.full(count, np.nan, "f4") for name in PARTS}
+        factor = np.float32(factor_of("displacement", setting))
+        columns = {"t": np.linspace(0, WINDOW * setting.period, count, dtype=np.float32)}
+        columns |= {
+            name: factor * series[name][row] if name in series else np.full(count, np.nan, "f4") for name in PARTS
+        }
         write(self.difference, columns)
         self._range.follow([columns[name] for name in PARTS], fresh=turned)
 
     def _turn(self, setting: Setting) -> bool:
         """Show the displacements or their difference; whether that is something else than before."""
-        label = _LABELS[setting.frame].format(symbol="ξ₁" if setting.coordinate == "xi1" else "ξ₂")
+        label = _LABELS[setting.frame][setting.scale is not None].format(
+            number="₁" if setting.coordinate == "xi1" else "₂"
+        )
         turned = self.figure.yaxis[0].axis_label != label
         self.figure.yaxis[0].axis_label = label
         for kind, items in self._items.items():

@@ -79,9 +79,9 @@ function bar(root) {
   const head = element("h2", "", "How far apart (rms, relative)");
   const scale = element("div", "part scale");
   const ends = element("div", "ends");
-  ends.append(...["0.01 %", "0.1 %", "1 %", "10 %", "100 %"].map((text) => element("span", "", text)));
+  ends.append(...["0.01 %", "1 %", "100 %"].map((text) => element("span", "", text)));
   scale.append(element("span"), ends, element("span"));
-  scale.title = "The scale is logarithmic: each mark is ten times the one before";
+  scale.title = "The scale is logarithmic: each mark is a hundred times the one before";
   box.append(head, none, ...rows.map(([, row]) => row), scale);
   root.append(box);
   return ({ parts, verdict }) => {

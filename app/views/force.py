@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from bokeh.models import HoverTool, LegendItem, LinearAxis, Range1d
+from bokeh.models import LegendItem, LinearAxis, Range1d
 
-from app.present import Columns
+from app.present import Columns, factor_of
+from app.state import Setting
 from app.views.base import (
     BLUE,
     PENALTY,
@@ -18,6 +19,8 @@ from app.views.base import (
     now_line,
     sources,
     style,
+    time_label,
+    tips,
     write,
 )
 from app.views.ranges import OwnedRange, extent
@@ -43,15 +46,15 @@ class ForceView:
     def _build(self, time: Range1d):
         plot = make_figure(
             "Contact force",
-            "time τ/T in the last two excitation periods",
-            "contact force λ",
+            "",
+            "",
             name="force",
             x_range=time,
             y_range=self._force.range,
             min_border_right=RIGHT,
         )
         plot.extra_y_ranges = {"impulse": self._impulse.range}
-        plot.add_layout(LinearAxis(y_range_name="impulse", axis_label="impulse ∫λ dτ"), "right")
+        plot.add_layout(LinearAxis(y_range_name="impulse", axis_label=""), "right")
         style(plot)
         ghosts = [
             plot.line("t", "force", source=self.ghost.of(self.sources[f"force_{solver}"]), muted_alpha=0.1, **look)
@@ -76,8 +79,8 @@ class ForceView:
         )
         plot.add_layout(now_line(plot.name))
         plot.add_tools(
-            HoverTool(renderers=lines, tooltips=[("τ/T", "@t{0.0000}"), ("λ", "@force{0.00}")]),
-            HoverTool(renderers=[s[1] for s in stems], tooltips=[("τ/T", "@t{0.0000}"), ("∫λ dτ", "@impulse{0.0000}")]),
+            tips(lines, {"time": "@t", "force": "@force"}),
+            tips([stem[1] for stem in stems], {"time": "@t", "impulse": "@impulse"}),
         )
         return plot
 
@@ -108,13 +111,17 @@ class ForceView:
         )
         return [stem, head]
 
-    def update(self, columns: dict[str, Columns], *, fresh: bool) -> None:
-        """Write the changed sources; the force scale keeps its zero in view."""
+    def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
+        """Write the changed sources; the force scale keeps its zero in view, labels say the units."""
+        physical = setting.scale is not None
+        self.figure.xaxis[0].axis_label = time_label(setting)
+        self.figure.yaxis[0].axis_label = "contact force / N" if physical else "contact force λ"
+        self.figure.right[0].axis_label = "impulse / (N·s)" if physical else "impulse ∫λ dτ"
         for name, source in self.sources.items():
             write(source, columns[name])
         forces = [columns[f"force_{solver}"]["force"] for solver in ("reference", "penalty")]
         impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
-        self._force.follow(forces, fresh=fresh, always=(0.0, 1.0))
+        self._force.follow(forces, fresh=fresh, always=(0.0, factor_of("force", setting)))
         self._follow_impulses(impulses)
 
     def _follow_impulses(self, impulses: list) -> None:

@@ -44,14 +44,14 @@ class Drawing {
   }
 
   // The scale of the drawing follows the data, not each instant.
-  fit(columns, absolute) {
-    let largest = 1;
+  fit(columns, { absolute, amplitude }) {
+    let largest = amplitude;
     for (const solver of SOLVERS) {
       for (const pendulum of [1, 2]) {
         for (const x of columns[`${solver}${pendulum}`] ?? []) if (Math.abs(x) > largest) largest = Math.abs(x);
       }
     }
-    this.scale = REACH / (largest + (absolute ? 1 : 0) + 1);
+    this.scale = REACH / (largest + (absolute ? amplitude : 0) + amplitude);
   }
 
   show(instant) {
@@ -128,11 +128,12 @@ class Player {
       return;
     }
     const changed = () => {
-      this.drawing.fit(asObject(source.data), this.model.absolute);
+      this.drawing.fit(asObject(source.data), this.model);
       this.go(this.time);
     };
     source.properties.data.change.connect(changed);
     this.model.on("absolute", changed);
+    this.model.on("amplitude", changed);
     watchPointer((time) => { this.held = true; this.go(time); }, () => { this.held = false; });
     hear("play", () => this.play(!this.playing));
     hear("step", ({ value }) => { this.play(false); this.go((this.time + value * STEP + WINDOW) % WINDOW); });
@@ -164,7 +165,7 @@ class Player {
 
   go(time, marked = true) {
     this.time = time;
-    const instant = new Instant(time, this.model.absolute);
+    const instant = new Instant(time, this.model);
     if (!instant.ready) return;
     this.drawing.show(instant);
     this.slider.value = time;

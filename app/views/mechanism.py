@@ -15,5 +15,7 @@ class Mechanism(pn.custom.JSComponent):
         default=False, doc="Whether the displacements drawn over time are those a fixed sensor sees"
     )
 
+    amplitude = param.Number(default=1.0, doc="The base's, in the units of the displacements")
+
     _esm = script("dom", "phase", "mechanism")
     _stylesheets = [style("mechanism")]  # noqa: RUF012 - Panel reads it from the class

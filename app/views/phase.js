@@ -7,7 +7,7 @@ const SOLVERS = ["reference", "penalty"];
 
 // Everything the page knows about one instant, from the columns of the displacement figure.
 class Instant {
-  constructor(time, absolute) {
+  constructor(time, { absolute, amplitude }) {
     this.time = time;
     const source = modelOf("displacements");
     this.columns = source ? asObject(source.data) : {};
@@ -15,7 +15,8 @@ class Instant {
     const at = Math.min(Math.max(time / WINDOW, 0), 1) * (count - 1);
     this.index = Math.min(Math.floor(at), count - 2);
     this.share = at - this.index;
-    this.base = Math.cos(2 * Math.PI * time);
+    this.period = periodOf(this.columns);
+    this.base = amplitude * Math.cos(2 * Math.PI * time);
     this.shift = absolute ? this.base : 0;
     this.ready = count > 1;
   }
@@ -38,18 +39,22 @@ class Instant {
     let age = Infinity;
     let lasts = false;
     for (let i = 0; i < left.length; i++) {
-      if (left[i] > this.time) continue;
-      age = Math.min(age, this.time - left[i]);
-      lasts = lasts || this.time <= right[i];
+      const begun = left[i] / this.period;
+      if (begun > this.time) continue;
+      age = Math.min(age, this.time - begun);
+      lasts = lasts || this.time <= right[i] / this.period;
     }
     return { age, lasts };
   }
 }
 
+// Of the excitation, on the axes of time: 1 where time is counted in periods.
+const periodOf = ({ t = [] }) => (t.length ? t[t.length - 1] / WINDOW : 1);
+
 const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : data);
 
 function mark(instant) {
-  for (const name of TIME_FIGURES) modelOf(`now_${name}`)?.setv({ location: instant.time }, HERE);
+  for (const name of TIME_FIGURES) modelOf(`now_${name}`)?.setv({ location: instant.time * instant.period }, HERE);
   for (const solver of SOLVERS) {
     for (const pendulum of [1, 2]) {
       const [x, v] = instant.state(solver, pendulum);
@@ -69,7 +74,8 @@ function watchPointer(at, gone) {
       const sx = event.clientX - canvas.left;
       const sy = event.clientY - canvas.top;
       if (!view.frame.bbox.contains(sx, sy)) return;
-      const time = view.frame.x_scale.invert(sx);
+      const source = modelOf("displacements");
+      const time = view.frame.x_scale.invert(sx) / periodOf(source ? asObject(source.data) : {});
       if (time >= 0 && time <= WINDOW) at(time);
     });
     view.el.addEventListener("pointerleave", gone);

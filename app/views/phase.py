@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from bokeh.models import HoverTool, LegendItem
+from bokeh.models import LegendItem
 
 from app.present import Columns
+from app.state import Setting
 from app.views.base import (
     BLUE,
     INK,
@@ -17,6 +18,7 @@ from app.views.base import (
     legend,
     make_figure,
     sources,
+    tips,
     write,
 )
 from app.views.ranges import OwnedRange
@@ -46,11 +48,10 @@ class PhaseView:
         self.figures = [self._figure(1), self._figure(2)]
 
     def _figure(self, number: int):
-        sub = _SUBSCRIPT[number]
         plot = make_figure(
             f"Phase plot, pendulum {number}",
-            f"displacement ξ{sub} / base amplitude",
-            f"velocity ξ{sub}′",
+            "",
+            "",
             name=f"phase{number}",
             x_range=self._ranges[f"x{number}"].range,
             y_range=self._ranges[f"v{number}"].range,
@@ -96,12 +97,7 @@ class PhaseView:
         )
         self._mark(plot, number)
         plot.add_tools(
-            HoverTool(
-                renderers=[dots, rings],
-                tooltips=[
-                    ("at τ ≡ 0 (mod T)", f"ξ{sub} @{x}{{0.0000}}, ξ{sub}′ @{y}{{0.0000}}"),
-                ],
-            )
+            tips([dots, rings], {"at τ ≡ 0 (mod T)": f"displacement @{x}, velocity @{y}"}),
         )
         return plot
 
@@ -120,8 +116,15 @@ class PhaseView:
                 level="overlay",
             )
 
-    def update(self, columns: dict[str, Columns], *, fresh: bool) -> None:
-        """Write the changed sources; ranges follow by their rule."""
+    def _label(self, setting: Setting) -> None:
+        physical = setting.scale is not None
+        for figure, sub in zip(self.figures, _SUBSCRIPT.values(), strict=True):
+            figure.xaxis[0].axis_label = f"displacement {f'x{sub} / mm' if physical else f'ξ{sub} / base amplitude'}"
+            figure.yaxis[0].axis_label = f"velocity {f'x{sub}′ / (mm/s)' if physical else f'ξ{sub}′'}"
+
+    def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
+        """Write the changed sources; ranges follow by their rule, labels say the units."""
+        self._label(setting)
         for name, source in self.sources.items():
             write(source, columns[name])
         for line, solver in self._lines:

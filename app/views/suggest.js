@@ -94,10 +94,10 @@ function front({ front: points, tolerance, use }) {
   root.setAttribute("aria-label", "Error against steps per period of the settings found; each can be set");
   root.append(
     draw("line", { class: "limit", x1: FRAME.left, x2: WIDE - FRAME.right, y1: y(tolerance), y2: y(tolerance) }),
-    draw("text", { x: WIDE / 2, y: HIGH - 2, "text-anchor": "middle" }, "steps a period (click sets)"),
-    draw("text", { x: 2, y: FRAME.top + 2 }, "error"),
+    draw("text", { x: WIDE / 2, y: HIGH - 2, "text-anchor": "middle" }, "error over steps a period; a click sets"),
     ...ends(points.map(([steps]) => steps)).map((steps) =>
-      draw("text", { x: x(steps), y: HIGH - FRAME.bottom + 14, "text-anchor": "middle" }, String(steps))),
+      draw("text", { x: x(steps), y: HIGH - FRAME.bottom + 14, "text-anchor": x(steps) > WIDE / 2 ? "end" : "start" },
+        String(steps))),
     ...ends(points.map(([, error]) => error)).map((error) =>
       draw("text", { x: FRAME.left - 8, y: y(error) + 4, "text-anchor": "end" }, percent(error))),
     draw("polyline", { points: points.map(([steps, error]) => `${x(steps)},${y(error)}`).join(" ") }),

@@ -1,0 +1,87 @@
+"""The units switch: every column, label and number against the non-dimensional one."""
+
+import csv
+import io
+import math
+
+import numpy as np
+import pytest
+
+from app import takeaway, words
+from app.compute import RunCache, frame_of
+from app.present import present, quantity_of
+from app.state import Explorer, Refused, read
+from app.views.controls import shown
+from engine import Units
+from engine.systemfile import parse_system
+
+PLAIN = Explorer().setting()
+PHYSICAL = PLAIN._replace(units="physical", omega1=20.0, m1=3.0, amplitude=2.5)
+UNITS = Units(20.0, 3.0, 2.5)
+KEPT = RunCache()
+
+
+def columns_of(setting):
+    return present(frame_of(setting, cache=KEPT))
+
+
+def test_every_column_is_the_plain_one_times_its_unit():
+    period = 2 * math.pi / PLAIN.eta / 20.0  # seconds
+    factors = {  # by hand: time, length, speed, force, impulse
+        "time": period,
+        "displacement": 2.5,
+        "velocity": 2.5 * 20.0,
+        "force": 3.0 * 2.5e-3 * 20.0**2,
+        "impulse": 3.0 * 2.5e-3 * 20.0,
+        None: 1.0,
+    }
+    plain, physical = columns_of(PLAIN), columns_of(PHYSICAL)
+    assert plain.keys() == physical.keys()
+    for source, columns in plain.items():
+        for name, column in columns.items():
+            np.testing.assert_allclose(physical[source][name], factors[quantity_of(name)] * column, rtol=3e-7)
+            assert physical[source][name].dtype == np.float32
+
+
+@pytest.mark.parametrize(
+    ("column", "quantity"),
+    [("penalty_v2", "velocity"), ("v1", "velocity"), ("x2", "displacement"), ("reference1", "displacement")],
+)
+def test_columns_are_told_apart_by_their_names(column, quantity):
+    assert quantity_of(column) == quantity
+
+
+def test_the_runs_do_not_depend_on_the_units():
+    assert frame_of(PHYSICAL, cache=KEPT).penalty is frame_of(PLAIN, cache=KEPT).penalty
+
+
+def test_the_notes_are_what_goes_into_an_fe_input_file():
+    notes = shown(PHYSICAL)["notes"]
+    assert notes["K"] == f"{2500 * 3 * 20**2:.4g} N/m"
+    assert notes["D"] == f"damper 2D: {2 * 8 * 3 * 20:.4g} N·s/m"
+    assert f"{2 * math.pi / 1.08 / 20 / 2000:.4g} s" in notes["steps"]
+    assert shown(PLAIN)["notes"].keys() == {"steps"}
+
+
+def test_the_files_name_their_units():
+    rows = list(csv.reader(io.StringIO(takeaway.as_csv("force", columns_of(PHYSICAL), PHYSICAL.scale))))
+    assert rows[0] == ["series", "time [s]", "force [N]", "impulse [N·s]"]
+    assert parse_system_units(takeaway.as_toml(PHYSICAL)) == UNITS
+    assert "--system system.toml --units" in takeaway.as_command(PHYSICAL)
+    assert "N." in words.tell(frame_of(PHYSICAL, cache=KEPT)).penalty
+
+
+def parse_system_units(text):
+    return parse_system(text[text.index("[units]") :].encode()).units
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "1e-7", "1e10", "nan", ""])
+def test_units_from_an_address_are_checked(text):
+    with pytest.raises(Refused, match="omega1"):
+        read({"omega1": text})
+
+
+@pytest.mark.parametrize("name", ["omega1", "m1", "amplitude"])
+def test_both_ends_of_every_range_make_units(name):
+    for value in Explorer.param[name].bounds:
+        assert PHYSICAL._replace(**{name: value}).scale is not None
