@@ -47,6 +47,7 @@ class Workers(ThreadPoolExecutor):
 
 
 _pool: Workers | None = None
+_patient: ThreadPoolExecutor | None = None
 _pool_lock = threading.Lock()
 
 
@@ -57,6 +58,15 @@ def workers() -> Workers:
         if _pool is None:
             _pool = Workers(in_force().threads)
         return _pool
+
+
+def patient_worker() -> ThreadPoolExecutor:
+    """One thread for what may wait, explanations, so that many of them never keep the figures of others waiting."""
+    global _patient
+    with _pool_lock:
+        if _patient is None:
+            _patient = ThreadPoolExecutor(1, thread_name_prefix="patient")
+        return _patient
 
 
 def jobs() -> int:

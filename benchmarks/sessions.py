@@ -35,6 +35,8 @@ class Visitor:
         await self.client.open()
         self.client.socket.protocol.set_nodelay(True)  # as browsers do
         await self.client.ready()
+        controls = self.client.component("Controls")
+        self.client.component = lambda _: controls  # else looked for in the whole document with each message
         return self
 
     async def move(self, number):

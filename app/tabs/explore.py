@@ -27,6 +27,7 @@ from app.views.force import ForceView
 from app.views.mechanism import Mechanism
 from app.views.phase import PhaseView
 from app.views.ranges import OwnedRange
+from app.workers import patient_worker
 from engine import Diagram, Units
 
 log = logging.getLogger("vibroscope")
@@ -72,7 +73,7 @@ class Explore(Tab):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self._latest = Latest(self._solved)
-        self._explaining = Latest(self._explained, solve=_explain, grace=0.0)
+        self._explaining = Latest(self._explained, solve=_explain, grace=0.0, pool=patient_worker())
         self._meaning: words.Meaning | None = None
         self._visible = False
         self._fresh = False  # ranges start afresh with the next push
