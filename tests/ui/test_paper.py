@@ -33,9 +33,9 @@ def test_a_claim_opens_where_it_can_be_tried(visit):
     explorer = visit("?tab=paper")
     explorer.page.get_by_role("button", name="setting of Figure 9 [B]").click()
     explorer.page.locator("[role=tab][aria-selected=true]:text-is('Explore')").wait_for()
-    wait_until(lambda: "K=100&D=50&steps=2000" in explorer.query(), what="the scene in the address")
+    wait_until(lambda: "K=100&D=50&steps=2000" in explorer.query(), 60, what="the scene in the address")
     explorer.open_tab("Paper")
     explorer.page.get_by_role("button", name="setting of Figure 12 ").click()
     explorer.page.locator("[role=tab][aria-selected=true]:text-is('K–D plane')").wait_for()
-    wait_until(lambda: "K=12000&D=18&steps=2000&tab=plane" in explorer.query(), what="the plane in the address")
+    wait_until(lambda: "K=12000&D=18&steps=2000&tab=plane" in explorer.query(), 60, what="the plane in the address")
     explorer.open_tab("Help")  # or the plane would be computed on while the next test runs
