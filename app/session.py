@@ -27,11 +27,12 @@ from app.state import (
     texts_of,
 )
 from app.tabs import TABS, Move, Tab
-from app.takeaway import of_setting
+from app.takeaway import of_setting, setting_of_toml
 from app.views.controls import Controls, shown
 from app.views.header import Header
 
 _FIRST = next(iter(TABS))
+_LONGEST_FILE = 65_536  # characters
 
 
 class Session:
@@ -121,6 +122,7 @@ class Session:
             "pin": lambda on: self._pin(bool(on)),
             "tab": lambda key: self.open(key) if isinstance(key, str) and key in TABS else None,
             "take": self._take,
+            "load": self._load,
         }
 
     def _choose(self, key: object) -> None:
@@ -170,6 +172,20 @@ class Session:
             self.tell("There is nothing of that kind to take away here: open Explore and wait for its figures.")
         else:
             self.header.give(what, taken)
+
+    def _load(self, parts: object) -> None:
+        """Parameters from a file, its text in parts, since the gate passes no long ones: all of it is taken or none."""
+        texts = list(parts.values()) if isinstance(parts, dict) else []
+        text = "".join(part for part in texts if isinstance(part, str))
+        try:
+            if len(text) > _LONGEST_FILE:
+                raise ValueError(f"it is longer than {_LONGEST_FILE} characters")
+            texts = setting_of_toml(text)
+            self.state.check(texts)
+        except ValueError as error:
+            self.tell(f"The file was not taken: {error}")
+        else:
+            self.set(texts)
 
     # -- tabs ----------------------------------------------------------------
 

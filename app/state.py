@@ -148,9 +148,13 @@ class Explorer(param.Parameterized):
 
     def apply(self, texts: Mapping[str, str]) -> None:
         """Take all of ``texts``, or raise `Refused` and take none."""
+        self.param.update(**self.check(texts))
+
+    def check(self, texts: Mapping[str, str]) -> dict[str, float | int | str]:
+        """The values of ``texts``, if they can all be taken; raises `Refused` otherwise."""
         values = read(texts)
         check_together(self.setting()._replace(**values))
-        self.param.update(**values)
+        return values
 
 
 def check_together(setting: Setting) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 
 from app.present import Columns, quantity_of
 from app.state import Setting, print_address, print_number, texts_of
-from engine import Reference, System, Units
+from engine import Reference, System, Units, parse_system
 
 # The series of each figure: what a row is called, the source, and its columns under the names the file gives them.
 FIGURES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
@@ -41,6 +41,9 @@ FIGURES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
 }
 
 
+_UNITS = {"omega1": "omega1", "m1": "m1", "amplitude": "base_amplitude"}  # ours: the engine's name
+
+
 def of_setting(what: str, setting: Setting) -> dict | None:
     """What follows from the setting alone: ``"toml"``, ``"python"`` or ``"command"``; None for anything else."""
     if what == "toml":
@@ -58,6 +61,8 @@ def as_toml(setting: Setting) -> str:
     lines = [f"# Vibroscope {version('vibroscope')}: the setting of the page", "[setting]"]
     for name, text in texts.items():
         value = getattr(setting, name)
+        if name in _UNITS:
+            continue
         lines.append(f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {text}")
     lines += ["", *_units_table(setting)]
     return "\n".join(lines) + "\n"
@@ -71,11 +76,36 @@ def _units_table(setting: Setting) -> list[str]:
 
 
 def setting_of_toml(text: str) -> dict[str, str]:
-    """The texts of a TOML file of ours, as `app.state.read` takes them; raises ValueError if it is none."""
-    table = tomllib.loads(text).get("setting")
-    if not isinstance(table, dict):
-        raise ValueError("the file has no table [setting]: save one with the page's menu Take away")
-    return {name: value if isinstance(value, str) else print_number(value) for name, value in table.items()}
+    """The texts of a TOML file, as `app.state.read` takes them.
+
+    The file is one of ours, with the tables [setting] and [units], or a system file as `engine.parse_system` reads it.
+
+    Raises
+    ------
+    ValueError
+        If it is neither, or holds a name that is not known: nothing of a file is passed over in silence.
+    """
+    tables = tomllib.loads(text)
+    if "setting" not in tables and {"system", "units"} & tables.keys():
+        file = parse_system(text.encode())
+        values = file.system.as_dict() | {name: getattr(file.units, theirs) for name, theirs in _UNITS.items()}
+    else:
+        names = [name for name in Setting._fields if name not in _UNITS]
+        values = _known(tables, "setting", {name: name for name in names})
+        values |= (
+            _known(tables, "units", {theirs: name for name, theirs in _UNITS.items()}) if "units" in tables else {}
+        )
+    return {name: value if isinstance(value, str) else print_number(value) for name, value in values.items()}
+
+
+def _known(tables: Mapping, table: str, names: Mapping[str, str]) -> dict:
+    """The values of one table, under our names."""
+    given = tables.get(table)
+    if not isinstance(given, dict):
+        raise ValueError(f"the file has no table [{table}]: save one with the page's menu Take away")
+    if unknown := [name for name in given if name not in names]:
+        raise ValueError(f"unknown name {unknown[0][:40]!r} in [{table}]: known are {', '.join(names)}")
+    return {names[name]: value for name, value in given.items()}
 
 
 def as_python(setting: Setting) -> str:

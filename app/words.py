@@ -145,7 +145,7 @@ def _found(run: Run, scale: Units | None) -> str:
     if not run.response.ok:
         return f"No result. {_sentence(run.response.message)}"
     force = ""
-    if scale is not None and math.isfinite(run.motion.peak_force):
+    if scale is not None and run.motion.peak_force > 0:
         force = f" Peak force {scale.physical('force', run.motion.peak_force):.3g} N."
     return f"{_period(run)}, {_impacts(run)} per period, in contact {_share(run)} of the time.{force}"
 

@@ -25,7 +25,7 @@ from .sweeps.axis import spaced
 from .sweeps.diagrams import Diagram, diagram, ship_diagrams
 from .sweeps.parts import parts_of
 from .sweeps.plane import equal_restitution_damping
-from .systemfile import SystemFile, read_system, system_text
+from .systemfile import SystemFile, parse_system, read_system, system_text
 from .units import QUANTITIES, Units
 
 __all__ = [
@@ -79,6 +79,7 @@ __all__ = [
     "measured_verdict",
     "measurement_text",
     "motion",
+    "parse_system",
     "parts_of",
     "read_measurement",
     "read_system",

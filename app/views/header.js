@@ -105,6 +105,9 @@ const NAMES = {
   force: "Contact force", diagram: "Map over η",
 };
 
+const LARGEST_FILE = 65_536; // bytes
+const PART = 3500; // characters; longer texts are not let through
+
 function takeMenu(model) {
   const box = element("details", "take");
   const head = element("summary", "", "Take away");
@@ -118,6 +121,7 @@ function takeMenu(model) {
     row("Link to this view", button("Copy", "Copy the link", () => copied(location.href, told))),
     row("Report (HTML)", button("Save", "Save the report", () => ask("report"))),
     row("Parameters (TOML)", button("Save", "Save the parameters", () => ask("toml"))),
+    row("Parameters from a file", loadButton(model, told)),
     row("Python", button("Copy", "Copy the Python script", () => copy("python")), button("Save", "Save the Python script", () => ask("python"))),
     row("Command line", button("Copy", "Copy the commands", () => copy("command")), button("Save", "Save the commands", () => ask("command"))),
     row("All data (JSON)", button("Save", "Save all data as JSON", () => ask("json"))),
@@ -137,6 +141,29 @@ function takeMenu(model) {
   document.addEventListener("keydown", (event) => { if (event.key === "Escape") box.open = false; });
   document.addEventListener("click", (event) => { if (!event.composedPath().includes(box)) box.open = false; });
   return { element: box, toggle: () => { box.open = !box.open; if (box.open) panel.querySelector("button").focus(); } };
+}
+
+// The file is read here; the server checks what it says, and takes all of it or nothing.
+function loadButton(model, told) {
+  const field = element("input");
+  Object.assign(field, { type: "file", accept: ".toml", hidden: true });
+  field.addEventListener("change", async () => {
+    const [file] = field.files;
+    field.value = "";
+    if (!file) return;
+    if (file.size > LARGEST_FILE) {
+      told.textContent = `This file is larger than ${LARGEST_FILE} bytes: it is none with parameters.`;
+      return;
+    }
+    const text = await file.text();
+    const parts = Array.from({ length: Math.ceil(text.length / PART) }, (_, i) => text.slice(i * PART, (i + 1) * PART));
+    model.send_msg({ load: Object.fromEntries(parts.map((part, i) => [String(i), part])) });
+    told.textContent = "";
+  });
+  const open = button("Load", "Load parameters from a TOML file", () => field.click());
+  const both = element("span", "load");
+  both.append(open, field);
+  return both;
 }
 
 function row(name, ...buttons) {

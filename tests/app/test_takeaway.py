@@ -59,7 +59,7 @@ def test_the_parameters_read_back_exactly(setting):
 
 def test_a_file_of_another_kind_is_refused():
     with pytest.raises(ValueError, match=r"no table \[setting\]"):
-        takeaway.setting_of_toml("[system]\nkappa = 2")
+        takeaway.setting_of_toml("[motion]\nkappa = 2")
 
 
 @pytest.mark.parametrize("figure", takeaway.FIGURES)
@@ -91,3 +91,31 @@ def test_the_report_is_whole_and_asks_no_server():
     assert report.count("data-figure=") == 6
     assert "src=" not in report
     assert "href=" not in report
+
+
+def test_a_system_file_is_taken_with_its_units():
+    texts = takeaway.setting_of_toml("[system]\nkappa = 2.5\n[units]\nomega1 = 30\n")
+    values = read(texts)
+    assert (values["kappa"], values["omega1"], values["amplitude"]) == (2.5, 30.0, 1.07)
+    assert "K" not in values
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "eta = 1",
+        "setting = 3",
+        "[setting]\neta = ",
+        "[setting]\nomega = 2",
+        "[setting]\nomega1 = 2",  # stands in [units]
+        "[setting]\neta = 1\n[units]\nomega1 = -1",
+        "[setting]\neta = [1, 2]",
+        "[setting]\neta = true",
+        "[setting]\neta = nan",
+        "[system]\nkappa = 'x'",
+    ],
+)
+def test_a_file_with_a_fault_is_refused_whole(text):
+    with pytest.raises(ValueError):  # noqa: PT011 - each with words of its own
+        Explorer().check(takeaway.setting_of_toml(text))
