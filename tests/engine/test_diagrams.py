@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from engine import Reference, System, diagrams, sweep_eta
+from engine import Reference, System, sweep_eta
+from engine.sweeps import diagrams
 
 
 @pytest.mark.parametrize("kind", ["table", "derived"])
