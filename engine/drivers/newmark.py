@@ -74,7 +74,7 @@ class NewmarkDriver(Driver):
     def march(self, stop: int, record: Folded) -> tuple[Status, bool]:
         last = stop * self._method.steps
         if self._leaps is not None:
-            code = leaps.leap(self._leaps, self._state, last, self._window, record.flat, record.sizes)
+            code = leaps.leap(self._leaps, self._state, last, self._window, record.flat, record.sizes, True)
         elif record is not self._nothing:
             code = kernel.advance_recorded(self._scheme, self._cosines, self._state, last, self._window, record.views)
         else:

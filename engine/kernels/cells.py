@@ -161,7 +161,7 @@ def leap_on(room, cell, stop, log, taken, signals):
     flat, sizes, origin = taken
     n = int(cell.steps)
     while signals[0] == 0:
-        code = leap(room.folded, room.state, stop * n, (origin * n, stop * n, n), flat, sizes)
+        code = leap(room.folded, room.state, stop * n, (origin * n, stop * n, n), flat, sizes, False)
         if code != newmark.FULL:
             return DIVERGED if code == newmark.DIVERGED else OK
         log_events(room, cell, log, taken)

@@ -125,14 +125,15 @@ def lasting(t, contact, level, z, bound, begin):
 
 
 @inlined
-def certified(t, contact, level, z, margin):
+def certified(t, contact, level, z):
     """Entries of a level up to which contact surely does not change; 0 where single steps do as well."""
     if t.strides[contact, level] == 0:
         return 0
     b = t.bends[contact, level]
     bound = dot(b, (abs(z[0]), abs(z[1]), abs(z[2]), abs(z[3]), abs(z[4]), abs(z[5])))
-    # from no margin to m₁ within the first stride: its chord u m₁ stays above what it can lose, 4u(1 − u) · bound
-    if not (margin > bound or margin_at(t, contact, level, z, 1) > 4.0 * bound):
+    # from a small margin to m₁ within the first stride: its chord, above u m₁, exceeds its bow, 4u(1 − u) · bound
+    near = margin_at(t, contact, 0, z, 1)
+    if not (near > bound or (near > 0.0 and margin_at(t, contact, level, z, 1) > 4.0 * bound)):
         return 0
     entries = 0
     for begin in range(0, HELD, CHUNK):
@@ -148,13 +149,13 @@ def look_ahead(p, contact, z, margin):
     t = p.tables
     if not abs(z[0]) + abs(z[2]) + p.steps * (abs(z[1]) + abs(z[3])) < FAR:
         return Leap(0, 0, 0, LOOK, margin, margin, z)
-    coarse = certified(t, contact, 2, z, margin)
+    coarse = certified(t, contact, 2, z)
     if coarse > 0:
         margin = margin_at(t, contact, 2, z, coarse)
         z = carried(t.moves[contact, 2], z, coarse)
     if coarse == HELD:
         return Leap(coarse, 0, 0, GO_ON, margin, margin, z)
-    middle = certified(t, contact, 1, z, margin)
+    middle = certified(t, contact, 1, z)
     if middle > 0:
         margin = margin_at(t, contact, 1, z, middle)
         z = carried(t.moves[contact, 1], z, middle)
@@ -268,7 +269,7 @@ def write_step(p, m, contact, i, now, window, record):
 
 
 @bare
-def leap(folded, state, stop, window, flat, sizes):
+def leap(folded, state, stop, window, flat, sizes, full):
     """Carry the discrete solution to the end of step ``stop``, as :func:`.newmark.advance_recorded` does.
 
     Parameters
@@ -284,6 +285,8 @@ def leap(folded, state, stop, window, flat, sizes):
         sample, counted anew in each period.
     flat, sizes
         A folded record. Nothing is kept if it has no room for a section.
+    full : bool
+        Whether motion and impulse of an impact are asked for, and not its instant and closing speed alone.
 
     Returns
     -------
@@ -294,11 +297,12 @@ def leap(folded, state, stop, window, flat, sizes):
     m = p.scheme
     p1, q1, p2, q2, contact = state[P1], state[Q1], state[P2], state[Q2], PRESSED if state[CONTACT] > 0.0 else FREE
     a1, a2, impulse, gap = state[A1], state[A2], state[IMPULSE], state[GAP]
-    n, i, status, kept = p.steps, int(state[STEP]), DONE, record.section.shape[0] > 0
+    n, i, status = p.steps, int(state[STEP]), DONE
+    kept, sampled = record.section.shape[0] > 0, record.samples.shape[0] > 0
     k = i % n  # steps done in the period
     share = 1.0 / n
     c, s = circle(k * share)
-    if kept and i == window[1] and record.samples.shape[0] > 0:
+    if sampled and i == window[1]:
         sample(m, record.samples[0], motion(m, p1, q1, a1, p2, q2, a2), contact)
     while i < stop:
         if kept and no_room(record):
@@ -310,7 +314,7 @@ def leap(folded, state, stop, window, flat, sizes):
         skipped = ahead.coarse * int(strides[2]) + ahead.middle * int(strides[1]) + ahead.fine
         if skipped > 0:
             then = i + skipped
-            if kept:
+            if sampled or (kept and k + skipped >= n):
                 emit(p, m, contact, z, i, min(then, stop), then if ahead.then == FLIP else -1, window, record)
             if then >= stop:
                 break
@@ -321,10 +325,10 @@ def leap(folded, state, stop, window, flat, sizes):
                 k %= n
             c, s = circle(k * share)
             gap = -ahead.margin if contact else ahead.margin
-            if kept and contact:
+            if kept and full and contact:
                 impulse += impulse_of(p.tables, z, ahead)
             if ahead.then == FLIP:
-                now = motion_after(p, m, contact, z, i, then) if kept else NOWHERE
+                now = motion_after(p, m, contact, z, i, then) if kept and full else NOWHERE
                 closed = ahead.before - ahead.margin
                 impulse = note_change(m, state, not contact, then, now, closed, impulse, kept, record)
                 contact = PRESSED - contact

@@ -1,4 +1,8 @@
-"""Small matrices, (6, 6), written out as loops: at this size a library call costs more than the sums."""
+"""Small matrices, written out as loops: at this size a library call costs more than the sums.
+
+All of them move a state of four coordinates and the two of the excitation, which turns by itself: (6, 6) with zeros in
+the lower left, [B C; 0 R]. A product leaves them out, and with them near half of its sums.
+"""
 
 import numpy as np
 
@@ -13,69 +17,64 @@ def unit(i):
     return row
 
 
-@jit
-def identity():
-    """The unit matrix, (6, 6)."""
-    out = np.zeros((6, 6))
-    for i in range(6):
-        out[i, i] = 1.0
-    return out
+@inlined
+def row_image(row, a):
+    """A row times a matrix, as six numbers.
+
+    In numbers, since what is written to an array the compiler must reckon to change the matrix.
+    """
+    s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(4):
+        r = row[k]
+        s0 += r * a[k, 0]
+        s1 += r * a[k, 1]
+        s2 += r * a[k, 2]
+        s3 += r * a[k, 3]
+        s4 += r * a[k, 4]
+        s5 += r * a[k, 5]
+    for k in range(4, 6):
+        r = row[k]
+        s4 += r * a[k, 4]
+        s5 += r * a[k, 5]
+    return s0, s1, s2, s3, s4, s5
 
 
 @inlined
 def multiply(out, a, b):
-    """Write the product of two matrices to ``out``, which is neither.
+    """Write the product of two matrices to ``out``, which is neither and holds zeros in the lower left."""
+    for i in range(4):
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = row_image(a[i], b)
+    for i in range(4, 6):
+        c, s = a[i, 4], a[i, 5]
+        out[i, 4], out[i, 5] = c * b[4, 4] + s * b[5, 4], c * b[4, 5] + s * b[5, 5]
 
-    A row of the result is kept in six numbers, since what is written to an array the compiler must reckon to change a.
+
+@bare
+def fill_powers(out, a):
+    """Write aʲ for j = 1 … len(out), by products of two that are known, so that rounding adds up but log₂ j times.
+
+    ``out``, (n, 6, 6), holds zeros in the lower left of each.
     """
     for i in range(6):
-        s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for k in range(6):
-            factor = a[i, k]
-            s0 += factor * b[k, 0]
-            s1 += factor * b[k, 1]
-            s2 += factor * b[k, 2]
-            s3 += factor * b[k, 3]
-            s4 += factor * b[k, 4]
-            s5 += factor * b[k, 5]
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = s0, s1, s2, s3, s4, s5
+        for j in range(6):
+            out[0, i, j] = a[i, j]
+    for j in range(2, out.shape[0] + 1):
+        multiply(out[j - 1], out[j // 2 - 1], out[j - j // 2 - 1])
 
 
 @jit
-def product(a, b):
-    """The product of two matrices."""
-    out = np.empty((6, 6))
-    multiply(out, a, b)
-    return out
-
-
-@inlined
-def _image(row, a, factor):
-    s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(6):
-        r = row[k]
-        s0 += r * a[k, 0] * factor
-        s1 += r * a[k, 1] * factor
-        s2 += r * a[k, 2] * factor
-        s3 += r * a[k, 3] * factor
-        s4 += r * a[k, 4] * factor
-        s5 += r * a[k, 5] * factor
-    return s0, s1, s2, s3, s4, s5
-
-
-@jit
-def row_times(row, a, factor):
-    """A row times a matrix times a number."""
+def row_times(row, a):
+    """A row times a matrix."""
     out = np.empty(6)
-    out[0], out[1], out[2], out[3], out[4], out[5] = _image(row, a, factor)
+    out[0], out[1], out[2], out[3], out[4], out[5] = row_image(row, a)
     return out
 
 
 @bare
-def rows_times(out, row, tables, factor):
-    """Write a row times each matrix of a table, (n, 6, 6), times a number to (n, 6)."""
+def rows_times(out, row, tables):
+    """Write a row times each matrix of a table, (n, 6, 6), to (n, 6)."""
     for j in range(out.shape[0]):
-        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = _image(row, tables[j], factor)
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = row_image(row, tables[j])
 
 
 @bare
@@ -84,61 +83,18 @@ def raise_along(bound, row, tables):
     b0, b1, b2 = max(bound[0], abs(row[0])), max(bound[1], abs(row[1])), max(bound[2], abs(row[2]))
     b3, b4, b5 = max(bound[3], abs(row[3])), max(bound[4], abs(row[4])), max(bound[5], abs(row[5]))
     for j in range(tables.shape[0]):
-        s0, s1, s2, s3, s4, s5 = _image(row, tables[j], 1.0)
+        s0, s1, s2, s3, s4, s5 = row_image(row, tables[j])
         b0, b1, b2 = max(b0, abs(s0)), max(b1, abs(s1)), max(b2, abs(s2))
         b3, b4, b5 = max(b3, abs(s3)), max(b4, abs(s4)), max(b5, abs(s5))
     bound[0], bound[1], bound[2], bound[3], bound[4], bound[5] = b0, b1, b2, b3, b4, b5
 
 
 @jit
-def add(total, term, factor):
-    """Add a multiple of ``term`` to the matrix ``total``, in place."""
-    for i in range(6):
-        for j in range(6):
-            total[i, j] += factor * term[i, j]
-
-
-@jit
-def exponential(a, h):
-    """exp(ah), by its series: for norms of at most about one."""
-    total, term = identity(), identity()
-    for k in range(1, 24):
-        term = product(term, a)
-        for i in range(6):
-            for j in range(6):
-                term[i, j] *= h / k
-        add(total, term, 1.0)
-    return total
-
-
-@jit
 def spread(bound, a, h):
-    """A row of bounds carried over times up to h, before and after, by exp(|a|h)."""
-    sizes = np.zeros((6, 6))
-    for i in range(6):
-        for j in range(6):
-            sizes[i, j] = abs(a[i, j])
-    return row_times(bound, exponential(sizes, h), 1.0)
-
-
-@jit
-def powers(a, count):
-    """aʲ for j = 1 … count, by products of two that are known, so that rounding adds up but log₂ j times."""
-    out = np.zeros((count, 6, 6))
-    add(out[0], a, 1.0)
-    for j in range(2, count + 1):
-        multiply(out[j - 1], out[j // 2 - 1], out[j - j // 2 - 1])
-    return out
-
-
-@jit
-def logarithm(a):
-    """log a of a matrix whose eigenvalues lie within about a half of 1, by the series in a − 1."""
-    rest, total = identity(), np.zeros((6, 6))
-    add(total, a, 1.0)
-    add(total, rest, -1.0)
-    term, rest = total.copy(), total.copy()
-    for k in range(2, 80):
-        term = product(term, rest)
-        add(total, term, (1.0 if k % 2 else -1.0) / k)
-    return total
+    """Raise a row of bounds to what they may become within h, by exp(|a|h), whose eigenvalues may be some e at most."""
+    sizes, term = np.abs(a), bound.copy()
+    for k in range(1, 24):
+        term[0], term[1], term[2], term[3], term[4], term[5] = row_image(term, sizes)
+        for i in range(6):
+            term[i] *= h / k
+            bound[i] += term[i]

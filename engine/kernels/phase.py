@@ -93,7 +93,7 @@ def fill_polynomial(out, begin, row, a, h):
     for k in range(TERMS):
         for i in range(6):
             out[i, begin + k] = row[i]
-        row = row_times(row, a, h / (k + 1))
+        row = row_times(row, a) * (h / (k + 1))
 
 
 @jit
@@ -135,15 +135,15 @@ def tabulate(generator, eta, row, h):
         for j in range(TERMS):
             for k in range(j + 1):
                 rows[i, BERNSTEIN + j] += rows[i, POWERS + k] * TO_BERNSTEIN[k, j]
-    curve = row_times(row_times(row, a, 1.0), a, 1.0)
+    curve = row_times(row_times(row, a), a)
     bound = np.zeros(6)
     raise_along(bound, curve, moves)
     values = np.empty((POINTS, 6))
-    rows_times(values, row, moves, 1.0)
+    rows_times(values, row, moves)
     for j in range(POINTS):
         for i in range(6):
             rows[i, VALUES + j] = values[j, i]
-    bound = spread(bound, a, h / 2)
+    spread(bound, a, h / 2)
     for i in range(6):
         rows[i, BEND] = bound[i] * (h * h / 8)
     return Phase(h, rows, moves)

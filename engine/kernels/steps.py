@@ -7,14 +7,15 @@ As long as contact does not change, a step maps
 the predictors of :mod:`.newmark`, linearly, z → M z, and the gap at its end is a row ρ times z. So the gaps at the ends
 of the next HELD steps are rows ρ Mʲ⁻¹ times one state, and Mʲ moves it on.
 
-**Levels.** The same at every s-th step reaches s times as far. M is the exponential of Ã Δτ: the motion of a linear
-system z′ = Ã z, read at the steps, in which |g″| has a bound. At the share u of a stride the gap then lies no more than
-4u(1 − u) b below its chord, b = (sΔτ)²/8 · sup|g″|: where it exceeds b at both ends, it has no zero within. Where Δτ is
-short beside every oscillation the eigenvalues of M lie near 1, and Ã Δτ = log M is a short series. A level is made of
-the entries of the one below.
+**Levels.** The same at every s-th step reaches s times as far. Between two entries the steps keep to a bound: where the
+second differences of a sequence, gⱼ₊₁ − 2gⱼ + gⱼ₋₁, are at most B, it lies at the share u of s steps no more than
+4u(1 − u) b below its chord, b = B s²/8, as a parabola would. So where it exceeds b at both ends, it has no zero within.
+The second differences are rows too, ρ (M − 1)² Mʲ⁻², of which the supremum over all steps of a level is taken, element
+by element. A level is made of the entries of the one below.
 
 In contact the gap's negative is tabulated, so that for both contact states the **margin**, what is tabulated, is
-positive until contact changes.
+positive until contact changes. The gap at a step itself is no such row: where contact has just changed, it came about
+with the acceleration of the other state. So what is certified begins with the next step.
 """
 
 import math
@@ -22,14 +23,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .jit import jit
-from .matrices import add, exponential, identity, logarithm, powers, raise_along, row_times, rows_times, spread
+from .jit import bare, jit
+from .matrices import fill_powers, raise_along, row_image, row_times, spread
 
 FREE, PRESSED = 0, 1  # contact states
 LEVELS = 3
 HELD = 128  # entries of a level
 REACHES = 0.15, 1.0  # |λ| times the longest stride, free and pressed: bounds are then tight enough for most flights …
-SAMPLED = 0.25  # … if sup|g″| is taken over instants that lie no further apart than this
+SAMPLED = 0.25  # … if suprema are taken over steps that lie no further apart than this
 LONGEST = HELD * HELD // 2  # no stride is longer, so that every step is an entry of each level away
 
 
@@ -47,7 +48,7 @@ class Tables(NamedTuple):
 
     margins: np.ndarray  # (2, LEVELS, 6, HELD) ±g after 1 … HELD strides
     moves: np.ndarray  # (2, LEVELS, HELD, 6, 6) Mˢ, M²ˢ, …
-    bends: np.ndarray  # (2, LEVELS, 6) bound of |g″| (sΔτ)²/8 between
+    bends: np.ndarray  # (2, LEVELS, 6) bound of b between
     accelerations: np.ndarray  # (2, 2, 6) Δτ² ξ″ at the end of the next step
     sums: np.ndarray  # (LEVELS, HELD, 6) Δτ Σλ over the steps up to each entry, pressed
     strides: np.ndarray  # (2, LEVELS) steps from entry to entry; 0 if there is no such level
@@ -91,40 +92,48 @@ def step_map(m, eta, contact):
     return Map(move, accelerations, force, gap)
 
 
-@jit
-def fill_level(tables, state, level, margin, pressed, strider):
-    """Write the entries of a level: ``margin`` and ``pressed`` after the first of them, which ``strider`` leads to."""
-    moves, margins, sums = tables.moves[state, level], tables.margins[state, level], tables.sums[level]
-    moves[:] = powers(strider, HELD)
-    later = np.empty((HELD, 6))
-    rows_times(later, margin, moves, 1.0)
+@bare
+def fill_margins(margins, first, moves):
+    """Write the margins of a level, of which the first is given."""
     for i in range(6):
-        margins[i, 0] = margin[i]
-        for j in range(1, HELD):
-            margins[i, j] = later[j - 1, i]
-    if state == PRESSED:
-        rows_times(later, pressed, moves, 1.0)
-        for i in range(6):
-            sums[0, i] = pressed[i]
-            for j in range(1, HELD):
-                sums[j, i] = sums[j - 1, i] + later[j - 1, i]
+        margins[i, 0] = first[i]
+    for j in range(1, HELD):
+        (margins[0, j], margins[1, j], margins[2, j], margins[3, j], margins[4, j], margins[5, j]) = row_image(
+            first, moves[j - 1]
+        )
+
+
+@bare
+def fill_sums(sums, first, moves):
+    """Write the sums of the contact force over the strides of a level, of which the first is given."""
+    s0, s1, s2, s3, s4, s5 = first[0], first[1], first[2], first[3], first[4], first[5]
+    sums[0, 0], sums[0, 1], sums[0, 2], sums[0, 3], sums[0, 4], sums[0, 5] = s0, s1, s2, s3, s4, s5
+    for j in range(1, HELD):
+        f0, f1, f2, f3, f4, f5 = row_image(first, moves[j - 1])
+        s0, s1, s2, s3, s4, s5 = s0 + f0, s1 + f1, s2 + f2, s3 + f3, s4 + f4, s5 + f5
+        sums[j, 0], sums[j, 1], sums[j, 2], sums[j, 3], sums[j, 4], sums[j, 5] = s0, s1, s2, s3, s4, s5
 
 
 @jit
-def bend(moves, a, here, spacing, parts):
-    """Bound of |f″| h²/8 for f = ``here``·z in the motion z′ = A z, over the entries of a level, ``spacing`` apart.
+def fill_bend(tables, state, level, one):
+    """Write the bound b of a level.
 
-    The supremum over ``parts`` instants of each stride is carried to those between.
+    The supremum is taken over some steps of each stride, entries of the level below. From there it is carried to those
+    that follow, M being 1 + (M − 1), by powers of 1 + |M − 1|.
     """
-    curve, bound = row_times(row_times(here, a, 1.0), a, 1.0), np.zeros(6)
-    onward = exponential(a, spacing / parts)
-    for _ in range(parts):
-        raise_along(bound, curve, moves)
-        curve = row_times(curve, onward, 1.0)
-    bound = spread(bound, a, 0.5 * spacing / parts)
+    below, moves, bound = tables.moves[state, level - 1], tables.moves[state, level], tables.bends[state, level]
+    change = one.move.copy()
     for i in range(6):
-        bound[i] *= spacing * spacing / 8
-    return bound
+        change[i, i] -= 1.0
+        bound[i] = 0.0
+    curve = row_times(row_times(one.gap, change), change)
+    entries = int(tables.strides[state, level] / tables.strides[state, level - 1])
+    apart = math.ceil(entries * SAMPLED / REACHES[state])
+    for k in range(0, entries, apart):
+        raise_along(bound, row_times(curve, below[k - 1]) if k > 0 else curve, moves)
+    spread(bound, change, apart * tables.strides[state, level - 1])
+    for i in range(6):
+        bound[i] *= tables.strides[state, level] ** 2 / 8
 
 
 @jit
@@ -142,22 +151,19 @@ def fill_tables(tables, m, eta, state, pole):
     """Write all levels of one contact state; ``pole`` is the largest |λ| of its motion, the excitation included."""
     one, sign = step_map(m, eta, state == PRESSED), -1.0 if state == PRESSED else 1.0
     tables.accelerations[state] = one.accelerations
-    strides = tables.strides[state]
+    strides, moves, margins = tables.strides[state], tables.moves[state], tables.margins[state]
     strides[0] = 1
     strides[1], strides[2] = ladder(int(REACHES[state] / (pole * m.h)))
-    margin, force, strider = row_times(one.gap, identity(), sign), row_times(one.force, identity(), m.h), one.move
-    a, here = np.zeros((6, 6)), np.zeros(6)
-    if strides[1] > 0:
-        add(a, logarithm(one.move), 1.0 / m.h)
-        here = row_times(one.gap, exponential(a, -m.h), 1.0)  # ρ M⁻¹
+    margin, impulse, strider = sign * one.gap, m.h * one.force, one.move
     for level in range(LEVELS):
         if strides[level] == 0:
             break
         if level > 0:
             k = int(strides[level] / strides[level - 1]) - 1
-            margin, force = tables.margins[state, level - 1, :, k].copy(), tables.sums[level - 1, k].copy()
-            strider = tables.moves[state, level - 1, k].copy()
-        fill_level(tables, state, level, margin, force, strider)
+            margin, impulse, strider = margins[level - 1, :, k].copy(), tables.sums[level - 1, k], moves[level - 1, k]
+        fill_powers(moves[level], strider)
+        fill_margins(margins[level], margin, moves[level])
+        if state == PRESSED:
+            fill_sums(tables.sums[level], impulse, moves[level])
         if level > 0:
-            parts = math.ceil(REACHES[state] / SAMPLED)
-            tables.bends[state, level] = bend(tables.moves[state, level], a, here, strides[level] * m.h, parts)
+            fill_bend(tables, state, level, one)
