@@ -8,6 +8,7 @@ from app.state import Explorer
 from app.tabs import Move, study
 from app.tabs.bifurcation import Bifurcation
 from app.tabs.plane import PlaneTab
+from app.tabs.speed import Speed
 from app.tabs.timestep import TimeStepTab
 
 SETTING = Explorer().setting()
@@ -71,6 +72,7 @@ CASES = {  # what asks anew, and what only moves a mark
     Bifurcation: ({"kappa": 2.4}, {"eta": 2.0}),
     PlaneTab: ({"eta": 2.0}, {"K": 100.0, "D": 1.0}),
     TimeStepTab: ({"K": 100.0}, {"steps": 4000}),
+    Speed: ({"steps": 4000}, {"located": "yes"}),
 }
 
 

@@ -1,0 +1,136 @@
+"""Speed against error of a setting: errors against 60-digit solutions and slopes, turns, stages, figure, words."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from app import bench, speed
+from app.speed import Key, Question, SpeedStage, refine_speed, steps_around
+from app.state import Explorer
+from app.tabs.speed import Speed, told
+from app.tabs.timestep import TimeStepTab
+from app.views.speed import SpeedView
+from engine import Cancelled, ExactPenalty, Reference, System
+
+SETTING = Explorer().setting()._replace(eta=2.76, K=12000.0, D=18.0, steps=400)
+
+
+def never():
+    return False
+
+
+def question_of(setting):
+    return Speed.question(None, setting)
+
+
+@pytest.fixture(scope="module")
+def stages():
+    """A whole measuring in two stages."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(speed, "ROUNDS", (1, 3))
+        yield list(refine_speed(question_of(SETTING), None, never))
+
+
+def test_all_solvers_take_turns_from_a_quarter_to_four_times_n(stages):
+    assert [stage.rounds for stage in stages] == [1, 3]
+    keys = set(stages[-1].turns)
+    assert {key.steps for key in keys if key.kind == "located"} == {100, 200, 400, 800, 1600}
+    assert {key.kind for key in keys} == set(speed.KINDS)
+    assert len(keys) == 2 + 3 * 5
+    assert all(0 < spent < 1e5 for spents in stages[-1].turns.values() for spent in spents)
+    assert steps_around(8) == [4, 8, 16, 32]  # never fewer than Newmark takes
+
+
+def test_errors_are_those_of_the_truth_and_of_the_shipped_figure(stages):
+    right = bench.truth(2.76, ExactPenalty(12000, 18))
+    run = speed.solvers(question_of(SETTING))[Key("located", 400)](bench.CHECKED, never)
+    error = stages[-1].errors[Key("located", 400)]
+    assert error == pytest.approx(np.abs(run.state - right).max(), rel=1e-5)  # exact penalty is as good as the truth
+    finest, coarsest = (stages[-1].errors[Key("located", n)] for n in (1600, 400))
+    assert math.log(coarsest / finest, 4) == pytest.approx(2, abs=0.15)  # the located step is of second order
+
+
+def test_the_plain_loop_is_as_wrong_as_the_leaps_and_costs_each_step(stages):
+    stage = stages[-1]
+    for n in (400, 800, 1600):
+        fixed, plain = Key("fixed", n), Key("plain", n)
+        assert stage.errors[plain] == pytest.approx(stage.errors[fixed], rel=1e-6)
+        assert stage.solves[plain] == stage.solves[fixed] == n
+        assert stage.solves[Key("located", n)] > n
+    assert stage.times(Key("plain", 1600), Key("fixed", 1600)) > 3
+
+
+def test_medians_of_a_stopped_measuring_go_on_from_its_turns(stages, monkeypatch):
+    monkeypatch.setattr(speed, "ROUNDS", (1, 3))
+    shown, finished = refine_speed(stages[0].question, stages[0], never)
+    assert shown is stages[0]
+    for key, turns in finished.turns.items():
+        assert turns[:1] == stages[0].turns[key]
+        assert finished.cost(key) == np.median(turns)
+    assert finished.share == 1
+    assert list(refine_speed(finished.question, finished, never)) == [finished]
+
+
+def test_a_withdrawn_measuring_ends_in_the_middle_of_a_turn():
+    calls = iter(range(1000))
+    with pytest.raises(Cancelled):
+        list(refine_speed(question_of(SETTING), None, lambda: next(calls) > 20))
+    assert next(calls) < 60
+
+
+def made(errors=None, **more):
+    """A stage by hand: costs 1, 2, … µs, the errors as given."""
+    asked = Question(System(), 1.08, 2500.0, 8.0, 400, Reference())
+    keys = list(speed.solvers(asked))
+    errors = {key: 1.0 / key.steps for key in keys if key.steps} | (errors or {})
+    return SpeedStage(
+        asked,
+        errors,
+        {key: 2.0 * key.steps if key.kind == "located" else float(key.steps) for key in keys},
+        {key: (i + 1.0,) for i, key in enumerate(keys)},
+    )
+
+
+def test_the_setting_is_ringed_where_it_stands():
+    view, stage = SpeedView(), made()
+    view.update(SETTING._replace(located="no"), stage)
+    ringed = view.present.data
+    assert ringed["text"] == ["set: T/400", "T/400 in an FE code"]
+    assert ringed["cost"] == [stage.cost(Key("fixed", 400)), stage.cost(Key("plain", 400))]
+    assert ringed["error"] == pytest.approx([1 / 400] * 2)
+    view.update(SETTING._replace(located="yes"), stage)
+    assert view.present.data["text"] == ["set: T/400, located"]
+    assert view.figure.y_range.start < 1 / 1600 < 1 / 100 < view.figure.y_range.end
+
+
+def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
+    gone = {Key(kind, 400): math.nan for kind in ("fixed", "plain")}
+    view, stage = SpeedView(), made(gone)
+    view.update(SETTING, stage)
+    assert view.present.data["text"] == []
+    assert 400 not in view.swept["fixed"].data["n"]
+    assert "smaller step" in dict(told(SETTING, stage))["Set: T/400, fixed step"]
+    nothing = made(dict.fromkeys(stage.errors, math.nan))
+    SpeedView().update(SETTING, nothing)
+    assert told(SETTING, nothing)
+    tab = Speed(None)
+    tab._stage = nothing
+    assert set(json.loads(tab.take("json")["text"])["error"]) == {None}
+
+
+def test_words_count_what_the_located_step_would_save():
+    good = made({Key("located", 100): 1e-9})  # 200 solves instead of 400
+    text = dict(told(SETTING, good))["What the located step would"]
+    assert text.startswith("T/100: error 1e-09")
+    assert "200 solves per period beside 400, 2 times fewer" in text
+    bad = made({key: 1.0 for key in good.errors if key.kind == "located"})
+    assert "None of those tried" in dict(told(SETTING, bad))["What the located step would"]
+
+
+def test_the_question_holds_what_counts_and_equals_no_other_study_s():
+    assert question_of(SETTING) == question_of(SETTING._replace(located="yes", units="physical"))
+    for change in ({"steps": 401}, {"K": 1.0}, {"kappa": 2.4}, {"joint_damping": "derived"}):
+        assert question_of(SETTING) != question_of(SETTING._replace(**change))
+    assert question_of(SETTING) != TimeStepTab.question(None, SETTING)

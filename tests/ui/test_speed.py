@@ -1,0 +1,32 @@
+"""Speed against error in a browser: measured for the setting, ringed, told, and silent while hidden."""
+
+from .conftest import wait_until
+from .test_page import AXE, count_messages, counted  # noqa: F401 - a fixture
+from .test_studies import complete, opened, panel
+
+
+def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
+    explorer = opened(visit, "speed")
+    assert "T/2000 set: median of 15 turns" in explorer.figure("speed")["title"]
+    assert explorer.source("speed_present")["text"] == ["set: T/2000", "T/2000 in an FE code"]
+    assert "solves per period beside 2000" in panel(explorer).locator(".told").text_content()
+    explorer.moved(lambda: explorer.type("steps", "400"))
+    wait_until(lambda: "T/400 set" in explorer.figure("speed")["title"], what="the figure of T/400")
+    complete(explorer)
+    assert sorted(explorer.source("speed_located")["n"]) == [100, 200, 400, 800, 1600]
+
+
+def test_hidden_speed_sends_nothing(counted, visit):  # noqa: F811 - the fixture
+    explorer = visit("?tab=speed&eta=2.76&K=12000&D=18&steps=32000")
+    explorer.open_tab("Help")
+    explorer.settle()
+    received = count_messages(explorer.page)
+    explorer.page.wait_for_timeout(1500)
+    assert received() < 500
+
+
+def test_speed_is_accessible_in_the_dark(visit):
+    explorer = opened(visit, "speed", color_scheme="dark")
+    explorer.page.evaluate(AXE)
+    found = explorer.page.evaluate("axe.run()")["violations"]
+    assert not found, [(rule["id"], rule["nodes"][0]["target"]) for rule in found]
