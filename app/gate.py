@@ -133,7 +133,16 @@ def sift(content: object, document: Document) -> tuple[list, int]:
 
 
 # What a browser reports of itself and nobody here asks for: dropped without a word.
-_IDLE = ("dark_mode", "device_pixel_ratio", "language", "webdriver", "timezone", "timezone_offset", "webgl")
+_IDLE = (
+    "dark_mode",
+    "device_pixel_ratio",
+    "language",
+    "scroll_position",
+    "timezone",
+    "timezone_offset",
+    "webdriver",
+    "webgl",
+)
 
 
 def worth_a_word(content: object) -> bool:

@@ -11,24 +11,25 @@ class TooMuch(ValueError):
     """More than this server does for one request; the text is for the user."""
 
 
-def check_cost(steps: int, periods: int, cells: int = 1) -> None:
+def check_cost(steps: int, periods: int) -> None:
     """Refuse a request that asks for more time steps than the server grants (``VIBROSCOPE_STEPS``).
+
+    The studies need none of this: how many cells they have is fixed, and so is the time that they may take.
 
     Parameters
     ----------
-    steps, periods, cells
-        Time steps of a period, periods of a run, and runs.
+    steps, periods
+        Time steps of a period, and periods.
 
     Raises
     ------
     TooMuch
         With what was asked for, what is granted, and what to do.
     """
-    asked, granted = steps * periods * cells, in_force().steps
+    asked, granted = steps * periods, in_force().steps
     if asked > granted:
-        runs = f" × {cells:,} runs" if cells > 1 else ""
         raise TooMuch(
-            f"That is {steps:,} steps × {periods:,} periods{runs} = {asked:,} steps, and this server does {granted:,} "
+            f"That is {steps:,} steps × {periods:,} periods = {asked:,} steps, and this server does {granted:,} "
             "for one request: take fewer steps, or run Vibroscope on your own machine."
         )
 

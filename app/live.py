@@ -11,11 +11,10 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from typing import Protocol
 
 from app.compute import RunCache
+from app.workers import Workers, pool
 from engine import Cancelled
 
 log = logging.getLogger("vibroscope")
@@ -40,10 +39,9 @@ class Stage(Protocol):
 Refine = Callable[[object, Stage | None, Callable[[], bool]], Iterator[Stage]]
 
 
-@cache
-def studies() -> ThreadPoolExecutor:
+def studies() -> Workers:
     """The threads of all studies; what they start inherits their priority."""
-    return ThreadPoolExecutor(_THREADS, thread_name_prefix="study", initializer=stand_back)
+    return pool("study", _THREADS, stand_back)
 
 
 def stand_back() -> None:

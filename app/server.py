@@ -11,6 +11,7 @@ import asyncio
 import hmac
 import ipaddress
 import logging
+import os
 import signal
 import time
 from collections.abc import Iterator
@@ -36,13 +37,13 @@ from tornado.web import ErrorHandler, RequestHandler
 
 from app import compute, gate, logs, metrics, settings
 from app.diagrams import kept
-from app.files import ASSETS, asset
+from app.files import ASSETS, asset, style
 from app.housekeeping import bound_cache
 from app.limits import Bucket
 from app.main import TITLE, create_app
 from app.security import SecurityHeaders
 from app.settings import Settings
-from app.workers import jobs, workers
+from app.workers import end, jobs, workers
 
 # The page sends a few hundred bytes at a time; anything large is not from it.
 _MESSAGE_LIMIT = 1 << 18
@@ -50,8 +51,9 @@ _TOKEN_SECONDS = 300
 _LOST_SECONDS = 15  # a browser that lost its connection finds its session again for so long
 # Messages of one connection: a drag sends fifteen a second, each frame drawn for the first time some forty sizes.
 _RATE, _BURST, _PULL = 60, 600, 30
-_STOP_SECONDS = 20
+_STOP_SECONDS, _LAST_SECONDS = 20, 5  # for what is asked for; for what is withdrawn
 _FULL = "This server holds as many sessions as it can. Please try again in a minute."
+_BROKEN = "This page could not be built. The fault is the server's, and it has been noted. Please load the page again."
 _STOPPING = "This server is being restarted. Please try again in a moment."
 
 
@@ -96,6 +98,11 @@ class House:
     def page(self, token: str) -> str:
         """The page for one session."""
         return self._page.replace(self._MARK, token)
+
+    async def end_sessions(self) -> None:
+        """Tell every session that it has ended: whatever is still computed for it is withdrawn."""
+        for session in list(self._context.sessions):
+            await self._context.application.on_session_destroyed(session.document.session_context)
 
 
 class Page(DocHandler):
@@ -285,6 +292,16 @@ def _answered(handler: RequestHandler) -> None:
     logs.event("answered", level, status=status, path=handler.request.path, seconds=seconds)
 
 
+def page_or_words() -> pn.viewable.Viewable:
+    """What a session shows; if it cannot be built, that in our words: the traceback is for the log."""
+    try:
+        return create_app()
+    except Exception as error:  # whatever it is
+        logs.event("session not built", logging.ERROR, error=error)
+        words = pn.pane.HTML(f'<p role="alert">{_BROKEN}</p>')
+        return pn.Column(words, css_classes=["page"], stylesheets=[style("page")])
+
+
 def make_server(chosen: Settings) -> Server:
     """The server, listening but not yet answering.
 
@@ -299,7 +316,7 @@ def make_server(chosen: Settings) -> Server:
     house = House(chosen.sessions)
     own = [f"{chosen.address}:{chosen.port}", f"localhost:{chosen.port}"] if chosen.port else None
     server = pn.io.server.get_server(
-        build_applications({"/": create_app}, title=TITLE, location=False),
+        build_applications({"/": page_or_words}, title=TITLE, location=False),
         address=chosen.address,
         port=chosen.port,
         start=False,
@@ -329,19 +346,20 @@ def make_server(chosen: Settings) -> Server:
 
 
 async def _stop(server: Server) -> None:
-    """Let nobody in, end what is under way, and stop."""
+    """Let nobody in, end what is asked for, withdraw the rest, and stop; at a second signal at once."""
     house = server._tornado.settings["house"]
-    if house.stopping:  # a second signal: at once
+    if not house.stopping:
+        house.stopping = True
+        logs.event("stopping", sessions=house.sessions, jobs=jobs())
+        limit = time.monotonic() + _STOP_SECONDS
+        while jobs() and time.monotonic() < limit:
+            await asyncio.sleep(0.02)
+        await asyncio.sleep(0.3)  # what was just solved goes out, once the browser has painted what went before
+    try:
+        await house.end_sessions()
+    finally:  # whatever there may be to say about it, it stops
+        logs.event("stopped", jobs=jobs())
         server.io_loop.stop()
-        return
-    house.stopping = True
-    logs.event("stopping", sessions=house.sessions, jobs=jobs())
-    end = time.monotonic() + _STOP_SECONDS
-    while jobs() and time.monotonic() < end:
-        await asyncio.sleep(0.02)
-    await asyncio.sleep(0.3)  # what was just solved goes out, once the browser has painted what went before
-    logs.event("stopped", jobs=jobs())
-    server.io_loop.stop()
 
 
 def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
@@ -385,4 +403,8 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
         server.io_loop.start()
     finally:
         server.stop(wait=False)
-        workers().shutdown(wait=False, cancel_futures=True)  # what still waits after all that time is not begun
+    left = end(_LAST_SECONDS)
+    if left:  # what knows no withdrawal: the interpreter would wait for it as long as it takes
+        logs.event("left unfinished", logging.WARNING, jobs=left)
+        logging.shutdown()
+        os._exit(0)

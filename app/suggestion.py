@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from typing import NamedTuple
 
 from app.compute import RunCache
 from app.live import log, stand_back
 from app.state import Explorer, Setting, print_number, read_number
+from app.workers import Workers, pool
 from engine import Cancelled, Recommendation, Reference, System, recommend
 
 _THREADS = 2  # searches that run at the same time, of all sessions
@@ -36,10 +35,9 @@ def question_of(setting: Setting, percent: object) -> Question:
     return Question(setting.system, setting.eta, setting.reference, setting.located == "yes", tolerance)
 
 
-@cache
-def _threads() -> ThreadPoolExecutor:
+def _threads() -> Workers:
     """What a search starts inherits the low priority of its thread."""
-    return ThreadPoolExecutor(_THREADS, thread_name_prefix="suggestion", initializer=stand_back)
+    return pool("suggestion", _THREADS, stand_back)
 
 
 class Search:

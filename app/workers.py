@@ -1,4 +1,7 @@
-"""The threads that solve, shared by all sessions of a process. The kernels release the GIL, so threads are enough."""
+"""The threads that compute, shared by all sessions of a process: the kernels release the GIL, so threads are enough.
+
+All of them belong to pools that are made here, so that a server that stops knows what is still under way.
+"""
 
 from __future__ import annotations
 
@@ -10,26 +13,22 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from app import metrics
 from app.settings import in_force
 
+_SOLVER = "solver"
+
 
 class Workers(ThreadPoolExecutor):
     """A pool that knows how many jobs wait or run."""
 
-    def __init__(self, threads: int) -> None:
-        super().__init__(max_workers=threads, thread_name_prefix="solver")
+    def __init__(self, name: str, threads: int, initializer: Callable[[], None] | None = None) -> None:
+        super().__init__(max_workers=threads, thread_name_prefix=name, initializer=initializer)
         self._jobs = 0
         self._counted = threading.Lock()
 
     def submit(self, job: Callable, /, *args, **kwargs) -> Future:
         """As the pool does, counted."""
         self._count(1)
-        asked = time.monotonic()
-
-        def begun():
-            metrics.WAITED.add(time.monotonic() - asked)
-            return job(*args, **kwargs)
-
         try:
-            future = super().submit(begun)
+            future = super().submit(job, *args, **kwargs)
         except RuntimeError:  # shut down
             self._count(-1)
             raise
@@ -46,32 +45,63 @@ class Workers(ThreadPoolExecutor):
         return self._jobs
 
 
-_pool: Workers | None = None
-_patient: ThreadPoolExecutor | None = None
-_pool_lock = threading.Lock()
+class _Solvers(Workers):
+    """Those that figures wait for: how long they wait is measured."""
+
+    def submit(self, job: Callable, /, *args, **kwargs) -> Future:
+        asked = time.monotonic()
+
+        def begun():
+            metrics.WAITED.add(time.monotonic() - asked)
+            return job(*args, **kwargs)
+
+        return super().submit(begun)
+
+
+_pools: dict[str, Workers] = {}
+_pools_lock = threading.Lock()
+
+
+def _pool(name: str, make: Callable[[], Workers]) -> Workers:
+    with _pools_lock:
+        if name not in _pools:
+            _pools[name] = make()
+        return _pools[name]
+
+
+def pool(name: str, threads: int, initializer: Callable[[], None] | None = None) -> Workers:
+    """The pool of this name, made when it is first wanted; ``initializer`` is called once in each of its threads."""
+    return _pool(name, lambda: Workers(name, threads, initializer))
 
 
 def workers() -> Workers:
-    """The pool, made when it is first wanted."""
-    global _pool
-    with _pool_lock:
-        if _pool is None:
-            _pool = Workers(in_force().threads)
-        return _pool
+    """The threads that solve what figures wait for."""
+    return _pool(_SOLVER, lambda: _Solvers(_SOLVER, in_force().threads))
 
 
-def patient_worker() -> ThreadPoolExecutor:
+def patient_worker() -> Workers:
     """One thread for what may wait, explanations, so that many of them never keep the figures of others waiting."""
-    global _patient
-    with _pool_lock:
-        if _patient is None:
-            _patient = ThreadPoolExecutor(1, thread_name_prefix="patient")
-        return _patient
+    return pool("patient", 1)
 
 
 def jobs() -> int:
-    """Jobs that wait or run now."""
-    return _pool.jobs if _pool is not None else 0
+    """Figures that wait or are solved now."""
+    return _pools[_SOLVER].jobs if _SOLVER in _pools else 0
+
+
+def end(seconds: float) -> int:
+    """Drop what has not begun, of all pools, and wait so long for what has; returns how many jobs still run.
+
+    Nothing can be submitted afterwards. What can be withdrawn is to be withdrawn before: the interpreter, ending, waits
+    for every thread as long as it takes, and those that start threads of their own then fail.
+    """
+    limit = time.monotonic() + seconds
+    pools = list(_pools.values())
+    for each in pools:
+        each.shutdown(wait=False, cancel_futures=True)
+    while (left := sum(each.jobs for each in pools)) and time.monotonic() < limit:
+        time.sleep(0.02)
+    return left
 
 
 metrics.QUEUE.read = jobs

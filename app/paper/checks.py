@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 
 from app.live import stand_back
 from app.paper import CLAIMS, Finding
+from app.workers import Workers, pool
 
 Deliver = Callable[[str, Finding | Exception], None]
 
 
-@cache
-def _thread() -> ThreadPoolExecutor:
+def _thread() -> Workers:
     """One thread behind the sliders'."""
-    return ThreadPoolExecutor(1, thread_name_prefix="paper", initializer=stand_back)
+    return pool("paper", 1, stand_back)
 
 
 class Checks:
