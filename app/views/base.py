@@ -35,7 +35,7 @@ PINNED = {
 }
 
 # One margin for all time figures, so that their time axes stand above each other.
-LEFT, RIGHT = 60, 50
+LEFT, RIGHT = 60, 64
 
 
 # Colours of figures come from here alone: `theme.js` knows each and what it is in the dark.
