@@ -14,11 +14,11 @@ from app.views.base import BLUE, GHOST, GREEN, INK, VERMILLION, VIOLET, empty, m
 from app.views.ranges import OwnedRange
 
 _NAMES = {
-    "reference": "reference, closed form",
-    "exact": "exact penalty, closed form",
-    "fixed": "Newmark, by leaps",
-    "plain": "Newmark, every step (plain loop)",
-    "located": "Newmark, located step",
+    "reference": "reference",
+    "exact": "exact penalty",
+    "fixed": "Newmark by leaps",
+    "plain": "Newmark, plain loop",
+    "located": "Newmark located",
 }
 _LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
 _MARKS = {
@@ -76,7 +76,7 @@ class SpeedView:
             tips(hovered, {"steps per period": "@n", "solves": "@solves", "µs per period": "@cost", "error": "@error"})
         )
         self._mark(plot)
-        plot.add_layout(Legend(items=items, orientation="horizontal", ncols=3, click_policy="mute"), "above")
+        plot.add_layout(Legend(items=items, orientation="horizontal", ncols=2, click_policy="mute"), "above")
         return plot
 
     def _mark(self, plot: figure) -> None:
