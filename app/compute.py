@@ -182,6 +182,11 @@ class Latest:
             self._busy = True
         self._pool.submit(self._work)
 
+    def withdraw(self) -> None:
+        """What waits is wanted no more; what runs goes on."""
+        with self._lock:
+            self._waiting = None
+
     def close(self) -> None:
         """Nothing is wanted any more; a running job is cancelled, nothing is delivered."""
         with self._lock:

@@ -21,8 +21,9 @@ WINDOW = 2  # periods in the time figures
 TIME_POINTS = 401
 _FORCE_BINS = 400
 _POINTS_PER_PERIOD = 240
-_MOST_POINTS = 960
+_MOST_POINTS = 720
 _POINTS_IN_CONTACT = 8
+_MOST_IN_CONTACTS = 480
 _MOST_SECTION = 50
 
 _NAMED = {"t": "time", "left": "time", "right": "time", "force": "force", "impulse": "impulse", "eta": None}
@@ -128,7 +129,7 @@ def _orbit_indices(run: Run) -> np.ndarray:
     inside = (end > 0) & (begin < len(time) - 1) & (end - begin < len(time) / count * _POINTS_IN_CONTACT)
     extra = np.linspace(begin[inside] - 1, end[inside], _POINTS_IN_CONTACT)
     # Irregular motion over many periods has too many contacts to refine them all.
-    extra = extra.ravel() if extra.size <= _MOST_POINTS // 2 else _EMPTY
+    extra = extra.ravel() if extra.size <= _MOST_IN_CONTACTS else _EMPTY
     return np.unique(np.clip(np.concatenate([even, extra]), 0, len(time) - 1).astype(np.intp))
 
 

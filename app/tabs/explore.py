@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -35,14 +36,15 @@ log = logging.getLogger("vibroscope")
 
 @dataclass(frozen=True, eq=False)
 class _Ready:
-    """A frame, ready to be written: what the views need."""
+    """What the views need of a frame, and no more: its runs hold 3 MB, and this may wait long for its turn."""
 
-    frame: Frame
+    setting: Setting
     columns: dict[str, Columns]
     told: words.Told
 
 
 _RESTS = 150  # ms without another frame before the difference is explained: while a slider moves, the curves come first
+_PAUSE = 0.05  # s between explanations while others wait for theirs: most of the machine is for the curves
 _DRAWN = ("frame", "units", "omega1", "m1", "amplitude")  # how a result is drawn, not what it is
 _EXPLAINED = RunCache(size=200)
 
@@ -61,7 +63,7 @@ def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> w
 
 
 def _ready(frame: Frame) -> _Ready:
-    return _Ready(frame, present(frame), words.tell(frame))
+    return _Ready(frame.setting, present(frame), words.tell(frame))
 
 
 class Explore(Tab):
@@ -123,6 +125,7 @@ class Explore(Tab):
         """Solve and draw."""
         self._visible = True
         self._fresh |= move.fresh
+        self._explaining.withdraw()
         self._suggesting.follow(move.setting)
         self._latest.submit(move.number, move.setting)
 
@@ -142,7 +145,7 @@ class Explore(Tab):
         if self._shown is None:
             return None
         setting, columns, told = (
-            self._shown.frame.setting,
+            self._shown.setting,
             self._shown.columns,
             words.lines(self._shown.told, self._meaning),
         )
@@ -180,7 +183,7 @@ class Explore(Tab):
     def _ask_why(self, ready: _Ready) -> None:
         """The hand rests: explain what is shown, if it still is."""
         if self._visible and ready is self._shown:
-            self._explaining.submit(0, ready.frame.setting)
+            self._explaining.submit(0, ready.setting)
 
     def _explained(self, _: int, result: words.Meaning | Exception) -> None:
         """In a worker thread."""
@@ -190,17 +193,20 @@ class Explore(Tab):
             self.desk.later(partial(self.desk.tell, words_for))
         else:
             self.desk.later(self._mean)
+        if patient_worker().jobs > 1:
+            time.sleep(_PAUSE)
 
     def _mean(self) -> None:
         """The explanation of what is shown has come."""
-        meaning = _EXPLAINED.get(_question(self._shown.frame.setting))
+        meaning = _EXPLAINED.get(_question(self._shown.setting))
         if meaning is not None and self._visible and meaning is not self._meaning:
-            self._tell(self._shown.told, meaning)
+            with pn.io.hold(self.desk.doc):  # one message
+                self._tell(self._shown.told, meaning)
 
     def _tell(self, told: words.Told, meaning: words.Meaning | None) -> None:
         self._meaning = meaning
         self.findings.update(told, meaning)
-        self.displacement.explain(meaning.series if meaning else {}, self._shown.frame.setting)
+        self.displacement.explain(meaning.series if meaning else {}, self._shown.setting)
         if meaning is not None:  # a screen reader is told once, when all is known
             self.desk.summarise(" ".join(f"{head}: {text}" for head, text in words.lines(told, meaning).items()))
 
@@ -231,7 +237,7 @@ class Explore(Tab):
 
     def _write(self, ready: _Ready) -> None:
         """All figures, in place."""
-        setting, columns = ready.frame.setting, ready.columns
+        setting, columns = ready.setting, ready.columns
         scene = scene_of(setting)
         fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
         self._shown, self._scene, self._scale, self._fresh = ready, scene, setting.scale, False
@@ -265,7 +271,7 @@ class Explore(Tab):
     def _ghost_solved(self) -> None:
         if self._shown is not None and self._visible and self.desk.pinned and kept_frame(self.desk.pinned):
             with pn.io.hold(self.desk.doc):
-                self._write_ghost(self._shown.frame.setting)
+                self._write_ghost(self._shown.setting)
 
 
 def _cell(view, name: str):

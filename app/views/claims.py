@@ -16,6 +16,7 @@ from app.paper import Finding, Orbits, Plane, Times
 from app.raster import raster
 from app.scenes import scenes
 from app.views.base import BLUE, INK, PENALTY, REFERENCE, VERMILLION, make_figure
+from app.views.lean import Lean
 from app.views.ranges import OwnedRange, extent
 from engine import Diagram, Reference, Response, motion
 
@@ -33,7 +34,7 @@ _PIXELS = (640, 260)
 _OPTIONS = {"height": 230, "sizing_mode": "stretch_width", "tools": "", "active_drag": None, "toolbar_location": None}
 
 
-class ClaimCard(pn.custom.JSComponent):
+class ClaimCard(Lean, pn.custom.JSComponent):
     """The sentence, the verdict, what was found, why, and a button; tells when it comes into view."""
 
     claim = param.Dict(default={}, doc="name, place, text, scene; tab that the button opens and its title")

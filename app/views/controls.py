@@ -16,6 +16,7 @@ import param
 from app.files import script, style
 from app.scenes import Scene, scenes
 from app.state import MAIN_FIELDS, Explorer, Setting, texts_of
+from app.views.lean import Lean
 
 # Steps of one arrow key: linear in η, in decades elsewhere.
 _STEP = 0.01
@@ -31,7 +32,7 @@ _SHOWN = {
 }
 
 
-class Controls(pn.custom.JSComponent):
+class Controls(Lean, pn.custom.JSComponent):
     """The panel of inputs; ``spec`` is fixed, ``shown`` is what the server last accepted."""
 
     spec = param.Dict(doc="Limits, labels and scenes")

@@ -6,10 +6,11 @@ import panel as pn
 import param
 
 from app.files import script, style
+from app.views.lean import Lean
 from app.words import Meaning, Told
 
 
-class Findings(pn.custom.JSComponent):
+class Findings(Lean, pn.custom.JSComponent):
     """Plain text in live regions: screen readers hear what changes, and no text can become markup."""
 
     told = param.Dict(default={}, doc="Lines by name, costs; parts of the difference and what to change, once known")

@@ -6,9 +6,10 @@ import panel as pn
 import param
 
 from app.files import script, style
+from app.views.lean import Lean
 
 
-class Header(pn.custom.JSComponent):
+class Header(Lean, pn.custom.JSComponent):
     """Lives in the browser; sends ``{"tab": key}`` through the controls and ``{"take": what}`` itself."""
 
     tabs = param.List(doc="Key and title of each tab")

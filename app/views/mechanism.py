@@ -6,9 +6,10 @@ import panel as pn
 import param
 
 from app.files import script, style
+from app.views.lean import Lean
 
 
-class Mechanism(pn.custom.JSComponent):
+class Mechanism(Lean, pn.custom.JSComponent):
     """Sends nothing and is sent nothing, but for what the displacements are relative to."""
 
     absolute = param.Boolean(

@@ -8,9 +8,10 @@ import panel as pn
 import param
 
 from app.files import script, style
+from app.views.lean import Lean
 
 
-class StudyPanel(pn.custom.JSComponent):
+class StudyPanel(Lean, pn.custom.JSComponent):
     """Native inputs; what comes from them is checked here against ``spec`` before anybody hears of it."""
 
     spec = param.Dict(doc="Title, hint, switches (name, label, choices), limits (name, label, low, high), cursor")

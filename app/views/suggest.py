@@ -8,9 +8,10 @@ import panel as pn
 import param
 
 from app.files import script, style
+from app.views.lean import Lean
 
 
-class Suggest(pn.custom.JSComponent):
+class Suggest(Lean, pn.custom.JSComponent):
     """Sends ``{"suggest": tolerance in per cent, as typed}`` and ``{"cancel": true}``; draws ``told``."""
 
     told = param.Dict(
