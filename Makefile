@@ -30,6 +30,7 @@ run: $(VENV)/run
 
 test: $(VENV)/test
 	@browser=$$($(BIN)/python tools/browser.py) && echo "browser: $$browser"
+	$(BIN)/vibroscope warm # so that no test's patience is spent on a compiler
 	$(BIN)/pytest $(ARGS)
 
 bench: $(VENV)/test
