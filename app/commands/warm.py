@@ -3,7 +3,7 @@
 import argparse
 from dataclasses import replace
 
-from engine import ExactPenalty, Newmark, Reference, System, simulate, steady
+from engine import Cells, ExactPenalty, Newmark, Reference, System, run_cells, simulate, steady
 
 
 def add(commands) -> None:
@@ -24,3 +24,5 @@ def run(options: argparse.Namespace) -> None:
     ):
         simulate(System(), 1.08, method, periods=2, keep=1)
     steady(System(), 1.08, Reference())
+    for method in (Reference(), ExactPenalty(2500.0, 8.0), newmark):
+        run_cells(Cells(System(), [1.08], method), transient=1, sample=2)
