@@ -96,6 +96,20 @@ def test_a_job_that_nobody_overtakes_may_take_its_time(pool):
     assert solver.cancelled == []
 
 
+def test_what_is_withdrawn_is_never_begun_and_what_runs_goes_on(pool):
+    solver, delivered = Solver(), []
+    latest = Latest(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
+    latest.submit(1, at(1.0))
+    until(lambda: solver.started)
+    latest.submit(2, at(2.0))
+    latest.withdraw()
+    solver.go.set()
+    until(lambda: delivered == [1])
+    latest.submit(3, at(3.0))
+    until(lambda: delivered == [1, 3])
+    assert solver.started == [1.0, 3.0]
+
+
 def test_after_close_nothing_is_delivered(pool):
     solver, delivered = Solver(), []
     latest = Latest(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
