@@ -132,7 +132,8 @@ def compare(
     reference = reference or Reference()
     runs = _runs(system, eta, penalty, reference, periods, keep, responses, cancelled)
     motions = Runs(*(describe(run) for run in runs))
-    pointwise = all(found.near_period for found in motions)
+    # a reference that only nearly repeats has no step to scatter it: it wanders, and nothing stays in step with it
+    pointwise = bool(motions.reference.period) and all(found.near_period for found in motions)
     comparable = runs.penalty.ok and runs.reference.ok
     parts = parts_of(runs, motions, per_period) if comparable else None
     period = motions.reference.period

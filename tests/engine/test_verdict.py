@@ -86,7 +86,7 @@ def test_the_advice_is_good(eta, method):
 def test_scatter_is_told_from_motion():
     told = verdict(compare(SYSTEM, 2.76, Newmark(12000, 18, 2000)))
     assert "scatter" in told.headline
-    assert told.scatter == pytest.approx(0.13, abs=0.03)
+    assert 0.05 < told.scatter < 0.4  # how much 50 periods show is chance, down to the last bit
     located = verdict(compare(SYSTEM, 2.76, Newmark(12000, 18, 2000, located=True)))
     assert (located.scatter, located.blame) == (0, "D")
 
@@ -138,3 +138,11 @@ def test_it_can_be_withdrawn(method):
     found = compare(SYSTEM, 2.76, method)
     with pytest.raises(Cancelled):
         verdict(found, cancelled=lambda: True)
+
+
+@pytest.mark.parametrize("eta", [1.6689, 3.1566, 3.5744])
+def test_a_reference_that_nearly_repeats_is_compared_by_statistics(eta):
+    found = compare(System(), eta, Newmark(2500, 8, 2000))
+    assert not found.motions.reference.period
+    assert not found.pointwise
+    assert verdict(found).headline
