@@ -116,7 +116,7 @@ def compare(
         Samples per period at most; they are Newmark's own steps.
     evidence : bool
         Find multipliers and Lyapunov exponents of Newmark's motion and the reference's as well
-        (:func:`engine.motions.motion`); tenths of a second where they do not repeat.
+        (:func:`..motions.motion`); tenths of a second where they do not repeat.
     cancelled : callable, optional
         Polled many times a second; when it returns true the run is withdrawn.
 

@@ -1,6 +1,6 @@
 """Which of the numbers is to blame: each is changed alone, and what is then left of the difference is measured.
 
-The largest part of a difference (:mod:`engine.divergence.parts`) need not be what a change takes away, since parts can cancel, and
+The largest part of a difference (:mod:`.parts`) need not be what a change takes away, since parts can cancel, and
 the parts do not tell K from D. So the blame is found by experiment. Without a time step there is the exact penalty
 solution; without the joint's own damping, the reference with the derived one; both have been run. K and D are changed
 and Newmark is run again:
@@ -8,8 +8,8 @@ and Newmark is run again:
 - D to that of equal restitution, D = ζ(e) √(Kμ/(1 + μ));
 - K to ten times as much, with D kept, and with D growing as √K so that its restitution is kept; the better of the two.
 
-What is left is the error of :class:`engine.divergence.error.Target`, or if the reference does not repeat, the distance between
-sections (:mod:`engine.divergence.statistics`).
+What is left is the error of :class:`.error.Target`, or if the reference does not repeat, the distance between
+sections (:mod:`.statistics`).
 """
 
 from collections.abc import Callable, Iterator

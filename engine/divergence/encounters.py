@@ -49,7 +49,7 @@ def encounters(reference: Response, penalty: Response, period: int, shift: int =
     period : int
         Excitation periods in the cycle of the reference.
     shift : int
-        Excitation periods by which the reference was moved (see :mod:`engine.divergence.parts`).
+        Excitation periods by which the reference was moved (see :mod:`.parts`).
     """
     keep = penalty.keep
     cycle = _periods(reference.impacts.time, reference)

@@ -1,7 +1,7 @@
 """The error of a penalty solution: one number, quickly, for searches that try many settings.
 
 It is the root mean square difference of both displacements from the reference over all sampled periods, relative to
-the root mean square of the reference: ``total`` of :func:`engine.divergence.compare`. All periods count, since a constant step
+the root mean square of the reference: ``total`` of :func:`.compare`. All periods count, since a constant step
 scatters, and one of its periods may be near by luck.
 """
 

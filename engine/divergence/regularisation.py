@@ -1,7 +1,7 @@
 """What regularisation by K and D is made of: the contact takes time, its restitution is another, and it pulls.
 
 An isolated contact that begins with the closing speed v is an oscillation of the gap, of frequency ω_c and damping
-ratio ζ (:mod:`engine.divergence.contact`): with ω_d = ω_c √(1 − ζ²) the penetration is p = (v/ω_d) exp(−ζω_c t) sin ω_d t.
+ratio ζ (:mod:`.contact`): with ω_d = ω_c √(1 − ζ²) the penetration is p = (v/ω_d) exp(−ζω_c t) sin ω_d t.
 
 *Restitution.* The paper's contact ends when p = 0, at ω_d t = π, with p′ = −v exp(−πζ/√(1 − ζ²)) = −e(ζ) v.
 
@@ -62,7 +62,7 @@ class Regularisation:
     restitution, without_pull : float
         e(ζ) and e°(ζ).
     contact_time, pulling, damper : (4, n) ndarray
-        The parts on the grid of :class:`engine.divergence.parts.Parts`: ξ₁, ξ₂, ξ₁′, ξ₂′; nan where a reference ended early.
+        The parts on the grid of :class:`.parts.Parts`: ξ₁, ξ₂, ξ₁′, ξ₂′; nan where a reference ended early.
     in_step : bool
         Whether the two further references repeat after as many periods as the one with e; else they mean little.
     """

@@ -33,7 +33,7 @@ class Statistics:
     total : float
         Newmark's section from the reference's.
     time_step, regularisation, joint_damping : float
-        The same between neighbours in the chain of :mod:`engine.divergence.parts`. Distances do not add up: the total is at most
+        The same between neighbours in the chain of :mod:`.parts`. Distances do not add up: the total is at most
         their sum.
     floor : float
         What chance makes of sections as long as these.

@@ -1,7 +1,7 @@
 """What a comparison means, in plain English: what agrees, which number is to blame, and what to change first.
 
 Every sentence is made from numbers that were computed, and the number that is blamed was changed to see
-(:mod:`engine.divergence.cures`).
+(:mod:`.cures`).
 """
 
 from collections.abc import Callable

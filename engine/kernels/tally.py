@@ -89,7 +89,7 @@ def size_of(log, rows):
 
 @bare
 def repeats_after(log, rows, allowed):
-    """As :func:`engine.motions.section.repeats_after`."""
+    """As :func:`..motions.section.repeats_after`."""
     for p in range(1, rows // 2 + 1):
         i = 0
         while i + p < rows and apart(log, i, i + p) <= allowed:
@@ -101,7 +101,7 @@ def repeats_after(log, rows, allowed):
 
 @bare
 def nearly_repeats_after(log, rows, allowed, most):
-    """As :func:`engine.motions.section.nearly_repeats_after`."""
+    """As :func:`..motions.section.nearly_repeats_after`."""
     for p in range(1, min(most, rows // 2) + 1):
         total = 0.0
         for i in range(rows - p):
@@ -127,7 +127,7 @@ def variance(log, begin, rows, stride):
 
 @bare
 def describe(log, rows, tolerance, scatter, most_nearly, out):
-    """Write what the rows of a log tell to ``out``, (NUMBERS,), as :func:`engine.motions.description.describe` has it.
+    """Write what the rows of a log tell to ``out``, (NUMBERS,), as :func:`..motions.description.describe` has it.
 
     Rates are those of whole cycles, the last ones. The longest contact is in periods.
     """

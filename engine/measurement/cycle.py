@@ -104,7 +104,7 @@ def reference_cycle(
     initial: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
     cancelled: Callable[[], bool] | None = None,
 ) -> Found:
-    """The steady motion of the reference; arguments and errors are those of :func:`engine.motions.steady`."""
+    """The steady motion of the reference; arguments and errors are those of :func:`..motions.steady`."""
     found = steady(system, eta, method, initial=initial, record=Record(8, SAMPLES), cancelled=cancelled)
     return Found(found.response, _cycle(found.response, found.period) if found.periodic else None)
 

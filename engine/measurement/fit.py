@@ -61,7 +61,7 @@ class Fit:
     deviation : float
         Standard deviation of the residuals, in base amplitudes.
     noise : float
-        The measurement's own, see :class:`engine.measurement.recurrence.Recurrence`.
+        The measurement's own, see :class:`.recurrence.Recurrence`.
     agreeing, starts : int
         How many of the starts led to this minimum.
     remarks : tuple of str

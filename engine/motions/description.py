@@ -75,7 +75,7 @@ class Motion:
     lyapunov_error : float
         Standard error of it; 0 if it comes from multipliers.
     bifurcation : str
-        The bifurcation that a periodic motion is nearest to (see :func:`engine.motions.floquet.nearest`), or "".
+        The bifurcation that a periodic motion is nearest to (see :func:`.floquet.nearest`), or "".
     margin : float
         How far it is: distance of the multiplier from the unit circle, or of grazing as a share of the largest
         closing speed.

@@ -84,7 +84,7 @@ def nearest(values: np.ndarray, closing_speeds: np.ndarray, approach: float) -> 
         Floquet multipliers.
     closing_speeds : (m,) ndarray
     approach : float
-        The smallest that counts, nan if there is none (:class:`engine.motions.description.Motion`).
+        The smallest that counts, nan if there is none (:class:`.description.Motion`).
     """
     found = [(abs(1 - abs(value)), _leaves_at(value)) for value in values]
     if np.isfinite(approach):

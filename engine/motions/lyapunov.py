@@ -10,10 +10,10 @@ How sure the average is depends on the motion:
 - *Irregular*: the growth is random with a memory of some periods. Averages over batches much longer than that scatter
   as independent ones do, and their standard error is that of λ (batch means).
 - *Regular* (periodic or quasi-periodic): the growth is a smooth function along the motion, and the average with the
-  weights of :func:`engine.motions.section.bump` converges faster than any power of 1/n. The error is what the two halves of the
+  weights of :func:`.section.bump` converges faster than any power of 1/n. The error is what the two halves of the
   run differ by.
 
-Which of the two it is the section tells (:func:`engine.motions.section.irregularity`). λ is only that of the motion while it
+Which of the two it is the section tells (:func:`.section.irregularity`). λ is only that of the motion while it
 was followed: a chaotic transient is longer than any run now and then.
 """
 
@@ -50,7 +50,7 @@ class Lyapunov:
         Difference of the averages over the two halves of the run, in units of its own standard error: some 1 unless
         the motion changes on the way.
     irregularity : float
-        Of the section (:func:`engine.motions.section.irregularity`).
+        Of the section (:func:`.section.irregularity`).
     section : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ at the end of each period.
     """

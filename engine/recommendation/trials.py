@@ -62,7 +62,7 @@ class Trial(NamedTuple):
     ----------
     setting : Setting
     error : float
-        Rms difference of the displacements from the reference, relative to it (:meth:`engine.divergence.error.Target.error`).
+        Rms difference of displacements from the reference, relative to it (:meth:`..divergence.error.Target.error`).
     robust : float
         The error that the setting, the same with half the step, and nine in ten of its neighbours keep to; inf if it
         passes the bound.

@@ -5,8 +5,8 @@ On the instants of Newmark's grid, over the periods that follow a cell's sample,
     Newmark − reference(table) = [Newmark − exact penalty] + [exact penalty − reference(derived)] + [derived − table]
     error                        time step                   regularisation                         joint damping
 
-each as the root mean square of both displacements relative to that of reference(table), as in :mod:`engine.divergence.error`. The
-last is the same for all cells of one η.
+each as the root mean square of both displacements relative to that of reference(table), as in
+:mod:`..divergence.error`. The last is the same for all cells of one η.
 
 There is an error wherever the reference repeats itself: a cell that does not repeat is far from it at most instants,
 and the number says so (`period` says why). The parts exist where exact penalty and both references repeat after as

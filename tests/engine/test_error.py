@@ -38,8 +38,9 @@ def test_the_grid_hardly_matters_nor_who_found_the_cycle():
     target, long = Target.find(System(), 2.76), Target(simulate(System(), 2.76, Reference()))
     penalty = simulate(System(), 2.76, PENALTY)
     errors = [target.error(penalty), long.error(penalty)]
-    for samples in (60, 333, 2000):
-        errors.append(target.error(simulate(System(), 2.76, PENALTY, record=Record(50, samples))))
+    errors += [
+        target.error(simulate(System(), 2.76, PENALTY, record=Record(50, samples))) for samples in (60, 333, 2000)
+    ]
     assert errors == pytest.approx([errors[0]] * len(errors), rel=2e-3)
     assert errors[1] == pytest.approx(errors[0], rel=1e-6)
 

@@ -161,7 +161,7 @@ def test_a_step_that_hits_the_cycle_makes_no_noise():
 
 
 def test_the_derivative_of_the_steps_decides_nothing():
-    """It expands about a motion that is periodic, and contracts within a chaotic one (:mod:`engine.motions.stepnoise`)."""
+    """It expands about a motion that is periodic, and contracts within a chaotic one (see stepnoise)."""
     assert _own_exponent(2.76, Newmark(12000, 18, 2000)) > 0.1
     assert _own_exponent(1.70, Newmark(12000, 18, 2000)) < 0
 
