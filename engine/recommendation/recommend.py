@@ -1,8 +1,9 @@
 """Which K, D and time step to set instead: those that meet a tolerance at the least number of steps.
 
 The error is that of :class:`..divergence.error.Target`: rms difference of the displacements from the reference,
-relative to it, in step with the excitation. For each of a ladder of n, doubled from rung to rung, the best K and D are searched for
-(:mod:`.search`); between the last rung that misses the tolerance and the first that meets it, n is bisected.
+relative to it, in step with the excitation. For each of a ladder of n, doubled from rung to rung, the best K and D are
+searched for (:mod:`.search`); between the last rung that misses the tolerance and the first that meets it, n is
+bisected.
 Nothing is recommended by a formula: every setting that is returned was run by Newmark's method from rest, and its
 neighbours were run as well, so that it does not meet the tolerance by luck (:mod:`.trials`).
 """

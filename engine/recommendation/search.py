@@ -3,8 +3,9 @@
 For a given n there is a best K. A softer contact lasts too long; a stiffer one is missed by a larger part of its few
 steps. Formulas say where to look: a contact should take between one and a hundred steps
 (:func:`..divergence.contact.stiffness_for`), and D should be near that of equal restitution, D = ζ(e)√(Kμ/(1 + μ));
-less and more are tried too, since damping can make up in part for what the model lacks. The best of this grid are judged with
-their neighbours (:mod:`.trials`), and the best of these is improved by ever smaller moves in log K and log D.
+less and more are tried too, since damping can make up in part for what the model lacks. The best of this grid are
+judged with their neighbours (:mod:`.trials`), and the best of these is improved by ever smaller moves in log K and
+log D.
 
 Steps that are cut at the contact changes resolve any contact. Then n does not bound K, and the grid is that of all K.
 """

@@ -89,6 +89,7 @@ def test_picture_on_a_phone(visit, snapshots):
 def steady(page):
     """A screenshot that comes out the same twice."""
     options = {"animations": "disabled", "caret": "hide", "mask": [page.locator(".chip dd")]}  # seconds differ
+    options["mask_color"] = "#dfe5ec"
     last = page.screenshot(**options)
     for _ in range(20):
         page.wait_for_timeout(100)
