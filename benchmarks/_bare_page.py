@@ -47,10 +47,10 @@ class Bare:
         diagram = DiagramView(phase.sections, lambda _: kept("table").result(), lambda _: None)
         self.cursor = diagram.cursor
         columns = prepared[SETTING.eta]
-        phase.update(columns, fresh=True)
+        phase.update(columns, SETTING, fresh=True)
         displacement.update(columns, SETTING, fresh=True)
-        force.update(columns, fresh=True)
-        diagram.update(SETTING.eta, SETTING.joint_damping, SETTING.coordinate)
+        force.update(columns, SETTING, fresh=True)
+        diagram.update(SETTING)
         figures = [*phase.figures, displacement.figure, displacement.strip, force.figure, diagram.figure]
         for figure in figures:
             figure.sizing_mode = "fixed"
