@@ -10,7 +10,7 @@ from contextlib import suppress
 import pytest
 from tornado.websocket import WebSocketClosedError
 
-import app.server
+import app.house
 from tests.browserless import Client, changed, event, get, mapped, move, token_of
 from tests.served import served
 
@@ -200,8 +200,8 @@ def test_no_more_sessions_than_granted_and_no_setting_dearer_than_granted(tmp_pa
 
 
 def test_a_page_that_cannot_be_built_says_so_in_words(monkeypatch, caplog):
-    monkeypatch.setattr(app.server, "create_app", lambda: 1 / 0)
-    words = app.server.page_or_words()[0].object
+    monkeypatch.setattr(app.house, "create_app", lambda: 1 / 0)
+    words = app.house.page_or_words()[0].object
     assert "could not be built" in words
     assert "division" not in words
     assert "ZeroDivisionError" in caplog.text  # the log has it

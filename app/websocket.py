@@ -1,0 +1,132 @@
+"""The websocket of one browser: its token, what it may say and how often, and what is told when it is refused."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
+from panel.io.server import WSHandler
+
+from app import gate, logs, metrics
+from app.limits import Bucket
+
+# Messages of one connection: a drag sends fifteen a second, each frame drawn for the first time some forty sizes.
+_RATE, _BURST, _PULL = 60, 600, 30
+
+
+class Socket(WSHandler):
+    """One browser's connection; what it says passes `app.gate`."""
+
+    async def prepare(self) -> None:
+        """Refuse a token that is not of this server, or too old, before there is a connection."""
+        await super().prepare()
+        offered = self.request.headers.get("Sec-WebSocket-Protocol", "").split(",")
+        if len(offered) != 2 or not _ours(offered[1].strip(), self.application.secret_key):
+            metrics.REFUSED.add("token")
+            logs.event("refused", logging.WARNING, what="token", address=self.request.remote_ip)
+            self.send_error(403)
+
+    async def _async_open(self, token: str) -> None:
+        house, begun = self.application.settings["house"], time.monotonic()
+        session_id = get_session_id(token)
+        self._bucket = Bucket(_RATE, _BURST)
+        self._session_name = logs.name_of(session_id)
+        # A message is many small frames: else the last wait until the receiver's delayed acknowledgement, 40 ms.
+        self.set_nodelay(True)
+        with self._named():
+            reason = house.refusal()
+            if reason and not house.knows(session_id):
+                metrics.REFUSED.add("session")
+                logs.event("refused", logging.WARNING, what="session", reason=reason)
+                self.close(1013, reason[:100])
+                return
+            new = not house.knows(session_id)
+            await super()._async_open(token)
+            if new:
+                seconds = time.monotonic() - begun
+                metrics.OPENED.add("opened")
+                metrics.BUILT.add(seconds)
+                logs.event("session opened", seconds=seconds, sessions=house.sessions)
+                _when_closed(self.connection.session.document, self._session_name)
+
+    async def on_message(self, fragment: str | bytes) -> None:
+        """One frame of a message; the page's are text, and come after the session stands."""
+        if isinstance(fragment, bytes) or self.receiver is None:
+            self._refuse("a frame that is not the page's")
+            return
+        await super().on_message(fragment)
+
+    async def _receive(self, fragment: str):
+        try:
+            return await self.receiver.consume(fragment)
+        except Exception:  # whatever keeps it from being read, it is not the page's; Bokeh would log all of it
+            self._refuse("a message that cannot be read")
+            return None
+
+    async def _handle(self, message):
+        """One message, with what may not pass taken out of it."""
+        with self._named():
+            if not self._bucket.take(_PULL if message.msgtype == "PULL-DOC-REQ" else 1):
+                self._refuse("too many messages")
+                return None
+            if message.msgtype == "PATCH-DOC":
+                return await self._patch(message)
+            if message.msgtype != "PULL-DOC-REQ":
+                self._refuse("a message that is not the page's")
+                return None
+            return await super()._handle(message)
+
+    async def _patch(self, message):
+        document = self.connection.session.document
+        passed, dropped = gate.sift(message.content, document)
+        if dropped and gate.worth_a_word(message.content):
+            metrics.REFUSED.add("message")
+            logs.event("refused", logging.WARNING, what="message", dropped=dropped, passed=len(passed))
+        if not passed:
+            return self.connection.ok(message)
+        message.content = {"events": passed}
+        return await super()._handle(message)
+
+    def on_close(self) -> None:
+        """The browser has gone."""
+        if hasattr(self, "_session_name"):
+            with self._named():
+                logs.event("connection closed", logging.DEBUG, code=self.close_code)
+        super().on_close()
+
+    def _refuse(self, what: str) -> None:
+        metrics.REFUSED.add("message")
+        logs.event("refused", logging.WARNING, what="connection", reason=what)
+        self.close(1008, what)
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        token = logs.session.set(self._session_name)
+        try:
+            yield
+        finally:
+            logs.session.reset(token)
+
+
+def _ours(token: str, key: bytes) -> bool:
+    """Whether a token was signed here and still holds."""
+    try:
+        return (
+            check_token_signature(token, secret_key=key, signed=True)
+            and get_token_payload(token)["session_expiry"] > time.time()
+        )
+    except (ValueError, KeyError, TypeError):  # nothing that could be read as one
+        return False
+
+
+def _when_closed(doc, name: str) -> None:
+    begun = time.monotonic()
+
+    def closed(context) -> None:
+        metrics.OPENED.add("closed")
+        logs.event("session closed", session=name, seconds=time.monotonic() - begun)
+
+    doc.on_session_destroyed(closed)
