@@ -28,10 +28,8 @@ RUN .venv/bin/python -m pip install --no-deps --no-build-isolation --editable . 
  && tools/trim-image .venv
 
 # Bytecode is left of what these runs import, which is what the server imports.
-# Numba trusts machine code only while the source's time stamp is unchanged, and image layers keep whole seconds.
 ENV VIBROSCOPE_CACHE_DIR=/opt/vibroscope/cache
-RUN find app engine -type f -exec touch --date=@1767225600 {} + \
- && tools/container-entry .venv/bin/vibroscope warm \
+RUN tools/container-entry .venv/bin/vibroscope warm \
  && NUMBA_CPU_NAME=generic tools/container-entry .venv/bin/vibroscope warm \
  && .venv/bin/python -c "import app.server" \
  && .venv/bin/python -m compileall -q app engine

@@ -15,6 +15,8 @@ from pathlib import Path
 import numba
 import platformdirs
 
+from .kept import kept
+
 _SOURCES = Path(__file__).parent
 _FOLDERS_KEPT = 4  # a developer hops between a few versions; older machine code is dropped
 
@@ -64,7 +66,7 @@ numba.config.CACHE_DIR = str(_kernel_folder())
 # Of fast-math only the fusing of a product and a sum, which rounds once in place of twice. The rest would delete the
 # checks for NaN and reorder the sums that decide an event.
 # error_model="numpy" lets a division by zero give inf, as the kernels expect, without a branch at each division.
-exact = functools.partial(numba.njit, cache=True, nogil=True, error_model="numpy")  # for sums whose rounding is known
+exact = functools.partial(kept, nogil=True, error_model="numpy")  # for sums whose rounding is known
 jit = functools.partial(exact, fastmath={"contract"})
 # Kernels that make no array. Without _nrt Numba counts references to every array that passes from function to function,
 # by locked instructions that took half the time of a march; their arrays belong to the caller, who outlives the call.

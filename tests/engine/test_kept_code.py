@@ -1,0 +1,71 @@
+"""Compiled code kept between runs: found again, never run when it is damaged, done without where the disk is full."""
+
+import random
+import resource
+
+import numba
+import pytest
+
+from engine.kernels.kept import kept
+
+
+def twice(x):
+    return 2.0 * x
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    return tmp_path
+
+
+def called():
+    """Whether the code was found, once the function has been called anew, as a new process would."""
+    function = kept(twice)
+    assert function(3.5) == 7.0
+    return bool(function.stats.cache_hits)
+
+
+def files(folder):
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def test_it_is_found_again(folder):
+    assert not called()
+    assert called()
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_a_damaged_file_counts_as_missing_and_is_written_anew(folder, number):
+    chance = random.Random(number)
+    called()
+    path = files(folder)[number % 2]  # the index, and the code
+    content = bytearray(path.read_bytes())
+    at = chance.randrange(len(content))
+    if number < 4:
+        content[at] ^= 1 << chance.randrange(8)
+    else:
+        del content[at:]
+    path.write_bytes(content)
+    assert not called()
+    assert called()
+
+
+def test_a_lost_file_is_written_anew(folder):
+    for number in range(2):
+        called()
+        files(folder)[number].unlink()
+        assert not called()
+    assert called()
+
+
+def test_where_nothing_can_be_written_it_is_compiled_each_time(folder):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10, hard))  # as on a full disk
+    try:
+        assert not called()
+        assert not called()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert not called()
+    assert called()
