@@ -15,6 +15,8 @@ from app.limits import Bucket
 
 # Messages of one connection: a drag sends fifteen a second, each frame drawn for the first time some forty sizes.
 _RATE, _BURST, _PULL = 60, 600, 30
+# Bytes that wait for a browser, at most: several whole pages. One that never reads would let them pile up.
+_UNREAD = 8_000_000
 
 
 class Socket(WSHandler):
@@ -33,6 +35,7 @@ class Socket(WSHandler):
         house, begun = self.application.settings["house"], time.monotonic()
         session_id = get_session_id(token)
         self._bucket = Bucket(_RATE, _BURST)
+        self._waiting = 0  # bytes of messages whose turn to be written has not come
         self._session_name = logs.name_of(session_id)
         # A message is many small frames: else the last wait until the receiver's delayed acknowledgement, 40 ms.
         self.set_nodelay(True)
@@ -69,6 +72,9 @@ class Socket(WSHandler):
     async def _handle(self, message):
         """One message, with what may not pass taken out of it."""
         with self._named():
+            if not self._reads():
+                self._refuse("it does not read")
+                return None
             if not self._bucket.take(_PULL if message.msgtype == "PULL-DOC-REQ" else 1):
                 self._refuse("too many messages")
                 return None
@@ -89,6 +95,26 @@ class Socket(WSHandler):
             return self.connection.ok(message)
         message.content = {"events": passed}
         return await super()._handle(message)
+
+    async def send_message(self, message) -> None:
+        """A message whose turn comes when those before it are written."""
+        size = len(message.content_json) + sum(memoryview(buffer.data).nbytes for buffer in message._buffers)
+        self._waiting += size
+        try:
+            await super().send_message(message)
+        finally:
+            self._waiting -= size
+
+    def ping(self, data: str | bytes = b"") -> None:
+        """Sent twice a minute, and so the time to see whether a browser reads that itself says nothing."""
+        if not self._reads():
+            self._refuse("it does not read")
+            return
+        super().ping(data)
+
+    def _reads(self) -> bool:
+        unwritten = len(self.ws_connection.stream._write_buffer) if self.ws_connection else 0
+        return self._waiting + unwritten <= _UNREAD
 
     def on_close(self) -> None:
         """The browser has gone."""

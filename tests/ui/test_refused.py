@@ -1,0 +1,47 @@
+"""What a visitor reads who was given the page and then no session: words, never an empty page."""
+
+import pytest
+
+from tests.served import served
+
+from .conftest import wait_until
+
+
+@pytest.fixture(scope="module")
+def narrow(tmp_path_factory):
+    """A server with room for one."""
+    with served(tmp_path_factory.mktemp("narrow") / "log.txt", VIBROSCOPE_SESSIONS="1") as server:
+        yield server
+
+
+@pytest.fixture
+def page(browser):
+    context = browser.new_context()
+    yield context.new_page()
+    context.close()
+
+
+def words(page):
+    alert = page.get_by_role("alert")
+    alert.wait_for(timeout=30_000)
+    assert page.get_by_role("link", name="Load the page again").is_visible()
+    return alert.inner_text()
+
+
+def test_a_session_that_finds_no_room_is_told_so(narrow, page):
+    held = []
+    page.route("**/bokeh.min.js*", lambda route: held.append(route))
+    page.goto(narrow.url, wait_until="commit")  # there is room when the page is asked for
+    wait_until(lambda: held or page.wait_for_timeout(20), what="a page that waits for its script")
+    first = page.context.new_page()
+    first.goto(narrow.url)
+    first.locator("form.panel").wait_for(state="attached", timeout=30_000)
+    held[0].continue_()
+    assert "as many sessions as it can" in words(page)
+
+
+def test_a_page_that_the_server_knows_no_more_is_told_so(server, page):
+    stale = "window.WebSocket = class extends WebSocket { constructor(url) { super(url, ['bokeh', 'stale']); } };"
+    page.add_init_script(stale)
+    page.goto(server)
+    assert "waited too long" in words(page)
