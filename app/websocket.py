@@ -11,6 +11,7 @@ from bokeh.util.token import check_token_signature, get_session_id, get_token_pa
 from panel.io.server import WSHandler
 
 from app import gate, logs, metrics
+from app.gathered import Gathered
 from app.limits import Bucket
 
 # Messages of one connection: a drag sends fifteen a second, each frame drawn for the first time some forty sizes.
@@ -39,6 +40,7 @@ class Socket(WSHandler):
         self._session_name = logs.name_of(session_id)
         # A message is many small frames: else the last wait until the receiver's delayed acknowledgement, 40 ms.
         self.set_nodelay(True)
+        self.ws_connection.stream.write = Gathered(self.ws_connection.stream)
         with self._named():
             reason = house.refusal()
             if reason and not house.knows(session_id):

@@ -47,6 +47,8 @@ class Bare:
         diagram = DiagramView(phase.sections, lambda _: kept("table").result(), lambda _: None)
         self.cursor = diagram.cursor
         columns = prepared[SETTING.eta]
+        for name, source in self.sources.items():
+            write(source, columns[name])
         phase.update(columns, SETTING, fresh=True)
         displacement.update(columns, SETTING, fresh=True)
         force.update(columns, SETTING, fresh=True)

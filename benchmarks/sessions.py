@@ -35,6 +35,7 @@ class Visitor:
         await self.client.open()
         self.client.socket.protocol.set_nodelay(True)  # as browsers do
         await self.client.ready()
+        await self.client.patch(self.client.message(mapped({"listens": True}), "Feed"))
         controls = self.client.component("Controls")
         self.client.component = lambda _: controls  # else looked for in the whole document with each message
         return self

@@ -23,6 +23,7 @@ from app.tabs.base import Desk, Move, Tab
 from app.tabs.suggesting import Suggesting
 from app.views.diagram import DiagramView
 from app.views.displacement import DisplacementView
+from app.views.feed import Feed
 from app.views.findings import Findings
 from app.views.force import ForceView
 from app.views.mechanism import Mechanism
@@ -87,6 +88,7 @@ class Explore(Tab):
     def build(self) -> pn.viewable.Viewable:
         """Mechanism, figures and findings; `assets/style/explore.css` lays them out as a grid."""
         self._time = OwnedRange(0, WINDOW)
+        self._feed = Feed()
         self.mechanism = Mechanism()
         self.findings = Findings()
         self._suggesting = Suggesting(self.desk)
@@ -102,6 +104,7 @@ class Explore(Tab):
             self.diagram.figure,
         ]
         cells = [
+            self._feed,
             _cell(self.mechanism, "mechanism"),
             *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
             _cell(self.findings, "findings"),
@@ -244,6 +247,10 @@ class Explore(Tab):
         if fresh or not self._time.zoomed:
             self._time.put(0, WINDOW * setting.period)
         self._write_ghost(setting)
+        for view in (self.phase, self.displacement, self.force):
+            for name, source in view.sources.items():
+                self._feed.put(source, columns[name])
+        self._feed.send()
         self.phase.update(columns, setting, fresh=fresh)
         self.displacement.update(columns, setting, fresh=fresh)
         self.force.update(columns, setting, fresh=fresh)

@@ -185,10 +185,15 @@ def sources(shape: Mapping[str, tuple[str, ...]]) -> dict[str, ColumnDataSource]
 
 def write(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> None:
     """Put ``columns`` into ``source``, sending no more than what changed."""
-    changed = {n: c for n, c in columns.items() if not _same(source.data[n], c)}
-    if changed:
+    new = changed(source, columns)
+    if new:
         # All at once: the browser redraws for each event, and must never see columns of unequal length.
-        source.data.update(changed)
+        source.data.update(new)
+
+
+def changed(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Those of ``columns`` that ``source`` does not hold yet."""
+    return {name: column for name, column in columns.items() if not _same(source.data[name], column)}
 
 
 def _same(old: np.ndarray, new: np.ndarray) -> bool:

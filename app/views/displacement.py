@@ -160,9 +160,7 @@ class DisplacementView:
         return plot
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
-        """Write the changed sources; the label says what is shown."""
-        for name, source in self.sources.items():
-            write(source, columns[name])
+        """Of columns that the sources hold by now: the range follows, the label says what is shown."""
         for ground in self._grounds:
             write(ground.data_source, {"right": np.array([WINDOW * setting.period], float)})
         self.figure.xaxis[0].axis_label = time_label(setting)

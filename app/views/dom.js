@@ -42,3 +42,5 @@ const viewOf = (name) => {
 const FIGURES = ["phase1", "phase2", "displacement", "strip", "force", "diagram"];
 // What the browser changes by itself is none of the server's business.
 const HERE = { sync: false };
+// Columns of a source, however Bokeh keeps them.
+const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : data);

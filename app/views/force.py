@@ -21,7 +21,6 @@ from app.views.base import (
     style,
     time_label,
     tips,
-    write,
 )
 from app.views.ranges import OwnedRange, extent
 
@@ -112,13 +111,11 @@ class ForceView:
         return [stem, head]
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
-        """Write the changed sources; the force scale keeps its zero in view, labels say the units."""
+        """Of columns that the sources hold by now: the force scale keeps its zero in view, labels say the units."""
         physical = setting.scale is not None
         self.figure.xaxis[0].axis_label = time_label(setting)
         self.figure.yaxis[0].axis_label = "contact force / N" if physical else "contact force λ"
         self.figure.right[0].axis_label = "impulse / (N·s)" if physical else "impulse ∫λ dτ"
-        for name, source in self.sources.items():
-            write(source, columns[name])
         forces = [columns[f"force_{solver}"]["force"] for solver in ("reference", "penalty")]
         impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
         self._force.follow(forces, fresh=fresh, always=(0.0, factor_of("force", setting)))

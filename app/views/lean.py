@@ -16,6 +16,10 @@ class Lean:
         with set_curdoc(doc):
             self._process_event(event)
 
+    def _update_properties(self, *events, doc) -> dict:
+        """As Panel does, without asking its design, which has none for these and looks for its file each time."""
+        return self._process_param_change({event.name: event.new for event in events})
+
     def _update_model(self, events, msg, root, model, doc, comm) -> None:
         """As Panel does; plain values of ours straight into the model, which can have no new models in them."""
         if msg.keys() <= model.data.properties() and not self._in_process__events.get(doc):

@@ -51,8 +51,6 @@ class Instant {
 // Of the excitation, on the axes of time: 1 where time is counted in periods.
 const periodOf = ({ t = [] }) => (t.length ? t[t.length - 1] / WINDOW : 1);
 
-const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : data);
-
 function mark(instant) {
   for (const name of TIME_FIGURES) modelOf(`now_${name}`)?.setv({ location: instant.time * instant.period }, HERE);
   for (const solver of SOLVERS) {

@@ -19,7 +19,6 @@ from app.views.base import (
     make_figure,
     sources,
     tips,
-    write,
 )
 from app.views.ranges import OwnedRange
 
@@ -123,10 +122,8 @@ class PhaseView:
             figure.yaxis[0].axis_label = f"velocity {f'x{sub}′ / (mm/s)' if physical else f'ξ{sub}′'}"
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
-        """Write the changed sources; ranges follow by their rule, labels say the units."""
+        """Of columns that the sources hold by now: ranges follow by their rule, labels say the units."""
         self._label(setting)
-        for name, source in self.sources.items():
-            write(source, columns[name])
         for line, solver in self._lines:
             # A band of many loops must stay a band of lines, not become a smear.
             loops = len(columns[f"phase_{solver}"]["x1"]) / _SLIM_FROM
