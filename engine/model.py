@@ -19,7 +19,7 @@ def require(name: str, value: float, low: float, high: float, advice: str, *, op
     """
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     above = number > low if open_low else number >= low
     below = number < high if open_high else number <= high

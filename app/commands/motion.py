@@ -28,10 +28,8 @@ def add(commands) -> None:
     add_solver_options(command)
     add = command.add_argument
     add("--attractors", action="store_true", help="look for other motions at the same parameters, from many starts")
-    add("--starts", type=float, default=64, metavar="N", help="with --attractors: how many (default %(default)s)")
-    add(
-        "--seed", type=int, default=0, metavar="N", help="with --attractors: of the random starts (default %(default)s)"
-    )
+    add("--starts", type=float, metavar="N", help="with --attractors: how many (default 64)")
+    add("--seed", type=int, metavar="N", help="with --attractors: of the random starts (default 0)")
     add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
@@ -42,9 +40,14 @@ def run(options: argparse.Namespace) -> None:
     problem, units = problem_of(options), wanted_units(options)
     found = motion(*problem, initial=options.initial)
     others: tuple[Attractor, ...] = ()
+    given = {name: getattr(options, name) for name in ("starts", "seed") if getattr(options, name) is not None}
     if options.attractors:
-        progress = _progress(options.starts) if sys.stderr.isatty() else None
-        others = attractors(*problem, starts=options.starts, seed=options.seed, progress=progress)
+        search = {"starts": 64, "seed": 0} | given
+        progress = _progress(search["starts"]) if sys.stderr.isatty() else None
+        others = attractors(*problem, **search, progress=progress)
+    elif given:
+        named = ", ".join(f"--{name}" for name in given)
+        print(f"vibroscope: {named} has no effect without --attractors", file=sys.stderr)
     if options.json:
         head = {"solver": options.solver, "eta": options.eta, **found.as_dict()}
         if options.attractors:

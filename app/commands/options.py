@@ -38,14 +38,25 @@ def port_number(text: str) -> int:
     return int(text)
 
 
-def method_of(options: argparse.Namespace) -> Method:
-    """The solver that the options ask for; options of other solvers get a note on stderr."""
+def note_unused(options: argparse.Namespace) -> None:
+    """Say on stderr which of the options given belong to other solvers."""
     own = SOLVER_OPTIONS[options.solver]
     for name in dict.fromkeys(name for names in SOLVER_OPTIONS.values() for name in names):
-        if name not in own and getattr(options, name) not in (None, False):
+        if name not in own and getattr(options, name, None) not in (None, False):
             print(
                 f"vibroscope: --{name.replace('_', '-')} has no effect on the {options.solver} solver", file=sys.stderr
             )
+
+
+def reference_of(options: argparse.Namespace) -> Reference:
+    """The reference, with what is given of its numbers."""
+    given = {name: getattr(options, name) for name in ("joint_damping", "threshold")}
+    return Reference(**{name: value for name, value in given.items() if value is not None})
+
+
+def method_of(options: argparse.Namespace) -> Method:
+    """The solver that the options ask for; options of other solvers get a note on stderr."""
+    note_unused(options)
     missing = [f"--{name}" for name in NEEDED[options.solver] if getattr(options, name) is None]
     if missing:
         raise ValueError(
@@ -53,8 +64,7 @@ def method_of(options: argparse.Namespace) -> Method:
             f"--K 12000 --D 18{' --steps 8000' if options.solver == 'newmark' else ''}"
         )
     if options.solver == "reference":
-        given = {name: getattr(options, name) for name in ("joint_damping", "threshold")}
-        return Reference(**{name: value for name, value in given.items() if value is not None})
+        return reference_of(options)
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D)
     return Newmark(options.K, options.D, options.steps, every_step=options.every_step, located=options.located)

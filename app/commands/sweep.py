@@ -18,14 +18,13 @@ from engine import (
     Method,
     Newmark,
     Progress,
-    Reference,
     spaced,
     sweep_eta,
     sweep_plane,
     sweep_step,
 )
 
-from .options import SOLVER_OPTIONS, add_system_option, numbers, system_of
+from .options import SOLVER_OPTIONS, add_system_option, note_unused, numbers, reference_of, system_of
 
 _EVERY = 0.2  # seconds between two lines of progress
 
@@ -73,8 +72,8 @@ def _add_eta(studies) -> None:
     add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
     add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
-    add("--joint-damping", choices=("table", "derived"), default="table", help="reference (default %(default)s)")
-    add("--threshold", type=float, metavar="F", default=0.002, help="reference (default %(default)s)")
+    add("--joint-damping", choices=("table", "derived"), help="reference (default table)")
+    add("--threshold", type=float, metavar="F", help="reference (default 0.002)")
     add("--restitution", type=float, metavar="F", help="reference (default: the system's)")
     add("--direction", choices=DIRECTIONS, default="rest", help="each value from rest, or from its neighbour's end")
     add("--coordinates", default="xi1,xi2", metavar="A,B", help=f"of {','.join(COORDINATES)} (default %(default)s)")
@@ -116,6 +115,8 @@ def _eta(options: argparse.Namespace, **how):
     system = system_of(options)
     if options.restitution is not None:
         system = replace(system, restitution=options.restitution)
+    if options.over == "eta" and options.eta is not None:
+        print("vibroscope: --eta has no effect where eta is swept", file=sys.stderr)
     values = spaced(options.over, options.low, options.high, options.count, logarithmic=options.logarithmic)
     return sweep_eta(
         system,
@@ -133,8 +134,9 @@ def _eta(options: argparse.Namespace, **how):
 
 def _method(options: argparse.Namespace) -> Method:
     """The solver; what is swept stands in for its own number, which need not be given."""
+    note_unused(options)
     if options.solver == "reference":
-        return Reference(options.joint_damping, options.threshold)
+        return reference_of(options)
     names = ("K", "D", "steps") if options.solver == "newmark" else ("K", "D")
     given = {name: options.low if name == options.over else getattr(options, name) for name in names}
     if missing := [f"--{name}" for name, value in given.items() if value is None]:

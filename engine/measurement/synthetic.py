@@ -55,6 +55,7 @@ def synthetic_measurement(
     require("periods", periods, 1, 100_000, "give the excitation periods to cover")
     require("per_period", per_period, *PER_PERIOD_RANGE, "give samples per period")
     require("noise", noise, 0, 1e6, "give the standard deviation in base amplitudes")
+    require("phase", phase, -1e6, 1e6, "give the tau at which it begins")
     _, cycle = reference_cycle(system, eta, method or Reference())
     if cycle is None:
         raise ValueError(f"the motion at eta = {eta:g} is not periodic: choose another eta")
