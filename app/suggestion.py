@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable
 from typing import NamedTuple
 
 from app.compute import RunCache
-from app.live import log, stand_back
+from app.job import Job, stand_back
 from app.state import Explorer, Setting, print_number, read_number
 from app.workers import Workers, pool
-from engine import Cancelled, Recommendation, Reference, System, recommend
+from engine import Recommendation, Reference, System, recommend
 
 _THREADS = 2  # searches that run at the same time, of all sessions
 _PERCENT = (0.01, 100.0)  # of a tolerance
@@ -40,7 +39,7 @@ def _threads() -> Workers:
     return pool("suggestion", _THREADS, stand_back)
 
 
-class Search:
+class Search(Job):
     """One search; ``told(search, share)``, then ``found(search, result)``, are called in a worker thread."""
 
     def __init__(
@@ -49,34 +48,19 @@ class Search:
         told: Callable[[Search, float], None],
         found: Callable[[Search, Recommendation | Exception], None],
     ) -> None:
-        self.question = question
+        super().__init__(question)
         self._told = told
         self._found = found
-        self._cancelled = threading.Event()
-        _threads().submit(self._work)
+        self._begin(_threads())
 
-    def cancel(self) -> None:
-        """Nothing more is wanted, nothing is told any more."""
-        self._cancelled.set()
-
-    @property
-    def cancelled(self) -> bool:
-        """Whether it was withdrawn."""
-        return self._cancelled.is_set()
-
-    def _work(self) -> None:
-        if self.cancelled:
-            return
-        try:
-            found = _KEPT.get(self.question) or self._recommend()
-            _KEPT.put(self.question, found)
-        except Cancelled:
-            return
-        except Exception as error:  # told on the page; a worker must not die of it
-            log.exception("a search failed")
-            found = error
+    def _answer(self) -> None:
+        found = _KEPT.get(self.question) or self._recommend()
+        _KEPT.put(self.question, found)
         if not self.cancelled:
             self._found(self, found)
+
+    def _fail(self, error: Exception) -> None:
+        self._found(self, error)
 
     def _recommend(self) -> Recommendation:
         system, eta, reference, located, tolerance = self.question

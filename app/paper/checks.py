@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from app.live import stand_back
+from app.job import stand_back
 from app.paper import CLAIMS, Finding
 from app.workers import Workers, pool
 
