@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from .model import require
+from .model import require, whole
 
 JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)
@@ -105,10 +105,8 @@ class Newmark:
 
     def __post_init__(self):
         _check_contact(self)
-        n = require("steps", self.steps, *STEPS_RANGE, "give whole steps per period; the paper uses 2000 to 8000")
-        if n != int(n):
-            raise ValueError(f"steps = {self.steps!r} is not a whole number: give steps per excitation period")
-        object.__setattr__(self, "steps", int(n))
+        n = whole("steps", self.steps, *STEPS_RANGE, "give steps per excitation period; the paper uses 2000 to 8000")
+        object.__setattr__(self, "steps", n)
 
 
 def _check_contact(method: ExactPenalty | Newmark) -> None:

@@ -15,6 +15,7 @@ import tomllib
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from .files import read_file
 from .model import System
 from .units import Units
 
@@ -84,15 +85,7 @@ def read_system(path: str | Path) -> SystemFile:
     ValueError
         If the file cannot be read, is larger than SIZE_LIMIT, or is no system file: one line that names file and fault.
     """
-    try:
-        with open(path, "rb") as file:
-            content = file.read(SIZE_LIMIT + 1)
-    except OSError as problem:
-        raise ValueError(f"{path}: cannot be read: {problem.strerror or problem}") from None
-    try:
-        return parse_system(content)
-    except ValueError as problem:
-        raise ValueError(f"{path}: {problem}") from None
+    return read_file(path, SIZE_LIMIT, parse_system)
 
 
 def parse_system(content: bytes) -> SystemFile:

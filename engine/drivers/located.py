@@ -9,8 +9,8 @@ from ..kernels.record import Folded
 from ..kernels.record import Record as Buffers
 from ..methods import Newmark
 from ..model import System
-from ..result import Checkpoint, Cost, Record, Status
-from .base import Driver
+from ..result import Checkpoint, Cost, Status
+from .stepped import SteppedDriver
 
 SOLVES_PER_CALL = 2_000_000
 
@@ -40,28 +40,13 @@ def pack(system: System, eta: float, method: Newmark) -> kernel.Law:
     )
 
 
-class LocatedDriver(Driver):
+class LocatedDriver(SteppedDriver):
     """One run of Newmark's method that lands on the contact changes."""
 
-    def __init__(
-        self,
-        system: System,
-        eta: float,
-        method: Newmark,
-        start: Checkpoint,
-        keep: int,
-        kept_from: int,
-        record: Record | None,
-    ):
-        n = method.steps
-        phases = record.phases(n) if record else np.zeros(1)
-        self.run = system, eta, method
-        super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
-        self._method = method
-        self._law = pack(system, eta, method)
-        self._cosines = np.cos(2 * np.pi * np.arange(n + 1) / n)
-        self._window = (kept_from * n, self.sampled_from * n, record.stride(n) if record else n)
-        self._state = _state(self._law, start, kept_from == 0)
+    def begin(self, start: Checkpoint) -> None:
+        self._law = pack(*self.run)
+        self._cosines = self._cosines_of_steps()
+        self._state = _state(self._law, start, self.kept_from == 0)
         self._started = self._state[kernel.SOLVES]
         if not getattr(kernel.march, "signatures", True):  # compile or load outside the measured seconds
             kernel.march(self._law, self._cosines, self._state.copy(), 0, 0, self._window, self._nothing.views)
@@ -79,10 +64,7 @@ class LocatedDriver(Driver):
         step, n = int(self._state[kernel.STEP]), self._method.steps
         where = f"step {step} (period {step / n:.2f})"
         if status is Status.DIVERGED:
-            return (
-                f"Newmark's solution blew up: the gap passed {kernel.LIMIT:g} base amplitudes at {where}; "
-                f"take more steps per period than {n}, or a smaller K or D"
-            )
+            return self._blown_up(where, kernel.LIMIT)
         return (
             f"more than {kernel.SOLVES_PER_STEP:,} solves within {where}: contacts follow each other far faster than "
             "the excitation; take a smaller K, or a D that ends them"
@@ -99,9 +81,6 @@ class LocatedDriver(Driver):
 
     def cost(self) -> Cost:
         return Cost(self.seconds, steps=int(self._state[kernel.SOLVES] - self._started))
-
-    def checkpoint(self) -> Checkpoint:
-        return Checkpoint(*self.run, self.periods, tuple(self._state))
 
 
 def _state(law: kernel.Law, start: Checkpoint, kept: bool) -> np.ndarray:

@@ -11,9 +11,9 @@ from ..kernels.setup import begin_steps, free_pole, no_keys, scheme_of, set_up_l
 from ..kernels.steps import FREE, REACHES
 from ..methods import Newmark
 from ..model import System
-from ..result import Checkpoint, Cost, Record, Status
-from .base import Driver
+from ..result import Checkpoint, Cost, Status
 from .numbers import numbers_of
+from .stepped import SteppedDriver
 
 STEPS_PER_CALL = 5_000_000
 SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; with fewer, walking is as quick
@@ -24,36 +24,21 @@ def pack(system: System, eta: float, method: Newmark) -> kernel.Scheme:
     return scheme_of(numbers_of(system, eta, method))
 
 
-class NewmarkDriver(Driver):
+class NewmarkDriver(SteppedDriver):
     """One run of Newmark's method."""
 
-    def __init__(
-        self,
-        system: System,
-        eta: float,
-        method: Newmark,
-        start: Checkpoint,
-        keep: int,
-        kept_from: int,
-        record: Record | None,
-    ):
-        n = method.steps
-        phases = record.phases(n) if record else np.zeros(1)
-        self.run = system, eta, method
-        super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
-        self._method = method
+    def begin(self, start: Checkpoint) -> None:
+        system, eta, method = self.run
         self._scheme = pack(system, eta, method)
         self._leaps = self._cosines = None
         cell = numbers_of(system, eta, method)
         if method.every_step or SHORTEST_STRIDE * free_pole(cell) * self._scheme.h > REACHES[FREE]:
-            self._cosines = np.cos(2 * np.pi * np.arange(n + 1) / n)
+            self._cosines = self._cosines_of_steps()
         else:
             self._leaps = room(leaps.SIZE)
             set_up_leaps(self._leaps, no_keys(), np.array(cell))
-        stride = record.stride(n) if record else n
-        self._window = (kept_from * n, self.sampled_from * n, stride)
         self._state = _state(self._scheme, system, eta, method, start)
-        self._started = start.periods * n
+        self._started = start.periods * method.steps
         self._load()
 
     def _load(self) -> None:
@@ -82,11 +67,8 @@ class NewmarkDriver(Driver):
         return (Status.DIVERGED if code == kernel.DIVERGED else Status.OK), code == kernel.FULL
 
     def explain(self, status: Status) -> str:
-        step, n = int(self._state[kernel.STEP]), self._method.steps
-        return (
-            f"Newmark's solution blew up: the gap passed {kernel.LIMIT:g} base amplitudes at step {step} "
-            f"(period {step / n:.2f}); take more steps per period than {n}, or a smaller K or D"
-        )
+        step = int(self._state[kernel.STEP])
+        return self._blown_up(f"step {step} (period {step / self._method.steps:.2f})", kernel.LIMIT)
 
     def close_open_contact(self, record: Buffers) -> None:
         last = self._steps_done()
@@ -107,9 +89,6 @@ class NewmarkDriver(Driver):
 
     def cost(self) -> Cost:
         return Cost(self.seconds, steps=self._steps_done() - self._started)
-
-    def checkpoint(self) -> Checkpoint:
-        return Checkpoint(*self.run, self.periods, tuple(self._state))
 
 
 def _state(scheme: kernel.Scheme, system: System, eta: float, method: Newmark, start: Checkpoint) -> np.ndarray:

@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..files import read_file
 from ..units import Units
 
 SIZE_LIMIT = 16 * 2**20  # bytes; some 400,000 samples
@@ -95,15 +96,7 @@ def read_measurement(path: str | Path, units: Units | None = None) -> Measuremen
         If the file cannot be read, is larger than SIZE_LIMIT, or is malformed: one line that names file, line and
         column.
     """
-    try:
-        with open(path, "rb") as file:
-            content = file.read(SIZE_LIMIT + 1)
-    except OSError as problem:
-        raise ValueError(f"{path}: cannot be read: {problem.strerror or problem}") from None
-    try:
-        return parse_measurement(content, units)
-    except ValueError as problem:
-        raise ValueError(f"{path}: {problem}") from None
+    return read_file(path, SIZE_LIMIT, lambda content: parse_measurement(content, units))
 
 
 def parse_measurement(content: bytes, units: Units | None = None) -> Measurement:

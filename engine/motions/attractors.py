@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..methods import Method, Newmark
-from ..model import System, require
+from ..model import System, whole
 from ..result import Response
 from ..simulate import simulate
 from .description import Kind, Motion
@@ -87,7 +87,7 @@ def attractors(
     Cancelled
         If ``cancelled`` returned true.
     """
-    starts = int(require("starts", starts, 1, 100_000, "give the number of starts"))
+    starts = whole("starts", starts, 1, 100_000, "give the number of starts")
     groups: list[_Group] = []
     for done, start in enumerate(_starts(system, eta, method, starts, seed, cancelled), start=1):
         run = _settled(system, eta, method, start, cancelled)

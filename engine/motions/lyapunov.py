@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..methods import ExactPenalty, Reference
-from ..model import System, check_eta, require
+from ..model import System, check_eta, whole
 from ..simulate import beginning
 from .poincare import PoincareMap, coordinates, displacements
 from .section import bump, irregularity
@@ -108,7 +108,7 @@ def lyapunov(
     if not isinstance(method, Reference | ExactPenalty):
         raise ValueError(f"{method} has a time step: an exponent wants a closed form, Reference or ExactPenalty")
     eta = check_eta(eta, system)
-    periods = int(require("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over"))
+    periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
     poincare = PoincareMap(system, eta, method, cancelled)
     y, v = coordinates(beginning(initial, system, eta, method).state), np.full(4, 0.5)
     growth, section = np.empty(periods), np.empty((periods, 4))

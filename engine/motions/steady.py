@@ -24,7 +24,7 @@ import numpy as np
 
 from ..drivers.closed import ClosedDriver
 from ..methods import ExactPenalty, Reference
-from ..model import System, check_eta, require
+from ..model import System, check_eta, whole
 from ..result import Checkpoint, Record, Response, Status
 from ..simulate import beginning, simulate
 from .poincare import PoincareMap, Return, coordinates, displacements
@@ -139,10 +139,7 @@ def steady(
     eta = check_eta(eta, system)
     if isinstance(initial, Checkpoint):
         raise ValueError("steady motion is looked for from τ = 0: start from a state of four numbers, not a checkpoint")
-    longest = require("max_period", max_period, 1, MAX_PERIOD_LIMIT, "give the longest cycle to look for")
-    if longest != int(longest):
-        raise ValueError(f"max_period = {max_period!r} is not a whole number: give the longest cycle to look for")
-    max_period = int(longest)
+    max_period = whole("max_period", max_period, 1, MAX_PERIOD_LIMIT, "give the longest cycle to look for")
     driver = ClosedDriver(system, eta, method, beginning(initial, system, eta, method), STAGES[-1], 0, None)
     search = _Search(PoincareMap(system, eta, method, cancelled), max_period, stable_only)
     for reached in STAGES:

@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from ..methods import Newmark, Reference
-from ..model import System, check_eta, require
+from ..model import System, check_eta, require, whole
 from ..motions.steady import steady
 from .front import falling, front_of
 from .reasons import joint_damping_part, why_no_error, why_not
@@ -134,9 +134,7 @@ def recommend(
     eta = check_eta(eta, system)
     tolerance = require("tolerance", tolerance, *TOLERANCE_RANGE, "give the relative rms error to keep to")
     stiffness_max = require("stiffness_max", stiffness_max, *STIFFNESS_MAX_RANGE, "give the largest K to try")
-    whole = int(require("steps_max", steps_max, *STEPS_MAX_RANGE, "give the most steps per period to try"))
-    if whole != steps_max:
-        raise ValueError(f"steps_max = {steps_max!r} is not a whole number: give the most steps per period to try")
+    steps_max = whole("steps_max", steps_max, *STEPS_MAX_RANGE, "give the most steps per period to try")
     reference = reference or Reference()
     told = progress or (lambda share: None)
     found = steady(system, eta, reference, cancelled=cancelled)
@@ -145,7 +143,7 @@ def recommend(
         return Recommendation(*asked, False, None, (), math.nan, why_no_error(found))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         trials = Trials(found, located, pool, cancelled)
-        climb = _Climb(Search(trials, system, eta, stiffness_max, tolerance), tolerance, whole, told)
+        climb = _Climb(Search(trials, system, eta, stiffness_max, tolerance), tolerance, steps_max, told)
         climb.up()
         climb.between()
         climb.complete()
@@ -154,7 +152,7 @@ def recommend(
     best = met[0] if met else _enough(front)
     part, reason = joint_damping_part(trials.target, reference, cancelled), ""
     if not met:
-        reason = why_not(trials, front, part, tolerance, (stiffness_max, whole), cancelled)
+        reason = why_not(trials, front, part, tolerance, (stiffness_max, steps_max), cancelled)
     if best is not None:
         front = falling(front, best)
     told(1.0)

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..methods import ExactPenalty, Method, Newmark, Reference
-from ..model import System
+from ..model import System, whole
 from ..motions.lyapunov import PERIODS_RANGE
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT
-from .axis import ascending, whole
+from .axis import ascending
 from .cache import kept
 from .eta import COORDINATES, DIRECTIONS, EtaStudy
 from .plane import PlaneStudy

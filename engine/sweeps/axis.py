@@ -1,26 +1,12 @@
-"""Numbers that make up a study, checked: whole ones, and the values along an axis."""
+"""The values along an axis of a study: checked, or evenly spaced."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ..model import require
+from ..model import require, whole
 
 VALUES_LIMIT = 10_000_000  # along one axis, which is held in memory
-
-
-def whole(name: str, value: float, low: float, high: float, advice: str) -> int:
-    """A whole number between low and high.
-
-    Raises
-    ------
-    ValueError
-        Naming the value, the allowed range and what to do.
-    """
-    number = require(name, value, low, high, advice)
-    if number != int(number):
-        raise ValueError(f"{name} = {value!r} is not a whole number: {advice}")
-    return int(number)
 
 
 def ascending(name: str, values: Sequence[float]) -> np.ndarray:

@@ -1,0 +1,50 @@
+"""What both drivers of Newmark's method share: counting in steps, and telling that the solution blew up."""
+
+from abc import abstractmethod
+
+import numpy as np
+
+from ..methods import Newmark
+from ..model import System
+from ..result import Checkpoint, Record
+from .base import Driver
+
+
+class SteppedDriver(Driver):
+    """One run of Newmark's method; subclasses hold the solver's state as ``_state``."""
+
+    def __init__(
+        self,
+        system: System,
+        eta: float,
+        method: Newmark,
+        start: Checkpoint,
+        keep: int,
+        kept_from: int,
+        record: Record | None,
+    ):
+        n = method.steps
+        phases = record.phases(n) if record else np.zeros(1)
+        super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
+        self.run = system, eta, method
+        self._method = method
+        self._window = (kept_from * n, self.sampled_from * n, record.stride(n) if record else n)
+        self.begin(start)
+
+    @abstractmethod
+    def begin(self, start: Checkpoint) -> None:
+        """Set up what the kernel needs, and the state that the run starts from."""
+
+    def checkpoint(self) -> Checkpoint:
+        return Checkpoint(*self.run, self.periods, tuple(self._state))
+
+    def _cosines_of_steps(self) -> np.ndarray:
+        """cos ητ at the beginning of each step, and at the end of the last."""
+        n = self._method.steps
+        return np.cos(2 * np.pi * np.arange(n + 1) / n)
+
+    def _blown_up(self, where: str, limit: float) -> str:
+        return (
+            f"Newmark's solution blew up: the gap passed {limit:g} base amplitudes at {where}; "
+            f"take more steps per period than {self._method.steps}, or a smaller K or D"
+        )
