@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine import Measurement, Reference, System, fit, synthetic_measurement
-from engine.measurement.fit import _Problem
+from engine.measurement.problem import Problem
 
 TRUE = System(restitution=0.43, d1=0.006, d2=0.018, d3=0.045)
 
@@ -51,7 +51,7 @@ def test_the_fit_ends_where_the_squares_are_least():
     made = synthetic_measurement(TRUE, 2.76, noise=0.02, phase=0.3, seed=2)
     names = ("restitution", "d2")
     found = fit(System(), 2.76, made, names=names)
-    problem = _Problem(System(), 2.76, made, names, Reference(threshold=0.0), None)
+    problem = Problem(System(), 2.76, made, names, Reference(threshold=0.0), None)
     best = np.array([*found.values.values(), found.phase])
     least = np.sum(problem.residuals(best) ** 2)
     for i, step in enumerate((1e-3, 1e-4, 1e-3)):
