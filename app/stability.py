@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 
-from engine.hardcases.stability import Outcome, stability
+from engine.hardcases.judgement import Outcome
+from engine.hardcases.stability import stability
 
 COLUMNS = "{:<55} {:<18} {:<10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>10}"
 HEAD = COLUMNS.format("case", "expected", "got", "error", "allowed", "energy", "allowed", "pierced", "us/period")

@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..hardcases.energy import energy
+from ..energy.energy import energy
 from ..methods import ExactPenalty, Method, Newmark, Reference
 from ..model import System
 from ..result import Record, Response
@@ -190,8 +190,7 @@ def _with_energy(found: Motion, run: Response) -> Motion:
     """Energy lost in each period, over the last cycle or all that the balance knows."""
     if run.trajectory is None:
         return found
-    with np.errstate(over="ignore", invalid="ignore"):
-        balance = energy(run)
+    balance = energy(run)
     # the balance follows a located step in closed form, which a coarse one leaves: then it does not close
     located = isinstance(run.method, Newmark) and run.method.located
     if located and not np.abs(balance.residual).max() <= UNBALANCED * balance.size:

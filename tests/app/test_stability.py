@@ -7,7 +7,8 @@ import pytest
 
 from app import cli, stability
 from engine import Status
-from engine.hardcases.stability import hard_cases, outcome
+from engine.hardcases.cases import hard_cases
+from engine.hardcases.judgement import outcome
 
 
 @pytest.fixture

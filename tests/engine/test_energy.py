@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine import ExactPenalty, Newmark, Record, Reference, System, simulate
-from engine.hardcases.energy import energy
+from engine.energy.energy import energy
 from tests import hard
 
 EPSILON = np.finfo(float).eps
@@ -115,6 +115,15 @@ def test_the_located_step_balances_to_second_order():
     runs = [run(2.76, Newmark(12000, 18, int(n), located=True)) for n in steps]
     residuals = [np.abs(energy(response).residual).mean() for response in runs]
     assert -np.polyfit(np.log(steps), np.log(residuals), 1)[0] == pytest.approx(2, abs=0.2)
+
+
+def test_a_step_so_coarse_that_nothing_is_known_says_so():
+    """Each misplaced contact throws the closed form out K times as far: beyond all numbers within a period."""
+    balance = energy(run(0.5, Newmark(1e9, 18, 8, located=True), 60))
+    lost = np.isnan(balance.residual)
+    assert lost.any()
+    for each in (balance.work, balance.dampers, balance.contact):
+        np.testing.assert_array_equal(np.isnan(each), lost)
 
 
 def test_refusals():

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from engine import ExactPenalty, Newmark, Reference, Status, System, simulate
+from engine.hardcases.cases import Case, hard_cases
 from engine.hardcases.condition import EPSILON, Run, attainable, sensitivity
-from engine.hardcases.stability import Case, hard_cases, outcome
+from engine.hardcases.judgement import outcome
 
 CASES = {case.name: case for case in hard_cases()}
 
