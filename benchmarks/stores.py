@@ -20,6 +20,7 @@ import xarray
 
 from engine import Newmark, System
 from engine.sweeps.chunks import chunk_shape, chunks
+from engine.sweeps.place import Place
 from engine.sweeps.plane import PlaneStudy
 from engine.sweeps.store import Store
 
@@ -35,7 +36,7 @@ def study(side, parts=True):
 
 def as_zarr(plane, order, results, folder):
     """Seconds to write all chunks, to look through them as a resumed run does, and to open them as a Dataset."""
-    store = Store(folder)
+    store = Store(Place(folder))
     store.claim(plane)
     store.frame(plane, tuple(part.stop for part in order[0]))
     write = timed(lambda: [store.write(chunk, values) for chunk, values in zip(order, results, strict=True)])

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..kernels.jit import cache_root
+from .place import Place
 from .progress import Hook
 from .runner import Run, run
-from .store import Store
 from .study import Study
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def drop_oldest(root: Path, *, spare: Path | None = None, most: int | None = Non
             return
         if entry == spare:
             continue
-        with contextlib.suppress(OSError), Store(entry).locked():  # not one that a process is at work on
+        with contextlib.suppress(OSError), Place(entry).locked():  # not one that a process is at work on
             _drop(entry)
             total -= size
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..result import Cancelled
 from .chunks import Chunk
+from .place import Place
 from .progress import Tally
 from .provenance import engine_digest
 from .store import Store
@@ -38,7 +39,7 @@ def compute(study: Study, before: dict[str, np.ndarray] | None, digest: str, thr
 def ensure(study: Study, digest: str, threads: int, place: tuple) -> tuple[bool, np.ndarray]:
     """On a worker: have a part of a study in the store; whether it was there, and the status of its cells."""
     target, group, chunk = place
-    store = Store(target, group).opened(study)
+    store = Store(Place(target), group).opened(study)
     values = store.read(chunk)
     reused = values is not None
     if not reused:
@@ -86,7 +87,7 @@ class _Cluster:
         waiting = iter(order)
         if study.sequential:
             self._one_by_one(study, store, waiting, tally)
-        elif store.shared:
+        elif store.place.shared:
             self._by_workers(study, store, waiting, tally)
         else:
             self._by_way_of_here(study, store, waiting, tally)
@@ -99,7 +100,7 @@ class _Cluster:
 
     def _by_workers(self, study: Study, store: Store, order: Iterator[Chunk], tally: Tally) -> None:
         def submit(chunk: Chunk):
-            place = store.target, store.group, chunk
+            place = store.place.target, store.group, chunk
             return self._submit(ensure, study.cut(chunk), engine_digest(), self._threads, place)
 
         for _, (reused, status) in self._results(order, submit):

@@ -18,6 +18,7 @@ from ..result import Cancelled
 from . import provenance
 from .chunks import Chunk, chunk_shape, chunks
 from .eta import EtaStudy
+from .place import Place
 from .progress import Hook, Tally
 from .store import Store
 from .study import Study
@@ -75,10 +76,11 @@ def run(study: Study, how: Run) -> "xarray.Dataset":
         If ``cancelled`` returned true. What is complete is kept.
     """
     study.check()
-    store = Store(how.out)
-    store.check_space(study)
+    place = Place(how.out)
+    place.check_space(study)
+    store = Store(place)
     tally = Tally(how.progress)
-    with store.locked(wait=how.wait, cancelled=how.cancelled), _executor(how) as execute:
+    with place.locked(wait=how.wait, cancelled=how.cancelled), _executor(how) as execute:
         store.claim(study)
         if isinstance(study, EtaStudy) and study.refine:
             _run_refined(study, store, how, tally, execute)

@@ -19,8 +19,8 @@ from hypothesis import strategies as st
 
 from engine import Cancelled, Reference, System, sweep_eta, sweep_plane
 from engine.sweeps import cache, provenance
+from engine.sweeps.arrays import DAMAGE
 from engine.sweeps.eta import EtaStudy
-from engine.sweeps.store import DAMAGE
 
 ETAS = np.linspace(2.6, 3.3, 24)
 SHORT = {"transient": 60, "sample": 10}

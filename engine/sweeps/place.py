@@ -1,0 +1,149 @@
+"""Where a result lies, a folder, a URL or memory: whether there is room, and which process works on it."""
+
+import contextlib
+import errno
+import fcntl
+import math
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ..result import Cancelled
+from .study import Study
+
+POLL = 0.1  # seconds
+SPACE = 1.05  # of the uncompressed size must be free
+
+
+class Place:
+    """A place for one study's result.
+
+    Parameters
+    ----------
+    target : str, Path or None
+        A folder; ``protocol://…``, a URL that fsspec knows; None for memory.
+
+    Attributes
+    ----------
+    folder : Path or None
+        None unless it is one.
+    root : zarr.abc.store.Store
+        What Zarr writes to.
+    """
+
+    def __init__(self, target: str | Path | None) -> None:
+        self.target = target
+        self.folder = _folder(target)
+        self.root = _open(target, self.folder)
+
+    @property
+    def shared(self) -> bool:
+        """Whether another machine reaches it by the same name."""
+        return self.target is not None and self.folder is None
+
+    def check_space(self, study: Study) -> None:
+        """Refuse what cannot be written, before work starts.
+
+        Raises
+        ------
+        OSError
+            If the folder cannot be written, or the disk is too small for the whole result.
+        """
+        if self.folder is None:
+            return
+        above = next(path for path in (self.folder, *self.folder.absolute().parents) if path.exists())
+        if not os.access(above, os.W_OK):
+            raise PermissionError(errno.EACCES, f"{above} cannot be written: give another place", str(above))
+        size = sum(
+            math.prod(study.lengths[dim] for dim in variable.dims) * np.dtype(variable.dtype).itemsize
+            for variable in study.variables.values()
+        )
+        free = shutil.disk_usage(above).free
+        if SPACE * size > free:
+            raise OSError(
+                errno.ENOSPC,
+                f"the result takes up to {size / 1e9:.3g} GB and {free / 1e9:.3g} GB are free at {above}: "
+                "sweep fewer cells, keep a smaller sample, or give another place",
+            )
+
+    def refuse_what_is_not_ours(self) -> None:
+        """Raise a ValueError if the folder holds anything: it is asked for where no result was found."""
+        if self.folder is None or not self.folder.exists():
+            return
+        if not self.folder.is_dir() or any(self.folder.iterdir()):
+            raise ValueError(f"{self.target} exists and is no result of a sweep: give a new place")
+
+    @contextlib.contextmanager
+    def locked(self, *, wait: bool = False, cancelled: Callable[[], bool] | None = None) -> Iterator[None]:
+        """Hold the folder for this process; the system lets go of it however the process ends.
+
+        Raises
+        ------
+        BlockingIOError
+            If another process holds it and ``wait`` is false.
+        Cancelled
+            If ``cancelled`` returned true while it waited.
+        """
+        if self.folder is None:
+            yield
+            return
+        with self.errors():
+            self.folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(self.folder, os.O_RDONLY)
+        try:
+            while not _lock(handle):
+                if not wait:
+                    text = f"another process works on {self.target}: wait for it, or give another place"
+                    raise BlockingIOError(errno.EAGAIN, text)
+                if cancelled is not None and cancelled():
+                    raise Cancelled
+                time.sleep(POLL)
+            yield
+        finally:
+            os.close(handle)
+
+    @contextlib.contextmanager
+    def errors(self) -> Iterator[None]:
+        """Errors of the disk in one line that says what to do."""
+        try:
+            yield
+        except OSError as problem:
+            if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+                advice = "the chunks that are complete are kept; make room and give the same command again"
+            else:
+                advice = "give a place that can be written"
+            raise OSError(problem.errno, f"{self.target}: {problem.strerror or problem}; {advice}") from problem
+
+
+def _lock(handle: int) -> bool:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _folder(target: str | Path | None) -> Path | None:
+    if target is None:
+        return None
+    text = str(target)
+    if text.startswith("file://"):
+        return Path(text.removeprefix("file://"))
+    return None if "://" in text else Path(text)
+
+
+def _open(target: str | Path | None, folder: Path | None):
+    from zarr.storage import FsspecStore, LocalStore, MemoryStore
+
+    if target is None:
+        return MemoryStore()
+    if folder is not None:
+        return LocalStore(folder)
+    try:
+        return FsspecStore.from_url(str(target))
+    except (ImportError, ValueError) as problem:
+        raise ValueError(f"{target} cannot be opened: {problem}") from None
