@@ -62,8 +62,7 @@ def run(options: argparse.Namespace) -> None:
         reference=Reference(options.joint_damping),
         periods=options.periods,
         keep=min(50, options.periods) if options.keep is None else options.keep,
-        evidence=True,
-    )
+    ).with_evidence()
     told = verdict(found)
     split = found.split() if found.complete else None
     units = wanted_units(options)

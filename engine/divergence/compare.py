@@ -31,7 +31,7 @@ class Comparison:
     motions : Runs of Motion
         What moves in each, as their kept periods show.
     reference, penalty : Motion
-        The reference's motion and Newmark's; with its evidence, if that was asked for.
+        The reference's motion and Newmark's; :meth:`with_evidence` has found what they are.
     pointwise : bool
         Whether all four motions repeat, Newmark's but for scatter. Only then they stay in step with the excitation, and
         a difference at each instant means something; otherwise ``statistics`` does.
@@ -71,6 +71,20 @@ class Comparison:
         """Differences of the sections, from runs of another 1,000 periods; None if ``pointwise``, or without parts."""
         return statistics(self.runs) if self.parts and not self.pointwise else None
 
+    def with_evidence(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
+        """The same, with multipliers and Lyapunov exponents of the reference's motion and Newmark's.
+
+        It takes some tenths of a second where they do not repeat (:func:`..motions.motion`).
+
+        Raises
+        ------
+        Cancelled
+            If ``cancelled`` returned true.
+        """
+        runs = self.runs.reference, self.runs.penalty
+        told = (motion(run.system, run.eta, run.method, cancelled=cancelled) for run in runs)
+        return replace(self, **dict(zip(("reference", "penalty"), told, strict=True)))
+
     def split(self) -> Regularisation:
         """What the regularisation is made of; runs the reference twice more.
 
@@ -94,7 +108,6 @@ def compare(
     keep: int = 50,
     responses: Iterable[Response] = (),
     per_period: int = PER_PERIOD,
-    evidence: bool = False,
     cancelled: Callable[[], bool] | None = None,
 ) -> Comparison:
     """Compare a penalty solution with the reference, both from rest, and tell what the difference is made of.
@@ -114,9 +127,6 @@ def compare(
         without.
     per_period : int
         Samples per period at most; they are Newmark's own steps.
-    evidence : bool
-        Find multipliers and Lyapunov exponents of Newmark's motion and the reference's as well
-        (:func:`..motions.motion`); tenths of a second where they do not repeat.
     cancelled : callable, optional
         Polled many times a second; when it returns true the run is withdrawn.
 
@@ -138,14 +148,11 @@ def compare(
     parts = parts_of(runs, motions, per_period) if comparable else None
     period = motions.reference.period
     matched = encounters(runs.reference, runs.penalty, period, parts.shifts.reference) if parts and period else None
-    told = motions.reference, motions.penalty
-    if evidence:
-        told = tuple(motion(system, eta, method, cancelled=cancelled) for method in (reference, penalty))
     return Comparison(
         runs=runs,
         motions=motions,
-        reference=told[0],
-        penalty=told[1],
+        reference=motions.reference,
+        penalty=motions.penalty,
         pointwise=pointwise,
         parts=parts,
         **{name: parts.relative(getattr(parts, name)) if parts else np.nan for name in ("total", *PARTS)},

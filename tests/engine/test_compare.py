@@ -206,7 +206,7 @@ def test_distance_is_that_of_scipy(seed):
 
 
 def test_evidence_brings_the_lyapunov_exponents():
-    found = compare(SYSTEM, 2.76, Newmark(12000, 18, 2000), evidence=True)
+    found = compare(SYSTEM, 2.76, Newmark(12000, 18, 2000)).with_evidence()
     assert found.reference.lyapunov == pytest.approx(motion(SYSTEM, 2.76, Reference()).lyapunov)
     assert found.penalty.step_noise > 0
     assert np.isnan(compare(SYSTEM, 2.76, Newmark(12000, 18, 2000)).reference.lyapunov)
