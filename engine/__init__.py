@@ -3,6 +3,7 @@
 from .batch import run_cells
 from .cells import STATUSES, CellResults, Cells
 from .divergence.compare import PARTS, Comparison, compare
+from .divergence.contact import equal_restitution_damping
 from .divergence.regularisation import Regularisation
 from .divergence.verdict import Verdict, verdict
 from .kernels.jit import cache_root
@@ -24,7 +25,6 @@ from .sweeps import COORDINATES, DIRECTIONS, OVER, Progress, sweep_eta, sweep_pl
 from .sweeps.axis import spaced
 from .sweeps.diagrams import Diagram, diagram, ship_diagrams
 from .sweeps.parts import parts_of
-from .sweeps.plane import equal_restitution_damping
 from .systemfile import SystemFile, parse_system, read_system, system_text
 from .units import QUANTITIES, Units
 

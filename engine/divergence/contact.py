@@ -8,6 +8,8 @@ springs and the excitation act during the contact as well, and a step resolves i
 
 import math
 
+import numpy as np
+
 from ..model import System
 
 
@@ -27,6 +29,11 @@ def damping_ratio_for(restitution: float) -> float:
 def damping_for(system: System, stiffness: float, ratio: float) -> float:
     """D = ζ√(Kμ/(1 + μ)), the contact damping of the damping ratio ζ."""
     return ratio * math.sqrt(stiffness * system.mass_share)
+
+
+def equal_restitution_damping(system: System, stiffness: float | np.ndarray) -> float | np.ndarray:
+    """D = ζ(e) √(Kμ/(1 + μ)), with which a single contact of stiffness K returns the share e of the closing speed."""
+    return damping_ratio_for(system.restitution) * np.sqrt(stiffness * system.mass_share)
 
 
 def damping_ratio(system: System, stiffness: float, damping: float) -> float:

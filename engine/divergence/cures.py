@@ -21,7 +21,7 @@ from ..methods import STIFFNESS_RANGE, Newmark
 from ..result import Record
 from ..simulate import simulate
 from .compare import Comparison
-from .contact import damping_for, damping_ratio_for
+from .contact import equal_restitution_damping
 from .error import Target
 from .grid import rms
 from .statistics import distance, section_of
@@ -70,9 +70,8 @@ def difference(found: Comparison) -> float:
 
 
 def equal_damping(found: Comparison, stiffness: float) -> float:
-    """D = ζ(e) √(Kμ/(1 + μ)): the contact then delivers the restitution e."""
-    system = found.runs.reference.system
-    return damping_for(system, stiffness, damping_ratio_for(system.restitution))
+    """D with which the contact delivers the reference's restitution."""
+    return float(equal_restitution_damping(found.runs.reference.system, stiffness))
 
 
 def _limit(found: Comparison, name: str) -> float:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from ..divergence.contact import damping_for, damping_ratio_for
+from ..divergence.contact import equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..methods import ExactPenalty, Reference
@@ -78,7 +78,7 @@ def why_not(
             f"permanent contact, the two dampers give {system.derived_joint_damping:.3g}, and K, D and the step are "
             f"not made to supply the rest; {found}. Allow a larger tolerance, or compare with the derived joint damping"
         )
-    stiffest = stiffness_max, damping_for(system, stiffness_max, damping_ratio_for(system.restitution))
+    stiffest = stiffness_max, float(equal_restitution_damping(system, stiffness_max))
     settings = least.setting[:2], stiffest
     if min(without_step(target, *setting, cancelled) for setting in settings) <= tolerance:
         advice = "allow more steps" if trials.located else "allow more steps, or cut them at contact changes (located)"

@@ -2,31 +2,31 @@
 
 `study` says what a study is and `eta`, `plane`, `step` what each of the three computes; `chunks` cuts it, `store`
 keeps it, `runner` and `cluster` run it, `provenance` signs it. Results are xarray Datasets.
+
+All three functions take further keywords that do not change the result: those of `Run`, which say where to keep it and
+on which machines to run it. Or ``keep=True``: it is kept in the user's cache, under every number and the
+engine's sources, the least recently used dropped; then only ``progress`` and ``cancelled`` beside it. What they raise
+:func:`.runner.run` says.
 """
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..methods import ExactPenalty, Method, Newmark, Reference
-from ..model import System, whole
-from ..motions.lyapunov import PERIODS_RANGE
-from ..simulate import KEEP_LIMIT, PERIODS_LIMIT
+from ..methods import ExactPenalty, Method, Newmark
+from ..model import System
 from .axis import ascending
 from .cache import kept
-from .eta import COORDINATES, DIRECTIONS, EtaStudy
+from .eta import COORDINATES, DIRECTIONS, OVER, EtaStudy
 from .plane import PlaneStudy
 from .progress import Progress
 from .runner import Run, run
 from .step import StepStudy
-from .study import MEANING, OF_CELLS, Study
+from .study import Study
 
 if TYPE_CHECKING:
     import xarray
 
 __all__ = ["COORDINATES", "DIRECTIONS", "OVER", "Progress", "Run", "sweep_eta", "sweep_plane", "sweep_step"]
-
-OVER = tuple(MEANING)
-LEVELS = 20  # of refinement
 
 
 def sweep_eta(
@@ -67,39 +67,16 @@ def sweep_eta(
     lyapunov : int
         Periods over which to average the largest Lyapunov exponent (some 8,000; reference and exact penalty); 0: none.
     **how
-        See `Run`: where to keep the result, on which machines to run it. Or ``keep=True``: in the user's cache, under
-        every number and the engine's sources, the least recently used dropped; then only ``progress`` and
-        ``cancelled`` beside it.
+        Where to keep the result and how to run it: see :mod:`engine.sweeps`.
 
     Returns
     -------
     xarray.Dataset
         Dimensions (over, ``sample``); see :mod:`.eta` for the variables.
-
-    Raises
-    ------
-    ValueError, OSError, Cancelled
-        See :func:`.runner.run`.
     """
-    values = ascending(over, values)
-    if over not in OVER:
-        raise ValueError(f"over = {over!r} is no parameter that can be swept: give one of {', '.join(OVER)}")
-    if over in OF_CELLS and not isinstance(method, Newmark if over == "steps" else (Newmark, ExactPenalty)):
-        raise ValueError(f"the {method.name} method has no {over}: sweep another parameter, or give another solver")
-    if over == "restitution" and not isinstance(method, Reference):
-        raise ValueError(f"the {method.name} method has no impact law and so no restitution: sweep D instead")
-    if direction not in DIRECTIONS:
-        raise ValueError(f"direction = {direction!r} is not one of {', '.join(DIRECTIONS)}")
-    if unknown := [name for name in coordinates if name not in COORDINATES]:
-        raise ValueError(f"coordinate {unknown[0]!r} is not one of {', '.join(COORDINATES)}")
-    if over != "eta" and eta is None:
-        raise ValueError(f"a sweep over {over} needs an eta: give the excitation frequency")
-    at = float(values[0]) if over == "eta" else eta
-    more = {"over": over, "values": values, "direction": direction, "coordinates": tuple(coordinates)}
-    more["refine"] = whole("refine", refine, 0, LEVELS, "give levels of refinement")
-    if lyapunov:
-        more["lyapunov"] = whole("lyapunov", lyapunov, *PERIODS_RANGE, "give periods to average over, or 0")
-    return _found(EtaStudy(system, method, at, *_periods(transient, sample), **more), **how)
+    more = {"over": over, "values": values, "direction": direction, "coordinates": coordinates}
+    study = EtaStudy(system, method, eta, transient, sample, **more, refine=refine, lyapunov=lyapunov)
+    return _found(study, **how)
 
 
 def sweep_plane(
@@ -134,26 +111,19 @@ def sweep_plane(
         Also the exact penalty method beside Newmark, and the errors against the reference in three parts: three to
         ten times the time.
     **how
-        See `Run`: where to keep the result, on which machines to run it. Or ``keep=True``: in the user's cache, under
-        every number and the engine's sources, the least recently used dropped; then only ``progress`` and
-        ``cancelled`` beside it.
+        Where to keep the result and how to run it: see :mod:`engine.sweeps`.
 
     Returns
     -------
     xarray.Dataset
         Dimensions (``K``, ``D``); see :mod:`.plane` for the variables.
-
-    Raises
-    ------
-    ValueError, OSError, Cancelled
-        See :func:`.runner.run`.
     """
     K, D = ascending("K", K), ascending("D", D)
     if steps is None and located:
         raise ValueError("the exact penalty method has no step that could be located: give steps, or leave located out")
     first = float(K[0]), float(D[0])
     method = ExactPenalty(*first) if steps is None else Newmark(*first, steps, located=located)
-    return _found(PlaneStudy(system, method, eta, *_periods(transient, sample), K=K, D=D, parts=parts), **how)
+    return _found(PlaneStudy(system, method, eta, transient, sample, K=K, D=D, parts=parts), **how)
 
 
 def sweep_step(
@@ -178,34 +148,19 @@ def sweep_step(
     transient, sample : int
         Periods before the section is taken, and points of it.
     **how
-        See `Run`: where to keep the result, on which machines to run it. Or ``keep=True``: in the user's cache, under
-        every number and the engine's sources, the least recently used dropped; then only ``progress`` and
-        ``cancelled`` beside it.
+        Where to keep the result and how to run it: see :mod:`engine.sweeps`.
 
     Returns
     -------
     xarray.Dataset
         Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step; see :mod:`.step` for
         the variables.
-
-    Raises
-    ------
-    ValueError, OSError, Cancelled
-        See :func:`.runner.run`.
     """
     steps = ascending("steps", steps)
-    study = StepStudy(system, Newmark(K, D, int(steps[0])), eta, *_periods(transient, sample), steps=steps)
-    return _found(study, **how)
+    return _found(StepStudy(system, Newmark(K, D, int(steps[0])), eta, transient, sample, steps=steps), **how)
 
 
 def _found(study: Study, *, keep: bool = False, **how) -> "xarray.Dataset":
     if keep:
         return kept(study, **how)
     return run(study, Run(**how))
-
-
-def _periods(transient: int, sample: int) -> tuple[int, int]:
-    return (
-        whole("transient", transient, 0, PERIODS_LIMIT, "give the periods before the sample"),
-        whole("sample", sample, 1, KEEP_LIMIT, "give the periods to describe"),
-    )

@@ -5,7 +5,7 @@ import contextlib
 import numpy as np
 
 from .chunks import Chunk
-from .study import Variable, Whole
+from .variables import Variable, Whole
 
 LEVEL = 1  # of zstd: sections of periodic motion shrink a lot, those of chaotic motion hardly, at any level
 DAMAGE = (ValueError, RuntimeError, OSError)  # what the checksum, the decompressor and the disk raise

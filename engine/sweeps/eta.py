@@ -3,8 +3,8 @@
 From rest each cell is on its own. Continued upwards or downwards, each starts from where its neighbour ended, so that a
 motion is followed as long as it is stable; where the two ways differ, motions coexist (hysteresis).
 
-Refinement halves each interval at whose ends the motion differs, level by level. A cell put in between starts from
-rest, or, continued, from the end of the neighbour it comes from; so the cells that were there before stay as they are.
+A cell that refinement (:mod:`.refinement`) puts in between starts from rest, or, continued, from the end of the
+neighbour it comes from; so the cells that were there before stay as they are.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -16,26 +16,20 @@ import numpy as np
 
 from ..batch import run_cells
 from ..cells import CellResults, Cells
-from ..methods import Newmark
-from ..model import require
-from ..motions.lyapunov import Lyapunov, lyapunov
+from ..methods import ExactPenalty, Newmark, Reference
+from ..model import require, whole
+from ..motions.lyapunov import PERIODS_RANGE, Lyapunov, lyapunov
+from .axis import ascending
 from .chunks import Chunk
-from .study import CELLS_LIMIT, MISSING, STATUS_FLAGS, Study, Variable, Whole
+from .refinement import middles
+from .study import CELLS_LIMIT, MEANING, OF_CELLS, Study
+from .variables import DESCRIBED, MISSING, STATUS_FLAGS, Variable, Whole
 
+OVER = tuple(MEANING)
 DIRECTIONS = ("rest", "up", "down")
 COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
-CLEAR = 1e-6  # difference of impacts per period that is no rounding
+LEVELS = 20  # of refinement
 
-DESCRIBED = {
-    "period": ("i4", "excitation periods until the motion repeats itself; 0: aperiodic"),
-    "near_period": ("i4", "the same, scatter within 3 % of the section's size forgiven; 0: aperiodic"),
-    "impacts_per_period": ("f8", "impacts per excitation period"),
-    "contacts_per_period": ("f8", "contacts that begin per excitation period (reference: permanent contacts)"),
-    "contact_share": ("f8", "share of the time in contact"),
-    "longest_contact": ("f8", "longest contact, in units of tau"),
-    "longest_contact_steps": ("f8", "longest contact in time steps"),
-    "spread": ("f8", "standard deviation of xi2 over the section"),
-}
 MOTIONS = {"aperiodic": 0, "periodic": 1, "quasi-periodic": 2, "chaotic": 3, "ended-early": 4, "missing": MISSING}
 
 
@@ -69,6 +63,32 @@ class EtaStudy(Study):
     refine: int = 0
     lyapunov: int = 0
     kind: ClassVar[str] = "eta"
+
+    def __post_init__(self):
+        super().__post_init__()
+        values = ascending(self.over, self.values)
+        self._check_choices()
+        eta = float(values[0]) if self.over == "eta" else self.eta
+        refine = whole("refine", self.refine, 0, LEVELS, "give levels of refinement")
+        lyapunov = self.lyapunov and whole(
+            "lyapunov", self.lyapunov, *PERIODS_RANGE, "give periods to average over, or 0"
+        )
+        self._take(values=values, eta=eta, coordinates=tuple(self.coordinates), refine=refine, lyapunov=int(lyapunov))
+
+    def _check_choices(self) -> None:
+        over, method = self.over, self.method
+        if over not in OVER:
+            raise ValueError(f"over = {over!r} is no parameter that can be swept: give one of {', '.join(OVER)}")
+        if over in OF_CELLS and not isinstance(method, Newmark if over == "steps" else (Newmark, ExactPenalty)):
+            raise ValueError(f"the {method.name} method has no {over}: sweep another parameter, or give another solver")
+        if over == "restitution" and not isinstance(method, Reference):
+            raise ValueError(f"the {method.name} method has no impact law and so no restitution: sweep D instead")
+        if self.direction not in DIRECTIONS:
+            raise ValueError(f"direction = {self.direction!r} is not one of {', '.join(DIRECTIONS)}")
+        if unknown := [name for name in self.coordinates if name not in COORDINATES]:
+            raise ValueError(f"coordinate {unknown[0]!r} is not one of {', '.join(COORDINATES)}")
+        if over != "eta" and self.eta is None:
+            raise ValueError(f"a sweep over {over} needs an eta: give the excitation frequency")
 
     @property
     def sequential(self) -> bool:
@@ -194,13 +214,7 @@ class EtaStudy(Study):
         found : dict
             The axis and the variables of all cells so far, ascending along the axis.
         """
-        axis = found[self.over]
-        left = np.flatnonzero(changes(found))
-        middle = 0.5 * (axis[left] + axis[left + 1])
-        if self.over == "steps":
-            middle = np.floor(middle)
-        inside = (middle > axis[left]) & (middle < axis[left + 1])
-        left, middle = left[inside], middle[inside]
+        left, middle = middles(self.over, found)
         if not len(middle):
             return None
         initial = None
@@ -209,21 +223,6 @@ class EtaStudy(Study):
             reached = found["status"][source] == 0
             initial = np.where(reached[:, None], found["end"][source], 0.0)
         return replace(self, values=middle, initial=initial)
-
-
-def changes(found: dict[str, np.ndarray]) -> np.ndarray:
-    """Between which neighbours the motion changes: another period, other impacts in it, or one of them ended early.
-
-    Returns
-    -------
-    (n − 1,) ndarray of bool
-    """
-    status, period, impacts = found["status"], found["period"], found["impacts_per_period"]
-    periodic = period > 0
-    other_impacts = periodic[1:] & periodic[:-1] & ~(np.abs(np.diff(impacts)) <= CLEAR)
-    ended = (status != 0) & (status != MISSING)
-    both = ended[1:] & ended[:-1]
-    return ~both & ((np.diff(status) != 0) | (np.diff(period) != 0) | other_impacts)
 
 
 def kind_of(period: int, told: Lyapunov) -> int:

@@ -4,13 +4,8 @@ Beside each cell of Newmark's method stands the same cell without a time step: w
 artefact of Δτ. The paper's two criteria are `period` (bifurcated or not) and `longest_contact_steps` (below 30, it
 takes a contact for a sudden impact); the third, which it names and leaves undone, is `impact_phase_error`, the instant
 of impact against the reference's.
-
-The curve of equal restitution: the relative motion in contact is a damped oscillation of ω_c = √(K(1 + 1/μ)) and ζ =
-D(1 + 1/μ)/ω_c, half a turn of which returns the share e(ζ) = exp(−πζ/√(1 − ζ²)) of the closing speed. Solved for the D
-that returns e, D = ζ(e) √(K μ/(1 + μ)) with ζ(e) = −ln e/√(π² + ln² e).
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,29 +15,17 @@ import numpy as np
 
 from ..batch import run_cells
 from ..cells import CellResults
+from ..divergence.contact import equal_restitution_damping
 from ..methods import ExactPenalty, Newmark
-from ..model import System
+from .axis import ascending
 from .chunks import Chunk
 from .parts import parts_of
-from .study import STATUS_FLAGS, Study, Variable, Whole
+from .study import Study
+from .variables import ERRORS, OF_PENALTY, STATUS_FLAGS, Variable, Whole
 
-DESCRIBED = {
-    "period": ("i4", "excitation periods until the motion repeats itself; 0: aperiodic"),
-    "near_period": ("i4", "the same, scatter within 3 % of the section's size forgiven; 0: aperiodic"),
-    "impacts_per_period": ("f8", "contacts that begin per excitation period"),
-    "contact_share": ("f8", "share of the time in contact"),
-    "longest_contact": ("f8", "longest contact, in units of tau"),
-    "longest_contact_steps": ("f8", "longest contact in time steps"),
-    "spread": ("f8", "standard deviation of xi2 over the section"),
-}
 AGAINST_REFERENCE = {
     "impact_phase": "instant of the first impact in the last cycle, as a share of T",
     "impact_phase_error": "the same less the reference's, between -1/2 and 1/2",
-}
-ERRORS = {
-    "error": "penalty less reference: rms of both displacements over that of the reference",
-    "error_time_step": "its part by the time step, Newmark less exact penalty",
-    "error_regularisation": "its part by K and D, exact penalty less reference with derived joint damping",
 }
 
 
@@ -61,6 +44,10 @@ class PlaneStudy(Study):
     D: np.ndarray = None
     parts: bool = True
     kind: ClassVar[str] = "plane"
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._take(K=ascending("K", self.K), D=ascending("D", self.D))
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
@@ -81,7 +68,7 @@ class PlaneStudy(Study):
     def variables(self) -> dict[str, Variable]:
         """What a cell tells."""
         dims = ("K", "D")
-        own = {name: Variable(dims, kind, meaning) for name, (kind, meaning) in DESCRIBED.items()}
+        own = {name: Variable(dims, kind, meaning) for name, (kind, meaning) in OF_PENALTY.items()}
         own |= {name: Variable(dims, "f8", meaning) for name, meaning in AGAINST_REFERENCE.items()}
         found = dict(own)
         if not isinstance(self.method, Newmark):
@@ -135,7 +122,7 @@ class PlaneStudy(Study):
         return {name: values[name].reshape(self.shape) for name in self.variables}
 
     def _told(self, found: CellResults) -> dict[str, np.ndarray]:
-        told = {name: getattr(found, name) for name in DESCRIBED}
+        told = {name: getattr(found, name) for name in OF_PENALTY}
         apart = found.phase - parts_of(self.system, self.eta).first_impact
         return told | {
             "impact_phase": found.phase,
@@ -157,16 +144,3 @@ class _Stages:
         if self._progress is None:
             return None
         return lambda done: self._progress((before + done) // self._count)
-
-
-def equal_restitution_damping(system: System, stiffness: np.ndarray) -> np.ndarray:
-    """D at which a single contact of stiffness K returns the share e of the closing speed; D ≥ 0, no unit.
-
-    Parameters
-    ----------
-    stiffness : array_like
-        K.
-    """
-    e = system.restitution
-    ratio = 1.0 if e == 0 else -math.log(e) / math.hypot(math.pi, math.log(e))
-    return ratio * np.sqrt(np.asarray(stiffness) * system.mass_share)

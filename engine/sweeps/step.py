@@ -17,10 +17,11 @@ from ..cells import CellResults, Cells
 from ..methods import ExactPenalty
 from ..result import Record
 from ..simulate import simulate
+from .axis import ascending
 from .chunks import Chunk
 from .parts import parts_of
-from .plane import DESCRIBED, ERRORS
-from .study import STATUS_FLAGS, Study, Variable, Whole
+from .study import Study
+from .variables import ERRORS, OF_PENALTY, STATUS_FLAGS, Variable, Whole
 
 SHOWN = 2  # periods of a phase plot
 INSTANTS = 500  # of each, at most
@@ -40,6 +41,10 @@ class StepStudy(Study):
 
     steps: np.ndarray = None
     kind: ClassVar[str] = "step"
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._take(steps=ascending("steps", self.steps))
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
@@ -76,7 +81,7 @@ class StepStudy(Study):
     def variables(self) -> dict[str, Variable]:
         """What a cell tells."""
         dims = ("steps", "scheme")
-        found = {name: Variable(dims, kind, meaning) for name, (kind, meaning) in DESCRIBED.items()}
+        found = {name: Variable(dims, kind, meaning) for name, (kind, meaning) in OF_PENALTY.items()}
         found |= {name: Variable(dims, "f8", meaning) for name, meaning in ERRORS.items()}
         found |= {name: Variable((*dims, "instant"), "f8", f"{name} of the phase plot") for name in COLUMNS}
         found["tau"] = Variable((*dims, "instant"), "f8", "time of the phase plot from a section on; nan after its end")
@@ -110,7 +115,7 @@ class StepStudy(Study):
             scheme = replace(self, method=replace(self.method, located=located))
             cells = scheme.cells_at(points)
             found = run_cells(cells, **how)
-            told = {name: getattr(found, name) for name in (*DESCRIBED, "status")}
+            told = {name: getattr(found, name) for name in (*OF_PENALTY, "status")}
             errors = parts_of(self.system, self.eta).errors(cells, found, exact, threads=threads, cancelled=cancelled)
             told |= dict(zip(ERRORS, errors, strict=True))
             told |= {f"{name}_section": found.section[:, :, COLUMNS.index(name)] for name in ("xi2", "v2")}

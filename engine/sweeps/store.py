@@ -19,7 +19,8 @@ import numpy as np
 from . import arrays, provenance
 from .chunks import Chunk
 from .place import Place
-from .study import MISSING, Study, Whole
+from .study import Study
+from .variables import MISSING, Whole
 
 if TYPE_CHECKING:
     import xarray

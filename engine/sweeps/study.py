@@ -11,23 +11,23 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..cells import STATUSES, Cells
+from ..cells import Cells
 from ..methods import Method
-from ..model import System, check_eta, require
-from ..simulate import STEPS_LIMIT
+from ..model import System, check_eta, require, whole
+from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
 from .chunks import Chunk
 from .provenance import engine_digest
+from .variables import Variable, Whole
 
 if TYPE_CHECKING:
     import xarray
 
 CELLS_LIMIT = 1_000_000_000
 NUMBERS_LIMIT = 10**12  # numbers in a result: 8 TB
-MISSING = -1  # status and other flags of a cell that was not computed yet
 
 # Parameters that can be swept: how they are named in the result → in `Cells` or in `System`.
 OF_CELLS = {"K": "stiffness", "D": "damping", "steps": "steps"}
@@ -46,44 +46,6 @@ MEANING = {
 }
 
 
-class Variable(NamedTuple):
-    """One array of a result: its dimensions, dtype, meaning, and the names of whole numbers that are flags."""
-
-    dims: tuple[str, ...]
-    dtype: str
-    meaning: str
-    flags: dict[str, int] | None = None
-
-    @property
-    def fill(self) -> float | int:
-        """What stands in cells that were not computed (yet)."""
-        return np.nan if self.dtype.startswith("f") else MISSING
-
-    @property
-    def attributes(self) -> dict[str, object]:
-        """Units and meaning, by the CF conventions."""
-        named = {"units": "1", "long_name": self.meaning}
-        if self.flags:
-            named |= {"flag_values": list(self.flags.values()), "flag_meanings": " ".join(self.flags)}
-        return named
-
-
-class Whole(NamedTuple):
-    """An array that is known before any cell is computed, and kept in one piece: coordinates, curves, the reference."""
-
-    dims: tuple[str, ...]
-    values: np.ndarray
-    meaning: str
-
-    @property
-    def attributes(self) -> dict[str, object]:
-        """Units and meaning, by the CF conventions."""
-        return {"units": "1", "long_name": self.meaning}
-
-
-STATUS_FLAGS = {str(status): i for i, status in enumerate(STATUSES)} | {"missing": MISSING}
-
-
 @dataclass(frozen=True, eq=False)
 class Study(abc.ABC):
     """Base of the three studies.
@@ -97,6 +59,11 @@ class Study(abc.ABC):
         Excitation frequency where it is not swept itself.
     transient, sample : int
         Periods that each cell runs before the sample, and those that are described.
+
+    Raises
+    ------
+    ValueError
+        If a number is none that can be; whether all of them together are, :meth:`check` tells.
     """
 
     system: System
@@ -107,6 +74,16 @@ class Study(abc.ABC):
     kind: ClassVar[str]
     sequential: ClassVar[bool] = False  # whether a chunk needs what came out of the one before
     backwards: ClassVar[bool] = False  # whether the last chunk comes first
+
+    def __post_init__(self):
+        transient = whole("transient", self.transient, 0, PERIODS_LIMIT, "give the periods before the sample")
+        sample = whole("sample", self.sample, 1, KEEP_LIMIT, "give the periods to describe")
+        self._take(transient=transient, sample=sample)
+
+    def _take(self, **checked) -> None:
+        """Set attributes to what was made of them when the study was checked."""
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     @property
     @abc.abstractmethod

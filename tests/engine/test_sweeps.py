@@ -18,9 +18,9 @@ from engine import (
     sweep_plane,
     sweep_step,
 )
+from engine.divergence.contact import equal_restitution_damping
 from engine.sweeps.chunks import chunk_shape, chunks, count
-from engine.sweeps.eta import changes
-from engine.sweeps.plane import equal_restitution_damping
+from engine.sweeps.refinement import changes
 from engine.sweeps.step import observed_order
 
 SHORT = {"transient": 300, "sample": 20}

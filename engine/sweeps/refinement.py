@@ -1,0 +1,48 @@
+"""Refinement halves each interval at whose ends the motion differs, level by level."""
+
+import numpy as np
+
+from .variables import MISSING
+
+CLEAR = 1e-6  # difference of impacts per period that is no rounding
+
+
+def middles(over: str, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Where cells are to be put in.
+
+    Parameters
+    ----------
+    over : str
+        Name of the axis; between two ``steps`` there is a middle only if they are not neighbours.
+    found : dict
+        The axis and the variables of all cells so far, ascending along the axis.
+
+    Returns
+    -------
+    left : (m,) ndarray of int
+        The cells at the lower ends of the intervals.
+    middle : (m,) ndarray
+        Values of the axis between them and the next.
+    """
+    axis = found[over]
+    left = np.flatnonzero(changes(found))
+    middle = 0.5 * (axis[left] + axis[left + 1])
+    if over == "steps":
+        middle = np.floor(middle)
+    inside = (middle > axis[left]) & (middle < axis[left + 1])
+    return left[inside], middle[inside]
+
+
+def changes(found: dict[str, np.ndarray]) -> np.ndarray:
+    """Between which neighbours the motion changes: another period, other impacts in it, or one of them ended early.
+
+    Returns
+    -------
+    (n − 1,) ndarray of bool
+    """
+    status, period, impacts = found["status"], found["period"], found["impacts_per_period"]
+    periodic = period > 0
+    other_impacts = periodic[1:] & periodic[:-1] & ~(np.abs(np.diff(impacts)) <= CLEAR)
+    ended = (status != 0) & (status != MISSING)
+    both = ended[1:] & ended[:-1]
+    return ~both & ((np.diff(status) != 0) | (np.diff(period) != 0) | other_impacts)
