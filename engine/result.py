@@ -169,6 +169,11 @@ class Response:
         return self.status is Status.OK
 
     @property
+    def ending(self) -> str:
+        """How a run ended that did not reach its end, and why."""
+        return f"the run ended as {self.status}: {self.message}"
+
+    @property
     def period(self) -> float:
         """T = 2π/η."""
         return 2 * np.pi / self.eta

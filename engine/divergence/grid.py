@@ -25,7 +25,7 @@ def sampled_again(response: Response, record: Record) -> Response:
         If the run ended early.
     """
     if not response.ok:
-        raise ValueError(f"the run ended as {response.status}: {response.message}")
+        raise ValueError(response.ending)
     return simulate(
         response.system,
         response.eta,

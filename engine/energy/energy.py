@@ -52,7 +52,7 @@ def energy(response: Response, start: tuple[float, float, float, float] | None =
         If the run ended early, if too few periods are kept, or if Newmark's steps were not all recorded.
     """
     if not response.ok:
-        raise ValueError(f"the run ended as {response.status}: {response.message}")
+        raise ValueError(response.ending)
     if isinstance(response.method, Newmark) and not response.method.located:
         return along_steps(response)
     rows = response.section if start is None else np.vstack([np.asarray(start, dtype=float), response.section])

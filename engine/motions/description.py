@@ -185,7 +185,7 @@ def ended_early(response: Response) -> Motion:
     unknown = ("impacts", "contacts", "permanent")
     return Motion(
         type=Kind.DIVERGED if diverged else Kind.UNDECIDED,
-        reason=f"the run ended as {response.status}: {response.message}",
+        reason=response.ending,
         period=0,
         near_period=0,
         section=response.section,

@@ -82,7 +82,7 @@ def motion(
         if eta is not None or method is not None:
             raise ValueError("a response knows its eta and method: give them with a system only")
         if not subject.ok:
-            raise ValueError(f"the run ended as {subject.status}: {subject.message}")
+            raise ValueError(subject.ending)
         return describe(subject)
     if eta is None or method is None:
         raise ValueError("a system alone does not move: give motion(system, eta, method), or a response")

@@ -18,6 +18,7 @@ from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta, whole
 from ..result import Checkpoint, Record, Response, Status
 from ..simulate import beginning, simulate
+from .floquet import largest_first
 from .orbit import Orbit, OrbitSearch
 from .poincare import PoincareMap, displacements
 from .section import repeats_after
@@ -158,13 +159,12 @@ def _written_down(system, eta, method, orbit: Orbit, search: OrbitSearch, record
         record=_at_most(record, orbit.period),
         cancelled=search.map.cancelled,
     )
-    multipliers = np.linalg.eigvals(orbit.back.jacobian).astype(complex)
     return Steady(
         periodic=True,
         message="",
         period=orbit.period,
         state=displacements(orbit.state),
-        multipliers=multipliers[np.argsort(-np.abs(multipliers), kind="stable")],
+        multipliers=largest_first(orbit.back.jacobian),
         residual=orbit.back.miss,
         iterations=orbit.iterations,
         periods=search.all_periods,
@@ -178,7 +178,7 @@ def _at_most(record: Record | None, periods: int) -> Record | None:
 
 def _why_not(run: Response, search: OrbitSearch) -> str:
     if not run.ok:
-        return f"the run ended as {run.status}: {run.message}"
+        return run.ending
     period = repeats_after(run.section)
     if period > search.max_period:
         return f"the motion repeats itself after {period} periods, more than max_period = {search.max_period}"
