@@ -1,7 +1,7 @@
 """Studies over many cells: the bifurcation diagram, the K–D plane, the time step.
 
 `study` says what a study is and `eta`, `plane`, `step` what each of the three computes; `chunks` cuts it, `store`
-keeps it, `runner` and `cluster` run it, `provenance` signs it. Results are xarray Datasets.
+keeps it at its `place`, `runner` and `cluster` run it, `provenance` signs it. Results are xarray Datasets.
 
 All three functions take further keywords that do not change the result: those of `Run`, which say where to keep it and
 on which machines to run it. Or ``keep=True``: it is kept in the user's cache, under every number and the
