@@ -78,6 +78,8 @@ def _orders(stage: TimeStepStage, name: str) -> str:
         order, error = stage.order(name, scheme)
         if sizes.max(initial=0.0) < 1e-10:
             said.append(f"{scheme} step: none beyond rounding")
+        elif order <= 0:
+            said.append(f"{scheme} step: does not fall with n")
         elif math.isfinite(order):
             sure = f" ± {error:.1g}" if math.isfinite(error) else ""
             said.append(f"{scheme} step: falls as n to the power of −{order:.2f}{sure}")

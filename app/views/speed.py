@@ -96,8 +96,8 @@ class SpeedView:
                 y="error",
                 text="text",
                 source=self.present,
-                x_offset=14,
-                y_offset=8,
+                text_align="center",
+                y_offset=14,
                 text_color=INK,
                 text_font_size="12px",
                 text_font_style="bold",
@@ -110,11 +110,8 @@ class SpeedView:
             return
         fresh = self._stage is None or self._stage.question != stage.question
         self._stage = stage
-        asked = stage.question
-        self.figure.title.text = (
-            f"η {asked.eta:g}, K {asked.K:g}, D {asked.D:g}, T/{asked.steps} set: "
-            f"median of {stage.rounds} turn{'s' if stage.rounds > 1 else ''}"
-        )
+        turns = f"{stage.rounds} turn{'s' if stage.rounds > 1 else ''}"
+        self.figure.title.text = f"T/{stage.question.steps} set: median of {turns}"
         for kind, source in self.closed.items():
             write(source, {"cost": np.full(2, stage.closed_form(kind)), "error": np.array(_ALL)})
         for kind, source in self.swept.items():

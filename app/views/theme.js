@@ -55,7 +55,15 @@ function exchange(model, table) {
     const now = exchanged(old, table);
     if (now !== old) changed[property.attr] = now;
   }
-  if (Object.keys(changed).length) model.setv(changed, HERE);
+  if (!Object.keys(changed).length) return;
+  model.setv(changed, HERE);
+  if (model.type === "Figure") wipe(model);
+}
+
+// Bokeh clears a canvas half a pixel off: at its edges the former colours would shine through. It paints anew at once.
+function wipe(model) {
+  const canvas = Bokeh.index.find_one_by_id(model.id)?.canvas_view?.primary.canvas;
+  if (canvas) canvas.width = canvas.width;
 }
 
 // A colour, with or without opacity behind it; a value that holds one; a palette.
