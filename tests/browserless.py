@@ -112,19 +112,7 @@ class Client:
 
     def models(self, kind):
         """Every object of a kind in the document, as it came."""
-        found = []
-
-        def walk(part):
-            if isinstance(part, dict):
-                if part.get("type") == "object" and part.get("name", "").endswith(kind):
-                    found.append(part)
-                part = list(part.values())
-            if isinstance(part, list):
-                for item in part:
-                    walk(item)
-
-        walk(self.document)
-        return found
+        return list(_objects(self.document, kind))
 
     def component(self, name):
         """Identifier of one of the page's own components."""
@@ -164,8 +152,22 @@ def changed(model, attribute, value):
     return {"kind": "ModelChanged", "model": {"id": model}, "attr": attribute, "new": value}
 
 
+def _objects(part, kind):
+    """Every object of a kind in a part of a document."""
+    if isinstance(part, dict):
+        if part.get("type") == "object" and part.get("name", "").endswith(kind):
+            yield part
+        part = list(part.values())
+    if isinstance(part, list):
+        for item in part:
+            yield from _objects(item, kind)
+
+
 def _told(message):
-    """Every value of ``shown`` in a patch."""
+    """Every value of ``shown`` in a patch, or in the document that the page came with."""
+    if message["msgtype"] == "PULL-DOC-REPLY":
+        yield from (plain(m["attributes"]["shown"]) for m in _objects(message["content"]["doc"], "Controls1"))
+        return
     for change in message["content"].get("events", []) if isinstance(message["content"], dict) else []:
         if change.get("attr") == "shown":
             yield plain(change["new"])

@@ -1,0 +1,62 @@
+"""What `make release` adds: thousands of fuzzed inputs, faults, malicious clients, a stop under load, a soak.
+
+Prints its figures, and their sum at the end. ``RELEASE_INPUTS`` sets how many inputs of each kind are tried,
+``RELEASE_SOAK`` the seconds of the soak; many visitors at once, and a thousand that come and go, are measured by
+``benchmarks/sessions.py``.
+"""
+
+import json
+import os
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from tests.served import served
+
+SUMS = pytest.StashKey[Counter]()
+
+
+def pytest_configure(config):
+    config.stash[SUMS] = Counter()
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            item.add_marker(pytest.mark.release)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    sums, failed = config.stash[SUMS], len(terminalreporter.stats.get("failed", []))
+    if sums:
+        told = f"{sums['inputs']} inputs tried, {sums['faults']} faults survived, {sums['sessions']} sessions held"
+        end = f"NOT HELD: {failed} checks" if failed else "nothing lost"
+        terminalreporter.write_line(f"release: {told}, {end}")
+
+
+@pytest.fixture(scope="session")
+def inputs():
+    return int(os.environ.get("RELEASE_INPUTS", "12000"))
+
+
+@pytest.fixture
+def tell(request, capsys):
+    """Print a line of figures, and add to the sums: ``inputs``, ``faults``, ``sessions``."""
+
+    def tell(text, **counted):
+        request.config.stash[SUMS].update(counted)
+        with capsys.disabled():
+            print(f"\n{text}")
+
+    return tell
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    """A server whose log, at the end, holds no traceback and no answer of 500."""
+    with served(tmp_path_factory.mktemp("release") / "log.txt", VIBROSCOPE_LOG_FORMAT="json") as server:
+        yield server
+    lines = [json.loads(line) for line in server.log.read_text().splitlines() if line.startswith("{")]
+    assert not [line for line in lines if "traceback" in line][:1]
+    assert not [line for line in lines if line["event"] == "answered" and line.get("status", 0) >= 500]

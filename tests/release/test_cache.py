@@ -1,0 +1,64 @@
+"""The explorer serves whatever the cache folder is like."""
+
+import random
+import shutil
+import subprocess
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from engine.kernels.jit import cache_root, source_digest
+from tests.browserless import Client
+from tests.release.odd import damaged, run
+from tests.served import served
+
+
+@contextmanager
+def small_disk(folder, kilobytes):
+    """A folder with room for so much."""
+    folder.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", folder]).returncode:
+        pytest.skip("mounting needs root")
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+def serves(tmp_path, cache):
+    """One session that moves, and no traceback."""
+
+    async def steps():
+        async with Client(server.url) as client:
+            await client.ready()
+            await client.shown(lambda told: told.get("frame"), seconds=500)  # nothing kept: kernels compile
+            return await client.set(1, eta="1.5")
+
+    with served(tmp_path / "log.txt", VIBROSCOPE_CACHE_DIR=str(cache)) as server:
+        assert run(steps(), 600)["texts"]["eta"] == "1.5"
+    assert "Traceback" not in (tmp_path / "log.txt").read_text()
+
+
+@pytest.mark.parametrize("fault", ["full", "read-only"])
+def test_nothing_can_be_kept(fault, tmp_path, tell):
+    with small_disk(tmp_path / "cache", 256) as cache:
+        if fault == "full":
+            with suppress(OSError):
+                (cache / "filler").write_bytes(b"x" * 300_000)
+        else:
+            subprocess.run(["mount", "-o", "remount,ro", cache], check=True)
+        serves(tmp_path, cache)
+    tell(f"cache folder {fault}: served, no traceback", faults=1, sessions=1)
+
+
+def test_every_tenth_file_is_damaged(tmp_path, tell):
+    """Compiled kernels and kept studies: all are there at first, and some are no longer what they were."""
+    chance, cache = random.Random(5), tmp_path / "cache"
+    kernels = f"kernels-{source_digest()}"
+    shutil.copytree(cache_root() / kernels, cache / kernels)
+    files = sorted(path for path in cache.rglob("*") if path.is_file())
+    hit = chance.sample(files, len(files) // 10)
+    for path in hit:
+        path.write_bytes(damaged(chance, path.read_bytes()))
+    serves(tmp_path, cache)
+    tell(f"{len(hit)} of {len(files)} kept kernels damaged: served, no traceback", faults=len(hit), sessions=1)

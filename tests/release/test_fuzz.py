@@ -1,0 +1,188 @@
+"""Values from outside by the thousand: addresses, messages, files, the command line."""
+
+import argparse
+import asyncio
+import random
+import subprocess
+
+import numpy as np
+import pytest
+from tornado.websocket import WebSocketClosedError
+
+from app.cli import build_parser, main
+from app.state import Explorer, Refused, Setting, parse_address
+from engine import read_measurement, read_system
+from tests.browserless import Client, get
+from tests.release.odd import NO_NUMBERS, ODD, forged, random_json, random_text, run
+from tests.served import ROOT
+
+
+def holds_no_odd_number(setting):
+    return all(isinstance(value, str) or np.isfinite(value) for value in setting)
+
+
+def test_addresses(server, inputs, tell):
+    """Every one through the parser that sessions use; a share of them as requests for the page and as sessions."""
+    chance, refused = random.Random(1), 0
+    names = (*Setting._fields, "tab", "pin", "theme", "bokeh-token", "x")
+    queries = []
+    for _ in range(inputs):
+        pairs = [(chance.choice(names), random_text(chance)) for _ in range(chance.randint(0, 5))]
+        queries.append("&".join(f"{name}={text}" for name, text in pairs))
+        state = Explorer()
+        before = state.setting()
+        try:
+            state.apply(parse_address(queries[-1]))
+        except Refused as error:
+            refused += bool(str(error))
+            assert state.setting() == before  # whole or not at all
+        assert holds_no_odd_number(state.setting())
+
+    async def ask():
+        statuses = []
+        for query in queries[: inputs // 10]:
+            address = "".join(
+                c if c.isascii() and c.isprintable() and c not in ' "<>' else f"%{ord(c) % 256:02x}" for c in query
+            )
+            statuses.append((await get(f"{server.url}/?{address[:6000]}")).code)
+        assert set(statuses) <= {200, 400}, set(statuses)
+        opened = queries[: min(60, inputs // 100)]
+        for query in opened:
+            safe = "".join(c if (c.isalnum() and c.isascii()) or c in "=&.-" else "%41" for c in query)[:3000]
+            async with Client(server.url, safe) as client:
+                assert await client.ready()
+        return len(statuses), len(opened)
+
+    asked, opened = run(ask())
+    told = f"{inputs} addresses, {refused} refused in words, {asked} of them asked for as pages: no answer of 500"
+    tell(told, inputs=inputs, sessions=opened)
+
+
+def test_messages(server, inputs, tell):
+    """Forged messages of every kind, in few connections that are renewed when the server ends them."""
+    chance, ended, opened = random.Random(2), 0, 0
+    each = min(500, inputs // 8 + 1)
+
+    async def some(client):
+        models = [m["id"] for kind in ("Range1d", "ColumnDataSource", "Figure", "1") for m in client.models(kind)]
+        for _ in range(each):
+            await client.patch(forged(chance, client, chance.choice(models), random_json(chance)))
+            await asyncio.sleep(0.015)  # within the rate that is granted
+
+    async def all_of_them():
+        nonlocal ended, opened
+        tried = 0
+        while tried < inputs:
+            batch = [Client(server.url) for _ in range(8)]
+            for client in batch:
+                await client.open()
+                await client.ready()
+            done = await asyncio.gather(*map(some, batch), return_exceptions=True)
+            assert all(result is None or isinstance(result, WebSocketClosedError) for result in done), done
+            ended += sum(result is not None for result in done)
+            opened += len(batch)
+            tried += 8 * each
+            for client in batch:
+                client.socket.close()
+        async with Client(server.url) as client:  # and a session as ever
+            await client.ready()
+            assert (await client.set(1, eta="1.5"))["texts"]["eta"] == "1.5"
+        return tried
+
+    tried = run(all_of_them())
+    refused = [server.metric(f'vibroscope_refused_total{{what="{what}"}}') for what in ("message", "value")]
+    told = f"{refused[0]:.0f} taken apart, {refused[1]:.0f} values refused in words, {ended} connections ended"
+    tell(f"{tried} forged messages: {told}", inputs=tried, sessions=opened + 1)
+    assert refused[0] > 0
+    assert refused[1] > 0
+
+
+def test_files(tmp_path, inputs, tell):
+    """System files and measurements, damaged at random: refused with a ValueError, or read as finite numbers."""
+    chance, refused = random.Random(3), 0
+    measured = (ROOT / "assets/example-measurement.csv").read_bytes()[:4000]
+    system = subprocess.run([ROOT / ".venv/bin/vibroscope", "system"], capture_output=True, check=True).stdout
+    readers = ((system, "x.toml", read_system), (measured, "x.csv", read_measurement))
+    for number in range(inputs):
+        content, name, read = readers[number % 2]
+        changed = bytearray(content)
+        for _ in range(chance.randint(1, 8)):
+            place = chance.randrange(len(changed))
+            changed[place : place + chance.randint(0, 20)] = chance.choice(ODD).encode()[:200] or b"\xff"
+        path = tmp_path / name
+        path.write_bytes(changed)
+        try:
+            found = read(path)
+        except ValueError as error:
+            refused += bool(str(error))
+        else:
+            assert all_finite(found), (name, found)
+    tell(f"{inputs} damaged files: {refused} refused in words, none ended otherwise", inputs=inputs)
+
+
+def all_finite(found):
+    """Every number in an object and in those it is made of."""
+    if isinstance(found, int | float | np.ndarray):
+        return bool(np.all(np.isfinite(found)))
+    return all(all_finite(value) for value in getattr(found, "__dict__", {}).values())
+
+
+# -- the command line ------------------------------------------------------------------------------------------------
+
+PENALTY = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "100"]
+STUDY = ["--transient", "5", "--sample", "5", "--out", "OUT"]
+COMMANDS = (
+    ["simulate", "--solver", "newmark", *PENALTY, "--periods", "5", "--keep", "2"],
+    ["simulate", "--solver", "reference", "--eta", "2.76", "--periods", "5", "--keep", "2"],
+    ["motion", "--solver", "newmark", *PENALTY],
+    ["compare", *PENALTY, "--periods", "20"],
+    ["recommend", "--eta", "2.76", "--tolerance", "0.5", "--steps-max", "16", "--located"],
+    ["serve"],
+    ["sweep", "eta", "--from", "2", "--to", "3", "--count", "2", "--solver", "newmark", *PENALTY[2:], *STUDY],
+    ["sweep", "plane", "--eta", "2.76", "--K", "100:200:2", "--D", "1:2:2", "--steps", "50", *STUDY],
+    ["sweep", "step", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "50,100", *STUDY],
+    ["system"],
+    ["measurement", "--eta", "2.76", "--periods", "5"],
+)
+# Any text may be the name of a file to write, and a host's.
+FREE = ("--out", "--address", "--origin", "--scheduler")
+
+
+def options_of(command):
+    """The options of a command that take a value."""
+    parser = build_parser()
+    for word in command:
+        subs = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+        if not subs:
+            break
+        parser = subs[0].choices[word]
+    return [action.option_strings[-1] for action in parser._actions if action.option_strings and action.nargs != 0]
+
+
+def ended(arguments):
+    try:
+        return main(arguments)
+    except SystemExit as end:
+        return end.code
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: "-".join(command[:2]).replace("---", "-"))
+def test_command_line(command, tmp_path, monkeypatch, capsys, tell):
+    """Every option with every odd value: a line of words and a status, and no number where none was given."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("app.server.serve", lambda *_, **__: None)
+    monkeypatch.setattr("engine.sweeps.cluster.PATIENCE", 0.1)
+    tried, refused, wrong = 0, 0, []
+    for option in options_of(command):
+        for value in ODD:
+            words = [str(tmp_path / f"{tried}.zarr") if word == "OUT" else word for word in command]
+            status = ended([*words, f"{option}={value}"])
+            said = capsys.readouterr().err.strip()
+            tried += 1
+            refused += status != 0
+            in_words = status in (1, 2) and said.startswith("vibroscope ") and "Traceback" not in said
+            taken = status == 0 and (option in FREE or value not in NO_NUMBERS or "has no effect" in said)
+            if not in_words and not taken:
+                wrong.append((option, value, status, said))
+    assert not wrong
+    tell(f"vibroscope {' '.join(command[:2])}: {tried} odd values, {refused} refused in a line", inputs=tried)
