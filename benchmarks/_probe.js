@@ -32,6 +32,16 @@ window.probe = {
     this.painted = [];
   },
 
+  // The line at the pointer is no part of a painted figure: the browser shows it with the frame after its move.
+  watchLine() {
+    const view = Bokeh.index.find_one_by_id(this.model("displacement").id);
+    const line = view.canvas_view.overlays_el.querySelector("[data-mark=now-displacement]");
+    const seen = () => requestAnimationFrame(() => afterThisFrame(() => this.show(line.dataset.x)));
+    new MutationObserver(seen).observe(line, { attributeFilter: ["style"] });
+    this.inputs = [];
+    this.painted = [];
+  },
+
   show(state) {
     this.painted.push({ state, at: performance.now() });
     this.waiting?.();
@@ -52,7 +62,6 @@ window.probe = {
   },
   states: {
     eta: () => probe.column("section_reference", "eta")[0],
-    cursor: () => probe.model("now_displacement").location,
   },
 };
 

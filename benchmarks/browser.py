@@ -116,7 +116,8 @@ def _back(visit):
 
 def point(visit, count):
     """Latencies (ms) of the line at the pointer, in all figures, and the CPU time (ms) of a move."""
-    visit.watch("cursor", (*FIGURES, "strip"))
+    visit.page.bring_to_front()
+    visit.ask("probe.watchLine()")
     box = visit.ask("""(() => {
       const view = Bokeh.index.find_one_by_id(probe.model("displacement").id);
       const canvas = view.canvas_view.el.getBoundingClientRect(), { x0, x1, y0, y1 } = view.frame.bbox;

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 import numpy as np
-from bokeh.models import ColumnDataSource, HoverTool, Legend, LegendItem, Span
+from bokeh.models import ColumnDataSource, HoverTool, Legend, LegendItem
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 
@@ -136,14 +136,6 @@ def tips(renderers: list, tooltips: Mapping[str, str], **more) -> HoverTool:
 def time_label(setting: Setting) -> str:
     """What stands at an axis of time."""
     return f"time {'τ/T' if setting.scale is None else 't / s'} in the last two excitation periods"
-
-
-def now_line(figure_name: str) -> Span:
-    """The line at the present phase in a figure over time; the browser moves it (`phase.js`)."""
-    # Overlays are repainted without the curves below them.
-    return Span(
-        dimension="height", line_color=INK, line_dash="dotted", line_width=1, level="overlay", name=f"now_{figure_name}"
-    )
 
 
 class Ghost:

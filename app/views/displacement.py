@@ -20,7 +20,6 @@ from app.views.base import (
     empty,
     legend,
     make_figure,
-    now_line,
     sources,
     time_label,
     tips,
@@ -101,7 +100,6 @@ class DisplacementView:
         self._items = {"displacements": items, "difference": parts}
         self._ghosts = ghosts
         plot.add_layout(legend([*items, *parts, self.ghost.item(ghosts)], 9))
-        plot.add_layout(now_line(plot.name))
         # One line carries the hover for all four: they share their times.
         plot.add_tools(
             tips(
@@ -156,7 +154,6 @@ class DisplacementView:
             )
         plot.xaxis.visible = False
         plot.ygrid.grid_line_color = None
-        plot.add_layout(now_line(plot.name))
         return plot
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:

@@ -16,7 +16,6 @@ from app.views.base import (
     Ghost,
     legend,
     make_figure,
-    now_line,
     sources,
     style,
     time_label,
@@ -76,7 +75,6 @@ class ForceView:
                 5,
             )
         )
-        plot.add_layout(now_line(plot.name))
         plot.add_tools(
             tips(lines, {"time": "@t", "force": "@force"}),
             tips([stem[1] for stem in stems], {"time": "@t", "impulse": "@impulse"}),

@@ -9,7 +9,6 @@ const REACH = 92; // pixels that the largest displacement takes
 const FLASH = 0.03; // periods in which the flash of an impact fades
 const SPEEDS = [["0.05", "1/20 T/s"], ["0.1", "1/10 T/s"], ["0.25", "1/4 T/s"], ["0.5", "1/2 T/s"], ["1", "1 T/s"]];
 const STEP = 0.01; // of a period, for one key
-const MARK_EVERY = 3; // frames of the animation between marks in the figures
 
 export function render({ model }) {
   const root = element("div", "mechanism");
@@ -105,7 +104,6 @@ class Player {
     this.time = 0;
     this.playing = false;
     this.held = false; // by the pointer on a figure, or by a slider on its way
-    this.frames = 0;
     this.element = element("div", "player");
     this.button = button("▶", "Play", () => this.play(!this.playing), "play");
     this.slider = element("input");
@@ -123,10 +121,11 @@ class Player {
   // Figures come a moment after this component.
   begin(tries = 400) {
     const source = modelOf("displacements");
-    if (!source || !TIME_FIGURES.every(viewOf)) {
+    if (!source || !MARKED.every((name) => viewOf(name)?.has_finished())) {
       if (tries) setTimeout(() => this.begin(tries - 1), 25);
       return;
     }
+    this.marks = new Marks();
     const changed = () => {
       this.drawing.fit(asObject(source.data), this.model);
       this.go(this.time);
@@ -159,11 +158,10 @@ class Player {
     const passed = Math.min((now - this.last) / 1000, 0.1);
     this.last = now;
     if (this.held || this.moving || !this.element.getClientRects().length) return;
-    this.frames += 1;
-    this.go((this.time + passed * Number(this.speed.value)) % WINDOW, this.frames % MARK_EVERY === 0);
+    this.go((this.time + passed * Number(this.speed.value)) % WINDOW);
   }
 
-  go(time, marked = true) {
+  go(time) {
     this.time = time;
     const instant = new Instant(time, this.model);
     if (!instant.ready) return;
@@ -171,6 +169,6 @@ class Player {
     this.slider.value = time;
     this.slider.setAttribute("aria-valuetext", `${time.toFixed(2)} periods`);
     this.readout.textContent = `τ/T ${time.toFixed(3)}`;
-    if (marked) mark(instant);
+    this.marks.put(instant);
   }
 }

@@ -3,6 +3,7 @@
 
 const WINDOW = 2; // periods, as in present.py
 const TIME_FIGURES = ["displacement", "strip", "force"];
+const MARKED = [...TIME_FIGURES, "phase1", "phase2"];
 const SOLVERS = ["reference", "penalty"];
 
 // Everything the page knows about one instant, from the columns of the displacement figure.
@@ -51,14 +52,76 @@ class Instant {
 // Of the excitation, on the axes of time: 1 where time is counted in periods.
 const periodOf = ({ t = [] }) => (t.length ? t[t.length - 1] / WINDOW : 1);
 
-function mark(instant) {
-  for (const name of TIME_FIGURES) modelOf(`now_${name}`)?.setv({ location: instant.time * instant.period }, HERE);
-  for (const solver of SOLVERS) {
-    for (const pendulum of [1, 2]) {
-      const [x, v] = instant.state(solver, pendulum);
-      const data = Number.isFinite(x) ? { x: [x], v: [v] } : { x: [], v: [] };
-      modelOf(`mark_${solver}${pendulum}`)?.setv({ data }, HERE);
+// An element over a figure at a place in its data: it moves without a repaint of anything below it.
+class Mark {
+  constructor(figure, name, look) {
+    this.view = viewOf(figure);
+    this.element = element("div");
+    this.element.dataset.mark = name;
+    Object.assign(this.element.style, { position: "absolute", left: 0, top: 0, pointerEvents: "none" }, look);
+    this.view.canvas_view.overlays_el.append(this.element);
+    const { x_range, y_range, properties } = this.view.model;
+    const moved = [x_range.properties.start, x_range.properties.end, y_range.properties.start, y_range.properties.end];
+    for (const property of [...moved, properties.inner_width, properties.inner_height]) {
+      property.change.connect(() => this.draw());
     }
+  }
+
+  put(x, y) {
+    Object.assign(this.element.dataset, { x, y });
+    [this.x, this.y] = [x, y];
+    this.draw();
+  }
+
+  draw() {
+    const { bbox, x_scale } = this.view.frame;
+    const [sx, sy] = [x_scale.compute(this.x), this.across(this.view.frame)];
+    this.element.style.display = bbox.contains(sx, sy) ? "" : "none"; // what is no number lies nowhere
+    this.element.style.transform = `translate(${sx}px, ${sy}px)${this.turned}`;
+  }
+}
+
+// A line across the frame.
+class NowLine extends Mark {
+  turned = "";
+
+  constructor(figure) {
+    super(figure, `now-${figure}`, { borderLeft: "1px dotted var(--ink)" });
+  }
+
+  across({ bbox }) {
+    this.element.style.height = `${bbox.height}px`;
+    return bbox.top;
+  }
+}
+
+// A point of a solution, shaped as its section is.
+class StateMark extends Mark {
+  constructor(solver, pendulum) {
+    const [size, round] = solver === "reference" ? [11, "50%"] : [9, 0];
+    super(`phase${pendulum}`, `${solver}${pendulum}`, {
+      boxSizing: "border-box", width: `${size}px`, height: `${size}px`, margin: `${-size / 2}px`,
+      border: "1.2px solid var(--ink)", borderRadius: round, background: `var(--${solver})`,
+    });
+    this.turned = round ? "" : " rotate(45deg)";
+  }
+
+  across({ y_scale }) {
+    return y_scale.compute(this.y);
+  }
+}
+
+// All marks of an instant.
+class Marks {
+  constructor() {
+    this.lines = TIME_FIGURES.map((figure) => new NowLine(figure));
+    this.states = SOLVERS.flatMap((solver) => [1, 2].map((pendulum) => [solver, pendulum]))
+      .map(([solver, pendulum]) => ({ solver, pendulum, mark: new StateMark(solver, pendulum) }));
+  }
+
+  put(instant) {
+    for (const line of this.lines) line.put(instant.time * instant.period, 0);
+    for (const { solver, pendulum, mark } of this.states) mark.put(...instant.state(solver, pendulum));
   }
 }
 

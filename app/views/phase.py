@@ -8,13 +8,11 @@ from app.present import Columns
 from app.state import Setting
 from app.views.base import (
     BLUE,
-    INK,
     PENALTY,
     PINNED,
     REFERENCE,
     VERMILLION,
     Ghost,
-    empty,
     legend,
     make_figure,
     sources,
@@ -94,26 +92,10 @@ class PhaseView:
                 3,
             )
         )
-        self._mark(plot, number)
         plot.add_tools(
             tips([dots, rings], {"at τ ≡ 0 (mod T)": f"displacement @{x}, velocity @{y}"}),
         )
         return plot
-
-    def _mark(self, plot, number: int) -> None:
-        """Both solutions at the present phase; the browser fills the source (`phase.js`)."""
-        for solver, colour in (("reference", BLUE), ("penalty", VERMILLION)):
-            plot.scatter(
-                "x",
-                "v",
-                source=empty(f"mark_{solver}{number}", "x", "v"),
-                marker="circle" if solver == "reference" else "diamond",
-                size=11,
-                fill_color=colour,
-                line_color=INK,
-                line_width=1.2,
-                level="overlay",
-            )
 
     def _label(self, setting: Setting) -> None:
         physical = setting.scale is not None
