@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 import numpy as np
-from bokeh.models import ColumnDataSource, HoverTool, Legend, LegendItem
+from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 
@@ -119,6 +119,11 @@ def style(plot: figure) -> figure:
     plot.toolbar.logo = None
     plot.toolbar.autohide = True
     return plot
+
+
+def draw(plot: figure, glyph: Glyph, source: ColumnDataSource, **more) -> GlyphRenderer:
+    """Add a glyph alone: `figure`'s own methods make two more of each, for a selection that there is none of here."""
+    return plot.add_glyph(source, glyph, nonselection_glyph=None, **more)
 
 
 def legend(items: list, columns: int = 2) -> Legend:

@@ -8,13 +8,13 @@ import holoviews as hv
 import numpy as np
 from bokeh.core.property.descriptors import UnsetValueError
 from bokeh.events import RangesUpdate, Tap
-from bokeh.models import ColumnDataSource, Label, Span
+from bokeh.models import ColumnDataSource, Label, Scatter, Span
 
 from app.present import factor_of
 from app.raster import raster
 from app.scenes import scenes
 from app.state import Setting
-from app.views.base import BLUE, FONT, INK, THEME, VERMILLION, style
+from app.views.base import BLUE, FONT, INK, THEME, VERMILLION, draw, style
 from app.views.ranges import OwnedRange
 from engine import Diagram, System
 
@@ -73,28 +73,12 @@ class DiagramView:
         # Overlays are repainted without the picture below them.
         self.cursor = Span(location=1.08, dimension="height", line_color=INK, line_width=1.5, level="overlay")
         plot.add_layout(self.cursor)
+        look = {"x": "eta", "y": "x2"}
+        dot = Scatter(marker="circle", size=7, fill_color=BLUE, line_color="white", **look)
+        ring = Scatter(marker="diamond", size=10, fill_color=None, line_color=VERMILLION, line_width=1.5, **look)
         return [
-            plot.scatter(
-                "eta",
-                "x2",
-                source=self._sections["section_reference"],
-                marker="circle",
-                size=7,
-                fill_color=BLUE,
-                line_color="white",
-                level="overlay",
-            ),
-            plot.scatter(
-                "eta",
-                "x2",
-                source=self._sections["section_penalty"],
-                marker="diamond",
-                size=10,
-                fill_color=None,
-                line_color=VERMILLION,
-                line_width=1.5,
-                level="overlay",
-            ),
+            draw(plot, dot, self._sections["section_reference"], level="overlay"),
+            draw(plot, ring, self._sections["section_penalty"], level="overlay"),
         ]
 
     def update(self, setting: Setting) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import FactorRange, LegendItem, Range1d
+from bokeh.models import ColumnDataSource, FactorRange, HBar, LegendItem, Line, Range1d
 
 from app.present import WINDOW, Columns, factor_of
 from app.state import Setting
@@ -17,6 +17,7 @@ from app.views.base import (
     RIGHT,
     VERMILLION,
     Ghost,
+    draw,
     empty,
     legend,
     make_figure,
@@ -74,26 +75,21 @@ class DisplacementView:
         )
         ghost = self.ghost.of(self.sources["displacements"])
         ghosts = [
-            plot.line("t", f"{solver}{number}", source=ghost, muted_alpha=0.1, **look)
+            draw(plot, Line(x="t", y=f"{solver}{number}", **look), ghost)
             for solver, look in PINNED.items()
             for number in (1, 2)
         ]
         items = []
         for solver, look in (("reference", REFERENCE), ("penalty", PENALTY)):
             for number, dash in ((1, "solid"), (2, "dashed")):
-                line = plot.line(
-                    "t",
-                    f"{solver}{number}",
-                    source=self.sources["displacements"],
-                    muted_alpha=0.1,
-                    **(look | {"line_dash": dash}),
-                )
+                glyph = Line(x="t", y=f"{solver}{number}", **(look | {"line_dash": dash}))
+                line = draw(plot, glyph, self.sources["displacements"])
                 items.append(LegendItem(label=f"ξ{'₁₂'[number - 1]} {solver}", renderers=[line]))
         parts = [
             LegendItem(
                 label=_NAMES[name],
                 visible=False,
-                renderers=[plot.line("t", name, source=self.difference, visible=False, muted_alpha=0.1, **look)],
+                renderers=[draw(plot, Line(x="t", y=name, **look), self.difference, visible=False)],
             )
             for name, look in PARTS.items()
         ]
@@ -132,17 +128,12 @@ class DisplacementView:
         )
         for solver, colour, hatch in (("reference", BLUE, None), ("penalty", VERMILLION, "right_diagonal_line")):
             # An impact has no length: its outline keeps it visible.
-            self._grounds.append(
-                plot.hbar(
-                    [solver], right=np.array([WINDOW], float), left=0, height=0.6, fill_color="#F1F3F5", line_color=None
-                )
-            )
-            plot.hbar(
-                y=value(solver),
+            ground = ColumnDataSource({"right": np.array([WINDOW], float)})
+            self._grounds.append(ground)
+            where = {"y": value(solver), "right": "right", "height": 0.6}
+            draw(plot, HBar(left=0, fill_color="#F1F3F5", line_color=None, **where), ground)
+            bar = HBar(
                 left="left",
-                right="right",
-                height=0.6,
-                source=self.sources[f"strip_{solver}"],
                 fill_color=colour,
                 line_color=colour,
                 line_width=1.6,
@@ -151,7 +142,9 @@ class DisplacementView:
                 hatch_color=colour,
                 hatch_scale=6,
                 hatch_weight=1.2,
+                **where,
             )
+            draw(plot, bar, self.sources[f"strip_{solver}"])
         plot.xaxis.visible = False
         plot.ygrid.grid_line_color = None
         return plot
@@ -159,7 +152,7 @@ class DisplacementView:
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
         """Of columns that the sources hold by now: the range follows, the label says what is shown."""
         for ground in self._grounds:
-            write(ground.data_source, {"right": np.array([WINDOW * setting.period], float)})
+            write(ground, {"right": np.array([WINDOW * setting.period], float)})
         self.figure.xaxis[0].axis_label = time_label(setting)
         if setting.frame == "difference":
             return

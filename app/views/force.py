@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bokeh.models import LegendItem, LinearAxis, Range1d
+from bokeh.models import LegendItem, Line, LinearAxis, Range1d, Scatter, Segment
 
 from app.present import Columns, factor_of
 from app.state import Setting
@@ -14,6 +14,7 @@ from app.views.base import (
     RIGHT,
     VERMILLION,
     Ghost,
+    draw,
     legend,
     make_figure,
     sources,
@@ -55,11 +56,11 @@ class ForceView:
         plot.add_layout(LinearAxis(y_range_name="impulse", axis_label=""), "right")
         style(plot)
         ghosts = [
-            plot.line("t", "force", source=self.ghost.of(self.sources[f"force_{solver}"]), muted_alpha=0.1, **look)
+            draw(plot, Line(x="t", y="force", **look), self.ghost.of(self.sources[f"force_{solver}"]))
             for solver, look in PINNED.items()
         ]
         lines = [
-            plot.line("t", "force", source=self.sources[f"force_{solver}"], muted_alpha=0.1, **look)
+            draw(plot, Line(x="t", y="force", **look), self.sources[f"force_{solver}"])
             for solver, look in (("penalty", PENALTY), ("reference", REFERENCE))
         ]
         stems = [self._stems(plot, "penalty", VERMILLION), self._stems(plot, "reference", BLUE)]
@@ -84,29 +85,18 @@ class ForceView:
     def _stems(self, plot, solver: str, colour: str) -> list:
         source = self.sources[f"impulse_{solver}"]
         exact = solver == "reference"
-        stem = plot.segment(
-            "t",
-            0,
-            "t",
-            "impulse",
-            source=source,
-            y_range_name="impulse",
-            line_color=colour,
-            line_width=2 if exact else 1,
-            line_dash="solid" if exact else "dotted",
-        )
-        head = plot.scatter(
-            "t",
-            "impulse",
-            source=source,
-            y_range_name="impulse",
+        line = {"line_width": 2, "line_dash": "solid"} if exact else {"line_width": 1, "line_dash": "dotted"}
+        stem = Segment(x0="t", y0=0, x1="t", y1="impulse", line_color=colour, **line)
+        head = Scatter(
+            x="t",
+            y="impulse",
             marker="circle" if exact else "diamond",
             size=7 if exact else 11,
             line_color=colour,
             fill_color=colour if exact else None,
             line_width=1.4,
         )
-        return [stem, head]
+        return [draw(plot, glyph, source, y_range_name="impulse") for glyph in (stem, head)]
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
         """Of columns that the sources hold by now: the force scale keeps its zero in view, labels say the units."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bokeh.models import LegendItem
+from bokeh.models import LegendItem, Line, Scatter
 
 from app.present import Columns
 from app.state import Setting
@@ -13,6 +13,7 @@ from app.views.base import (
     REFERENCE,
     VERMILLION,
     Ghost,
+    draw,
     legend,
     make_figure,
     sources,
@@ -56,32 +57,16 @@ class PhaseView:
         )
         x, y = f"x{number}", f"v{number}"
         ghosts = [
-            plot.line(x, y, source=self.ghost.of(self.sources[f"phase_{solver}"]), **look, muted_alpha=0.1)
+            draw(plot, Line(x=x, y=y, **look), self.ghost.of(self.sources[f"phase_{solver}"]))
             for solver, look in PINNED.items()
         ]
-        reference = plot.line(x, y, source=self.sources["phase_reference"], **REFERENCE, muted_alpha=0.1)
-        penalty = plot.line(x, y, source=self.sources["phase_penalty"], **PENALTY, muted_alpha=0.1)
+        reference = draw(plot, Line(x=x, y=y, **REFERENCE), self.sources["phase_reference"])
+        penalty = draw(plot, Line(x=x, y=y, **PENALTY), self.sources["phase_penalty"])
         self._lines += [(reference, "reference"), (penalty, "penalty")]
-        dots = plot.scatter(
-            x,
-            y,
-            source=self.sources["section_reference"],
-            marker="circle",
-            size=7,
-            fill_color=BLUE,
-            line_color="white",
-            line_width=0.8,
-        )
-        rings = plot.scatter(
-            x,
-            y,
-            source=self.sources["section_penalty"],
-            marker="diamond",
-            size=9,
-            fill_color=None,
-            line_color=VERMILLION,
-            line_width=1.3,
-        )
+        dot = Scatter(x=x, y=y, marker="circle", size=7, fill_color=BLUE, line_color="white", line_width=0.8)
+        ring = Scatter(x=x, y=y, marker="diamond", size=9, fill_color=None, line_color=VERMILLION, line_width=1.3)
+        dots = draw(plot, dot, self.sources["section_reference"])
+        rings = draw(plot, ring, self.sources["section_penalty"])
         plot.add_layout(
             legend(
                 [
