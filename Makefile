@@ -17,7 +17,7 @@ help:
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
 	@echo "make bench      measure"
 	@echo "make lint       check style and who may import whom"
-	@echo "make snapshots  renew the pictures the tests compare with"
+	@echo "make snapshots  renew the pictures and data the tests compare with"
 	@echo "make diagram    renew the bifurcation diagram kept in assets/"
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
@@ -43,7 +43,7 @@ lint: $(VENV)/test
 	$(BIN)/hadolint Dockerfile
 
 snapshots: $(VENV)/test
-	$(BIN)/pytest -m ui --renew-snapshots $(ARGS)
+	$(BIN)/pytest tests/ui/test_snapshots.py --renew-snapshots $(ARGS)
 
 diagram: $(VENV)/run
 	$(BIN)/vibroscope diagram --write

@@ -4,7 +4,7 @@ import pytest
 
 from .conftest import wait_until
 from .test_explorer import address, in_address
-from .test_page import AXE, count_messages, counted  # noqa: F401 - a fixture
+from .test_page import count_messages, counted  # noqa: F401 - a fixture
 
 SETTING = "eta=2.76&K=12000&D=18&steps=2000"
 TABS = {"bifurcation": "Bifurcation", "plane": "K–D plane", "step": "Time step"}
@@ -171,17 +171,3 @@ def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab
     explorer.open_tab(TABS[tab])
     complete(explorer, 3)  # at once: it is kept
     assert received() - before < 50_000
-
-
-@pytest.mark.parametrize("tab", TABS)
-def test_a_study_is_accessible_in_the_dark_and_fits_a_phone(visit, tab):
-    explorer = opened(visit, tab, color_scheme="dark")
-    explorer.page.evaluate(AXE)
-    found = explorer.page.evaluate("axe.run({runOnly: ['wcag2a', 'wcag2aa']})")
-    serious = [v for v in found["violations"] if v["impact"] in ("serious", "critical")]
-    assert not serious, [(v["id"], [n["html"][:120] for n in v["nodes"]]) for v in serious]
-    explorer.page.set_viewport_size({"width": 390, "height": 844})
-    explorer.settle()
-    assert explorer.page.evaluate("document.scrollingElement.scrollWidth <= innerWidth")
-    for name in panel(explorer).get_attribute("data-figures").split():
-        wait_until(lambda name=name: 300 < explorer.figure(name)["box"]["width"] <= 390, what=f"{name} as wide as it")

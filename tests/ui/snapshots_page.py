@@ -1,0 +1,166 @@
+"""What stands on the page: its data, to be compared with a baseline, and what is wrong with it whoever looks."""
+
+import itertools
+import math
+import re
+from pathlib import Path
+
+READ = Path(__file__).with_name("snapshots.js").read_text(encoding="utf-8")
+# Bokeh clears a canvas half a pixel off, so that something of each earlier painting stays at its edge.
+AFRESH = """() => {
+  for (const model of [...Bokeh.documents[0].all_models].filter((one) => one.type === "Figure")) {
+    const view = Bokeh.index.find_one_by_id(model.id);
+    if (!view?.canvas_view) continue;
+    const clear = (node) => {
+      if (node instanceof HTMLCanvasElement) {
+        const context = node.getContext("2d");
+        context.save();
+        context.resetTransform();
+        context.clearRect(0, 0, node.width, node.height);
+        context.restore();
+      }
+      for (const child of [...(node.shadowRoot?.children ?? []), ...node.children]) clear(child);
+    };
+    clear(view.el);
+    view.invalidate_painters();
+    view.paint();
+  }
+}"""
+KEPT_VALUES = 60  # of a column; a curve that changes does so in more than one place
+LEAST_INK = 40  # pixels: a mark alone has more
+# Boxes of letters are taller than the letters.
+BESIDE, BELOW = 1.0, 3.5
+
+# In mm, s and N a label ends in its unit; these are ratios all the same.
+UNIT = re.compile(r" / (µs|mm|s|N|\(mm/s\)|\(N·s\)|\(N/m\)|\(N·s/m\))(?= |$)")
+RATIO = re.compile(r"η = Ω/ω₁|n = T/Δτ|relative|non-dimensional")
+# Otherwise it names a number of the model or says what it is divided by.
+NUMBER = re.compile(r"[ηξτλKD]|/ base amplitude|error after")
+
+
+def read(page):
+    """Figures as they are drawn, texts and where they stand, boxes of the page's parts."""
+    return page.evaluate(READ)
+
+
+# -- for the baseline ----------------------------------------------------------
+
+
+def data(found, irregular=False, measured=False, stacked=False):
+    """What must be the same on any machine.
+
+    Parameters
+    ----------
+    irregular
+        The motion is chaotic: of its numbers only that they are there.
+    measured
+        The page shows times that it measures.
+    stacked
+        All stands below each other: where depends on the letters above, and only the order is kept.
+    """
+    texts = ["measured" if text["measured"] else text["text"] for text in words(found)]
+    if irregular or measured:
+        texts = [hidden(text) for text in texts]
+    return {
+        "figures": {figure["name"]: of_figure(figure, irregular or measured, stacked) for figure in found["figures"]},
+        "texts": texts,
+        "boxes": [[name, *placed(box, stacked)] for name, *box in found["boxes"]],
+    }
+
+
+def words(found):
+    """All that is written on the page itself; what figures write follows from their data."""
+    return [text for text in found["texts"] if "figure" not in text]
+
+
+def hidden(text):
+    """A text without its numbers."""
+    return re.sub(r"[\d.,]+(e[−-]?\d+)?", "#", text)
+
+
+def placed(box, stacked):
+    """Left, top, width and height, or what of them does not depend on letters."""
+    return {"x": box[0], "width": box[2]}.values() if stacked else box
+
+
+def of_figure(figure, irregular, stacked):
+    columns = {
+        name: structure(columns) if irregular else thinned(columns) for name, columns in figure["sources"].items()
+    }
+    return {
+        "title": hidden(figure["title"]) if irregular else figure["title"],
+        "axes": figure["axes"],
+        "legend": figure["legend"],
+        "box": list(placed(figure["box"], stacked)) + ([figure["box"][3]] if stacked else []),
+        "sources": columns,
+    }
+
+
+def structure(columns):
+    return {name: "finite" if any(is_finite(v) for v in values) else "empty" for name, values in columns.items()}
+
+
+def thinned(columns):
+    """Length and some values of each column."""
+    shown = {}
+    for name, values in columns.items():
+        every = max(1, math.ceil(len(values) / KEPT_VALUES))
+        shown[name] = [f"{len(values)} values", *values[::every]]
+    return shown
+
+
+def is_finite(value):
+    return isinstance(value, str) or (isinstance(value, int | float) and math.isfinite(value))
+
+
+# -- what is wrong -------------------------------------------------------------
+
+
+def faults(found, physical=False):
+    """Empty figures, axes without a unit, texts over each other or cut off; one line of text each."""
+    lines = [fault for figure in found["figures"] for fault in (*emptiness(figure), *unlabelled(figure, physical))]
+    if found["wide"] > 0:
+        lines.append(f"the page is {found['wide']} pixels wider than the window")
+    return [*lines, *misplaced(found["texts"])]
+
+
+def emptiness(figure):
+    """Whether nothing is drawn."""
+    columns = [values for source in figure["sources"].values() for values in source.values()]
+    if not any(is_finite(value) for values in columns for value in values):
+        yield f"{figure['name']} has no data"
+    elif figure["ink"] < LEAST_INK:
+        yield f"{figure['name']} is empty: its data add {figure['ink']} pixels"
+
+
+def unlabelled(figure, physical):
+    """Axes that do not say what they measure in."""
+    for axis in figure["axes"]:
+        label = axis["label"]
+        if not label:
+            strip = figure["shares_axis"] and len(figure["axes"]) == 1
+            if axis["kind"] != "CategoricalAxis" and not strip:
+                yield f"{figure['name']} has an axis without a label"
+        elif not (UNIT.search(label) or RATIO.search(label) or (not physical and NUMBER.search(label))):
+            yield f"{figure['name']} has an axis without a unit: {label!r}"
+
+
+def misplaced(texts):
+    """Texts that lie over each other, or are cut off."""
+    placed = []  # text, what it is a part of, box
+    for number, text in enumerate(texts):
+        for place in text.get("places", [text]):
+            placed.append((text["text"], number, place["box"]))
+            if place["cut"]:
+                yield f"cut off: {text['text'][:80]!r}"
+    placed.sort(key=lambda entry: entry[2][1])
+    for index, (text, part, box) in enumerate(placed):
+        below = itertools.takewhile(lambda entry: entry[2][1] < box[1] + box[3] - BELOW, placed[index + 1 :])  # noqa: B023
+        for other, other_part, other_box in below:
+            if part != other_part and overlap(box, other_box):
+                yield f"{text[:60]!r} and {other[:60]!r} lie over each other"
+
+
+def overlap(one, two):
+    beside, below = (min(one[i] + one[i + 2], two[i] + two[i + 2]) - max(one[i], two[i]) for i in (0, 1))
+    return beside > BESIDE and below > BELOW
