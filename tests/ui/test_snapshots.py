@@ -222,7 +222,7 @@ def test_an_empty_figure_a_lost_unit_and_texts_over_each_other_are_found(look):
     assert list(compare(before, data(read(page)))) == []
     page.evaluate(
         "() => document.querySelector('body').append(Object.assign(document.createElement('p'), "
-        "{textContent: 'in the way', style: 'position: fixed; top: 12px; left: 20px; z-index: 9'}))"
+        "{textContent: 'in the way', style: 'position: fixed; margin: 0; top: 14px; left: 20px'}))"
     )
     assert any("in the way" in fault for fault in faults(read(page), physical=True))
 
