@@ -55,7 +55,7 @@ proxy: $(VENV)/run
 	tools/rehearse-proxy.sh
 
 release: $(VENV)/test
-	$(BIN)/pytest -m release -s tests/release $(ARGS)
+	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release $(ARGS)
 
 clean:
 	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis
