@@ -112,8 +112,8 @@ class Socket(WSHandler):
         super().ping(data)
 
     def _reads(self) -> bool:
-        unwritten = len(self.ws_connection.stream._write_buffer) if self.ws_connection else 0
-        return self._waiting + unwritten <= _UNREAD
+        unwritten = self.ws_connection.stream._write_buffer if self.ws_connection else None  # none once it is closed
+        return self._waiting + len(unwritten or b"") <= _UNREAD
 
     def on_close(self) -> None:
         """The browser has gone."""
