@@ -15,6 +15,7 @@ from app import logs, metrics
 from app.files import style
 from app.flow import Flow
 from app.history import History
+from app.link import View
 from app.scenes import scenes
 from app.state import (
     Explorer,
@@ -32,6 +33,7 @@ from app.views.controls import Controls, shown
 from app.views.header import Header
 
 _FIRST = next(iter(TABS))
+_RESTS = 150  # ms after which a zoom goes into the address
 _LONGEST_FILE = 65_536  # characters
 
 
@@ -57,26 +59,30 @@ class Session:
         self._loaded = False
         self._until_loaded: list[Callable[[], None]] = []
         self._waiting = False
+        self._answered = 0  # the last move that was answered
+        self._seen_anew = False  # an axis has moved, and nobody has looked yet whether the address changes
         self.controls.on_msg(self._message)
         self.header.on_msg(self._message)
         self._start(query)
 
     def _start(self, query: str) -> None:
         """Take the address, or say why not and start from the defaults."""
-        tab = _FIRST
+        tab, view = _FIRST, View()
         try:
             texts = parse_address(query)
             wanted = _known_tab(texts.pop("tab", _FIRST))
+            seen = TABS[wanted].read_view(texts.pop("zoom", ""), texts.pop("choice", ""))
             pin = texts.pop("pin", "")
             pinned = _setting_of(pin) if pin else None
             self.state.apply(texts)
-            tab, self._pinned = wanted, pinned  # all is valid: take it whole
+            tab, view, self._pinned = wanted, seen, pinned  # all is valid: take it whole
         except Refused as error:
             _log_refusal(error)
             self.header.error = f"{error} The link was not taken, so this is the default setting."
             self._keep_address = True
-        self._answer(self._move, 0)
         self._build(tab)
+        self._tabs[tab].restore(view)
+        self._answer(self._move, 0)
         self._waiting = not self._tabs[tab].at_once(Move(self._move, self.state.setting()))
 
     def start(self) -> None:
@@ -204,6 +210,9 @@ class Session:
                 tab.build(), css_classes=["place"], stylesheets=[style("page")], sizing_mode="stretch_width"
             )
             self.stage.append(self._places[key])
+            for owned in tab.ranges.values():
+                owned.range.on_change("start", self._axis_moved)
+                owned.range.on_change("end", self._axis_moved)
         self._open = self.header.tab = key
         self._places[key].visible = True
         self.controls.visible = TABS[key].controls
@@ -244,15 +253,35 @@ class Session:
         """See `app.tabs.base.Desk`."""
         self.header.summary = text
 
+    def _axis_moved(self, attr: str, old: float, new: float) -> None:
+        """A user zooms, or the page follows its data: look at it when it rests, since a wheel says much at once."""
+        if not self._seen_anew and self._loaded:
+            self._seen_anew = True
+            self.doc.add_timeout_callback(self._follow_view, _RESTS)
+
+    def _follow_view(self) -> None:
+        """The address follows a zoom; no move is answered by that."""
+        self._seen_anew = False
+        if not self._closed and self._address() != self.controls.shown["address"]:
+            self._answer(self._answered, self._flow.frames)
+
+    def _address(self) -> str:
+        """What the browser's address becomes; empty: a link that was refused stays there until something is changed."""
+        view = self._tabs[self._open].printed()
+        if self._keep_address and not any(view.values()):
+            return ""
+        tab = self._open if self._open != _FIRST else ""
+        return print_address(self.state.setting(), tab, self._pinned, **view)
+
     def _answer(self, move: int, frame: int) -> None:
         """Tell the browser what holds, and that ``move`` has been dealt with."""
+        self._answered = move
         setting = self.state.setting()
-        tab = self._open if self._open != _FIRST else ""
         self.controls.shown = shown(
             setting,
             move=move,
             frame=frame,
-            address="" if self._keep_address else print_address(setting, tab, self._pinned),
+            address=self._address(),
             refused=self._refused,
             undo=self._history.can_undo,
             redo=self._history.can_redo,

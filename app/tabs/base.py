@@ -13,7 +13,9 @@ from typing import ClassVar, NamedTuple, Protocol
 import panel as pn
 from bokeh.document import Document
 
+from app.link import Span, View, print_choice, print_zoom, read_view
 from app.state import Setting
+from app.views.ranges import OwnedRange
 
 
 class Move(NamedTuple):
@@ -58,9 +60,11 @@ class Tab(ABC):
     key: ClassVar[str]  # in the address, ?tab=key
     title: ClassVar[str]
     controls: ClassVar[bool] = True  # whether the sliders stand beside it
+    axes: ClassVar[Mapping[str, Span]] = {}  # that a link may zoom, and what their ends may be
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
+        self.ranges: dict[str, OwnedRange] = {}  # of ``axes``, once it is built
 
     @abstractmethod
     def build(self) -> pn.viewable.Viewable:
@@ -74,6 +78,39 @@ class Tab(ABC):
     def show(self, move: Move) -> None:
         """The tab is open and ``move`` holds. Here: a tab that depends on nothing that is set."""
         self.desk.push(move.number, lambda: None)
+
+    # -- how it is seen: see `app.link` --------------------------------------
+
+    @classmethod
+    def spec(cls) -> dict:
+        """What can be chosen: ``switches`` (name, label, choices) and ``limits`` (name, label, low, high)."""
+        return {}
+
+    @classmethod
+    def read_view(cls, zoom: str, choice: str) -> View:
+        """The view that an address holds, before the tab is built; raises `Refused`."""
+        return read_view(zoom, choice, cls.axes, cls.spec())
+
+    def restore(self, view: View) -> None:
+        """See it so; called after `build`, before the first `show`."""
+        for name, ends in view.zoom.items():
+            self.ranges[name].restore(*ends)
+
+    def choice(self) -> dict[str, str | int]:
+        """What is not chosen as at first."""
+        return {}
+
+    def printed(self) -> dict[str, str]:
+        """The view as the address holds it: ``zoom`` and ``choice``."""
+        zoom = {name: owned.ends for name, owned in self.ranges.items() if owned.zoomed}
+        return {"zoom": print_zoom(zoom, self.axes), "choice": print_choice(self.choice())}
+
+    def unzoom(self) -> None:
+        """Take every zoom back."""
+        for owned in self.ranges.values():
+            owned.back()
+
+    # ------------------------------------------------------------------------
 
     def hide(self) -> None:  # noqa: B027 - most tabs have nothing to stop
         """Another tab was opened: stop what runs."""

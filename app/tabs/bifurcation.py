@@ -6,6 +6,7 @@ import numpy as np
 import panel as pn
 
 from app.bifurcation import Diagram, DiagramStage, refine_diagram
+from app.link import LINEAR
 from app.live import KEPT
 from app.state import Explorer, Setting, print_number
 from app.tabs.study import StudyTab
@@ -23,13 +24,15 @@ class Bifurcation(StudyTab):
     title = "Bifurcation"
     refine = staticmethod(refine_diagram)
     chosen = {"solver": "reference", "direction": "rest", "coordinate": "xi2"}  # noqa: RUF012 - read only
+    axes = {"eta": LINEAR, "value": LINEAR}  # noqa: RUF012 - read only
 
     def build(self) -> pn.viewable.Viewable:
         """The diagram, the strip of periods below it, the panel."""
         self.view = BifurcationView(self._set, self._zoomed)
         return self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
 
-    def spec(self) -> dict:
+    @classmethod
+    def spec(cls) -> dict:
         """What can be chosen, and the line that can be dragged."""
         low, high = Explorer.param["eta"].bounds
         return {

@@ -15,6 +15,7 @@ from app import takeaway, words
 from app.compute import Frame, Latest, RunCache, frame_of, kept_frame, workers
 from app.diagrams import kept
 from app.files import style
+from app.link import LINEAR
 from app.present import WINDOW, Columns, factor_of, present
 from app.report import as_report
 from app.scenes import scene_of
@@ -72,6 +73,7 @@ class Explore(Tab):
 
     key = "explore"
     title = "Explore"
+    axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -96,6 +98,8 @@ class Explore(Tab):
         self.displacement = DisplacementView(self._time.range)
         self.force = ForceView(self._time.range)
         self.diagram = DiagramView(self.phase.sections, self._diagram, self._tapped)
+        self.ranges = {"time": self._time, **self.phase.ranges, "displacement": self.displacement.range}
+        self.ranges |= {"force": self.force.force, "impulse": self.force.impulse, **self.diagram.ranges}
         figures = [
             *self.phase.figures,
             self.displacement.figure,
@@ -242,10 +246,11 @@ class Explore(Tab):
         """All figures, in place."""
         setting, columns = ready.setting, ready.columns
         scene = scene_of(setting)
+        if self._fresh:
+            self.unzoom()
         fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
         self._shown, self._scene, self._scale, self._fresh = ready, scene, setting.scale, False
-        if fresh or not self._time.zoomed:
-            self._time.put(0, WINDOW * setting.period)
+        self._time.put(0, WINDOW * setting.period, fresh=fresh)
         self._write_ghost(setting)
         for view in (self.phase, self.displacement, self.force):
             for name, source in view.sources.items():
@@ -254,7 +259,7 @@ class Explore(Tab):
         self.phase.update(columns, setting, fresh=fresh)
         self.displacement.update(columns, setting, fresh=fresh)
         self.force.update(columns, setting, fresh=fresh)
-        self.diagram.update(setting)
+        self.diagram.update(setting, fresh=fresh)
         self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=factor_of("displacement", setting))
         meaning = _EXPLAINED.get(_question(setting))
         self._tell(ready.told, meaning)

@@ -7,6 +7,7 @@ import math
 import panel as pn
 
 from app import classes
+from app.link import LOGARITHMIC
 from app.plane import SIDES, Plane, PlaneStage, refine_plane
 from app.state import Setting, print_number
 from app.tabs.study import StudyTab
@@ -23,13 +24,15 @@ class PlaneTab(StudyTab):
     title = "K–D plane"
     refine = staticmethod(refine_plane)
     chosen = {"quantity": "period", "limit": _SUDDEN}  # noqa: RUF012 - read only
+    axes = {"K": LOGARITHMIC, "D": LOGARITHMIC}  # noqa: RUF012 - read only
 
     def build(self) -> pn.viewable.Viewable:
         """Two planes and the panel."""
         self.view = PlaneView(self._set, self._zoomed)
         return self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
 
-    def spec(self) -> dict:
+    @classmethod
+    def spec(cls) -> dict:
         """What can be chosen."""
         return {
             "title": "K–D plane",

@@ -7,6 +7,7 @@ import math
 import panel as pn
 
 from app.files import style
+from app.link import LOGARITHMIC
 from app.speed import CHECKED, PERIODS, Key, Question, SpeedStage, refine_speed
 from app.state import Setting
 from app.tabs.study import StudyTab
@@ -37,6 +38,7 @@ class Speed(StudyTab):
     title = "Speed against error"
     refine = staticmethod(refine_speed)
     chosen = {}  # noqa: RUF012 - nothing to choose
+    axes = {"cost": LOGARITHMIC, "error": LOGARITHMIC}  # noqa: RUF012 - read only
 
     def build(self) -> pn.viewable.Viewable:
         """The figure, the panel, the shipped figure below."""
@@ -47,7 +49,8 @@ class Speed(StudyTab):
         page.append(shipped)
         return page
 
-    def spec(self) -> dict:
+    @classmethod
+    def spec(cls) -> dict:
         """Nothing to choose: the sliders do."""
         return {
             "title": "Speed against error",

@@ -16,6 +16,7 @@ import panel as pn
 from bokeh.plotting import figure
 
 from app.files import style
+from app.link import View
 from app.live import KEPT, Live, Refine, Stage
 from app.state import Setting
 from app.tabs.base import Desk, Move, Tab
@@ -39,8 +40,9 @@ class StudyTab(Tab):
 
     # -- what a study says ---------------------------------------------------
 
+    @classmethod
     @abstractmethod
-    def spec(self) -> dict:
+    def spec(cls) -> dict:
         """Switches, limits, title and hint of the panel."""
 
     @abstractmethod
@@ -62,6 +64,7 @@ class StudyTab(Tab):
         spec = {"figures": [cell.object.name for cell in cells], **self.spec()}
         self.panel = StudyPanel(spec, dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
+        self.ranges = self.view.ranges
         return pn.Column(
             *cells,
             self.panel,
@@ -80,8 +83,20 @@ class StudyTab(Tab):
         """Move the marks, and ask anew where the question has changed."""
         self._visible = True
         self._move = move
+        if move.fresh:
+            with pn.io.hold(self.desk.doc):  # both ends of a range at once
+                self.unzoom()
         self.ask()
         self.push()
+
+    def restore(self, view: View) -> None:
+        """See it so, the choices included."""
+        super().restore(view)
+        self.panel.chosen = self.panel.chosen | dict(view.choice)
+
+    def choice(self) -> dict[str, str | int]:
+        """What is not chosen as at first."""
+        return {name: value for name, value in self.panel.chosen.items() if value != self.chosen[name]}
 
     def hide(self) -> None:
         """What is under way is cancelled; it goes on from there when the tab is opened again."""

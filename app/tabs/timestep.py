@@ -6,6 +6,7 @@ import math
 
 import panel as pn
 
+from app.link import LINEAR, LOGARITHMIC
 from app.state import Setting
 from app.tabs.study import StudyTab
 from app.timestep import SAMPLE, SCHEMES, TRANSIENT, TimeStep, TimeStepStage, refine_step
@@ -19,13 +20,15 @@ class TimeStepTab(StudyTab):
     title = "Time step"
     refine = staticmethod(refine_step)
     chosen = {}  # noqa: RUF012 - nothing to choose
+    axes = {"xi2": LINEAR, "v2": LINEAR, "n": LOGARITHMIC, "spread": LOGARITHMIC, "error_time_step": LOGARITHMIC}  # noqa: RUF012 - read only
 
     def build(self) -> pn.viewable.Viewable:
         """Two phase plots, two curves over n, the panel."""
         self.view = TimeStepView(self._set)
         return self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("halves",))
 
-    def spec(self) -> dict:
+    @classmethod
+    def spec(cls) -> dict:
         """Nothing to choose but n, and that is a slider."""
         return {
             "title": "Time step",

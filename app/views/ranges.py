@@ -50,6 +50,7 @@ class OwnedRange:
         self.range = Range1d(low, high, reset_start=low, reset_end=high)
         self._headroom = headroom  # share of the span left free above the data, for a legend
         self._put = (low, high)
+        self._restored = False
 
     @property
     def home(self) -> tuple[float, float]:
@@ -57,23 +58,43 @@ class OwnedRange:
         return self._put
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """Where the range stands."""
+        return self.range.start, self.range.end
+
+    @property
     def zoomed(self) -> bool:
         """Whether the user has moved the range since."""
-        return (self.range.start, self.range.end) != self._put
+        return self.ends != self._put
 
     def follow(self, columns: Iterable[np.ndarray], *, fresh: bool = False, always: Iterable[float] = ()) -> None:
         """Adjust to the data by the rule above; the values in ``always`` are kept in view whatever the data."""
         data = extent(columns)
-        if data is None or (self.zoomed and not fresh):
+        if data is None:
             return
         data = min(data[0], *always, data[1]), max(data[1], *always, data[0])
         new = wanted(self._put, data, fresh=fresh, headroom=self._headroom)
-        if new is not None:
-            self.put(*new)
+        self.put(*(new or self._put), fresh=fresh)
 
-    def put(self, low: float, high: float) -> None:
-        """Set the range, and where the reset tool returns to."""
-        if (low, high) == self._put == (self.range.start, self.range.end):
+    def put(self, low: float, high: float, *, fresh: bool = False) -> None:
+        """The page has the range here: the reset tool returns to it, and the range itself goes there if nobody zoomed.
+
+        A ``fresh`` start takes a zoom back, but not one that a link has only just brought.
+        """
+        stays = self.zoomed and (self._restored or not fresh)
+        self._restored = False
+        if (low, high) == self._put and (stays or not self.zoomed):
             return
         self._put = (low, high)
-        self.range.update(start=low, end=high, reset_start=low, reset_end=high)
+        ends = {} if stays else {"start": low, "end": high}
+        self.range.update(**ends, reset_start=low, reset_end=high)
+
+    def restore(self, low: float, high: float) -> None:
+        """Zoom as a link says, before there are data."""
+        self._restored = True
+        self.range.update(start=low, end=high)
+
+    def back(self) -> None:
+        """Take the zoom back, whoever it is from."""
+        self._restored = False
+        self.put(*self._put, fresh=True)

@@ -39,6 +39,33 @@ def test_the_reset_tool_returns_to_where_the_page_would_be():
     assert (owned.range.reset_start, owned.range.reset_end) == owned.home
 
 
+def test_the_reset_tool_of_a_zoomed_range_returns_to_the_data_too():
+    owned = OwnedRange(-1, 1)
+    owned.range.update(start=0.1, end=0.2)
+    owned.follow(column(-5, 5))
+    assert owned.zoomed
+    assert owned.range.reset_end == owned.home[1] > 5
+
+
+def test_the_zoom_of_a_link_outlives_the_first_data_but_no_scene():
+    owned = OwnedRange(-1, 1)
+    owned.restore(0.1, 0.2)
+    owned.follow([np.empty(0)], fresh=True)  # nothing yet
+    owned.follow(column(-5, 5), fresh=True)
+    assert owned.ends == (0.1, 0.2)
+    assert owned.home[1] > 5
+    owned.follow(column(-5, 5), fresh=True)
+    assert owned.ends == owned.home
+
+
+def test_a_zoom_is_taken_back_whoever_it_is_from():
+    owned = OwnedRange(-1, 1)
+    for zoom in (owned.restore, lambda low, high: owned.range.update(start=low, end=high)):
+        zoom(0.1, 0.2)
+        owned.back()
+        assert owned.ends == owned.home == (-1, 1)
+
+
 def test_nothing_to_show_leaves_the_range_alone():
     owned = OwnedRange(-1, 1)
     owned.follow([np.empty(0), np.array([np.nan])], fresh=True)
