@@ -28,7 +28,8 @@ from app.state import (
     texts_of,
 )
 from app.tabs import TABS, Move, Tab
-from app.takeaway import of_setting, setting_of_toml
+from app.tabs.taking import offers, take
+from app.takeaway import setting_of_toml
 from app.views.controls import Controls, shown
 from app.views.header import Header
 
@@ -173,9 +174,9 @@ class Session:
         """A file or a text that the user wants to have."""
         if not isinstance(what, str):
             return
-        taken = of_setting(what, self.state.setting()) or self._tabs[self._open].take(what)
+        taken = take(self._tabs[self._open], what, self.state.setting(), f"?{self._link()}")
         if taken is None:
-            self.tell("There is nothing of that kind to take away here: open Explore and wait for its figures.")
+            self.tell("There is nothing of that kind to take away here by now: wait for the figures.")
         else:
             self.header.give(what, taken)
 
@@ -214,6 +215,7 @@ class Session:
                 owned.range.on_change("start", self._axis_moved)
                 owned.range.on_change("end", self._axis_moved)
         self._open = self.header.tab = key
+        self.offer()
         self._places[key].visible = True
         self.controls.visible = TABS[key].controls
 
@@ -267,15 +269,24 @@ class Session:
 
     def _address(self) -> str:
         """What the browser's address becomes; empty: a link that was refused stays there until something is changed."""
-        view = self._tabs[self._open].printed()
-        if self._keep_address and not any(view.values()):
-            return ""
+        untouched = self._keep_address and not any(self._tabs[self._open].printed().values())
+        return "" if untouched else self._link()
+
+    def _link(self) -> str:
+        """What restores the page as it is."""
         tab = self._open if self._open != _FIRST else ""
-        return print_address(self.state.setting(), tab, self._pinned, **view)
+        return print_address(self.state.setting(), tab, self._pinned, **self._tabs[self._open].printed())
+
+    def offer(self) -> None:
+        """See `app.tabs.base.Desk`."""
+        offered = offers(self._tabs[self._open])
+        if offered != self.header.offers:
+            self.header.offers = offered
 
     def _answer(self, move: int, frame: int) -> None:
         """Tell the browser what holds, and that ``move`` has been dealt with."""
         self._answered = move
+        self.offer()
         setting = self.state.setting()
         self.controls.shown = shown(
             setting,

@@ -14,7 +14,9 @@ import panel as pn
 from bokeh.document import Document
 
 from app.link import Span, View, print_choice, print_zoom, read_view
+from app.scripts import as_command, as_python
 from app.state import Setting
+from app.takeaway import Figure, Series
 from app.views.ranges import OwnedRange
 
 
@@ -48,6 +50,9 @@ class Desk(Protocol):
 
     def summarise(self, text: str) -> None:
         """Say what the figures show, for those who cannot see them."""
+
+    def offer(self) -> None:
+        """What can be taken away has changed, without a push."""
 
     @property
     def pinned(self) -> Setting | None:
@@ -110,7 +115,37 @@ class Tab(ABC):
         for owned in self.ranges.values():
             owned.back()
 
-    # ------------------------------------------------------------------------
+    # -- what can be taken away: see `app.tabs.taking` -----------------------
+
+    def figures(self) -> list[Figure]:
+        """What the tab shows by now and has data of."""
+        return []
+
+    def table(self, name: str) -> list[Series]:
+        """The data of one of its `figures`."""
+        raise KeyError(name)
+
+    def data(self) -> dict[str, object]:
+        """The data of all of them: numbers, words, arrays, and dictionaries of those."""
+        return {}
+
+    def words(self) -> dict[str, str]:
+        """What the figures say, by headings."""
+        return {}
+
+    def shown(self) -> Setting | None:
+        """The setting that the figures are of; None where they are of none."""
+        return None
+
+    def python(self, setting: Setting) -> str:
+        """A script that finds the same."""
+        return as_python(setting)
+
+    def command(self, setting: Setting) -> str:
+        """Commands that find the same."""
+        return as_command(setting)
+
+    # -- shown or not --------------------------------------------------------
 
     def hide(self) -> None:  # noqa: B027 - most tabs have nothing to stop
         """Another tab was opened: stop what runs."""
@@ -118,7 +153,3 @@ class Tab(ABC):
     def close(self) -> None:
         """The session has ended."""
         self.hide()
-
-    def take(self, what: str) -> dict | None:
-        """A file to take away (``name``, ``type``, ``text``) of what the tab shows, or None if there is none."""
-        return None

@@ -42,6 +42,7 @@ class DiagramView:
         self._on_eta = on_eta
         self._shown: tuple[str, str, float] | None = None
         self._drawn: tuple | None = None  # the view that the picture is of
+        self.ready = False  # whether what is wanted has arrived
         self._ours = True
         self._sections = sections
         self.ranges = {"eta": OwnedRange(*_ETA), "section": OwnedRange(-10, 10)}
@@ -125,6 +126,17 @@ class DiagramView:
             return None
         return diagram.eta, factor * diagram.displacement[_ROW[coordinate]]
 
+    def in_view(self) -> dict[str, np.ndarray]:
+        """η and the coordinate of the points that lie in view; nothing while it is not ready."""
+        points = self._points() if self.ready else None
+        if points is None:
+            return {}
+        value = points[1].astype(np.float32)
+        eta = np.repeat(points[0], value.shape[1])
+        x, y = self._view
+        seen = (x[0] <= eta) & (eta <= x[1]) & (y[0] <= value.ravel()) & (value.ravel() <= y[1])
+        return {"eta": eta[seen], self._shown[1]: value.ravel()[seen]}
+
     def _fit(self) -> None:
         points = self._points()
         if points is not None:
@@ -132,7 +144,8 @@ class DiagramView:
 
     def _draw(self) -> None:
         points = self._points()
-        self._title(points is not None)
+        self.ready = points is not None
+        self._title(self.ready)
         if points is None:
             return
         x, y = self._drawn = self._view
