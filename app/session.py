@@ -5,8 +5,10 @@ Everything here runs in the session's own document. Data run one way: state → 
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from functools import partial
 
 import panel as pn
@@ -16,6 +18,7 @@ from app.files import style
 from app.flow import Flow
 from app.history import History
 from app.link import View
+from app.live import stand_back
 from app.scenes import scenes
 from app.state import (
     Explorer,
@@ -32,6 +35,9 @@ from app.tabs.taking import offers, take
 from app.takeaway import setting_of_toml
 from app.views.controls import Controls, shown
 from app.views.header import Header
+from app.workers import pool
+
+log = logging.getLogger("vibroscope")
 
 _FIRST = next(iter(TABS))
 _RESTS = 150  # ms after which a zoom goes into the address
@@ -60,6 +66,7 @@ class Session:
         self._loaded = False
         self._until_loaded: list[Callable[[], None]] = []
         self._waiting = False
+        self._writing = False  # a file is on its way
         self._answered = 0  # the last move that was answered
         self._seen_anew = False  # an axis has moved, and nobody has looked yet whether the address changes
         self.controls.on_msg(self._message)
@@ -174,11 +181,27 @@ class Session:
         """A file or a text that the user wants to have."""
         if not isinstance(what, str):
             return
-        taken = take(self._tabs[self._open], what, self.state.setting(), f"?{self._link()}")
-        if taken is None:
+        address = f"?{self._link(self._tabs[self._open].printed())}"
+        made = take(self._tabs[self._open], what, self.state.setting(), address)
+        if made is None:
             self.tell("There is nothing of that kind to take away here by now: wait for the figures.")
+        elif self._writing:
+            self.tell("One file after the other: the last one is still being written.")
         else:
-            self.header.give(what, taken)
+            self._writing = True
+            pool("files", 1, stand_back).submit(made).add_done_callback(
+                lambda done: self.later(partial(self._give, what, done))
+            )
+
+    def _give(self, what: str, done: Future) -> None:
+        self._writing = False
+        if done.cancelled():
+            return
+        if done.exception() is None:
+            self.header.give(what, done.result())
+        else:
+            log.error("a file could not be written", exc_info=done.exception())
+            self.tell(f"This file could not be written ({done.exception()}).")
 
     def _load(self, parts: object) -> None:
         """Parameters from a file, its text in parts, since the gate passes no long ones: all of it is taken or none."""
@@ -212,8 +235,7 @@ class Session:
             )
             self.stage.append(self._places[key])
             for owned in tab.ranges.values():
-                owned.range.on_change("start", self._axis_moved)
-                owned.range.on_change("end", self._axis_moved)
+                owned.on_move = self._axis_moved
         self._open = self.header.tab = key
         self.offer()
         self._places[key].visible = True
@@ -255,7 +277,7 @@ class Session:
         """See `app.tabs.base.Desk`."""
         self.header.summary = text
 
-    def _axis_moved(self, attr: str, old: float, new: float) -> None:
+    def _axis_moved(self) -> None:
         """A user zooms, or the page follows its data: look at it when it rests, since a wheel says much at once."""
         if not self._seen_anew and self._loaded:
             self._seen_anew = True
@@ -269,13 +291,13 @@ class Session:
 
     def _address(self) -> str:
         """What the browser's address becomes; empty: a link that was refused stays there until something is changed."""
-        untouched = self._keep_address and not any(self._tabs[self._open].printed().values())
-        return "" if untouched else self._link()
+        view = self._tabs[self._open].printed()
+        return "" if self._keep_address and not any(view.values()) else self._link(view)
 
-    def _link(self) -> str:
-        """What restores the page as it is."""
+    def _link(self, view: Mapping[str, str]) -> str:
+        """What restores the page."""
         tab = self._open if self._open != _FIRST else ""
-        return print_address(self.state.setting(), tab, self._pinned, **self._tabs[self._open].printed())
+        return print_address(self.state.setting(), tab, self._pinned, **view)
 
     def offer(self) -> None:
         """See `app.tabs.base.Desk`."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import UTC, datetime
+from functools import partial
 
 from app.report import as_report
 from app.state import Setting
@@ -15,8 +17,10 @@ def offers(tab: Tab) -> list[list]:
     return [[figure.name, figure.title, figure.drawn] for figure in tab.figures()]
 
 
-def take(tab: Tab, what: str, setting: Setting, address: str) -> dict[str, str] | None:
-    """The file that is asked for, as ``name``, ``type`` (of media) and ``text``; None if there is no such.
+def take(tab: Tab, what: str, setting: Setting, address: str) -> Callable[[], dict[str, str]] | None:
+    """What makes the file that is asked for, as ``name``, ``type`` (of media) and ``text``; None if there is no such.
+
+    What the tab shows is gathered now; to write it takes up to a second, and may be done by another thread.
 
     Parameters
     ----------
@@ -30,40 +34,35 @@ def take(tab: Tab, what: str, setting: Setting, address: str) -> dict[str, str] 
         That restores the page.
     """
     if what == "toml":
-        return _file("vibroscope.toml", "application/toml", as_toml(setting))
+        return partial(_file, "vibroscope.toml", "application/toml", as_toml, setting)
     if what == "python":
-        return _file("vibroscope_run.py", "text/x-python", tab.python(setting))
+        return partial(_file, "vibroscope_run.py", "text/x-python", str, tab.python(setting))
     if what == "command":
-        return _file("vibroscope.sh", "text/x-shellscript", tab.command(setting))
+        return partial(_file, "vibroscope.sh", "text/x-shellscript", str, tab.command(setting))
     figures = {figure.name: figure for figure in tab.figures()}
     kind, _, name = what.partition(":")
     if kind == "csv" and name in figures:
-        return _file(f"vibroscope-{name}.csv", "text/csv", as_csv(tab.table(name)))
+        return partial(_file, f"vibroscope-{name}.csv", "text/csv", as_csv, tab.table(name))
     if what == "json" and figures:
-        shown = tab.shown()
-        told = {**_source(address), **({"setting": shown._asdict()} if shown else {})}
-        told |= {"words": tab.words(), "data": tab.data()}
-        return _file(f"vibroscope-{tab.key}.json", "application/json", as_json(told))
+        return partial(_file, f"vibroscope-{tab.key}.json", "application/json", as_json, _told(tab, address))
     if what == "report" and figures:
-        return _file("vibroscope-report.html", "text/html", _report(tab, setting, address))
+        drawn = [figure for figure in figures.values() if figure.drawn]
+        scripts = [tab.command(setting), tab.python(setting)]
+        source = _source(address) | {"made": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")}
+        report = tab.title, tab.words(), tab.shown(), drawn, scripts, source
+        return partial(_file, "vibroscope-report.html", "text/html", as_report, *report)
     return None
 
 
-def _report(tab: Tab, setting: Setting, address: str) -> str:
-    made = datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")
-    return as_report(
-        tab.title,
-        tab.words(),
-        tab.shown(),
-        [figure for figure in tab.figures() if figure.drawn],
-        [tab.command(setting), tab.python(setting)],
-        {**_source(address), "made": made},
-    )
+def _told(tab: Tab, address: str) -> dict[str, object]:
+    shown = tab.shown()
+    setting = {"setting": shown._asdict()} if shown else {}
+    return {**_source(address), **setting, "words": tab.words(), "data": tab.data()}
 
 
 def _source(address: str) -> dict[str, str]:
     return {"program": program(), "address": address}
 
 
-def _file(name: str, kind: str, text: str) -> dict[str, str]:
-    return {"name": name, "type": kind, "text": text}
+def _file(name: str, kind: str, write: Callable[..., str], *args) -> dict[str, str]:
+    return {"name": name, "type": kind, "text": write(*args)}

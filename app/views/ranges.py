@@ -7,7 +7,7 @@ stands where it was put) stays as it is until the reset tool or a scene gives it
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from bokeh.models import Range1d
@@ -49,8 +49,11 @@ class OwnedRange:
     def __init__(self, low: float, high: float, *, headroom: float = _MARGIN) -> None:
         self.range = Range1d(low, high, reset_start=low, reset_end=high)
         self._headroom = headroom  # share of the span left free above the data, for a legend
-        self._put = (low, high)
+        self._put = self._ends = (low, high)
         self._restored = False
+        self.on_move: Callable[[], None] = lambda: None  # called whenever an end has moved
+        for end in ("start", "end"):
+            self.range.on_change(end, self._moved)
 
     @property
     def home(self) -> tuple[float, float]:
@@ -59,13 +62,17 @@ class OwnedRange:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Where the range stands."""
-        return self.range.start, self.range.end
+        """Where the range stands: remembered, since each update of the page asks, and Bokeh is slow to tell."""
+        return self._ends
 
     @property
     def zoomed(self) -> bool:
         """Whether the user has moved the range since."""
         return self.ends != self._put
+
+    def _moved(self, attr: str, old: float, new: float) -> None:
+        self._ends = self.range.start, self.range.end
+        self.on_move()
 
     def follow(self, columns: Iterable[np.ndarray], *, fresh: bool = False, always: Iterable[float] = ()) -> None:
         """Adjust to the data by the rule above; the values in ``always`` are kept in view whatever the data."""

@@ -133,7 +133,7 @@ def test_the_data_of_a_study_are_taken_away(opened):
     tab, _ = opened(PlaneTab)
     asked = Asked.all[0]
     asked.deliver(asked, next(asked.refine(asked.question, None, lambda: False)))
-    taken = json.loads(take(tab, "json", SETTING, "?")["text"])["data"]
+    taken = json.loads(take(tab, "json", SETTING, "?")()["text"])["data"]
     assert len(taken["K"]) == len(taken["penalty"]["period"][0]) == 64
     assert None in taken["exact"]["period"][1]  # not computed yet
     assert taken["exact"]["period"][0][0] is not None

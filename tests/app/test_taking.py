@@ -75,11 +75,11 @@ class _Document:
 def test_what_is_offered_comes_in_its_format(filled, key):
     tab = filled(key)
     for kind in SETTING_KINDS:
-        assert take(tab, kind, SETTING, ADDRESS)["text"]
+        assert take(tab, kind, SETTING, ADDRESS)()["text"]
     offered = offers(tab)
     assert bool(offered) == (key != "help")
     for name, title, _ in offered:
-        table = take(tab, f"csv:{name}", SETTING, ADDRESS)
+        table = take(tab, f"csv:{name}", SETTING, ADDRESS)()
         assert table["name"] == f"vibroscope-{name}.csv"
         rows = list(csv.reader(io.StringIO(table["text"])))
         assert rows[0][0] == "series"
@@ -87,11 +87,11 @@ def test_what_is_offered_comes_in_its_format(filled, key):
         assert len(rows) > 1, title
         assert {len(row) for row in rows} == {len(rows[0])}
     if offered:
-        found = json.loads(take(tab, "json", SETTING, ADDRESS)["text"])
+        found = json.loads(take(tab, "json", SETTING, ADDRESS)()["text"])
         assert found["address"] == ADDRESS
         assert found["data"]
         assert found.get("setting", SETTING._asdict()) == SETTING._asdict()
-        report = take(tab, "report", SETTING, ADDRESS)["text"]
+        report = take(tab, "report", SETTING, ADDRESS)()["text"]
         assert report.count("data-figure=") == sum(drawn for *_, drawn in offered)
         assert f"<h1>Vibroscope report: {tab.title}</h1>" in report
 
