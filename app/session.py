@@ -17,17 +17,14 @@ from app import logs, metrics
 from app.files import style
 from app.flow import Flow
 from app.history import History
-from app.link import View
 from app.live import stand_back
+from app.opening import FIRST, Opening, read_opening
 from app.scenes import scenes
 from app.state import (
     Explorer,
     Refused,
     Setting,
-    check_together,
-    parse_address,
     print_address,
-    read,
     texts_of,
 )
 from app.tabs import TABS, Move, Tab
@@ -39,7 +36,6 @@ from app.workers import pool
 
 log = logging.getLogger("vibroscope")
 
-_FIRST = next(iter(TABS))
 _RESTS = 150  # ms after which a zoom goes into the address
 _LONGEST_FILE = 65_536  # characters
 
@@ -75,23 +71,19 @@ class Session:
 
     def _start(self, query: str) -> None:
         """Take the address, or say why not and start from the defaults."""
-        tab, view = _FIRST, View()
+        asked = Opening()
         try:
-            texts = parse_address(query)
-            wanted = _known_tab(texts.pop("tab", _FIRST))
-            seen = TABS[wanted].read_view(texts.pop("zoom", ""), texts.pop("choice", ""))
-            pin = texts.pop("pin", "")
-            pinned = _setting_of(pin) if pin else None
-            self.state.apply(texts)
-            tab, view, self._pinned = wanted, seen, pinned  # all is valid: take it whole
+            asked = read_opening(query)
+            self.state.apply(asked.texts)
         except Refused as error:
             _log_refusal(error)
             self.header.error = f"{error} The link was not taken, so this is the default setting."
-            self._keep_address = True
-        self._build(tab)
-        self._tabs[tab].restore(view)
+            self._keep_address, asked = True, Opening()
+        self._pinned = asked.pinned
+        self._build(asked.tab)
+        self._tabs[asked.tab].restore(asked.view)
         self._answer(self._move, 0)
-        self._waiting = not self._tabs[tab].at_once(Move(self._move, self.state.setting()))
+        self._waiting = not self._tabs[asked.tab].at_once(Move(self._move, self.state.setting()))
 
     def start(self) -> None:
         """The page is open: do what had to wait, solve what was not solved before."""
@@ -296,7 +288,7 @@ class Session:
 
     def _link(self, view: Mapping[str, str]) -> str:
         """What restores the page."""
-        tab = self._open if self._open != _FIRST else ""
+        tab = self._open if self._open != FIRST else ""
         return print_address(self.state.setting(), tab, self._pinned, **view)
 
     def offer(self) -> None:
@@ -325,16 +317,3 @@ class Session:
 def _log_refusal(error: Refused) -> None:
     metrics.REFUSED.add("value")
     logs.event("refused", what="value", name=error.name)
-
-
-def _known_tab(key: str) -> str:
-    if key not in TABS:
-        raise Refused("tab", f"There is no tab “{key[:20]}”: it is one of {', '.join(TABS)}.")
-    return key
-
-
-def _setting_of(query: str) -> Setting:
-    """The setting that an address holds, on top of the defaults."""
-    setting = Explorer().setting()._replace(**read(parse_address(query)))
-    check_together(setting)
-    return setting

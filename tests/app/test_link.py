@@ -1,11 +1,14 @@
 """How a tab is seen comes back from the address, whole or not at all."""
 
+from urllib.parse import urlencode
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.link import LINEAR, LOGARITHMIC, View, print_choice, print_zoom, read_view
-from app.state import Explorer, Refused, parse_address, print_address
+from app.link import LINEAR, LOGARITHMIC, print_choice, print_zoom, read_view
+from app.opening import read_opening
+from app.state import Explorer, Refused, print_address
 from app.tabs import TABS, Move
 
 from .test_state import settings
@@ -35,12 +38,18 @@ def test_what_is_printed_comes_back_sharper_than_a_pixel(zoom, choice):
         assert abs(high - given[1]) <= 1e-4 * max(size, given[1] if AXES[name] is LOGARITHMIC else 0)
 
 
-@given(settings, settings, st.dictionaries(st.sampled_from(list(TABS["explore"].axes)), spans))
-def test_an_address_with_all_of_it_is_one_that_is_read(setting, pinned, zoom):
-    text = print_zoom(zoom, TABS["explore"].axes)
-    query = print_address(setting, "explore", pinned, zoom=text)
-    assert parse_address(query).get("zoom", "") == text
-    TABS["explore"].read_view(text, "")
+@given(settings, settings, st.sampled_from(list(TABS)), st.data())
+def test_an_address_brings_all_of_it_back(setting, pinned, tab, data):
+    axes, usual = TABS[tab].axes, getattr(TABS[tab], "chosen", {})
+    zoom = data.draw(st.dictionaries(st.sampled_from(list(axes)), spans)) if axes else {}
+    choice = {"quantity": "error", "limit": 40} if tab == "plane" else dict(usual)
+    view = {"zoom": print_zoom(zoom, axes), "choice": print_choice(choice)}
+    asked = read_opening("?" + print_address(setting, tab, pinned, **view))
+    explorer = Explorer()
+    explorer.apply(asked.texts)
+    assert (explorer.setting(), asked.tab, asked.pinned) == (setting, tab, pinned)
+    assert asked.view.choice == choice
+    assert asked.view.zoom.keys() <= zoom.keys()
 
 
 def test_what_is_printed_is_short():
@@ -49,14 +58,18 @@ def test_what_is_printed_is_short():
     assert print_address(SETTING, zoom="time:0.2,0.7;x1:-1,2").endswith("&zoom=time:0.2,0.7;x1:-1,2")
 
 
-@given(st.text(max_size=60), st.text(max_size=60))
-def test_no_text_does_anything_but_be_read_or_refused(zoom, choice):
-    for tab in TABS.values():
-        try:
-            view = tab.read_view(zoom, choice)
-        except Refused:
-            continue
-        assert view == View() or zoom or choice
+parts = st.sampled_from(["time", "K", "eta", "quantity", "limit", ":", ";", ",", "1", "-2.5", "1e999", "nan", "error"])
+
+
+@given(st.sampled_from(list(TABS)), *2 * [st.text(max_size=60) | st.lists(parts).map("".join)])
+def test_no_text_does_anything_but_be_read_or_refused(tab, zoom, choice):
+    try:
+        asked = read_opening("?" + urlencode({"tab": tab, "zoom": zoom, "choice": choice}))
+    except Refused:
+        return
+    for name, (low, high) in asked.view.zoom.items():
+        assert TABS[tab].axes[name][0] <= low < high <= TABS[tab].axes[name][1]
+    assert asked.view.choice.keys() <= getattr(TABS[tab], "chosen", {}).keys()
 
 
 @pytest.mark.parametrize(
