@@ -70,6 +70,10 @@ class OwnedRange:
         """Whether the user has moved the range since."""
         return self.ends != self._put
 
+    def _go(self, low: float, high: float) -> None:
+        self._ends = low, high  # at once: while a document holds its events, it also holds what they call
+        self.range.update(start=low, end=high)
+
     def _moved(self, attr: str, old: float, new: float) -> None:
         self._ends = self.range.start, self.range.end
         self.on_move()
@@ -93,13 +97,14 @@ class OwnedRange:
         if (low, high) == self._put and (stays or not self.zoomed):
             return
         self._put = (low, high)
-        ends = {} if stays else {"start": low, "end": high}
-        self.range.update(**ends, reset_start=low, reset_end=high)
+        self.range.update(reset_start=low, reset_end=high)
+        if not stays:
+            self._go(low, high)
 
     def restore(self, low: float, high: float) -> None:
         """Zoom as a link says, before there are data."""
         self._restored = True
-        self.range.update(start=low, end=high)
+        self._go(low, high)
 
     def back(self) -> None:
         """Take the zoom back, whoever it is from."""
