@@ -35,6 +35,11 @@ class Plane(NamedTuple):
         low, high = np.log(getattr(self, name))
         return np.exp(low + (np.arange(COUNT) + 0.5) / COUNT * (high - low))
 
+    def ends(self, name: str) -> tuple[float, float]:
+        """The first and the last of ``axis``."""
+        axis = self.axis(name)
+        return float(axis[0]), float(axis[-1])
+
 
 @dataclass(frozen=True, eq=False)
 class PlaneStage:

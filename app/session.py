@@ -5,8 +5,10 @@ Everything here runs in the session's own document. Data run one way: state → 
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from functools import partial
 
 import panel as pn
@@ -15,23 +17,26 @@ from app import logs, metrics
 from app.files import style
 from app.flow import Flow
 from app.history import History
+from app.live import stand_back
+from app.opening import FIRST, Opening, read_opening
 from app.scenes import scenes
 from app.state import (
     Explorer,
     Refused,
     Setting,
-    check_together,
-    parse_address,
     print_address,
-    read,
     texts_of,
 )
 from app.tabs import TABS, Move, Tab
-from app.takeaway import of_setting, setting_of_toml
+from app.tabs.taking import offers, take
+from app.takeaway import setting_of_toml
 from app.views.controls import Controls, shown
 from app.views.header import Header
+from app.workers import pool
 
-_FIRST = next(iter(TABS))
+log = logging.getLogger("vibroscope")
+
+_RESTS = 150  # ms after which a zoom goes into the address
 _LONGEST_FILE = 65_536  # characters
 
 
@@ -57,27 +62,28 @@ class Session:
         self._loaded = False
         self._until_loaded: list[Callable[[], None]] = []
         self._waiting = False
+        self._writing = False  # a file is on its way
+        self._answered = 0  # the last move that was answered
+        self._seen_anew = False  # an axis has moved, and nobody has looked yet whether the address changes
         self.controls.on_msg(self._message)
         self.header.on_msg(self._message)
         self._start(query)
 
     def _start(self, query: str) -> None:
         """Take the address, or say why not and start from the defaults."""
-        tab = _FIRST
+        asked = Opening()
         try:
-            texts = parse_address(query)
-            wanted = _known_tab(texts.pop("tab", _FIRST))
-            pin = texts.pop("pin", "")
-            pinned = _setting_of(pin) if pin else None
-            self.state.apply(texts)
-            tab, self._pinned = wanted, pinned  # all is valid: take it whole
+            asked = read_opening(query)
+            self.state.apply(asked.texts)
         except Refused as error:
             _log_refusal(error)
             self.header.error = f"{error} The link was not taken, so this is the default setting."
-            self._keep_address = True
+            self._keep_address, asked = True, Opening()
+        self._pinned = asked.pinned
+        self._build(asked.tab)
+        self._tabs[asked.tab].restore(asked.view)
         self._answer(self._move, 0)
-        self._build(tab)
-        self._waiting = not self._tabs[tab].at_once(Move(self._move, self.state.setting()))
+        self._waiting = not self._tabs[asked.tab].at_once(Move(self._move, self.state.setting()))
 
     def start(self) -> None:
         """The page is open: do what had to wait, solve what was not solved before."""
@@ -167,11 +173,27 @@ class Session:
         """A file or a text that the user wants to have."""
         if not isinstance(what, str):
             return
-        taken = of_setting(what, self.state.setting()) or self._tabs[self._open].take(what)
-        if taken is None:
-            self.tell("There is nothing of that kind to take away here: open Explore and wait for its figures.")
+        address = f"?{self._link(self._tabs[self._open].printed())}"
+        made = take(self._tabs[self._open], what, self.state.setting(), address)
+        if made is None:
+            self.tell("There is nothing of that kind to take away here by now: wait for the figures.")
+        elif self._writing:
+            self.tell("One file after the other: the last one is still being written.")
         else:
-            self.header.give(what, taken)
+            self._writing = True
+            pool("files", 1, stand_back).submit(made).add_done_callback(
+                lambda done: self.later(partial(self._give, what, done))
+            )
+
+    def _give(self, what: str, done: Future) -> None:
+        self._writing = False
+        if done.cancelled():
+            return
+        if done.exception() is None:
+            self.header.give(what, done.result())
+        else:
+            log.error("a file could not be written", exc_info=done.exception())
+            self.tell(f"This file could not be written ({done.exception()}).")
 
     def _load(self, parts: object) -> None:
         """Parameters from a file, its text in parts, since the gate passes no long ones: all of it is taken or none."""
@@ -204,7 +226,10 @@ class Session:
                 tab.build(), css_classes=["place"], stylesheets=[style("page")], sizing_mode="stretch_width"
             )
             self.stage.append(self._places[key])
+            for owned in tab.ranges.values():
+                owned.on_move = self._axis_moved
         self._open = self.header.tab = key
+        self.offer()
         self._places[key].visible = True
         self.controls.visible = TABS[key].controls
 
@@ -244,15 +269,44 @@ class Session:
         """See `app.tabs.base.Desk`."""
         self.header.summary = text
 
+    def _axis_moved(self) -> None:
+        """A user zooms, or the page follows its data: look at it when it rests, since a wheel says much at once."""
+        if not self._seen_anew and self._loaded:
+            self._seen_anew = True
+            self.doc.add_timeout_callback(self._follow_view, _RESTS)
+
+    def _follow_view(self) -> None:
+        """The address follows a zoom; no move is answered by that."""
+        self._seen_anew = False
+        if not self._closed and self._address() != self.controls.shown["address"]:
+            self._answer(self._answered, self._flow.frames)
+
+    def _address(self) -> str:
+        """What the browser's address becomes; empty: a link that was refused stays there until something is changed."""
+        view = self._tabs[self._open].printed()
+        return "" if self._keep_address and not any(view.values()) else self._link(view)
+
+    def _link(self, view: Mapping[str, str]) -> str:
+        """What restores the page."""
+        tab = self._open if self._open != FIRST else ""
+        return print_address(self.state.setting(), tab, self._pinned, **view)
+
+    def offer(self) -> None:
+        """See `app.tabs.base.Desk`."""
+        offered = offers(self._tabs[self._open])
+        if offered != self.header.offers:
+            self.header.offers = offered
+
     def _answer(self, move: int, frame: int) -> None:
         """Tell the browser what holds, and that ``move`` has been dealt with."""
+        self._answered = move
+        self.offer()
         setting = self.state.setting()
-        tab = self._open if self._open != _FIRST else ""
         self.controls.shown = shown(
             setting,
             move=move,
             frame=frame,
-            address="" if self._keep_address else print_address(setting, tab, self._pinned),
+            address=self._address(),
             refused=self._refused,
             undo=self._history.can_undo,
             redo=self._history.can_redo,
@@ -263,16 +317,3 @@ class Session:
 def _log_refusal(error: Refused) -> None:
     metrics.REFUSED.add("value")
     logs.event("refused", what="value", name=error.name)
-
-
-def _known_tab(key: str) -> str:
-    if key not in TABS:
-        raise Refused("tab", f"There is no tab “{key[:20]}”: it is one of {', '.join(TABS)}.")
-    return key
-
-
-def _setting_of(query: str) -> Setting:
-    """The setting that an address holds, on top of the defaults."""
-    setting = Explorer().setting()._replace(**read(parse_address(query)))
-    check_together(setting)
-    return setting

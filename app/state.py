@@ -85,8 +85,9 @@ class Setting(NamedTuple):
 SYSTEM_FIELDS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution")
 MAIN_FIELDS = ("eta", "K", "D", "steps")
 PAPER_FIELDS = (*SYSTEM_FIELDS, "threshold", "located")  # what a scene of the paper sets to the paper's
-# What else an address may hold: the tab that is open, and the setting that is pinned, as an address of its own.
-VIEW_FIELDS = ("tab", "pin")
+# What else an address may hold: the tab that is open, the setting that is pinned, as an address of its own, and how the
+# tab is seen (`app.link`).
+VIEW_FIELDS = ("tab", "pin", "zoom", "choice")
 _PAPER, _UNITS = System(), Units()
 _PERIODS = signature(simulate).parameters["periods"].default
 
@@ -185,13 +186,14 @@ def read(texts: Mapping[str, str]) -> dict[str, float | int | str]:
 def _read_one(name: str, text: object) -> float | int | str:
     rule = Explorer.param[name]
     if isinstance(rule, param.Selector):
-        return _read_choice(name, text, rule.objects)
+        return read_choice(name, text, rule.objects)
     return read_number(name, text, rule.bounds, isinstance(rule, param.Integer))
 
 
-def _read_choice(name: str, text: object, choices: list[str]) -> str:
+def read_choice(name: str, text: object, choices: list[str]) -> str:
+    """The one of ``choices`` that ``text`` gives for ``name``; raises `Refused` if it is none."""
     if not isinstance(text, str) or text not in choices:
-        raise Refused(name, f"{name} must be {' or '.join(choices)}, not {_quote(text)}.")
+        raise Refused(name, f"{name} must be {' or '.join(choices)}, not {quoted(text)}.")
     return text
 
 
@@ -199,7 +201,7 @@ def read_number(name: str, text: object, bounds: tuple[float, float], whole: boo
     """The number that ``text`` gives for ``name``; raises `Refused` if it is none or outside ``bounds``."""
     low, high = bounds
     kind = "a whole number" if whole else "a number"
-    wanted = f"{name} must be {kind} from {low:g} to {high:g}, not {_quote(text)}."
+    wanted = f"{name} must be {kind} from {low:g} to {high:g}, not {quoted(text)}."
     if not isinstance(text, str) or len(text) > _LONGEST_NUMBER:
         raise Refused(name, wanted)
     if not _NUMBER.fullmatch(text.strip()):
@@ -210,7 +212,7 @@ def read_number(name: str, text: object, bounds: tuple[float, float], whole: boo
     return int(value) if whole else value
 
 
-def _quote(text: object) -> str:
+def quoted(text: object) -> str:
     """What was given, short enough to show."""
     shown = text if isinstance(text, str) else type(text).__name__
     printable = "".join(c if c.isprintable() else "�" for c in shown[:30])
@@ -244,7 +246,9 @@ def texts_of(setting: Setting) -> dict[str, str]:
     return {name: value if isinstance(value, str) else print_number(value) for name, value in setting._asdict().items()}
 
 
-def print_address(setting: Setting, tab: str = "", pin: Setting | None = None) -> str:
+def print_address(
+    setting: Setting, tab: str = "", pin: Setting | None = None, *, zoom: str = "", choice: str = ""
+) -> str:
     """The query string that restores the page; values at their default are left out, but for the four sliders."""
     texts = texts_of(setting)
     shown = {
@@ -252,5 +256,5 @@ def print_address(setting: Setting, tab: str = "", pin: Setting | None = None) -
         for name, text in texts.items()
         if name in MAIN_FIELDS or getattr(setting, name) != Explorer.param[name].default
     }
-    view = {"tab": tab, "pin": print_address(pin) if pin else ""}
-    return urlencode(shown | {name: text for name, text in view.items() if text})
+    view = {"tab": tab, "pin": print_address(pin) if pin else "", "zoom": zoom, "choice": choice}
+    return urlencode(shown | {name: text for name, text in view.items() if text}, safe=":;,")

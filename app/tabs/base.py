@@ -13,7 +13,11 @@ from typing import ClassVar, NamedTuple, Protocol
 import panel as pn
 from bokeh.document import Document
 
+from app.link import Span, View, print_choice, print_zoom, read_view
+from app.scripts import as_command, as_python
 from app.state import Setting
+from app.takeaway import Figure, Series
+from app.views.ranges import OwnedRange
 
 
 class Move(NamedTuple):
@@ -47,6 +51,9 @@ class Desk(Protocol):
     def summarise(self, text: str) -> None:
         """Say what the figures show, for those who cannot see them."""
 
+    def offer(self) -> None:
+        """What can be taken away has changed, without a push."""
+
     @property
     def pinned(self) -> Setting | None:
         """The setting that the user keeps to compare with."""
@@ -58,9 +65,11 @@ class Tab(ABC):
     key: ClassVar[str]  # in the address, ?tab=key
     title: ClassVar[str]
     controls: ClassVar[bool] = True  # whether the sliders stand beside it
+    axes: ClassVar[Mapping[str, Span]] = {}  # that a link may zoom, and what their ends may be
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
+        self.ranges: dict[str, OwnedRange] = {}  # of ``axes``, once it is built
 
     @abstractmethod
     def build(self) -> pn.viewable.Viewable:
@@ -75,13 +84,72 @@ class Tab(ABC):
         """The tab is open and ``move`` holds. Here: a tab that depends on nothing that is set."""
         self.desk.push(move.number, lambda: None)
 
+    # -- how it is seen: see `app.link` --------------------------------------
+
+    @classmethod
+    def spec(cls) -> dict:
+        """What can be chosen: ``switches`` (name, label, choices) and ``limits`` (name, label, low, high)."""
+        return {}
+
+    @classmethod
+    def read_view(cls, zoom: str, choice: str) -> View:
+        """The view that an address holds, before the tab is built; raises `Refused`."""
+        return read_view(zoom, choice, cls.axes, cls.spec())
+
+    def restore(self, view: View) -> None:
+        """See it so; called after `build`, before the first `show`."""
+        for name, ends in view.zoom.items():
+            self.ranges[name].restore(*ends)
+
+    def choice(self) -> dict[str, str | int]:
+        """What is not chosen as at first."""
+        return {}
+
+    def printed(self) -> dict[str, str]:
+        """The view as the address holds it: ``zoom`` and ``choice``."""
+        zoom = {name: owned.ends for name, owned in self.ranges.items() if owned.zoomed}
+        return {"zoom": print_zoom(zoom, self.axes), "choice": print_choice(self.choice())}
+
+    def unzoom(self) -> None:
+        """Take every zoom back."""
+        for owned in self.ranges.values():
+            owned.back()
+
+    # -- what can be taken away: see `app.tabs.taking` -----------------------
+
+    def figures(self) -> list[Figure]:
+        """What the tab shows by now and has data of."""
+        return []
+
+    def table(self, name: str) -> list[Series]:
+        """The data of one of its `figures`."""
+        raise KeyError(name)
+
+    def data(self) -> dict[str, object]:
+        """The data of all of them: numbers, words, arrays, and dictionaries of those."""
+        return {}
+
+    def words(self) -> dict[str, str]:
+        """What the figures say, by headings."""
+        return {}
+
+    def shown(self) -> Setting | None:
+        """The setting that the figures are of; None where they are of none."""
+        return None
+
+    def python(self, setting: Setting) -> str:
+        """A script that finds the same."""
+        return as_python(setting)
+
+    def command(self, setting: Setting) -> str:
+        """Commands that find the same."""
+        return as_command(setting)
+
+    # -- shown or not --------------------------------------------------------
+
     def hide(self) -> None:  # noqa: B027 - most tabs have nothing to stop
         """Another tab was opened: stop what runs."""
 
     def close(self) -> None:
         """The session has ended."""
         self.hide()
-
-    def take(self, what: str) -> dict | None:
-        """A file to take away (``name``, ``type``, ``text``) of what the tab shows, or None if there is none."""
-        return None

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import panel as pn
 
-from app.bifurcation import Diagram, DiagramStage, refine_diagram
+from app.bifurcation import COORDINATES, COUNT, SAMPLE, TRANSIENT, Diagram, DiagramStage, refine_diagram
+from app.link import LINEAR
 from app.live import KEPT
+from app.scripts import method_options, sweep_command, sweep_python
 from app.state import Explorer, Setting, print_number
 from app.tabs.study import StudyTab
-from app.views.bifurcation import SYMBOLS, BifurcationView, legend
+from app.takeaway import Figure, Series
+from app.views.bifurcation import SYMBOLS, BifurcationView, legend, name_of
 from engine import ExactPenalty, Method
 
 _DIRECTION_NAMES = {"rest": "from rest", "up": "continued upwards", "down": "continued downwards"}
@@ -23,13 +26,19 @@ class Bifurcation(StudyTab):
     title = "Bifurcation"
     refine = staticmethod(refine_diagram)
     chosen = {"solver": "reference", "direction": "rest", "coordinate": "xi2"}  # noqa: RUF012 - read only
+    axes = {"eta": LINEAR, "value": LINEAR}  # noqa: RUF012 - read only
+    pictures = (
+        Figure("bifurcation", "Bifurcation diagram", "A coordinate at τ ≡ 0 (mod T) over the excitation frequency η."),
+        Figure("bifurcation_strip", "Periods over η", "Period of the motion over η: the colours of the page's key."),
+    )
 
     def build(self) -> pn.viewable.Viewable:
         """The diagram, the strip of periods below it, the panel."""
         self.view = BifurcationView(self._set, self._zoomed)
         return self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
 
-    def spec(self) -> dict:
+    @classmethod
+    def spec(cls) -> dict:
         """What can be chosen, and the line that can be dragged."""
         low, high = Explorer.param["eta"].bounds
         return {
@@ -65,6 +74,29 @@ class Bifurcation(StudyTab):
         self.panel.key = legend()
         self.panel.told = told(setting, stage) if stage is not None else []
 
+    def table(self, name: str) -> list[Series]:
+        """All points of the diagram, also of what is drawn in grey; or the stretches of η with one period."""
+        if name == "bifurcation_strip":
+            columns = dict(zip(("from_eta", "to_eta", "period"), self._stage.stretches(), strict=True))
+            return [Series(_label(self._stage.question), columns)]
+        beside = _beside(self._move.setting, self._stage.question)
+        return [_points(stage, self.panel.chosen["coordinate"]) for stage in (self._stage, beside) if stage is not None]
+
+    def python(self, setting: Setting) -> str:
+        """`sweep_eta` over the range in view."""
+        asked = self.question(setting)
+        how = f"direction={asked.direction!r}, coordinates={tuple(COORDINATES)}"
+        call = f"sweep_eta(\n    system, {asked.method!r}, np.linspace({asked.eta[0]!r}, {asked.eta[1]!r}, {COUNT}),\n"
+        call += f"    {how}, transient={TRANSIENT}, sample={SAMPLE},\n)"
+        return sweep_python({"diagram": call}, asked.system, type(asked.method).__name__)
+
+    def command(self, setting: Setting) -> str:
+        """``vibroscope sweep eta`` over the range in view."""
+        asked = self.question(setting)
+        options = f" --from {asked.eta[0]!r} --to {asked.eta[1]!r} --count {COUNT}{method_options(asked.method)}"
+        options += f" --direction {asked.direction} --coordinates {','.join(COORDINATES)}"
+        return sweep_command("eta", asked.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")
+
     def _set(self, eta: float) -> None:
         self.desk.set({"eta": print_number(eta)})
 
@@ -86,6 +118,15 @@ def _beside(setting: Setting, question: Diagram) -> DiagramStage | None:
         reference = question._replace(method=setting.reference)
         return KEPT.get(reference) if reference != question else None
     return KEPT.get(question._replace(direction="down" if question.direction == "up" else "up"))
+
+
+def _label(question: Diagram) -> str:
+    return f"{name_of(question.method)} {_DIRECTION_NAMES[question.direction]}"
+
+
+def _points(stage: DiagramStage, coordinate: str) -> Series:
+    eta, values = stage.points(coordinate, stage.section.size)
+    return Series(_label(stage.question), {"eta": eta, coordinate: values})
 
 
 def told(setting: Setting, stage: DiagramStage) -> list[list[str]]:

@@ -6,21 +6,23 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from functools import partial
 
+import numpy as np
 import panel as pn
 
-from app import takeaway, words
+from app import words
 from app.compute import Frame, Latest, RunCache, frame_of, kept_frame, workers
 from app.diagrams import kept
 from app.files import style
+from app.link import LINEAR
 from app.present import WINDOW, Columns, factor_of, present
-from app.report import as_report
 from app.scenes import scene_of
 from app.state import Setting, print_number
+from app.tables import DIFFERENCE, FIGURES, named, table_of
 from app.tabs.base import Desk, Move, Tab
 from app.tabs.suggesting import Suggesting
+from app.takeaway import Figure, Series
 from app.views.diagram import DiagramView
 from app.views.displacement import DisplacementView
 from app.views.feed import Feed
@@ -48,6 +50,7 @@ _RESTS = 150  # ms without another frame before the difference is explained: whi
 _PAUSE = 0.05  # s between explanations while others wait for theirs: most of the machine is for the curves
 _DRAWN = ("frame", "units", "omega1", "m1", "amplitude")  # how a result is drawn, not what it is
 _EXPLAINED = RunCache(size=200)
+_LONG = {"t": "time", "total": "difference"}  # columns of the difference, as a file calls them
 
 
 def _question(setting: Setting) -> object:
@@ -72,6 +75,7 @@ class Explore(Tab):
 
     key = "explore"
     title = "Explore"
+    axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -96,6 +100,8 @@ class Explore(Tab):
         self.displacement = DisplacementView(self._time.range)
         self.force = ForceView(self._time.range)
         self.diagram = DiagramView(self.phase.sections, self._diagram, self._tapped)
+        self.ranges = {"time": self._time, **self.phase.ranges, "displacement": self.displacement.range}
+        self.ranges |= {"force": self.force.force, "impulse": self.force.impulse, **self.diagram.ranges}
         figures = [
             *self.phase.figures,
             self.displacement.figure,
@@ -143,29 +149,45 @@ class Explore(Tab):
         self._explaining.close()
         self._suggesting.close()
 
-    def take(self, what: str) -> dict | None:
-        """Data of what is shown, and the report."""
+    # -- what can be taken away ----------------------------------------------
+
+    def figures(self) -> list[Figure]:
+        """All, once there is a result; the map once it has been read or computed."""
         if self._shown is None:
-            return None
-        setting, columns, told = (
-            self._shown.setting,
-            self._shown.columns,
-            words.lines(self._shown.told, self._meaning),
-        )
-        kind, _, figure = what.partition(":")
-        if kind == "csv" and figure in takeaway.FIGURES:
-            return {
-                "name": f"vibroscope-{figure}.csv",
-                "type": "text/csv",
-                "text": takeaway.as_csv(figure, columns, setting.scale),
-            }
-        if what == "json":
-            text = takeaway.as_json(setting, columns, told)
-            return {"name": "vibroscope.json", "type": "application/json", "text": text}
-        if what == "report":
-            made = datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")
-            return {"name": "vibroscope-report.html", "type": "text/html", "text": as_report(setting, told, made)}
-        return None
+            return []
+        drawn = FIGURES | ({"displacement": DIFFERENCE} if self._in_parts else {})
+        return [figure for figure in drawn.values() if figure.name != "diagram" or self.diagram.ready]
+
+    def table(self, name: str) -> list[Series]:
+        """The columns that are drawn, in the units that are shown."""
+        setting, scale = self._shown.setting, self._shown.setting.scale
+        if name == "diagram":
+            return [Series("reference", self.diagram.in_view())]
+        if name == "displacement" and self._in_parts:
+            columns = {named(_LONG.get(n, n), n, scale): column for n, column in self._difference().items()}
+            return [Series(setting.coordinate, columns)]
+        return table_of(name, self._shown.columns, scale)
+
+    def data(self) -> dict[str, object]:
+        """The columns of all sources, the difference and the map."""
+        more = {"difference": self._difference()} if self._in_parts else {}
+        return {**self._shown.columns, **more, "diagram": self.diagram.in_view()}
+
+    def words(self) -> dict[str, str]:
+        """Verdict and motions."""
+        return words.lines(self._shown.told, self._meaning)
+
+    def shown(self) -> Setting | None:
+        """The last that could be solved."""
+        return self._shown.setting if self._shown else None
+
+    @property
+    def _in_parts(self) -> bool:
+        """Whether the difference is drawn, in place of the displacements."""
+        return self._shown.setting.frame == "difference"
+
+    def _difference(self) -> dict[str, np.ndarray]:
+        return dict(self.displacement.difference.data)
 
     # -- compute -------------------------------------------------------------
 
@@ -232,6 +254,7 @@ class Explore(Tab):
     def _redraw(self) -> None:
         with pn.io.hold(self.desk.doc):
             self.diagram.redraw()
+            self.desk.offer()
 
     def _tapped(self, eta: float) -> None:
         self.desk.set({"eta": print_number(eta)})
@@ -242,10 +265,11 @@ class Explore(Tab):
         """All figures, in place."""
         setting, columns = ready.setting, ready.columns
         scene = scene_of(setting)
+        if self._fresh:
+            self.unzoom()
         fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
         self._shown, self._scene, self._scale, self._fresh = ready, scene, setting.scale, False
-        if fresh or not self._time.zoomed:
-            self._time.put(0, WINDOW * setting.period)
+        self._time.put(0, WINDOW * setting.period, fresh=fresh)
         self._write_ghost(setting)
         for view in (self.phase, self.displacement, self.force):
             for name, source in view.sources.items():
@@ -254,7 +278,7 @@ class Explore(Tab):
         self.phase.update(columns, setting, fresh=fresh)
         self.displacement.update(columns, setting, fresh=fresh)
         self.force.update(columns, setting, fresh=fresh)
-        self.diagram.update(setting)
+        self.diagram.update(setting, fresh=fresh)
         self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=factor_of("displacement", setting))
         meaning = _EXPLAINED.get(_question(setting))
         self._tell(ready.told, meaning)

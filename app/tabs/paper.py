@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from functools import partial
 
+import numpy as np
 import panel as pn
 
 from app.files import style
 from app.paper import CLAIMS, Claim, Finding, as_dict
 from app.paper.checks import CHECKS
+from app.paper.tables import table_of
+from app.scripts import PAPER_COMMAND, PAPER_PYTHON
+from app.state import Setting
 from app.tabs.base import Desk, Move, Tab
+from app.takeaway import Figure, Series
 from app.views.claims import ClaimCard, draw
 
 log = logging.getLogger("vibroscope")
@@ -24,6 +28,9 @@ what the engine finds now, with the paper's run of 2,050 periods from rest. A cl
 view. Figures 1, 2, 5, 7 and 8 are drawings of the model and of the experiment; Help shows the model.</p>
 </article>
 """
+
+
+_CLAIMS = Figure("claims", "Claims and findings", "", drawn=False)
 
 
 class Paper(Tab):
@@ -66,13 +73,47 @@ class Paper(Tab):
         """Nothing is checked for a tab that nobody sees."""
         CHECKS.withdraw(self._deliver)
 
-    def take(self, what: str) -> dict | None:
-        """What has been found so far."""
-        if what != "json" or not self._findings:
-            return None
-        rows = [as_dict(CLAIMS[key], self._findings[key]) for key in CLAIMS if key in self._findings]
-        text = json.dumps(rows, ensure_ascii=False, indent=1)
-        return {"name": "vibroscope-paper.json", "type": "application/json", "text": text}
+    # -- what can be taken away ----------------------------------------------
+
+    def figures(self) -> list[Figure]:
+        """The claims, and the figure of each that has been checked."""
+        found = [
+            Figure(f"paper{key}", claim.name, f"{claim.name}. {claim.text}")
+            for key, claim in CLAIMS.items()
+            if key in self._findings
+        ]
+        return [_CLAIMS, *found] if found else []
+
+    def table(self, name: str) -> list[Series]:
+        """What was found of each claim, or what a figure is drawn from."""
+        if name != _CLAIMS.name:
+            return table_of(self._findings[name.removeprefix("paper")].picture)
+        return [Series(row.pop("figure"), {n: np.array([cell]) for n, cell in row.items()}) for row in self._rows()]
+
+    def data(self) -> dict[str, object]:
+        """What was found of each claim."""
+        return {"claims": self._rows()}
+
+    def words(self) -> dict[str, str]:
+        """What was found, claim by claim."""
+        verdict = {True: "agrees", False: "differs"}
+        return {
+            f"{row['figure']} ({verdict[row['agrees']]}): {row['claim']}": f"{row['found']} {row['why']}".strip()
+            for row in self._rows()
+        }
+
+    def python(self, setting: Setting) -> str:
+        """All claims."""
+        return PAPER_PYTHON
+
+    def command(self, setting: Setting) -> str:
+        """All claims."""
+        return PAPER_COMMAND
+
+    def _rows(self) -> list[dict]:
+        return [as_dict(claim, self._findings[key]) for key, claim in CLAIMS.items() if key in self._findings]
+
+    # -- checks --------------------------------------------------------------
 
     def _seen(self, key: str) -> None:
         """The browser has the card in view."""
@@ -97,6 +138,7 @@ class Paper(Tab):
             plot = draw(result.picture, f"paper{key}")
             self._slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
             self._cards[key].update(result)
+            self.desk.offer()
 
 
 def _told(claim: Claim) -> dict:

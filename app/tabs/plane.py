@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import panel as pn
 
 from app import classes
-from app.plane import SIDES, Plane, PlaneStage, refine_plane
+from app.link import LOGARITHMIC
+from app.plane import COUNT, SAMPLE, SIDES, TRANSIENT, Plane, PlaneStage, refine_plane
+from app.scripts import sweep_command, sweep_python
 from app.state import Setting, print_number
 from app.tabs.study import StudyTab
+from app.takeaway import Figure, Series
 from app.views.plane import PlaneView
 
 _SIDE_NAMES = {"penalty": "Newmark", "exact": "Exact penalty"}
@@ -23,13 +27,19 @@ class PlaneTab(StudyTab):
     title = "K–D plane"
     refine = staticmethod(refine_plane)
     chosen = {"quantity": "period", "limit": _SUDDEN}  # noqa: RUF012 - read only
+    axes = {"K": LOGARITHMIC, "D": LOGARITHMIC}  # noqa: RUF012 - read only
+    pictures = (
+        Figure("plane_penalty", "Plane with a time step", "Newmark over K and D: the colours of the page's key."),
+        Figure("plane_exact", "Plane without one", "The exact penalty model over K and D, which has no time step."),
+    )
 
     def build(self) -> pn.viewable.Viewable:
         """Two planes and the panel."""
         self.view = PlaneView(self._set, self._zoomed)
         return self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
 
-    def spec(self) -> dict:
+    @classmethod
+    def spec(cls) -> dict:
         """What can be chosen."""
         return {
             "title": "K–D plane",
@@ -60,6 +70,34 @@ class PlaneTab(StudyTab):
         self.view.update(setting, stage, quantity, limit)
         self.panel.key = classes.legend(quantity, limit)
         self.panel.told = told(setting, stage) if stage is not None else []
+
+    def table(self, name: str) -> list[Series]:
+        """A row for each cell that is known."""
+        side, known = name.removeprefix("plane_"), self._stage.known
+        K, D = np.meshgrid(self._stage.question.axis("K"), self._stage.question.axis("D"))
+        tables = {"K": K, "D": D, **self._stage.tables[side], "contact_steps": self._stage.contact_steps(side)}
+        return [Series(_SIDE_NAMES[side], {column: table[known] for column, table in tables.items()})]
+
+    def python(self, setting: Setting) -> str:
+        """`sweep_plane` over the rectangle in view, with and without a time step."""
+        asked = self.question(setting)
+        axes = ", ".join(f"np.geomspace({a!r}, {b!r}, {COUNT})" for a, b in map(asked.ends, ("K", "D")))
+        how = f"transient={TRANSIENT}, sample={SAMPLE}, parts={asked.errors}"
+        steps = {"penalty": f"steps={asked.steps}, located={asked.located}", "exact": "steps=None"}
+        calls = {
+            side: f"sweep_plane(\n    system, {asked.eta!r}, {axes},\n    {own}, {how},\n)"
+            for side, own in steps.items()
+        }
+        return sweep_python(calls, asked.system)
+
+    def command(self, setting: Setting) -> str:
+        """``vibroscope sweep plane`` over the rectangle in view, with and without a time step."""
+        asked = self.question(setting)
+        axes = "".join(f" --{name} {':'.join(map(repr, asked.ends(name)))}:{COUNT}" for name in ("K", "D"))
+        how = f"{'' if asked.errors else ' --no-error'} --transient {TRANSIENT} --sample {SAMPLE}"
+        newmark = f" --steps {asked.steps}{' --located' if asked.located else ''}"
+        given = f" --eta {print_number(asked.eta)}{axes}"
+        return sweep_command("plane", asked.system, *(given + own + how for own in (newmark, " --solver exact")))
 
     def _set(self, K: float, D: float) -> None:
         self.desk.set({"K": print_number(K), "D": print_number(D)})

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import panel as pn
 
 from app.files import style
+from app.link import LOGARITHMIC
+from app.scripts import speed_python
 from app.speed import CHECKED, PERIODS, Key, Question, SpeedStage, refine_speed
 from app.state import Setting
 from app.tabs.study import StudyTab
+from app.takeaway import Figure, Series
 from app.views.speed import SpeedView
 
 # Served from assets/speed; `benchmarks/work_precision.py --write` renews it.
@@ -37,6 +41,8 @@ class Speed(StudyTab):
     title = "Speed against error"
     refine = staticmethod(refine_speed)
     chosen = {}  # noqa: RUF012 - nothing to choose
+    pictures = (Figure("speed", "Speed against error", "Error after ten periods over processor time per period."),)
+    axes = {"cost": LOGARITHMIC, "error": LOGARITHMIC}  # noqa: RUF012 - read only
 
     def build(self) -> pn.viewable.Viewable:
         """The figure, the panel, the shipped figure below."""
@@ -47,7 +53,8 @@ class Speed(StudyTab):
         page.append(shipped)
         return page
 
-    def spec(self) -> dict:
+    @classmethod
+    def spec(cls) -> dict:
         """Nothing to choose: the sliders do."""
         return {
             "title": "Speed against error",
@@ -61,6 +68,22 @@ class Speed(StudyTab):
     def question(self, setting: Setting) -> Question:
         """All that costs or errors depend on; fixed or located, both are measured."""
         return Question(setting.system, setting.eta, setting.K, setting.D, setting.steps, setting.reference)
+
+    def table(self, name: str) -> list[Series]:
+        """A row for each solver and n."""
+        found = self._stage.data()
+        columns = {"steps": found["solver_steps"]} | {
+            n: found[n] for n in ("us_per_period", "solves_per_period", "error")
+        }
+        kinds = np.array(found["solver"])
+        return [
+            Series(kind, {name: np.asarray(column)[kinds == kind] for name, column in columns.items()})
+            for kind in dict.fromkeys(found["solver"])
+        ]
+
+    def python(self, setting: Setting) -> str:
+        """The same measurement: of this machine, and so with other numbers each time."""
+        return speed_python(self.question(setting))
 
     def draw(self, setting: Setting, stage: SpeedStage | None) -> None:
         """The figure, and the same in words."""

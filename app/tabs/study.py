@@ -6,19 +6,19 @@ and the end of the session. A move that changes no question only moves the marks
 
 from __future__ import annotations
 
-import json
 from abc import abstractmethod
 from functools import partial
 from typing import ClassVar
 
-import numpy as np
 import panel as pn
 from bokeh.plotting import figure
 
 from app.files import style
+from app.link import View
 from app.live import KEPT, Live, Refine, Stage
 from app.state import Setting
 from app.tabs.base import Desk, Move, Tab
+from app.takeaway import Figure
 from app.views.study import StudyPanel
 
 
@@ -27,6 +27,7 @@ class StudyTab(Tab):
 
     refine: ClassVar[Refine]  # stages of the answer to a question
     chosen: ClassVar[dict]  # what is chosen at first
+    pictures: ClassVar[tuple[Figure, ...]]  # that can be taken away
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -39,8 +40,9 @@ class StudyTab(Tab):
 
     # -- what a study says ---------------------------------------------------
 
+    @classmethod
     @abstractmethod
-    def spec(self) -> dict:
+    def spec(cls) -> dict:
         """Switches, limits, title and hint of the panel."""
 
     @abstractmethod
@@ -62,6 +64,7 @@ class StudyTab(Tab):
         spec = {"figures": [cell.object.name for cell in cells], **self.spec()}
         self.panel = StudyPanel(spec, dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
+        self.ranges = self.view.ranges
         return pn.Column(
             *cells,
             self.panel,
@@ -80,8 +83,20 @@ class StudyTab(Tab):
         """Move the marks, and ask anew where the question has changed."""
         self._visible = True
         self._move = move
+        if move.fresh:
+            with pn.io.hold(self.desk.doc):  # both ends of a range at once
+                self.unzoom()
         self.ask()
         self.push()
+
+    def restore(self, view: View) -> None:
+        """See it so, the choices included."""
+        super().restore(view)
+        self.panel.chosen = self.panel.chosen | dict(view.choice)
+
+    def choice(self) -> dict[str, str | int]:
+        """What is not chosen as at first."""
+        return {name: value for name, value in self.panel.chosen.items() if value != self.chosen[name]}
 
     def hide(self) -> None:
         """What is under way is cancelled; it goes on from there when the tab is opened again."""
@@ -136,12 +151,23 @@ class StudyTab(Tab):
         if share >= 1:  # a screen reader is told once, when all is known
             self.desk.summarise(" ".join(f"{head}: {said}" for head, said in self.panel.told))
 
-    def take(self, what: str) -> dict | None:
-        """The data of what is shown."""
-        if what != "json" or self._stage is None:
-            return None
-        text = json.dumps(_plain(self._stage.data()), ensure_ascii=False)
-        return {"name": f"vibroscope-{self.key}.json", "type": "application/json", "text": text}
+    # -- what can be taken away ----------------------------------------------
+
+    def figures(self) -> list[Figure]:
+        """All, once there is anything in them."""
+        return list(self.pictures) if self._stage is not None else []
+
+    def data(self) -> dict[str, object]:
+        """What is known."""
+        return self._stage.data()
+
+    def words(self) -> dict[str, str]:
+        """What stands in the panel."""
+        return dict(self.panel.told)
+
+    def shown(self) -> Setting | None:
+        """The one that holds."""
+        return self._move.setting
 
     # -- from the panel ------------------------------------------------------
 
@@ -160,12 +186,3 @@ class StudyTab(Tab):
             self.ask()
         self._stopped = on
         self.push()
-
-
-def _plain(value):
-    """Lists and numbers for JSON, which knows no nan: None stands for it."""
-    if isinstance(value, dict):
-        return {name: _plain(item) for name, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return np.where(np.isfinite(value), value.astype(object), None).tolist()
-    return value

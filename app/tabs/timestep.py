@@ -6,9 +6,12 @@ import math
 
 import panel as pn
 
-from app.state import Setting
+from app.link import LINEAR, LOGARITHMIC
+from app.scripts import sweep_command, sweep_python
+from app.state import Setting, print_number
 from app.tabs.study import StudyTab
-from app.timestep import SAMPLE, SCHEMES, TRANSIENT, TimeStep, TimeStepStage, refine_step
+from app.takeaway import Figure, Series
+from app.timestep import SAMPLE, SCHEMES, STEPS, TRANSIENT, TimeStep, TimeStepStage, refine_step
 from app.views.timestep import TimeStepView
 
 
@@ -19,13 +22,23 @@ class TimeStepTab(StudyTab):
     title = "Time step"
     refine = staticmethod(refine_step)
     chosen = {}  # noqa: RUF012 - nothing to choose
+    pictures = (
+        *(
+            Figure(f"step_phase_{scheme}", f"Phase plot, {scheme} step", f"ξ₂′ over ξ₂ with the {scheme} step.")
+            for scheme in SCHEMES
+        ),
+        Figure("step_spread", "Scatter over n", "Scatter of the section over the steps per period."),
+        Figure("step_error_time_step", "Error over n", "Error by the time step alone over the steps per period."),
+    )
+    axes = {"xi2": LINEAR, "v2": LINEAR, "n": LOGARITHMIC, "spread": LOGARITHMIC, "error_time_step": LOGARITHMIC}  # noqa: RUF012 - read only
 
     def build(self) -> pn.viewable.Viewable:
         """Two phase plots, two curves over n, the panel."""
         self.view = TimeStepView(self._set)
         return self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("halves",))
 
-    def spec(self) -> dict:
+    @classmethod
+    def spec(cls) -> dict:
         """Nothing to choose but n, and that is a slider."""
         return {
             "title": "Time step",
@@ -43,6 +56,27 @@ class TimeStepTab(StudyTab):
         """The figures, and the orders in words."""
         self.view.update(setting, stage)
         self.panel.told = told(setting, stage) if stage is not None else []
+
+    def table(self, name: str) -> list[Series]:
+        """Orbit and section of the n that is shown, or a size over n."""
+        stage, what = self._stage, name.removeprefix("step_")
+        if what in ("spread", "error_time_step"):
+            return [Series(scheme, {"n": stage.steps, what: stage.sizes(what, scheme)}) for scheme in SCHEMES]
+        scheme, index = what.removeprefix("phase_"), stage.nearest(self._move.setting.steps)
+        return [Series("orbit", stage.orbit(index, scheme)), Series("section", stage.section(index, scheme))]
+
+    def python(self, setting: Setting) -> str:
+        """`sweep_step` of the same steps."""
+        system, eta, K, D = self.question(setting)
+        call = f"sweep_step(system, {eta!r}, {K!r}, {D!r}, {STEPS}, transient={TRANSIENT}, sample={SAMPLE})"
+        return sweep_python({"study": call}, system)
+
+    def command(self, setting: Setting) -> str:
+        """``vibroscope sweep step`` of the same steps."""
+        system, *numbers = self.question(setting)
+        options = "".join(f" --{name} {print_number(x)}" for name, x in zip(("eta", "K", "D"), numbers, strict=True))
+        options += f" --steps {','.join(map(str, STEPS))} --transient {TRANSIENT} --sample {SAMPLE}"
+        return sweep_command("step", system, options)
 
     def _set(self, steps: int) -> None:
         self.desk.set({"steps": str(steps)})

@@ -36,8 +36,7 @@ class BifurcationView:
 
     def __init__(self, on_eta: Callable[[float], None], on_zoom: Callable[[], None]) -> None:
         self._on_eta = on_eta
-        self.eta = Range1d(*_ETA, reset_start=_ETA[0], reset_end=_ETA[1])
-        self._height = OwnedRange(-10, 10)
+        self.ranges = {"eta": OwnedRange(*_ETA), "value": OwnedRange(-10, 10)}
         self._drawn: tuple[str, str] | None = None  # solver and coordinate
         self.points = {solver: empty(f"bifurcation_{solver}", "eta", "value") for solver in _COLOURS}
         self.other = empty("bifurcation_other", "eta", "value")
@@ -56,8 +55,8 @@ class BifurcationView:
             "excitation frequency η = Ω/ω₁",
             "ξ₂ at τ ≡ 0 (mod T) / base amplitude",
             name="bifurcation",
-            x_range=self.eta,
-            y_range=self._height.range,
+            x_range=self.ranges["eta"].range,
+            y_range=self.ranges["value"].range,
         )
         plot.scatter("eta", "value", source=self.other, marker="square", size=2.2, color=GHOST, line_color=None)
         for solver, colour in _COLOURS.items():
@@ -91,7 +90,7 @@ class BifurcationView:
             "",
             "",
             name="bifurcation_strip",
-            x_range=self.eta,
+            x_range=self.ranges["eta"].range,
             y_range=Range1d(0, 1),
             tools="",
             active_drag=None,
@@ -119,7 +118,7 @@ class BifurcationView:
     @property
     def span(self) -> tuple[float, float]:
         """η in view, within what can be set, rounded so that the same view is the same question."""
-        low, high = (round(float(np.clip(end, *_ETA)), 6) for end in (self.eta.start, self.eta.end))
+        low, high = (round(float(np.clip(end, *_ETA)), 6) for end in self.ranges["eta"].ends)
         return (low, high) if high - low > 1e-5 else _ETA
 
     def update(
@@ -138,7 +137,7 @@ class BifurcationView:
         for solver, source in self.points.items():
             write(source, values if solver == drawn else none)
         write(self.other, none if beside is None else _columns(beside, coordinate, MOST_BESIDE))
-        self._height.follow([values["value"]], fresh=self._drawn != (drawn, coordinate))
+        self.ranges["value"].follow([values["value"]], fresh=self._drawn != (drawn, coordinate))
         self._drawn = drawn, coordinate
         self._write_strip(stage)
 

@@ -41,11 +41,13 @@ class DiagramView:
         self._load = load
         self._on_eta = on_eta
         self._shown: tuple[str, str, float] | None = None
+        self._drawn: tuple | None = None  # the view that the picture is of
+        self.ready = False  # whether what is wanted has arrived
         self._ours = True
         self._sections = sections
-        self._x, self._y = OwnedRange(*_ETA), OwnedRange(-10, 10)
+        self.ranges = {"eta": OwnedRange(*_ETA), "section": OwnedRange(-10, 10)}
         self.figure, self.picture = _picture_figure()
-        self.figure.x_range, self.figure.y_range = self._x.range, self._y.range
+        self.figure.x_range, self.figure.y_range = (owned.range for owned in self.ranges.values())
         self._marks = self._decorate()
         self.figure.on_event(Tap, self._tapped)
         self.figure.on_event(RangesUpdate, self._zoomed)
@@ -81,7 +83,7 @@ class DiagramView:
             draw(plot, ring, self._sections["section_penalty"], level="overlay"),
         ]
 
-    def update(self, setting: Setting) -> None:
+    def update(self, setting: Setting, *, fresh: bool) -> None:
         """Move the cursor; redraw the picture where it is another one. The phase plots write the sections.
 
         The shipped pictures are of the paper's system; with another the title says so.
@@ -90,8 +92,15 @@ class DiagramView:
         self._ours = setting.system == System()
         self._title(self._shown is None or self._points() is not None)
         wanted = setting.joint_damping, setting.coordinate, factor_of("displacement", setting)
-        if self._shown != wanted:
-            self._show(wanted, "base amplitude" if setting.scale is None else "mm")
+        turned = self._shown is None or self._shown[1:] != wanted[1:]
+        another, self._shown = self._shown != wanted, wanted
+        if turned:
+            self._label(setting)
+        self.ranges["eta"].put(*_ETA, fresh=fresh)
+        if turned or fresh:
+            self._fit()
+        if another or self._drawn != self._view:
+            self._draw()
 
     def redraw(self) -> None:
         """A diagram has arrived: show it, if it is the one that is wanted."""
@@ -99,15 +108,16 @@ class DiagramView:
             self._fit()
             self._draw()
 
-    def _show(self, wanted: tuple[str, str, float], unit: str) -> None:
-        turned = self._shown is None or self._shown[1:] != wanted[1:]
-        self._shown, coordinate = wanted, wanted[1]
+    def _label(self, setting: Setting) -> None:
         for mark in self._marks:
-            mark.glyph.y = "x1" if coordinate == "xi1" else "x2"
-        self.figure.yaxis[0].axis_label = f"{_SYMBOL[coordinate]} at τ ≡ 0 (mod T) / {unit}"
-        if turned:
-            self._fit()
-        self._draw()
+            mark.glyph.y = "x1" if setting.coordinate == "xi1" else "x2"
+        unit = "base amplitude" if setting.scale is None else "mm"
+        self.figure.yaxis[0].axis_label = f"{_SYMBOL[setting.coordinate]} at τ ≡ 0 (mod T) / {unit}"
+
+    @property
+    def _view(self) -> tuple[tuple[float, float], ...]:
+        """What of the plane is in view: the ends of both axes."""
+        return tuple(owned.ends for owned in self.ranges.values())
 
     def _points(self) -> tuple[np.ndarray, np.ndarray] | None:
         joint_damping, coordinate, factor = self._shown
@@ -116,17 +126,29 @@ class DiagramView:
             return None
         return diagram.eta, factor * diagram.displacement[_ROW[coordinate]]
 
+    def in_view(self) -> dict[str, np.ndarray]:
+        """η and the coordinate of the points that lie in view; nothing while it is not ready."""
+        points = self._points() if self.ready else None
+        if points is None:
+            return {}
+        value = points[1].astype(np.float32)
+        eta = np.repeat(points[0], value.shape[1])
+        x, y = self._view
+        seen = (x[0] <= eta) & (eta <= x[1]) & (y[0] <= value.ravel()) & (value.ravel() <= y[1])
+        return {"eta": eta[seen], self._shown[1]: value.ravel()[seen]}
+
     def _fit(self) -> None:
         points = self._points()
         if points is not None:
-            self._y.follow([points[1]], fresh=True)
+            self.ranges["section"].follow([points[1]], fresh=True)
 
     def _draw(self) -> None:
         points = self._points()
-        self._title(points is not None)
+        self.ready = points is not None
+        self._title(self.ready)
         if points is None:
             return
-        x, y = ((r.range.start, r.range.end) for r in (self._x, self._y))
+        x, y = self._drawn = self._view
         picture = raster(*points, x, y, *self._pixels())
         self.picture.data = {
             "image": [picture],

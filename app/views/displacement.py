@@ -59,7 +59,7 @@ class DisplacementView:
         self.difference = empty("difference", "t", *PARTS)
         self._items: dict[str, list[LegendItem]] = {}  # what is seen with displacements, and with their difference
         self._grounds: list = []  # below the intervals of contact
-        self._range = OwnedRange(-10, 10, headroom=0.16)
+        self.range = OwnedRange(-10, 10, headroom=0.16)
         self.figure = self._displacement(time)
         self.strip = self._strip(time)
 
@@ -70,7 +70,7 @@ class DisplacementView:
             "",
             name="displacement",
             x_range=time,
-            y_range=self._range.range,
+            y_range=self.range.range,
             min_border_right=RIGHT,
         )
         ghost = self.ghost.of(self.sources["displacements"])
@@ -158,7 +158,7 @@ class DisplacementView:
             return
         turned = self._turn(setting)
         shown = [columns["displacements"][f"{solver}{n}"] for solver in ("reference", "penalty") for n in (1, 2)]
-        self._range.follow(shown, fresh=fresh or turned)
+        self.range.follow(shown, fresh=fresh or turned)
 
     def explain(self, series: dict[str, np.ndarray], setting: Setting) -> None:
         """Write the difference in parts, each (2, n), if it is shown; without a ``series`` nothing is drawn."""
@@ -173,7 +173,7 @@ class DisplacementView:
             name: factor * series[name][row] if name in series else np.full(count, np.nan, "f4") for name in PARTS
         }
         write(self.difference, columns)
-        self._range.follow([columns[name] for name in PARTS], fresh=turned)
+        self.range.follow([columns[name] for name in PARTS], fresh=turned)
 
     def _turn(self, setting: Setting) -> bool:
         """Show the displacements or their difference; whether that is something else than before."""

@@ -39,7 +39,6 @@ const viewOf = (name) => {
   const model = modelOf(name);
   return model ? Bokeh.index.find_one_by_id(model.id) : null;
 };
-const FIGURES = ["phase1", "phase2", "displacement", "strip", "force", "diagram"];
 // What the browser changes by itself is none of the server's business.
 const HERE = { sync: false };
 // Columns of a source, however Bokeh keeps them.

@@ -38,8 +38,8 @@ class ForceView:
             }
         )
         self.ghost = Ghost("force_reference", "force_penalty")
-        self._force = OwnedRange(-1, 20, headroom=0.22)
-        self._impulse = OwnedRange(-0.5, 10)
+        self.force = OwnedRange(-1, 20, headroom=0.22)
+        self.impulse = OwnedRange(-0.5, 10)
         self.figure = self._build(time)
 
     def _build(self, time: Range1d):
@@ -49,10 +49,10 @@ class ForceView:
             "",
             name="force",
             x_range=time,
-            y_range=self._force.range,
+            y_range=self.force.range,
             min_border_right=RIGHT,
         )
-        plot.extra_y_ranges = {"impulse": self._impulse.range}
+        plot.extra_y_ranges = {"impulse": self.impulse.range}
         plot.add_layout(LinearAxis(y_range_name="impulse", axis_label=""), "right")
         style(plot)
         ghosts = [
@@ -106,16 +106,16 @@ class ForceView:
         self.figure.right[0].axis_label = "impulse / (N·s)" if physical else "impulse ∫λ dτ"
         forces = [columns[f"force_{solver}"]["force"] for solver in ("reference", "penalty")]
         impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
-        self._force.follow(forces, fresh=fresh, always=(0.0, factor_of("force", setting)))
-        self._follow_impulses(impulses)
+        self.force.follow(forces, fresh=fresh, always=(0.0, factor_of("force", setting)))
+        self._follow_impulses(impulses, fresh)
 
-    def _follow_impulses(self, impulses: list) -> None:
+    def _follow_impulses(self, impulses: list, fresh: bool) -> None:
         """Put the zero of both scales at one height: a stem then stands on the force's zero line."""
-        low, high = self._force.home
+        low, high = self.force.home
         largest = extent(impulses)
-        if largest is None or self._force.zoomed or self._impulse.zoomed:
+        if largest is None:
             return
-        top = self._impulse.home[1]
+        top = self.impulse.home[1]
         if not 0.4 * top <= largest[1] <= 0.82 * top:
             top = 1.26 * largest[1]
-        self._impulse.put(top * low / high, top)
+        self.impulse.put(top * low / high, top, fresh=fresh)

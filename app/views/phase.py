@@ -40,8 +40,8 @@ class PhaseView:
         )
         self.sections = {name: self.sources[name] for name in ("section_reference", "section_penalty")}
         self.ghost = Ghost("phase_reference", "phase_penalty")
-        self._ranges = {name: OwnedRange(-8, 8) for name in ("x1", "x2")}
-        self._ranges |= {name: OwnedRange(-8, 8, headroom=0.16) for name in ("v1", "v2")}
+        self.ranges = {name: OwnedRange(-8, 8) for name in ("x1", "x2")}
+        self.ranges |= {name: OwnedRange(-8, 8, headroom=0.16) for name in ("v1", "v2")}
         self._lines: list = []
         self.figures = [self._figure(1), self._figure(2)]
 
@@ -51,8 +51,8 @@ class PhaseView:
             "",
             "",
             name=f"phase{number}",
-            x_range=self._ranges[f"x{number}"].range,
-            y_range=self._ranges[f"v{number}"].range,
+            x_range=self.ranges[f"x{number}"].range,
+            y_range=self.ranges[f"v{number}"].range,
             min_border_left=48,
         )
         x, y = f"x{number}", f"v{number}"
@@ -95,5 +95,5 @@ class PhaseView:
             # A band of many loops must stay a band of lines, not become a smear.
             loops = len(columns[f"phase_{solver}"]["x1"]) / _SLIM_FROM
             line.glyph.line_width = _WIDTHS[solver] if loops <= 1 else _SLIM
-        for name, owned in self._ranges.items():
+        for name, owned in self.ranges.items():
             owned.follow([columns[s][name] for s in self.sources], fresh=fresh)

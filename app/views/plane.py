@@ -6,13 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 from bokeh.events import RangesUpdate, Tap
-from bokeh.models import ColumnDataSource, LegendItem, LinearColorMapper, Range1d
+from bokeh.models import ColumnDataSource, LegendItem, LinearColorMapper
 from bokeh.plotting import figure
 
 from app import classes
 from app.plane import SIDES, Plane, PlaneStage
 from app.state import Explorer, Setting
 from app.views.base import BLUE, INK, VERMILLION, empty, legend, make_figure, write
+from app.views.ranges import OwnedRange
 from engine import equal_restitution_damping
 
 _VEIL = ["#00000000", classes.VEIL]  # drawn as stripes: some columns of a finer picture
@@ -25,9 +26,7 @@ class PlaneView:
 
     def __init__(self, on_cell: Callable[[float, float], None], on_zoom: Callable[[], None]) -> None:
         self._on_cell = on_cell
-        self._ranges = {
-            name: Range1d(*limits, reset_start=limits[0], reset_end=limits[1]) for name, limits in _LIMITS.items()
-        }
+        self.ranges = {name: OwnedRange(*limits) for name, limits in _LIMITS.items()}
         self.sources = {
             side: ColumnDataSource({name: [] for name in ("image", "x", "y", "dw", "dh")}, name=f"plane_{side}_cells")
             for side in SIDES
@@ -50,8 +49,8 @@ class PlaneView:
             name=f"plane_{side}",
             x_axis_type="log",
             y_axis_type="log",
-            x_range=self._ranges["K"],
-            y_range=self._ranges["D"],
+            x_range=self.ranges["K"].range,
+            y_range=self.ranges["D"].range,
             tools="pan,box_zoom,wheel_zoom,reset,save",
         )
         plot.xgrid.visible = plot.ygrid.visible = False
@@ -87,7 +86,7 @@ class PlaneView:
     @property
     def spans(self) -> dict[str, tuple[float, float]]:
         """K and D that are in view, within what can be set."""
-        return {name: _within(self._ranges[name], *_LIMITS[name]) for name in _LIMITS}
+        return {name: _within(self.ranges[name].ends, *_LIMITS[name]) for name in _LIMITS}
 
     def update(self, setting: Setting, stage: PlaneStage | None, quantity: str, limit: float | None) -> None:
         """Move the mark; draw the cells as far as they are known."""
@@ -122,9 +121,9 @@ class PlaneView:
             self._on_cell(*(float(f"{np.clip(v, *_LIMITS[n]):.3g}") for n, v in (("K", event.x), ("D", event.y))))
 
 
-def _within(shown: Range1d, low: float, high: float) -> tuple[float, float]:
-    """Where a range stands, rounded so that the same view is the same question; all of it where nothing is left."""
-    ends = [float(f"{np.clip(end, low, high):.4g}") for end in (shown.start, shown.end)]
+def _within(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
+    """What of an axis is shown, rounded so that the same view is the same question; all of it where nothing is left."""
+    ends = [float(f"{np.clip(end, low, high):.4g}") for end in shown]
     return tuple(ends) if ends[0] < ends[1] * 0.999 else (low, high)
 
 

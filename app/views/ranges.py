@@ -7,7 +7,7 @@ stands where it was put) stays as it is until the reset tool or a scene gives it
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from bokeh.models import Range1d
@@ -49,7 +49,11 @@ class OwnedRange:
     def __init__(self, low: float, high: float, *, headroom: float = _MARGIN) -> None:
         self.range = Range1d(low, high, reset_start=low, reset_end=high)
         self._headroom = headroom  # share of the span left free above the data, for a legend
-        self._put = (low, high)
+        self._put = self._ends = (low, high)
+        self._restored = False
+        self.on_move: Callable[[], None] = lambda: None  # called whenever an end has moved
+        for end in ("start", "end"):
+            self.range.on_change(end, self._moved)
 
     @property
     def home(self) -> tuple[float, float]:
@@ -57,23 +61,52 @@ class OwnedRange:
         return self._put
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """Where the range stands: remembered, since each update of the page asks, and Bokeh is slow to tell."""
+        return self._ends
+
+    @property
     def zoomed(self) -> bool:
         """Whether the user has moved the range since."""
-        return (self.range.start, self.range.end) != self._put
+        return self.ends != self._put
+
+    def _go(self, low: float, high: float) -> None:
+        self._ends = low, high  # at once: while a document holds its events, it also holds what they call
+        self.range.update(start=low, end=high)
+
+    def _moved(self, attr: str, old: float, new: float) -> None:
+        self._ends = self.range.start, self.range.end
+        self.on_move()
 
     def follow(self, columns: Iterable[np.ndarray], *, fresh: bool = False, always: Iterable[float] = ()) -> None:
         """Adjust to the data by the rule above; the values in ``always`` are kept in view whatever the data."""
         data = extent(columns)
-        if data is None or (self.zoomed and not fresh):
+        if data is None:
             return
         data = min(data[0], *always, data[1]), max(data[1], *always, data[0])
         new = wanted(self._put, data, fresh=fresh, headroom=self._headroom)
-        if new is not None:
-            self.put(*new)
+        self.put(*(new or self._put), fresh=fresh)
 
-    def put(self, low: float, high: float) -> None:
-        """Set the range, and where the reset tool returns to."""
-        if (low, high) == self._put == (self.range.start, self.range.end):
+    def put(self, low: float, high: float, *, fresh: bool = False) -> None:
+        """The page has the range here: the reset tool returns to it, and the range itself goes there if nobody zoomed.
+
+        A ``fresh`` start takes a zoom back, but not one that a link has only just brought.
+        """
+        stays = self.zoomed and (self._restored or not fresh)
+        self._restored = False
+        if (low, high) == self._put and (stays or not self.zoomed):
             return
         self._put = (low, high)
-        self.range.update(start=low, end=high, reset_start=low, reset_end=high)
+        self.range.update(reset_start=low, reset_end=high)
+        if not stays:
+            self._go(low, high)
+
+    def restore(self, low: float, high: float) -> None:
+        """Zoom as a link says, before there are data."""
+        self._restored = True
+        self._go(low, high)
+
+    def back(self) -> None:
+        """Take the zoom back, whoever it is from."""
+        self._restored = False
+        self.put(*self._put, fresh=True)

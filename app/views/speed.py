@@ -35,7 +35,7 @@ class SpeedView:
 
     def __init__(self) -> None:
         self._stage: SpeedStage | None = None
-        self._x, self._y = OwnedRange(0.1, 1e3), OwnedRange(1e-10, 1.0)
+        self.ranges = {"cost": OwnedRange(0.1, 1e3), "error": OwnedRange(1e-10, 1.0)}
         self.closed = {kind: empty(f"speed_{kind}", "cost", "error") for kind in _LINES}
         self.swept = {kind: empty(f"speed_{kind}", "cost", "error", "n", "solves") for kind in SWEPT}
         self.present = ColumnDataSource({"cost": [], "error": [], "text": []}, name="speed_present")
@@ -49,8 +49,8 @@ class SpeedView:
             name="speed",
             x_axis_type="log",
             y_axis_type="log",
-            x_range=self._x.range,
-            y_range=self._y.range,
+            x_range=self.ranges["cost"].range,
+            y_range=self.ranges["error"].range,
         )
         items, hovered = [], []
         for kind, (colour, dash, width) in _LINES.items():
@@ -139,9 +139,9 @@ class SpeedView:
         swept = self.swept.values()
         costs = np.concatenate([source.data["cost"] for source in (*self.closed.values(), *swept)])
         errors = np.concatenate([source.data["error"] for source in swept])
-        for owned, sizes in ((self._x, costs), (self._y, errors)):
-            if len(sizes) and (fresh or not owned.zoomed):
-                owned.put(*_decades(sizes))
+        for owned, sizes in zip(self.ranges.values(), (costs, errors), strict=True):
+            if len(sizes):
+                owned.put(*_decades(sizes), fresh=fresh)
 
 
 def _columns(stage: SpeedStage, keys: list[Key]) -> dict[str, np.ndarray]:

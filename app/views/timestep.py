@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from bokeh.events import Tap
-from bokeh.models import LegendItem, Range1d, Span
+from bokeh.models import LegendItem, Span
 from bokeh.plotting import figure
 
 from app.state import Setting
@@ -38,8 +38,8 @@ class TimeStepView:
         self.sizes = {
             (name, scheme): empty(f"step_{name}_{scheme}", "n", "size") for name in _SIZES for scheme in SCHEMES
         }
-        self._x, self._v = OwnedRange(-8, 8), OwnedRange(-8, 8)
-        self._heights = {name: OwnedRange(_FLOOR, 1.0) for name in _SIZES}
+        self.ranges = {"xi2": OwnedRange(-8, 8), "v2": OwnedRange(-8, 8), "n": OwnedRange(*_SPAN)}
+        self.ranges |= {name: OwnedRange(_FLOOR, 1.0) for name in _SIZES}
         self._cursors: list[Span] = []
         self.phases = {scheme: self._phase(scheme) for scheme in SCHEMES}
         self.curves = {name: self._curve(name) for name in _SIZES}
@@ -55,8 +55,8 @@ class TimeStepView:
             "displacement ξ₂ / base amplitude",
             "velocity ξ₂′",
             name=f"step_phase_{scheme}",
-            x_range=self._x.range,
-            y_range=self._v.range,
+            x_range=self.ranges["xi2"].range,
+            y_range=self.ranges["v2"].range,
         )
         plot.line("xi2", "v2", source=self.orbits[scheme], line_color=_COLOURS[scheme], line_width=1.3)
         plot.scatter(
@@ -80,8 +80,8 @@ class TimeStepView:
             name=f"step_{name}",
             x_axis_type="log",
             y_axis_type="log",
-            x_range=Range1d(*_SPAN, reset_start=_SPAN[0], reset_end=_SPAN[1]),
-            y_range=self._heights[name].range,
+            x_range=self.ranges["n"].range,
+            y_range=self.ranges[name].range,
             tools="pan,box_zoom,wheel_zoom,reset,save",
         )
         items = []
@@ -111,13 +111,13 @@ class TimeStepView:
         index = stage.nearest(setting.steps)
         for scheme in SCHEMES:
             self._draw(stage, index, scheme)
-        for name, owned in self._heights.items():
+        for name in _SIZES:
             sizes = np.concatenate([self.sizes[name, scheme].data["size"] for scheme in SCHEMES])
-            if len(sizes) and (fresh or not owned.zoomed):
-                owned.put(*(10.0**end for end in _decades(sizes)))
+            if len(sizes):
+                self.ranges[name].put(*(10.0**end for end in _decades(sizes)), fresh=fresh)
         drawn = [*self.orbits.values(), *self.sections.values()]
-        self._x.follow([source.data["xi2"] for source in drawn], fresh=fresh)
-        self._v.follow([source.data["v2"] for source in drawn], fresh=fresh)
+        for name in ("xi2", "v2"):
+            self.ranges[name].follow([source.data[name] for source in drawn], fresh=fresh)
 
     def _draw(self, stage: TimeStepStage, index: int, scheme: str) -> None:
         question = stage.question

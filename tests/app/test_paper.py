@@ -17,6 +17,7 @@ from app.paper.claim import SEEN, SYSTEM, newmark, reach, reference
 from app.scenes import scenes
 from app.tabs.base import Move
 from app.tabs.paper import Paper
+from app.takeaway import as_json
 from app.views.claims import draw
 from engine import ExactPenalty, Newmark, Reference, motion, simulate
 
@@ -194,7 +195,10 @@ class _Desk:
     doc = None
 
     def __init__(self):
-        self.waiting = []
+        self.waiting, self.offers = [], []
+
+    def offer(self):
+        self.offers.append([figure.name for figure in self.tab.figures()])
 
     def later(self, callback):
         self.waiting.append(callback)
@@ -225,7 +229,7 @@ class _Thread:
 
 
 def opened(desk):
-    tab = Paper(desk)
+    tab = desk.tab = Paper(desk)
     tab.build()
     return tab
 
@@ -234,7 +238,7 @@ def test_a_claim_is_checked_when_it_is_seen_and_once(checks):
     desk = _Desk()
     tab = opened(desk)
     assert checks.jobs == []
-    assert tab.take("json") is None
+    assert tab.figures() == []
     for message in ({"seen": True}, {"seen": True}, {"seen": "no"}, "seen"):
         tab._cards["4C"]._process_event(DataEvent(None, message))
     assert len(checks.jobs) == 1
@@ -244,7 +248,8 @@ def test_a_claim_is_checked_when_it_is_seen_and_once(checks):
     assert tab._cards["4C"].found["agrees"] is True
     assert len(tab._slots["4C"]) == 2
     assert all(len(slot) == 1 for key, slot in tab._slots.items() if key != "4C")
-    assert [row["figure"] for row in json.loads(tab.take("json")["text"])] == ["Figure 4 [C]"]
+    assert [row["figure"] for row in json.loads(as_json(tab.data()))["claims"]] == ["Figure 4 [C]"]
+    assert desk.offers == [["claims", "paper4C"]]
     other = _Desk()
     opened(other)._seen("4C")
     assert checks.jobs == []

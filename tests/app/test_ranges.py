@@ -1,6 +1,7 @@
 """Axis ranges: calm, never taken from a user who zoomed, given back by a scene."""
 
 import numpy as np
+from bokeh.document import Document
 
 from app.views.ranges import OwnedRange, extent, wanted
 
@@ -37,6 +38,55 @@ def test_the_reset_tool_returns_to_where_the_page_would_be():
     owned = OwnedRange(-1, 1)
     owned.follow(column(-3, 3), fresh=True)
     assert (owned.range.reset_start, owned.range.reset_end) == owned.home
+
+
+def test_the_reset_tool_of_a_zoomed_range_returns_to_the_data_too():
+    owned = OwnedRange(-1, 1)
+    owned.range.update(start=0.1, end=0.2)
+    owned.follow(column(-5, 5))
+    assert owned.zoomed
+    assert owned.range.reset_end == owned.home[1] > 5
+
+
+def test_the_zoom_of_a_link_outlives_the_first_data_but_no_scene():
+    owned = OwnedRange(-1, 1)
+    owned.restore(0.1, 0.2)
+    owned.follow([np.empty(0)], fresh=True)  # nothing yet
+    owned.follow(column(-5, 5), fresh=True)
+    assert owned.ends == (0.1, 0.2)
+    assert owned.home[1] > 5
+    owned.follow(column(-5, 5), fresh=True)
+    assert owned.ends == owned.home
+
+
+def test_a_range_knows_where_it_stands_while_its_document_holds_its_events():
+    owned = OwnedRange(-1, 1)
+    document = Document()
+    document.add_root(owned.range)
+    document.hold("combine")
+    owned.follow(column(-5, 5))
+    assert not owned.zoomed
+    owned.restore(0.1, 0.2)
+    assert owned.zoomed
+    document.unhold()
+    assert owned.ends == (0.1, 0.2)
+
+
+def test_a_range_tells_whenever_an_end_moves():
+    owned, told = OwnedRange(-1, 1), []
+    owned.on_move = lambda: told.append(owned.ends)
+    owned.range.start = 0.5
+    owned.put(-3, 3)
+    owned.back()
+    assert told == [(0.5, 1), (-3, 1), (-3, 3)]
+
+
+def test_a_zoom_is_taken_back_whoever_it_is_from():
+    owned = OwnedRange(-1, 1)
+    for zoom in (owned.restore, lambda low, high: owned.range.update(start=low, end=high)):
+        zoom(0.1, 0.2)
+        owned.back()
+        assert owned.ends == owned.home == (-1, 1)
 
 
 def test_nothing_to_show_leaves_the_range_alone():

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from app import bench, speed
-from app.speed import Key, Question, SpeedStage, refine_speed, steps_around
+from app.speed import KINDS, Key, Question, SpeedStage, refine_speed, steps_around
 from app.state import Explorer
 from app.tabs.speed import Speed, told
 from app.tabs.timestep import TimeStepTab
+from app.takeaway import as_json
 from app.views.speed import SpeedView
 from engine import Cancelled, ExactPenalty, Reference, System
 
@@ -117,7 +118,8 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
     assert told(SETTING, nothing)
     tab = Speed(None)
     tab._stage = nothing
-    assert set(json.loads(tab.take("json")["text"])["error"]) == {None}
+    assert set(json.loads(as_json(tab.data()))["error"]) == {None}
+    assert [series.label for series in tab.table("speed")] == list(KINDS)
 
 
 def test_words_count_what_the_located_step_would_save():

@@ -10,7 +10,9 @@ import pytest
 from app import takeaway, words
 from app.compute import RunCache, frame_of
 from app.present import present, quantity_of
+from app.scripts import as_command
 from app.state import Explorer, Refused, read
+from app.tables import table_of
 from app.views.controls import shown
 from engine import Units
 from engine.systemfile import parse_system
@@ -64,10 +66,10 @@ def test_the_notes_are_what_goes_into_an_fe_input_file():
 
 
 def test_the_files_name_their_units():
-    rows = list(csv.reader(io.StringIO(takeaway.as_csv("force", columns_of(PHYSICAL), PHYSICAL.scale))))
+    rows = list(csv.reader(io.StringIO(takeaway.as_csv(table_of("force", columns_of(PHYSICAL), PHYSICAL.scale)))))
     assert rows[0] == ["series", "time [s]", "force [N]", "impulse [N·s]"]
     assert parse_system_units(takeaway.as_toml(PHYSICAL)) == UNITS
-    assert "--system system.toml --units" in takeaway.as_command(PHYSICAL)
+    assert "--system system.toml --units" in as_command(PHYSICAL)
     assert "N." in words.tell(frame_of(PHYSICAL, cache=KEPT)).penalty
 
 

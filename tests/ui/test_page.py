@@ -1,7 +1,5 @@
 """The page around the figures: tabs, linked figures, pin, undo, take-away, keys, light and dark, access."""
 
-import csv
-import json
 from pathlib import Path
 
 import axe_playwright_python
@@ -175,51 +173,6 @@ def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
     assert explorer.source("pinned_phase_penalty")["x1"] == []
     wait_until(lambda: "pin" not in address(explorer), what="an address without a pin")
-
-
-def taken(explorer, name):
-    """Click a button of the menu and read the file that comes."""
-    menu = explorer.page.locator("details.take")
-    if not menu.evaluate("menu => menu.open"):
-        menu.locator("summary").click()
-    with explorer.page.expect_download() as download:
-        menu.get_by_role("button", name=name, exact=True).click()
-    return download.value.suggested_filename, Path(download.value.path()).read_bytes()
-
-
-def test_figures_data_and_report_can_be_taken_away(visit):
-    explorer = visit().explained()
-    name, picture = taken(explorer, "Displacements as PNG")
-    assert (name, picture[:8]) == ("vibroscope-displacement.png", b"\x89PNG\r\n\x1a\n")
-    name, drawing = taken(explorer, "Phase plot 1 as SVG")
-    assert name.endswith(".svg")
-    assert b"<path" in drawing
-    assert "velocity ξ₁′".encode() in drawing
-    _, table = taken(explorer, "Contact force: data as CSV")
-    rows = list(csv.DictReader(table.decode().splitlines()))
-    assert {row["series"] for row in rows} >= {"reference", "penalty", "reference impulse"}
-    _, data = taken(explorer, "Save all data as JSON")
-    assert json.loads(data)["setting"]["eta"] == 1.08
-    _, report = taken(explorer, "Save the report")
-    assert explorer.line("verdict") in report.decode()
-    assert report.count(b"<svg") == 6
-    _, toml = taken(explorer, "Save the parameters")
-    assert b"eta = 1.08" in toml
-
-
-def test_the_report_opens_without_a_server(visit, tmp_path):
-    explorer = visit()
-    _, report = taken(explorer, "Save the report")
-    path = tmp_path / "report.html"
-    path.write_bytes(report)
-    page = explorer.page.context.new_page()
-    asked = []
-    page.on("request", lambda request: asked.append(request.url))
-    page.goto(path.as_uri())
-    assert page.locator("figure svg").count() == 6
-    assert page.locator("figure svg").first.bounding_box()["height"] > 100
-    assert asked == [path.as_uri()]
-    page.close()
 
 
 def test_keys_choose_scenes_and_can_be_switched_off(visit):

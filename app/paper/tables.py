@@ -1,0 +1,62 @@
+"""What a figure of the paper is drawn from, as a table."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+
+import numpy as np
+
+from app.paper.claim import Orbits, Plane, Times
+from app.takeaway import Series
+from engine import Diagram, Response
+
+_STATE = ("xi1", "velocity1", "xi2", "velocity2")
+
+
+@singledispatch
+def table_of(picture: Orbits | Times | Plane | Diagram) -> list[Series]:
+    """The table of what was found."""
+    raise TypeError(f"no table for {type(picture).__name__}")
+
+
+@table_of.register
+def _(picture: Orbits) -> list[Series]:
+    """Samples and section of each solution."""
+    tables = []
+    for solver, run in picture.runs.items():
+        section = dict(zip(_STATE, run.section.reshape(-1, 4).T, strict=True))
+        tables += [Series(solver, _sampled(run)), Series(f"{solver} section", section)]
+    return tables
+
+
+@table_of.register
+def _(picture: Times) -> list[Series]:
+    """Samples, impacts and intervals of contact."""
+    run = picture.run
+    return [
+        Series("samples", _sampled(run)),
+        Series("impacts", {"time": run.impacts.time, "impulse": run.impacts.impulse}),
+        Series("contacts", dict(zip(("contact_begin", "contact_end"), run.contacts.reshape(-1, 2).T, strict=True))),
+    ]
+
+
+@table_of.register
+def _(picture: Plane) -> list[Series]:
+    """A row for each cell."""
+    K, D = np.meshgrid(picture.stiffness, picture.damping)
+    kind = np.array(picture.names)[picture.kind]
+    return [Series("cells", {"K": K.ravel(), "D": D.ravel(), "kind": kind.ravel()})]
+
+
+@table_of.register
+def _(picture: Diagram) -> list[Series]:
+    """Every point."""
+    xi1, xi2 = (row.ravel() for row in picture.displacement)
+    return [Series("reference", {"eta": np.repeat(picture.eta, picture.displacement.shape[2]), "xi1": xi1, "xi2": xi2})]
+
+
+def _sampled(run: Response) -> dict[str, np.ndarray]:
+    """Time (τ) and state over the sampled periods."""
+    sampled = run.trajectory
+    rows = (row for n in (0, 1) for row in (sampled.displacement[n], sampled.velocity[n]))
+    return {"time": sampled.time, **dict(zip(_STATE, rows, strict=True)), "force": sampled.force}

@@ -1,0 +1,58 @@
+"""The figures of Explore as tables, and what they show in words for the menu and the report. No panel import."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from app.present import Columns, quantity_of
+from app.takeaway import Figure, Series
+from engine import Units
+
+FIGURES = {
+    figure.name: figure
+    for figure in (
+        Figure("phase1", "Phase plot 1", "Phase plot of pendulum 1 with its Poincaré section (τ ≡ 0 mod T)."),
+        Figure("phase2", "Phase plot 2", "Phase plot of pendulum 2 with its Poincaré section."),
+        Figure("displacement", "Displacements", "Displacements over the last two excitation periods."),
+        Figure("strip", "Contact strip", "Intervals in contact; an impact of the reference has no length."),
+        Figure("force", "Contact force", "Contact force, and the impulse of each impact."),
+        Figure("diagram", "Map over η", "Bifurcation diagram of the reference; the line marks η."),
+    )
+}
+DIFFERENCE = Figure("displacement", "Difference in parts", "Penalty less reference over two periods, in parts.")
+
+_SOLVERS = ("reference", "penalty")
+# The series of each figure: what a row is called, the source, and its columns under the names the file gives them.
+_SERIES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
+    "displacement": [(s, "displacements", {"time": "t", "xi1": f"{s}1", "xi2": f"{s}2"}) for s in _SOLVERS],
+    "strip": [(s, f"strip_{s}", {"contact_begin": "left", "contact_end": "right"}) for s in _SOLVERS],
+    "force": [
+        *((s, f"force_{s}", {"time": "t", "force": "force"}) for s in _SOLVERS),
+        *((f"{s} impulse", f"impulse_{s}", {"time": "t", "impulse": "impulse"}) for s in _SOLVERS),
+    ],
+} | {
+    f"phase{n}": [
+        (f"{s}{kind}", f"{source}_{s}", {f"xi{n}": f"x{n}", f"velocity{n}": f"v{n}"})
+        for source, kind in (("phase", ""), ("section", " section"))
+        for s in _SOLVERS
+    ]
+    for n in (1, 2)
+}
+
+
+def table_of(figure: str, columns: Mapping[str, Columns], scale: Units | None = None) -> list[Series]:
+    """The data of one figure, a series for each curve.
+
+    Times are counted from the beginning of the last two excitation periods, in periods. With a ``scale``, which the
+    columns must be in already, their names say the unit of each.
+    """
+    return [
+        Series(label, {named(name, column, scale): columns[source][column] for name, column in chosen.items()})
+        for label, source, chosen in _SERIES[figure]
+    ]
+
+
+def named(name: str, column: str, scale: Units | None) -> str:
+    """What a file calls a column of a source."""
+    quantity = quantity_of(column)
+    return f"{name} [{scale.unit(quantity)}]" if scale and quantity else name

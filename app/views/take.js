@@ -1,0 +1,111 @@
+// The menu of what can be taken away. Texts and data come from the server when asked for; pictures are made here.
+
+const LARGEST_FILE = 65_536; // bytes
+const PART = 3500; // characters; longer texts are not let through
+
+function takeMenu(model) {
+  const box = element("details", "take");
+  const head = element("summary", "", "Take away");
+  head.title = "Figures, data, parameters, script, link, report (T)";
+  const panel = element("div", "menu");
+  const told = element("p", "told");
+  told.setAttribute("role", "status");
+  const ask = (what) => { box.dataset.copy = ""; model.send_msg({ take: what }); };
+  const copy = (what) => { box.dataset.copy = what; model.send_msg({ take: what }); };
+  const both = (title, what, name) => row(title,
+    button("Copy", `Copy the ${name}`, () => copy(what)), button("Save", `Save the ${name}`, () => ask(what)));
+  const shown = element("div"); // what follows from the figures: only once there are any
+  panel.append(
+    row("Link to this view", button("Copy", "Copy the link", () => copied(location.href, told))),
+    row("Parameters (TOML)", button("Save", "Save the parameters", () => ask("toml"))),
+    row("Parameters from a file", loadButton(model, told)),
+    both("Python", "python", "Python script"),
+    both("Command line", "command", "commands"),
+    shown,
+    told,
+  );
+  const draw = () => shown.replaceChildren(...(model.offers.length ? [
+    row("Report (HTML)", button("Save", "Save the report", () => ask("report"))),
+    row("All data (JSON)", button("Save", "Save all data as JSON", () => ask("json"))),
+    ...model.offers.map(([name, title, drawn]) => row(title,
+      ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, "png")),
+        button("SVG", `${title} as SVG`, () => saveFigure(name, "svg"))] : []),
+      button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`)))),
+  ] : []));
+  model.on("offers", draw);
+  draw();
+  model.on("msg:custom", async (message) => {
+    const given = message.data ?? message;
+    if (box.dataset.copy === given.give) await copied(given.text, told);
+    else save(given.name, new Blob([await withFigures(given)], { type: given.type }));
+    box.dataset.copy = "";
+  });
+  box.append(head, panel);
+  document.addEventListener("keydown", (event) => { if (event.key === "Escape") box.open = false; });
+  document.addEventListener("click", (event) => { if (!event.composedPath().includes(box)) box.open = false; });
+  return { element: box, toggle: () => { box.open = !box.open; if (box.open) panel.querySelector("button").focus(); } };
+}
+
+// The file is read here; the server checks what it says, and takes all of it or nothing.
+function loadButton(model, told) {
+  const field = element("input");
+  Object.assign(field, { type: "file", accept: ".toml", hidden: true });
+  field.addEventListener("change", async () => {
+    const [file] = field.files;
+    field.value = "";
+    if (!file) return;
+    if (file.size > LARGEST_FILE) {
+      told.textContent = `This file is larger than ${LARGEST_FILE} bytes: it is none with parameters.`;
+      return;
+    }
+    const text = await file.text();
+    const parts = Array.from({ length: Math.ceil(text.length / PART) }, (_, i) => text.slice(i * PART, (i + 1) * PART));
+    model.send_msg({ load: Object.fromEntries(parts.map((part, i) => [String(i), part])) });
+    told.textContent = "";
+  });
+  const open = button("Load", "Load parameters from a TOML file", () => field.click());
+  const both = element("span", "load");
+  both.append(open, field);
+  return both;
+}
+
+function row(name, ...buttons) {
+  const line = element("div", "item");
+  line.append(element("span", "", name), ...buttons);
+  return line;
+}
+
+function save(name, blob) {
+  const link = element("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+async function copied(text, told) {
+  try {
+    await navigator.clipboard.writeText(text);
+    told.textContent = "Copied.";
+  } catch {
+    told.textContent = "This browser does not let the page copy: save it instead, or take the link from the address bar.";
+  }
+}
+
+async function saveFigure(name, type) {
+  const view = viewOf(name);
+  if (view) save(`vibroscope-${name}.${type}`, await view.export(type).to_blob());
+}
+
+// The report comes with empty places; the figures are drawn here.
+async function withFigures({ give, text }) {
+  if (give !== "report") return text;
+  const page = new DOMParser().parseFromString(text, "text/html");
+  for (const place of page.querySelectorAll("[data-figure]")) {
+    const view = viewOf(place.dataset.figure);
+    if (!view) continue;
+    const svg = new DOMParser().parseFromString(await (await view.export("svg").to_blob()).text(), "image/svg+xml");
+    place.append(page.importNode(svg.documentElement, true));
+  }
+  return `<!DOCTYPE html>\n${page.documentElement.outerHTML}`;
+}

@@ -1,0 +1,137 @@
+"""How a tab is seen comes back from the address, whole or not at all."""
+
+from urllib.parse import urlencode
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.link import LINEAR, LOGARITHMIC, print_choice, print_zoom, read_view
+from app.opening import read_opening
+from app.state import Explorer, Refused, print_address
+from app.tabs import TABS, Move
+
+from .test_state import settings
+from .test_study_tab import Asked, Desk, opened  # noqa: F401 - a fixture
+
+SETTING = Explorer().setting()
+AXES = {"time": LINEAR, "x1": LINEAR, "K": LOGARITHMIC}
+SPEC = {
+    "switches": [{"name": "quantity", "choices": {"period": "period", "error": "error"}}],
+    "limits": [{"name": "limit", "low": 2, "high": 200}],
+}
+spans = st.tuples(st.floats(*LINEAR), st.floats(*LINEAR)) | st.tuples(st.floats(), st.floats())
+zooms = st.dictionaries(st.sampled_from(list(AXES)), spans)
+choices = st.fixed_dictionaries(
+    {}, optional={"quantity": st.sampled_from(["period", "error"]), "limit": st.integers(2, 200)}
+)
+
+
+@given(zooms, choices)
+def test_what_is_printed_comes_back_sharper_than_a_pixel(zoom, choice):
+    view = read_view(print_zoom(zoom, AXES), print_choice(choice), AXES, SPEC)
+    assert view.choice == choice
+    for name, (low, high) in view.zoom.items():
+        given = zoom[name]
+        size = given[1] - given[0] if AXES[name] is LINEAR else min(given[0], given[1] - given[0])
+        assert abs(low - given[0]) <= 1e-4 * size
+        assert abs(high - given[1]) <= 1e-4 * max(size, given[1] if AXES[name] is LOGARITHMIC else 0)
+
+
+@given(settings, settings, st.sampled_from(list(TABS)), st.data())
+def test_an_address_brings_all_of_it_back(setting, pinned, tab, data):
+    axes, usual = TABS[tab].axes, getattr(TABS[tab], "chosen", {})
+    zoom = data.draw(st.dictionaries(st.sampled_from(list(axes)), spans)) if axes else {}
+    choice = {"quantity": "error", "limit": 40} if tab == "plane" else dict(usual)
+    view = {"zoom": print_zoom(zoom, axes), "choice": print_choice(choice)}
+    asked = read_opening("?" + print_address(setting, tab, pinned, **view))
+    explorer = Explorer()
+    explorer.apply(asked.texts)
+    assert (explorer.setting(), asked.tab, asked.pinned) == (setting, tab, pinned)
+    assert asked.view.choice == choice
+    assert asked.view.zoom.keys() <= zoom.keys()
+
+
+def test_what_is_printed_is_short():
+    zoom = {"time": (0.2, 0.7000000001), "K": (100.0, 1234.5678901)}
+    assert print_zoom(zoom, AXES) == "time:0.2,0.7;K:100,1234.57"
+    assert print_address(SETTING, zoom="time:0.2,0.7;x1:-1,2").endswith("&zoom=time:0.2,0.7;x1:-1,2")
+
+
+parts = st.sampled_from(["time", "K", "eta", "quantity", "limit", ":", ";", ",", "1", "-2.5", "1e999", "nan", "error"])
+
+
+@given(st.sampled_from(list(TABS)), *2 * [st.text(max_size=60) | st.lists(parts).map("".join)])
+def test_no_text_does_anything_but_be_read_or_refused(tab, zoom, choice):
+    try:
+        asked = read_opening("?" + urlencode({"tab": tab, "zoom": zoom, "choice": choice}))
+    except Refused:
+        return
+    for name, (low, high) in asked.view.zoom.items():
+        assert TABS[tab].axes[name][0] <= low < high <= TABS[tab].axes[name][1]
+    assert asked.view.choice.keys() <= getattr(TABS[tab], "chosen", {}).keys()
+
+
+@pytest.mark.parametrize(
+    ("zoom", "word"),
+    [
+        ("time", "two numbers"),
+        ("time:", "two numbers"),
+        ("time:1", "two numbers"),
+        ("time:1,2,3", "two numbers"),
+        ("time:0.7,0.2", "from a smaller to a larger"),
+        ("time:1,1", "from a smaller to a larger"),
+        ("time:1,1.0000000000001", "from a smaller to a larger"),
+        ("time:nan,1", "must be a number"),
+        ("time:0,inf", "must be a number"),
+        ("time:-1e13,1", "must be a number"),
+        ("time:0,1e999", "must be a number"),
+        ("K:-1,10", "must be a number"),
+        ("K:0,10", "must be a number"),
+        ("time:0,1;time:0,2", "twice"),
+        ("time:0,1;", "one of time, x1, K"),
+        ("nonsense:0,1", "one of time, x1, K"),
+        ("time:0,1;x1:²,3", "must be a number"),
+    ],
+)
+def test_a_zoom_that_makes_no_sense_is_refused_in_words(zoom, word):
+    with pytest.raises(Refused, match=word):
+        read_view(zoom, "", AXES, SPEC)
+
+
+@pytest.mark.parametrize(
+    "choice", ["quantity:__class__", "quantity", "limit:1", "limit:30.5", "limit:nan", "x:1", "limit:3;limit:4"]
+)
+def test_a_choice_that_is_not_offered_is_refused(choice):
+    with pytest.raises(Refused):
+        read_view("", choice, AXES, SPEC)
+
+
+@pytest.mark.parametrize("key", ["paper", "help"])
+def test_a_tab_without_axes_says_so(key):
+    with pytest.raises(Refused, match="it has none"):
+        TABS[key].read_view("time:0,1", "")
+
+
+@pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.axes])
+def test_every_axis_of_a_tab_is_there_and_is_the_axis_of_a_figure(tab):
+    made = tab(Desk())
+    page = made.build()
+    assert set(made.ranges) == set(tab.axes)
+    figures = [pane.object for pane in page.objects if hasattr(pane, "object") and hasattr(pane.object, "x_range")]
+    shown = [r for plot in figures for r in (plot.x_range, plot.y_range, *plot.extra_y_ranges.values())]
+    assert all(any(owned.range is r for r in shown) for owned in made.ranges.values())
+
+
+def test_a_study_is_seen_as_the_link_says_from_its_first_question_on(opened):  # noqa: F811
+    kind = TABS["plane"]
+    tab = kind(Desk())
+    tab.build()
+    tab.restore(kind.read_view("K:100,1000", "quantity:error;limit:40"))
+    tab.show(Move(1, SETTING))
+    assert Asked.all[-1].question.K == (100.0, 1000.0)
+    assert Asked.all[-1].question.errors
+    assert tab.printed() == {"zoom": "K:100,1000", "choice": "quantity:error;limit:40"}
+    tab.show(Move(2, SETTING, fresh=True))  # a scene was chosen
+    assert Asked.all[-1].question.K == (10.0, 1e5)
+    assert tab.printed() == {"zoom": "", "choice": "quantity:error;limit:40"}

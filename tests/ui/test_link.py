@@ -1,0 +1,94 @@
+"""A link restores the exact view: zoomed axes and what is chosen in a study, in a page of its own."""
+
+import pytest
+
+from .conftest import wait_until
+from .test_explorer import address
+from .test_studies import SETTING, panel
+
+RANGES = """names => names.map(name => {
+  const figure = Bokeh.documents[0].get_model_by_name(name);
+  return [figure.x_range, figure.y_range, ...Object.values(figure.extra_y_ranges ?? {})].map(r => [r.start, r.end]);
+}).flat()"""
+ZOOMED = ("displacement", "phase1", "force", "diagram")
+
+
+def ranges(explorer, names):
+    ends = explorer.page.evaluate(RANGES, names)
+    return [end for pair in ends for end in pair if end is not None]
+
+
+def zoomed(explorer, *figures):
+    """Zoom into these figures and wait for the link."""
+    for name in figures:
+        before = address(explorer).get("zoom", "")
+        explorer.zoom(name, 0.2, 0.6, 0.2, 0.7)
+        wait_until(lambda before=before: address(explorer).get("zoom", "") != before, 5, f"the zoom of {name}")
+    # The ends of a range arrive one after the other; the address follows when they rest.
+    explorer.page.wait_for_timeout(800)
+    return explorer
+
+
+def begun(explorer, figure):
+    """Wait until there is something in the figure of a study."""
+    wait_until(lambda: not explorer.figure(figure)["title"].startswith("Being"), 60, f"something in {figure}")
+    explorer.settle()
+    return explorer
+
+
+def same_view(first, second, names):
+    view = pytest.approx(ranges(first, names), rel=2e-5, abs=2e-4)
+    wait_until(lambda: ranges(second, names) == view, what="the view")
+
+
+def test_a_zoom_goes_into_the_link_and_comes_back(visit):
+    explorer = zoomed(visit("?eta=2.76&K=12000&D=18&steps=2000"), *ZOOMED)
+    names = {part.split(":")[0] for part in address(explorer)["zoom"].split(";")}
+    assert names == {"time", "displacement", "x1", "v1", "force", "impulse", "eta", "section"}
+    second = visit(explorer.query())
+    same_view(explorer, second, [*ZOOMED, "phase2", "strip"])
+    second.moved(lambda: second.type("K", "9000"))
+    same_view(explorer, second, ZOOMED)  # nothing of it is lost by a move
+    assert address(second)["zoom"] == address(explorer)["zoom"]
+    second.moved(lambda: second.scene("C"))
+    assert second.figure("force")["x"] == [0, 2]
+    wait_until(lambda: "zoom" not in address(second), what="a link without a zoom")
+
+
+def test_the_reset_tool_takes_a_zoom_out_of_the_link(visit):
+    explorer = visit("?eta=1.08&K=2500&D=8&steps=2000&zoom=x1:-1,2;v1:-1,1;time:0.2,0.7")
+    assert explorer.figure("phase1")["x"] == [-1, 2]
+    explorer.page.evaluate("Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name('phase1').id).reset()")
+    wait_until(lambda: address(explorer).get("zoom") == "time:0.2,0.7", what="a link with the other zoom alone")
+    low, high = explorer.figure("phase1")["x"]
+    points = explorer.source("phase_reference")["x1"]
+    assert low < min(points) < max(points) < high  # it knows where the data are, although it began zoomed
+
+
+def test_a_zoom_that_is_refused_leaves_the_page_as_it_is_by_itself(visit):
+    explorer = visit("?eta=2.76&zoom=time:0.7,0.2")
+    assert "from a smaller to a larger number" in explorer.error()
+    assert explorer.typed("eta").input_value() == "1.08"
+    assert explorer.figure("force")["x"] == [0, 2]
+    zoomed(explorer, "force")
+    assert address(explorer)["eta"] == "1.08"
+
+
+@pytest.mark.parametrize(
+    ("tab", "figures", "choices"),
+    [
+        ("bifurcation", ["bifurcation"], {"Start": "up", "Coordinate": "xi1"}),
+        ("plane", ["plane_penalty", "plane_exact"], {"Colour": "contact"}),
+        ("step", ["step_phase_fixed", "step_phase_located"], {}),
+        ("speed", ["speed"], {}),
+    ],
+)
+def test_the_view_of_a_study_comes_back(visit, tab, figures, choices):
+    explorer = begun(visit(f"?tab={tab}&{SETTING}"), figures[0])
+    for label, value in choices.items():
+        panel(explorer).get_by_role("combobox", name=label).select_option(value)
+    zoomed(explorer, figures[0])
+    second = visit(explorer.query())
+    for label, value in choices.items():
+        assert panel(second).get_by_role("combobox", name=label).input_value() == value
+    same_view(explorer, begun(second, figures[0]), figures)

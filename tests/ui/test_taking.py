@@ -1,0 +1,135 @@
+"""On each tab everything that it shows can be taken away, and what comes is of the kind that was asked for."""
+
+import csv
+import json
+import tomllib
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from app.tabs import TABS
+
+from .conftest import wait_until
+
+
+def taken(explorer, name):
+    """Click a button of the menu and read the file that comes."""
+    menu = explorer.page.locator("details.take")
+    if not menu.evaluate("menu => menu.open"):
+        menu.locator("summary").click()
+    with explorer.page.expect_download() as download:
+        menu.get_by_role("button", name=name, exact=True).click()
+    return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+
+
+def test_figures_data_and_report_can_be_taken_away(visit):
+    explorer = visit().explained()
+    name, picture = taken(explorer, "Displacements as PNG")
+    assert (name, picture[:8]) == ("vibroscope-displacement.png", b"\x89PNG\r\n\x1a\n")
+    name, drawing = taken(explorer, "Phase plot 1 as SVG")
+    assert name.endswith(".svg")
+    assert b"<path" in drawing
+    assert "velocity ξ₁′".encode() in drawing
+    _, table = taken(explorer, "Contact force: data as CSV")
+    rows = list(csv.DictReader(table.decode().splitlines()))
+    assert {row["series"] for row in rows} >= {"reference", "penalty", "reference impulse"}
+    _, data = taken(explorer, "Save all data as JSON")
+    assert json.loads(data)["setting"]["eta"] == 1.08
+    _, report = taken(explorer, "Save the report")
+    assert explorer.line("verdict") in report.decode()
+    assert report.count(b"<svg") == 6
+    _, toml = taken(explorer, "Save the parameters")
+    assert b"eta = 1.08" in toml
+
+
+def test_the_report_opens_without_a_server(visit, tmp_path):
+    explorer = visit()
+    _, report = taken(explorer, "Save the report")
+    path = tmp_path / "report.html"
+    path.write_bytes(report)
+    page = explorer.page.context.new_page()
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(path.as_uri())
+    assert page.locator("figure svg").count() == 6
+    assert page.locator("figure svg").first.bounding_box()["height"] > 100
+    assert asked == [path.as_uri()]
+    page.close()
+
+
+STUDY = "eta=2.76&K=12000&D=18&steps=2000"
+COLUMNS = {  # some of them, by figure
+    "phase1": {"xi1", "velocity1"},
+    "displacement": {"time", "xi1", "xi2"},
+    "strip": {"contact_begin", "contact_end"},
+    "force": {"time", "force", "impulse"},
+    "diagram": {"eta", "xi2"},
+    "bifurcation": {"eta", "xi2"},
+    "bifurcation_strip": {"from_eta", "to_eta", "period"},
+    "plane_penalty": {"K", "D", "period", "contact_steps"},
+    "plane_exact": {"K", "D", "period", "impacts_per_period"},
+    "step_phase_fixed": {"xi2", "v2"},
+    "step_spread": {"n", "spread"},
+    "speed": {"steps", "us_per_period", "error"},
+    "claims": {"claim", "agrees", "found"},
+}
+CALLS = {"bifurcation": "sweep_eta(", "plane": "sweep_plane(", "step": "sweep_step(", "paper": "CLAIMS"}
+
+
+def menu(explorer):
+    """Titles in the open menu, each with what its buttons say."""
+    box = explorer.page.locator("details.take")
+    if not box.evaluate("menu => menu.open"):
+        box.locator("summary").click()
+    rows = box.locator(".item")
+    return {row.locator("span").first.text_content(): row.locator("button").all_text_contents() for row in rows.all()}
+
+
+@pytest.mark.parametrize("tab", TABS)
+def test_on_each_tab_each_kind_can_be_taken_and_is_what_it_says(visit, tab):
+    explorer = visit(f"?tab={tab}&{STUDY}")
+    if tab == "explore":
+        explorer.explained()
+    if tab != "help":
+        wait_until(lambda: "All data (JSON)" in menu(explorer), 60, "something to take away")
+    offered = menu(explorer)
+    assert tomllib.loads(taken(explorer, "Save the parameters")[1].decode())["setting"]["K"] == 12000
+    script = taken(explorer, "Save the Python script")[1].decode()
+    compile(script, "script", "exec")
+    assert CALLS.get(tab, "import") in script
+    assert taken(explorer, "Save the commands")[1].startswith(b"vibroscope ")
+    if tab == "help":
+        assert set(offered) == {
+            "Link to this view", "Parameters (TOML)", "Parameters from a file", "Python", "Command line"
+        }  # fmt: skip
+        return
+    name, data = taken(explorer, "Save all data as JSON")
+    assert name == f"vibroscope-{tab}.json"
+    assert json.loads(data)["data"]
+    figures = {title: kinds for title, kinds in offered.items() if "CSV" in kinds}
+    assert figures
+    for title, kinds in figures.items():
+        name, table = taken(explorer, f"{title}: data as CSV")
+        rows = list(csv.DictReader(table.decode().splitlines()))
+        assert rows
+        assert COLUMNS.get(name.removeprefix("vibroscope-").removesuffix(".csv"), {"series"}) <= set(rows[0])
+        if "PNG" in kinds:
+            picture = taken(explorer, f"{title} as PNG")[1]
+            assert picture.startswith(b"\x89PNG\r\n\x1a\n")
+            assert len(picture) > 1000
+            root = ET.fromstring(taken(explorer, f"{title} as SVG")[1])
+            assert root.tag == "{http://www.w3.org/2000/svg}svg"
+            assert len(list(root.iter())) > 20
+    report = taken(explorer, "Save the report")[1].decode()
+    assert report.count("<svg") >= sum("PNG" in kinds for kinds in figures.values())
+    assert f"tab={tab}" in report or tab == "explore"
+
+
+def test_the_menu_follows_the_tab(visit):
+    explorer = visit()
+    assert "Contact force" in menu(explorer)
+    explorer.open_tab("Help")
+    wait_until(lambda: "Contact force" not in menu(explorer), what="a menu without figures")
+    explorer.open_tab("Explore")
+    wait_until(lambda: "Contact force" in menu(explorer), what="a menu with figures")
