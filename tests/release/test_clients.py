@@ -64,6 +64,7 @@ def test_a_browser_that_never_reads_while_updates_come(server, tell):
             await client.patch(client.message(mapped({"painted": told["frame"]})))
             client.answers.clear()
         seconds, more = time.monotonic() - begun, server.memory() - before
+        silent.socket.protocol.stream.close()
         for connection in (client, silent):
             connection.socket.close()
         return number, seconds, more
