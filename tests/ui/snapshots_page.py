@@ -46,13 +46,13 @@ def read(page):
 # -- for the baseline ----------------------------------------------------------
 
 
-def data(found, irregular=False, measured=False, stacked=False):
+def data(found, irregular="", measured=False, stacked=False):
     """What must be the same on any machine.
 
     Parameters
     ----------
     irregular
-        The motion is chaotic: of its numbers only that they are there.
+        A pattern of "figure/source.column" for those that a chaotic motion decides: only that they are there.
     measured
         The page shows times that it measures.
     stacked
@@ -62,7 +62,9 @@ def data(found, irregular=False, measured=False, stacked=False):
     if irregular or measured:
         texts = [hidden(text) for text in texts]
     return {
-        "figures": {figure["name"]: of_figure(figure, irregular or measured, stacked) for figure in found["figures"]},
+        "figures": {
+            figure["name"]: of_figure(figure, "." if measured else irregular, stacked) for figure in found["figures"]
+        },
         "texts": texts,
         "boxes": [[name, *placed(box, stacked)] for name, *box in found["boxes"]],
     }
@@ -84,8 +86,14 @@ def placed(box, stacked):
 
 
 def of_figure(figure, irregular, stacked):
+
+    def shown(source, name, values):
+        place = f"{figure['name']}/{source}.{name}"
+        return structure(values) if irregular and re.search(irregular, place) else thinned(values)
+
     columns = {
-        name: structure(columns) if irregular else thinned(columns) for name, columns in figure["sources"].items()
+        source: {name: shown(source, name, values) for name, values in columns.items()}
+        for source, columns in figure["sources"].items()
     }
     return {
         "title": hidden(figure["title"]) if irregular else figure["title"],
@@ -96,17 +104,13 @@ def of_figure(figure, irregular, stacked):
     }
 
 
-def structure(columns):
-    return {name: "finite" if any(is_finite(v) for v in values) else "empty" for name, values in columns.items()}
+def structure(values):
+    return "finite" if any(is_finite(value) for value in values) else "empty"
 
 
-def thinned(columns):
-    """Length and some values of each column."""
-    shown = {}
-    for name, values in columns.items():
-        every = max(1, math.ceil(len(values) / KEPT_VALUES))
-        shown[name] = [f"{len(values)} values", *values[::every]]
-    return shown
+def thinned(values):
+    """Length and some values of a column."""
+    return [f"{len(values)} values", *values[:: max(1, math.ceil(len(values) / KEPT_VALUES))]]
 
 
 def is_finite(value):

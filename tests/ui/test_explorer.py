@@ -212,6 +212,18 @@ def test_slow_work_says_that_it_is_under_way(visit):
     assert explorer.page.evaluate("window.marks")[-1] is True
 
 
+def test_on_a_phone_a_slider_is_in_view_beside_what_it_changes(visit):
+    explorer = visit(width=390, height=844, has_touch=True)
+    page = explorer.page
+    slider, figure = page.locator("#vibroscope-eta-slider"), page.locator(".cell.force").first
+    for each in (figure, slider):
+        each.scroll_into_view_if_needed()
+    inside = [box["y"] >= 0 and box["y"] + 100 <= 844 for box in (slider.bounding_box(), figure.bounding_box())]
+    assert inside == [True, True]
+    panel = page.locator(".controls").first.bounding_box()
+    assert figure.bounding_box()["y"] + figure.bounding_box()["height"] > panel["y"] + panel["height"] + 100
+
+
 def test_on_a_phone_nothing_overflows_and_everything_is_there(visit):
     explorer = visit(width=390, height=844, has_touch=True)
     sizes = explorer.page.evaluate("""() => {
