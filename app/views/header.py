@@ -10,7 +10,7 @@ from app.views.lean import Lean
 
 
 class Header(Lean, pn.custom.JSComponent):
-    """Lives in the browser; sends ``{"tab": key}`` through the controls and ``{"take": what}`` itself."""
+    """Lives in the browser; sends which tab, which file and what was loaded, as text that `app.session` reads."""
 
     tabs = param.List(doc="Key and title of each tab")
     tab = param.String(doc="Key of the open tab")
