@@ -20,6 +20,7 @@ from contextvars import ContextVar
 # The session at hand: set where its messages come in, read by whatever they lead to.
 session: ContextVar[str] = ContextVar("session", default="")
 _log = logging.getLogger("vibroscope")
+_LONGEST = 10_000  # characters of a message or a traceback: Bokeh logs whatever a browser has sent
 
 
 def name_of(session_id: str) -> str:
@@ -71,6 +72,12 @@ def _plain(value: object) -> object:
     return "".join(c if c.isprintable() else "�" for c in str(value)[:200])
 
 
+def _bounded(text: str) -> str:
+    """Beginning and end of a text that is too long."""
+    half = _LONGEST // 2
+    return text if len(text) <= _LONGEST else f"{text[:half]} … {text[-half:]}"
+
+
 class Text(logging.Formatter):
     """For people."""
 
@@ -78,8 +85,8 @@ class Text(logging.Formatter):
         """One line, and below it the traceback where there is one."""
         begun = time.strftime("%Y-%m-%d %H:%M:%S", time.gmtime(record.created))
         pairs = "".join(f" {name}={_plain(value)}" for name, value in _fields(record).items())
-        line = f"{begun} {record.levelname} {record.getMessage()}{pairs}"
-        return f"{line}\n{self.formatException(record.exc_info)}" if record.exc_info else line
+        line = f"{begun} {record.levelname} {_bounded(record.getMessage())}{pairs}"
+        return f"{line}\n{_bounded(self.formatException(record.exc_info))}" if record.exc_info else line
 
 
 class Json(logging.Formatter):
@@ -91,9 +98,9 @@ class Json(logging.Formatter):
             "time": time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(record.created)) + f".{int(record.msecs):03d}Z",
             "level": record.levelname.lower(),
             "logger": record.name,
-            "event": record.getMessage(),
+            "event": _bounded(record.getMessage()),
         }
         told |= {name: _plain(value) for name, value in _fields(record).items()}
         if record.exc_info:
-            told["traceback"] = self.formatException(record.exc_info)
+            told["traceback"] = _bounded(self.formatException(record.exc_info))
         return json.dumps(told, ensure_ascii=False)

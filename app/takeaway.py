@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import math
-import tomllib
 from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from itertools import repeat
@@ -15,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.state import Setting, print_number, texts_of
-from engine import Units, parse_system
+from engine import Units, parse_system, toml_tables
 
 
 class Figure(NamedTuple):
@@ -68,11 +67,12 @@ def setting_of_toml(text: str) -> dict[str, str]:
     Raises
     ------
     ValueError
-        If it is neither, or holds a name that is not known: nothing of a file is passed over in silence.
+        If it is neither, or no TOML, or holds a name that is not known: nothing of a file is passed over in silence.
     """
-    tables = tomllib.loads(text)
+    content = text.encode()
+    tables = toml_tables(content)
     if "setting" not in tables and {"system", "units"} & tables.keys():
-        file = parse_system(text.encode())
+        file = parse_system(content)
         values = file.system.as_dict() | {name: getattr(file.units, theirs) for name, theirs in _UNITS.items()}
     else:
         names = [name for name in Setting._fields if name not in _UNITS]

@@ -18,6 +18,7 @@ from app.limits import Bucket
 _RATE, _BURST, _PULL = 60, 600, 30
 # Bytes that wait for a browser, at most: several whole pages. One that never reads would let them pile up.
 _UNREAD = 4_000_000
+_FAILED = "This could not be done. The fault is the server's, and it has been noted."
 
 
 class Socket(WSHandler):
@@ -82,7 +83,7 @@ class Socket(WSHandler):
             if message.msgtype != "PULL-DOC-REQ":
                 self._refuse("a message that is not the page's")
                 return None
-            return await super()._handle(message)
+            return _in_plain_words(await super()._handle(message))
 
     async def _patch(self, message):
         document = self.connection.session.document
@@ -93,7 +94,7 @@ class Socket(WSHandler):
         if not passed:
             return self.connection.ok(message)
         message.content = {"events": passed}
-        return await super()._handle(message)
+        return _in_plain_words(await super()._handle(message))
 
     async def send_message(self, message) -> None:
         """A message whose turn comes when those before it are written."""
@@ -134,6 +135,14 @@ class Socket(WSHandler):
             yield
         finally:
             logs.session.reset(token)
+
+
+def _in_plain_words(answer):
+    """The answer; Bokeh's to what failed holds the exception and its traceback, which are for the log alone."""
+    if answer is not None and answer.msgtype == "ERROR":
+        logs.event("message failed", logging.ERROR)
+        answer.content = {"text": _FAILED, "traceback": None}
+    return answer
 
 
 def _ours(token: str, key: bytes) -> bool:

@@ -25,7 +25,7 @@ from .sweeps import COORDINATES, DIRECTIONS, OVER, Progress, sweep_eta, sweep_pl
 from .sweeps.axis import spaced
 from .sweeps.diagrams import Diagram, diagram, ship_diagrams
 from .sweeps.parts import parts_of
-from .systemfile import SystemFile, parse_system, read_system, system_text
+from .systemfile import SystemFile, parse_system, read_system, system_text, toml_tables
 from .units import QUANTITIES, Units
 
 __all__ = [
@@ -94,5 +94,6 @@ __all__ = [
     "sweep_step",
     "synthetic_measurement",
     "system_text",
+    "toml_tables",
     "verdict",
 ]

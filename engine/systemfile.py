@@ -92,7 +92,7 @@ def parse_system(content: bytes) -> SystemFile:
     """What the bytes of a system file say; raises as :func:`read_system`, but knows no file name."""
     if len(content) > SIZE_LIMIT:
         raise ValueError(f"larger than {SIZE_LIMIT} bytes: a system file holds ten numbers")
-    tables = _tables(content)
+    tables = toml_tables(content)
     _known(tables, ("system", "units"), "table")
     given = _numbers(tables, "system", (*_SYSTEM, _INSTEAD))
     units = Units(**_numbers(tables, "units", tuple(_UNITS)))
@@ -103,7 +103,8 @@ def parse_system(content: bytes) -> SystemFile:
     return SystemFile(System.from_mass_ratio(**given), units)
 
 
-def _tables(content: bytes) -> dict:
+def toml_tables(content: bytes) -> dict:
+    """What the bytes of any TOML file hold; whatever is wrong with them is a ValueError that names line and fault."""
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as problem:

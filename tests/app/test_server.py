@@ -2,15 +2,24 @@
 
 import asyncio
 import json
+import logging
 import signal
+import sys
 import time
 import urllib.request
 from contextlib import suppress
+from unittest.mock import Mock
 
 import pytest
+from bokeh.protocol import Protocol
+from bokeh.server.connection import ServerConnection
+from bokeh.server.protocol_handler import ProtocolHandler
 from tornado.websocket import WebSocketClosedError
 
 import app.house
+from app import logs
+from app.limits import Bucket
+from app.websocket import Socket
 from tests.browserless import Client, changed, event, get, mapped, move, token_of
 from tests.served import served
 
@@ -205,6 +214,33 @@ def test_a_page_that_cannot_be_built_says_so_in_words(monkeypatch, caplog):
     assert "could not be built" in words
     assert "division" not in words
     assert "ZeroDivisionError" in caplog.text  # the log has it
+
+
+def test_what_fails_is_answered_in_plain_words(monkeypatch, caplog):
+    async def fails(*_):
+        raise RuntimeError("/home/someone/secret")
+
+    websocket = Socket.__new__(Socket)
+    websocket._bucket, websocket._session_name, websocket.handler = Bucket(60, 600), "3f2a91cc", ProtocolHandler()
+    monkeypatch.setitem(websocket.handler._handlers, "PULL-DOC-REQ", fails)
+    websocket.connection = ServerConnection(protocol := Protocol(), websocket, None, Mock())
+    answer = run(websocket._handle(protocol.create("PULL-DOC-REQ")))
+    assert answer.msgtype == "ERROR"
+    assert json.loads(answer.content_json)["traceback"] is None
+    assert "secret" not in answer.content_json
+    assert "RuntimeError" not in answer.content_json
+    assert "someone/secret" in caplog.text  # the log has it
+
+
+def test_a_long_message_is_logged_in_part():
+    try:
+        raise RuntimeError("e" * 100_000)
+    except RuntimeError:
+        record = logging.makeLogRecord({"msg": "m" * 100_000 + "end", "exc_info": sys.exc_info()})
+    for form in (logs.Text(), logs.Json()):
+        line = form.format(record)
+        assert len(line) < 25_000
+        assert "mend" in line
 
 
 def test_a_stop_signal_lets_a_move_end_and_withdraws_a_study(tmp_path):

@@ -122,6 +122,9 @@ def test_a_system_file_is_taken_with_its_units():
         "[setting]\neta = true",
         "[setting]\neta = nan",
         "[system]\nkappa = 'x'",
+        "x=" + 20_000 * "[",
+        "x = " + 5_000 * "9",
+        "[setting]\n\ud800",
     ],
 )
 def test_a_file_with_a_fault_is_refused_whole(text):
