@@ -173,8 +173,9 @@ class Session:
         """A file or a text that the user wants to have."""
         if not isinstance(what, str):
             return
-        address = f"?{self._link(self._tabs[self._open].printed())}"
-        made = take(self._tabs[self._open], what, self.state.setting(), address)
+        tab, setting = self._tabs[self._open], self.state.setting()
+        address = f"?{self._link(tab.printed(), tab.shown() or setting)}"
+        made = take(tab, what, setting, address)
         if made is None:
             self.tell("There is nothing of that kind to take away here by now: wait for the figures.")
         elif self._writing:
@@ -284,12 +285,12 @@ class Session:
     def _address(self) -> str:
         """What the browser's address becomes; empty: a link that was refused stays there until something is changed."""
         view = self._tabs[self._open].printed()
-        return "" if self._keep_address and not any(view.values()) else self._link(view)
+        return "" if self._keep_address and not any(view.values()) else self._link(view, self.state.setting())
 
-    def _link(self, view: Mapping[str, str]) -> str:
-        """What restores the page."""
+    def _link(self, view: Mapping[str, str], setting: Setting) -> str:
+        """What restores the page with a setting."""
         tab = self._open if self._open != FIRST else ""
-        return print_address(self.state.setting(), tab, self._pinned, **view)
+        return print_address(setting, tab, self._pinned, **view)
 
     def offer(self) -> None:
         """See `app.tabs.base.Desk`."""

@@ -68,23 +68,26 @@ class Bifurcation(StudyTab):
         return Diagram(setting.system, _method(setting, chosen["solver"]), chosen["direction"], self.view.span)
 
     def draw(self, setting: Setting, stage: DiagramStage | None) -> None:
-        """The diagram, and the nearest η in words."""
+        """The diagram and what stands beside it."""
         beside = None if stage is None else _beside(setting, stage.question)
         self.view.update(setting, stage, self.panel.chosen["coordinate"], beside)
         self.panel.key = legend()
-        self.panel.told = told(setting, stage) if stage is not None else []
+
+    def tell(self, setting: Setting, stage: DiagramStage) -> list[list[str]]:
+        """The nearest η, and the whole range."""
+        return told(setting, stage)
 
     def table(self, name: str) -> list[Series]:
         """All points of the diagram, also of what is drawn in grey; or the stretches of η with one period."""
         if name == "bifurcation_strip":
             columns = dict(zip(("from_eta", "to_eta", "period"), self._stage.stretches(), strict=True))
             return [Series(_label(self._stage.question), columns)]
-        beside = _beside(self._move.setting, self._stage.question)
+        beside = _beside(self._of, self._stage.question)
         return [_points(stage, self.panel.chosen["coordinate"]) for stage in (self._stage, beside) if stage is not None]
 
     def python(self, setting: Setting) -> str:
         """`sweep_eta` over the range in view."""
-        asked = self.question(setting)
+        asked = self.asked(setting)
         how = f"direction={asked.direction!r}, coordinates={tuple(COORDINATES)}"
         call = f"sweep_eta(\n    system, {asked.method!r}, np.linspace({asked.eta[0]!r}, {asked.eta[1]!r}, {COUNT}),\n"
         call += f"    {how}, transient={TRANSIENT}, sample={SAMPLE},\n)"
@@ -92,7 +95,7 @@ class Bifurcation(StudyTab):
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep eta`` over the range in view."""
-        asked = self.question(setting)
+        asked = self.asked(setting)
         options = f" --from {asked.eta[0]!r} --to {asked.eta[1]!r} --count {COUNT}{method_options(asked.method)}"
         options += f" --direction {asked.direction} --coordinates {','.join(COORDINATES)}"
         return sweep_command("eta", asked.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")

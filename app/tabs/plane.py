@@ -62,14 +62,17 @@ class PlaneTab(StudyTab):
         return Plane(setting.system, setting.eta, setting.steps, located, errors, **self.view.spans)
 
     def draw(self, setting: Setting, stage: PlaneStage | None) -> None:
-        """Both planes, the key, and the cell that is set in words."""
+        """Both planes and the key."""
         quantity = self.panel.chosen["quantity"]
         if stage is not None and quantity == "error" and not stage.question.errors:
             quantity = "period"  # what there is, until the errors come
         limit = self.panel.chosen["limit"] if quantity == "contact" else None
         self.view.update(setting, stage, quantity, limit)
         self.panel.key = classes.legend(quantity, limit)
-        self.panel.told = told(setting, stage) if stage is not None else []
+
+    def tell(self, setting: Setting, stage: PlaneStage) -> list[list[str]]:
+        """The cell that is set, and both planes together."""
+        return told(setting, stage)
 
     def table(self, name: str) -> list[Series]:
         """A row for each cell that is known."""
@@ -80,7 +83,7 @@ class PlaneTab(StudyTab):
 
     def python(self, setting: Setting) -> str:
         """`sweep_plane` over the rectangle in view, with and without a time step."""
-        asked = self.question(setting)
+        asked = self.asked(setting)
         axes = ", ".join(f"np.geomspace({a!r}, {b!r}, {COUNT})" for a, b in map(asked.ends, ("K", "D")))
         how = f"transient={TRANSIENT}, sample={SAMPLE}, parts={asked.errors}"
         steps = {"penalty": f"steps={asked.steps}, located={asked.located}", "exact": "steps=None"}
@@ -92,7 +95,7 @@ class PlaneTab(StudyTab):
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep plane`` over the rectangle in view, with and without a time step."""
-        asked = self.question(setting)
+        asked = self.asked(setting)
         axes = "".join(f" --{name} {':'.join(map(repr, asked.ends(name)))}:{COUNT}" for name in ("K", "D"))
         how = f"{'' if asked.errors else ' --no-error'} --transient {TRANSIENT} --sample {SAMPLE}"
         newmark = f" --steps {asked.steps}{' --located' if asked.located else ''}"

@@ -81,14 +81,17 @@ class Speed(StudyTab):
             for kind in dict.fromkeys(found["solver"])
         ]
 
+    def tell(self, setting: Setting, stage: SpeedStage) -> list[list[str]]:
+        """The figure in words."""
+        return told(setting, stage)
+
     def python(self, setting: Setting) -> str:
         """The same measurement: of this machine, and so with other numbers each time."""
-        return speed_python(self.question(setting))
+        return speed_python(self.asked(setting))
 
     def draw(self, setting: Setting, stage: SpeedStage | None) -> None:
-        """The figure, and the same in words."""
+        """The figure."""
         self.view.update(setting, stage)
-        self.panel.told = told(setting, stage) if stage is not None else []
 
 
 def told(setting: Setting, stage: SpeedStage) -> list[list[str]]:

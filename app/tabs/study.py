@@ -35,6 +35,7 @@ class StudyTab(Tab):
         self._move: Move | None = None
         self._visible = False
         self._stage: Stage | None = None
+        self._of: Setting | None = None  # the last that the stage is the answer to
         self._stopped = False  # by the user
         self._failed = ""
 
@@ -52,6 +53,10 @@ class StudyTab(Tab):
     @abstractmethod
     def draw(self, setting: Setting, stage: Stage | None) -> None:
         """Write the marks of the setting and, if there is one, the picture."""
+
+    @abstractmethod
+    def tell(self, setting: Setting, stage: Stage) -> list[list[str]]:
+        """Head and text of what the picture says of a setting that it is the answer to."""
 
     def stretch(self, plot: figure, *classes: str) -> pn.pane.Bokeh:
         """A figure that fills its cell."""
@@ -108,13 +113,14 @@ class StudyTab(Tab):
     def ask(self) -> None:
         """Start what the setting and the choices call for, if that is not what is under way or done."""
         question = self.question(self._move.setting)
-        if self._live is not None and question == self._live.question:
-            return
-        if self._live is not None:
-            self._live.cancel()
-        self._stopped, self._failed = False, ""
-        self._stage = KEPT.get(question) or self._stage
-        self._live = Live(question, type(self).refine, self._delivered)
+        if self._live is None or question != self._live.question:
+            if self._live is not None:
+                self._live.cancel()
+            self._stopped, self._failed = False, ""
+            self._stage = KEPT.get(question) or self._stage
+            self._live = Live(question, type(self).refine, self._delivered)
+        if self._stage is not None and self._stage.question == question:
+            self._of = self._move.setting
 
     def push(self) -> None:
         """Send what has changed, when the browser is free."""
@@ -131,7 +137,7 @@ class StudyTab(Tab):
             self._failed = f"This could not be computed ({stage}). Change what you moved last; the last picture stays."
             self.desk.tell(self._failed, self._move.number)
         else:
-            self._stage = stage
+            self._stage, self._of = stage, self._move.setting
             self._stopped = live.exhausted
         self.push()
 
@@ -140,6 +146,7 @@ class StudyTab(Tab):
             return
         current = self._stage is not None and self._stage.question == self.question(self._move.setting)
         self.draw(self._move.setting, self._stage)
+        self.panel.told = self._told()
         share = self._stage.share if current else 0.0
         running = share < 1 and not self._stopped and not self._failed
         text = self._failed or ("complete" if share >= 1 else f"{100 * share:.0f} % computed")
@@ -163,11 +170,18 @@ class StudyTab(Tab):
 
     def words(self) -> dict[str, str]:
         """What stands in the panel."""
-        return dict(self.panel.told)
+        return dict(self._told())
 
     def shown(self) -> Setting | None:
-        """The one that holds."""
-        return self._move.setting
+        """The one that the picture is of: while the next is computed, or after it failed, not the one that holds."""
+        return self._of
+
+    def asked(self, setting: Setting) -> object:
+        """What a script has to compute: the question of the picture, or of ``setting`` while there is none."""
+        return self.question(setting) if self._stage is None else self._stage.question
+
+    def _told(self) -> list[list[str]]:
+        return [] if self._stage is None else self.tell(self._of, self._stage)
 
     # -- from the panel ------------------------------------------------------
 

@@ -29,12 +29,13 @@ def take(tab: Tab, what: str, setting: Setting, address: str) -> Callable[[], di
     what : str
         ``"toml"``, ``"python"``, ``"command"``; where there are figures ``"json"``, ``"report"``, ``"csv:NAME"``.
     setting : Setting
-        That holds.
+        That holds: its parameters are taken. All else belongs to the setting that is shown, where there is one.
     address : str
-        That restores the page.
+        That restores what is shown.
     """
     if what == "toml":
         return partial(_file, "vibroscope.toml", "application/toml", as_toml, setting)
+    setting = tab.shown() or setting
     if what == "python":
         return partial(_file, "vibroscope_run.py", "text/x-python", str, tab.python(setting))
     if what == "command":

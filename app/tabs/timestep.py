@@ -53,27 +53,30 @@ class TimeStepTab(StudyTab):
         return TimeStep(setting.system, setting.eta, setting.K, setting.D)
 
     def draw(self, setting: Setting, stage: TimeStepStage | None) -> None:
-        """The figures, and the orders in words."""
+        """The figures."""
         self.view.update(setting, stage)
-        self.panel.told = told(setting, stage) if stage is not None else []
+
+    def tell(self, setting: Setting, stage: TimeStepStage) -> list[list[str]]:
+        """The n that is shown, and how scatter and error fade."""
+        return told(setting, stage)
 
     def table(self, name: str) -> list[Series]:
         """Orbit and section of the n that is shown, or a size over n."""
         stage, what = self._stage, name.removeprefix("step_")
         if what in ("spread", "error_time_step"):
             return [Series(scheme, {"n": stage.steps, what: stage.sizes(what, scheme)}) for scheme in SCHEMES]
-        scheme, index = what.removeprefix("phase_"), stage.nearest(self._move.setting.steps)
+        scheme, index = what.removeprefix("phase_"), stage.nearest(self._of.steps)
         return [Series("orbit", stage.orbit(index, scheme)), Series("section", stage.section(index, scheme))]
 
     def python(self, setting: Setting) -> str:
         """`sweep_step` of the same steps."""
-        system, eta, K, D = self.question(setting)
+        system, eta, K, D = self.asked(setting)
         call = f"sweep_step(system, {eta!r}, {K!r}, {D!r}, {STEPS}, transient={TRANSIENT}, sample={SAMPLE})"
         return sweep_python({"study": call}, system)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep step`` of the same steps."""
-        system, *numbers = self.question(setting)
+        system, *numbers = self.asked(setting)
         options = "".join(f" --{name} {print_number(x)}" for name, x in zip(("eta", "K", "D"), numbers, strict=True))
         options += f" --steps {','.join(map(str, STEPS))} --transient {TRANSIENT} --sample {SAMPLE}"
         return sweep_command("step", system, options)

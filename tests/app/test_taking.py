@@ -105,6 +105,35 @@ def test_what_is_not_offered_does_not_come(key):
         assert take(tab, what, SETTING, ADDRESS) is None
 
 
+@pytest.mark.parametrize("key", ["explore", "bifurcation", "plane", "step", "speed"])
+def test_until_the_next_picture_comes_all_that_is_taken_is_of_the_last(filled, key):
+    tab, other = filled(key), SETTING._replace(eta=2.0, K=500.0, D=3.0, steps=400, kappa=2.3)
+    kinds = ["json", "report", "python", "command", *(f"csv:{name}" for name, *_ in offers(tab))]
+
+    def texts(setting):
+        found = {kind: take(tab, kind, setting, ADDRESS)()["text"] for kind in kinds}
+        return found | {"report": found["report"].rpartition("<p>")[0]}  # below stands the time
+
+    before = texts(SETTING)
+    if isinstance(tab, study.StudyTab):
+        tab.show(Move(2, other))
+        tab.show(Move(3, other._replace(K=501.0)))
+    after = texts(other)
+    if isinstance(tab, study.StudyTab):
+        tab.show(Move(4, SETTING))
+    assert before == after
+    assert "eta = 2\n" in take(tab, "toml", other, ADDRESS)()["text"]
+
+
+def test_a_mark_that_is_moved_is_that_of_what_is_taken(filled):
+    tab = filled("plane")
+    tab.show(Move(2, SETTING._replace(K=2000.0)))
+    taken = json.loads(take(tab, "json", SETTING, ADDRESS)()["text"])
+    tab.show(Move(3, SETTING))
+    assert taken["setting"]["K"] == 2000
+    assert any("K = 2000" in head for head in taken["words"])
+
+
 def test_the_script_of_a_bifurcation_diagram_finds_its_points(filled, capsys):
     tab = filled("bifurcation")
     space = {}
