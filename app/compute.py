@@ -1,4 +1,4 @@
-"""Both solvers for one setting: bounded cache, worker threads, and the latest move wins.
+"""Both solvers for one setting: kept runs, worker threads, and the latest move wins.
 
 The kernels release the GIL, so plain threads serve many sessions. No panel import.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -16,11 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app import logs, metrics
+from app.cache import Cache
 from app.state import Explorer, Setting
 from app.workers import workers
 from engine import Cancelled, Motion, Newmark, Record, Reference, Response, System, Trajectory, motion, simulate
-
-log = logging.getLogger("vibroscope")
 
 # Periods drawn in the phase plots, at most: all of a shorter cycle, or so many of a motion that does not repeat.
 ORBIT_PERIODS = 12
@@ -59,42 +57,15 @@ class Frame:
 Method = Reference | Newmark
 
 
-class RunCache:
-    """Runs by key, the least recently used dropped first; safe between threads."""
-
-    def __init__(self, size: int = _CACHED_RUNS) -> None:
-        self._size = size
-        self._runs: OrderedDict[object, Run] = OrderedDict()
-        self._lock = threading.Lock()
-
-    def get(self, key: object) -> Run | None:
-        """The run kept under ``key``, or None."""
-        with self._lock:
-            if key in self._runs:
-                self._runs.move_to_end(key)
-            return self._runs.get(key)
-
-    def put(self, key: object, run: Run) -> None:
-        """Keep ``run``, dropping the one that was not asked for the longest."""
-        with self._lock:
-            self._runs[key] = run
-            self._runs.move_to_end(key)
-            while len(self._runs) > self._size:
-                self._runs.popitem(last=False)
-
-    def __len__(self) -> int:
-        return len(self._runs)
+_CACHE = Cache(_CACHED_RUNS)
 
 
-_CACHE = RunCache()
-
-
-def frame_of(setting: Setting, cancelled: Callable[[], bool] | None = None, cache: RunCache = _CACHE) -> Frame:
+def frame_of(setting: Setting, cancelled: Callable[[], bool] | None = None, cache: Cache = _CACHE) -> Frame:
     """Both runs for ``setting``, from the cache where they are in it."""
     return Frame(setting, *(_cached_run(setting, method, cancelled, cache) for method in _methods(setting)))
 
 
-def kept_frame(setting: Setting, cache: RunCache = _CACHE) -> Frame | None:
+def kept_frame(setting: Setting, cache: Cache = _CACHE) -> Frame | None:
     """The frame for ``setting`` if both runs are in the cache: it costs nothing."""
     runs = [cache.get(_key(setting, method)) for method in _methods(setting)]
     return None if None in runs else Frame(setting, *runs)
@@ -108,7 +79,7 @@ def _key(setting: Setting, method: Method) -> object:
     return setting.system, setting.eta, method
 
 
-def _cached_run(setting: Setting, method: Method, cancelled: Callable[[], bool] | None, cache: RunCache) -> Run:
+def _cached_run(setting: Setting, method: Method, cancelled: Callable[[], bool] | None, cache: Cache) -> Run:
     key = _key(setting, method)
     run = cache.get(key)
     if run is None:
@@ -162,11 +133,14 @@ class Latest:
         solve: Callable[..., Frame] = frame_of,
         pool: ThreadPoolExecutor | None = None,
         grace: float = 0.4,
+        what: str = "computed",
+        measure: metrics.Durations = metrics.SOLVED,
     ) -> None:
         self._deliver = deliver
         self._solve = solve
         self._pool = pool or workers()
         self._grace = grace
+        self._what, self._measure = what, measure  # as the log and the metrics name it
         self._lock = threading.Lock()
         self._waiting: tuple[int, Setting] | None = None
         self._busy = False
@@ -194,8 +168,9 @@ class Latest:
             self._waiting = None
 
     def _work(self) -> None:
-        while (job := self._next()) is not None:
-            self._run(*job)
+        with logs.named(self._session):
+            while (job := self._next()) is not None:
+                self._run(*job)
 
     def _run(self, move: int, setting: Setting) -> None:
         begun = time.monotonic()
@@ -206,16 +181,17 @@ class Latest:
             return
         except Exception as error:  # told on the page; a worker must not die of it
             result = error
-            logs.event("not computed", logging.ERROR, error=error, session=self._session)
-        seconds = time.monotonic() - begun
-        metrics.SOLVED.add(seconds)
-        logs.event("computed", session=self._session, move=move, seconds=seconds)
+            logs.event(f"not {self._what}", logging.ERROR, error=error, move=move)
+        else:
+            seconds = time.monotonic() - begun
+            self._measure.add(seconds)
+            logs.event(self._what, move=move, seconds=seconds)
         if self._closed:
             return
         try:
             self._deliver(move, result)
-        except Exception:  # else the session would wait for this job for ever
-            log.exception("delivering failed")
+        except Exception as error:  # else the session would wait for this job for ever
+            logs.event("not delivered", logging.ERROR, error=error, move=move)
 
     def _overtaken(self, patience: float) -> bool:
         return self._closed or (self._waiting is not None and time.monotonic() > patience)

@@ -8,10 +8,9 @@ import sys
 import threading
 from abc import ABC, abstractmethod
 
+from app import logs
 from app.workers import Workers
 from engine import Cancelled
-
-log = logging.getLogger("vibroscope")
 
 _NICE = 10  # how far its threads stand back (Linux: each thread has a priority of its own)
 
@@ -28,6 +27,7 @@ class Job(ABC):
     def __init__(self, question: object) -> None:
         self.question = question
         self._cancelled = threading.Event()
+        self._session = logs.session.get()
 
     def cancel(self) -> None:
         """Nothing more is wanted, nothing is told any more; it stops within some hundredths of a second."""
@@ -52,11 +52,12 @@ class Job(ABC):
     def _work(self) -> None:
         if self.cancelled:
             return
-        try:
-            self._answer()
-        except Cancelled:
-            return
-        except Exception as error:  # told on the page; a worker must not die of it
-            log.exception("%s failed", type(self).__name__)
-            if not self.cancelled:
-                self._fail(error)
+        with logs.named(self._session):
+            try:
+                self._answer()
+            except Cancelled:
+                return
+            except Exception as error:  # told on the page; a worker must not die of it
+                logs.event("not answered", logging.ERROR, error=error, job=type(self).__name__.lower())
+                if not self.cancelled:
+                    self._fail(error)

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
-from app.compute import RunCache
+from app.cache import Cache
 from app.job import Job, stand_back
 from app.workers import Workers, pool
 
@@ -17,7 +17,7 @@ _THREADS = 4  # studies that run at the same time, of all sessions
 _LONGEST = 180.0  # seconds of one study, unless its user says "go on"
 _KEPT = 24
 
-KEPT = RunCache(_KEPT)  # the last stage of each study by its question; one that was cancelled goes on from there
+KEPT = Cache(_KEPT)  # the last stage of each study by its question; one that was cancelled goes on from there
 
 
 class Stage(Protocol):

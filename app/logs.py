@@ -15,6 +15,8 @@ import json
 import logging
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 
 # The session at hand: set where its messages come in, read by whatever they lead to.
@@ -26,6 +28,16 @@ _LONGEST = 10_000  # characters of a message or a traceback: Bokeh logs whatever
 def name_of(session_id: str) -> str:
     """A short name of a session that gives nothing away."""
     return hashlib.sha256(session_id.encode()).hexdigest()[:8]
+
+
+@contextmanager
+def named(name: str) -> Iterator[None]:
+    """What is logged in here is of the session of this name."""
+    token = session.set(name)
+    try:
+        yield
+    finally:
+        session.reset(token)
 
 
 def event(what: str, level: int = logging.INFO, /, *, error: BaseException | None = None, **details: object) -> None:

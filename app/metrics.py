@@ -88,9 +88,10 @@ REQUESTS = Count("vibroscope_requests_total", "HTTP requests answered", "status"
 REFUSED = Count("vibroscope_refused_total", "What was not taken: values, messages, sessions", "what")
 OPENED = Count("vibroscope_sessions_total", "Sessions opened and closed", "what")
 SESSIONS = Gauge("vibroscope_sessions", "Sessions held now")
-QUEUE = Gauge("vibroscope_queue", "Jobs that wait for a thread or run")
+QUEUE = Gauge("vibroscope_queue", "Jobs that wait for a solver's thread or run in one")
 WAITED = Durations("vibroscope_wait_seconds", "From asking for a job to its begin")
 SOLVED = Durations("vibroscope_solve_seconds", "What both solvers took for one setting, kept results included")
+EXPLAINED = Durations("vibroscope_explain_seconds", "What explaining one difference took, kept ones included")
 BUILT = Durations("vibroscope_open_seconds", "What opening a session took")
 
 

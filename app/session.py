@@ -34,8 +34,6 @@ from app.views.controls import Controls, shown
 from app.views.header import Header
 from app.workers import pool
 
-log = logging.getLogger("vibroscope")
-
 _RESTS = 150  # ms after which a zoom goes into the address
 _LONGEST_FILE = 65_536  # characters
 
@@ -54,6 +52,7 @@ class Session:
         self._tabs: dict[str, Tab] = {}
         self._places: dict[str, pn.Column] = {}
         self._open = ""
+        self._name = logs.session.get()
         self._move = 0  # the browser's number of its last move
         self._refused: dict[str, str] = {}
         self._pinned: Setting | None = None
@@ -193,7 +192,7 @@ class Session:
         if done.exception() is None:
             self.header.give(what, done.result())
         else:
-            log.error("a file could not be written", exc_info=done.exception())
+            logs.event("not written", logging.ERROR, error=done.exception(), what=what)
             self.tell(f"This file could not be written ({done.exception()}).")
 
     def _load(self, parts: object) -> None:
@@ -257,7 +256,8 @@ class Session:
     def _once_loaded(self, callback: Callable[[], None]) -> None:
         """Panel drops what changes between sending the page and hearing that the browser has it."""
         if self._loaded:
-            callback()
+            with logs.named(self._name):
+                callback()
         else:
             self._until_loaded.append(callback)
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from app.compute import RunCache
+from app.cache import Cache
 from app.job import Job, stand_back
 from app.state import Explorer, Setting, print_number, read_number
 from app.workers import Workers, pool
@@ -15,7 +15,7 @@ from engine import Recommendation, Reference, System, recommend
 _THREADS = 2  # searches that run at the same time, of all sessions
 _PERCENT = (0.01, 100.0)  # of a tolerance
 _SHOWN = 10  # points of the front
-_KEPT = RunCache(32)
+_KEPT = Cache(32)
 
 
 class Question(NamedTuple):

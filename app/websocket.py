@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
 from panel.io.server import WSHandler
@@ -42,7 +40,7 @@ class Socket(WSHandler):
         # A message is many small frames: else the last wait until the receiver's delayed acknowledgement, 40 ms.
         self.set_nodelay(True)
         self.ws_connection.stream.write = Gathered(self.ws_connection.stream)
-        with self._named():
+        with logs.named(self._session_name):
             reason = house.refusal()
             if reason and not house.knows(session_id):
                 metrics.REFUSED.add("session")
@@ -74,7 +72,7 @@ class Socket(WSHandler):
 
     async def _handle(self, message):
         """One message, with what may not pass taken out of it."""
-        with self._named():
+        with logs.named(self._session_name):
             if not self._bucket.take(_PULL if message.msgtype == "PULL-DOC-REQ" else 1):
                 self._refuse("too many messages")
                 return None
@@ -119,7 +117,7 @@ class Socket(WSHandler):
     def on_close(self) -> None:
         """The browser has gone."""
         if hasattr(self, "_session_name"):
-            with self._named():
+            with logs.named(self._session_name):
                 logs.event("connection closed", logging.DEBUG, code=self.close_code)
         super().on_close()
 
@@ -127,14 +125,6 @@ class Socket(WSHandler):
         metrics.REFUSED.add("message")
         logs.event("refused", logging.WARNING, what="connection", reason=what)
         self.close(1008, what)
-
-    @contextmanager
-    def _named(self) -> Iterator[None]:
-        token = logs.session.set(self._session_name)
-        try:
-            yield
-        finally:
-            logs.session.reset(token)
 
 
 def _in_plain_words(answer):

@@ -17,7 +17,8 @@ from bokeh.server.server import Server
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from app.compute import RunCache, frame_of
+from app.cache import Cache
+from app.compute import frame_of
 from app.diagrams import kept
 from app.present import WINDOW, present
 from app.state import Explorer
@@ -33,7 +34,7 @@ ETAS = [round(0.01 * n, 2) for n in range(50, 281)]
 
 def columns_of(eta):
     """What the explorer would send for one η."""
-    return present(frame_of(SETTING._replace(eta=eta), cache=RunCache(0)))
+    return present(frame_of(SETTING._replace(eta=eta), cache=Cache(0)))
 
 
 class Bare:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable
 
+from app import logs
 from app.job import stand_back
 from app.paper import CLAIMS, Finding
 from app.workers import Workers, pool
@@ -51,6 +53,7 @@ class Checks:
             result: Finding | Exception = CLAIMS[key].find()
         except Exception as error:  # told on the card
             result = error
+            logs.event("not checked", logging.ERROR, error=error, claim=key)  # of no session: many may wait for it
         with self._lock:
             if isinstance(result, Finding):
                 self._found[key] = result

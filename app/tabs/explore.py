@@ -5,14 +5,15 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 import panel as pn
 
-from app import words
-from app.compute import Frame, Latest, RunCache, frame_of, kept_frame, workers
+from app import logs, metrics, words
+from app.cache import Cache
+from app.compute import Frame, Latest, frame_of, kept_frame
 from app.diagrams import kept
 from app.files import style
 from app.link import LINEAR
@@ -21,6 +22,7 @@ from app.scenes import scene_of
 from app.state import Setting, print_number
 from app.tables import DIFFERENCE, FIGURES, named, table_of
 from app.tabs.base import Desk, Move, Tab
+from app.tabs.pin import Pin
 from app.tabs.suggesting import Suggesting
 from app.takeaway import Figure, Series
 from app.views.diagram import DiagramView
@@ -34,8 +36,6 @@ from app.views.ranges import OwnedRange
 from app.workers import patient_worker
 from engine import Diagram, Units
 
-log = logging.getLogger("vibroscope")
-
 
 @dataclass(frozen=True, eq=False)
 class _Ready:
@@ -48,8 +48,7 @@ class _Ready:
 
 _RESTS = 150  # ms without another frame before the difference is explained: while a slider moves, the curves come first
 _PAUSE = 0.05  # s between explanations while others wait for theirs: most of the machine is for the curves
-_DRAWN = ("frame", "units", "omega1", "m1", "amplitude")  # how a result is drawn, not what it is
-_EXPLAINED = RunCache(size=200)
+_EXPLAINED = Cache(200)
 _LONG = {"t": "time", "total": "difference"}  # columns of the difference, as a file calls them
 
 
@@ -80,14 +79,21 @@ class Explore(Tab):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self._latest = Latest(self._solved)
-        self._explaining = Latest(self._explained, solve=_explain, grace=0.0, pool=patient_worker())
+        self._explaining = Latest(
+            self._explained,
+            solve=_explain,
+            grace=0.0,
+            pool=patient_worker(),
+            what="explained",
+            measure=metrics.EXPLAINED,
+        )
+        self._pin = Pin(desk, self._draw_pinned)
         self._meaning: words.Meaning | None = None
         self._visible = False
         self._fresh = False  # ranges start afresh with the next push
         self._scene = ""
         self._shown: _Ready | None = None
         self._scale: Units | None = None  # that the ranges are in
-        self._ghost: tuple[Setting | None, dict] = (None, {})  # what is pinned, and how it is drawn
 
     def build(self) -> pn.viewable.Viewable:
         """Mechanism, figures and findings; `assets/style/explore.css` lays them out as a grid."""
@@ -147,6 +153,7 @@ class Explore(Tab):
         """Nothing more is wanted."""
         self._latest.close()
         self._explaining.close()
+        self._pin.close()
         self._suggesting.close()
 
     # -- what can be taken away ----------------------------------------------
@@ -198,6 +205,7 @@ class Explore(Tab):
                 self.desk.later(partial(self._arrived, move, _ready(result)))
                 return
             except Exception as error:  # told on the page as any other
+                logs.event("not presented", logging.ERROR, error=error)
                 result = error
         self.desk.later(partial(self._failed, move, result))
 
@@ -213,7 +221,6 @@ class Explore(Tab):
     def _explained(self, _: int, result: words.Meaning | Exception) -> None:
         """In a worker thread."""
         if isinstance(result, Exception):
-            log.error("explaining failed", exc_info=result)
             words_for = f"The difference could not be explained ({result}). The figures are right; move on."
             self.desk.later(partial(self.desk.tell, words_for))
         else:
@@ -236,7 +243,6 @@ class Explore(Tab):
             self.desk.summarise(" ".join(f"{head}: {text}" for head, text in words.lines(told, meaning).items()))
 
     def _failed(self, move: int, error: Exception) -> None:
-        log.error("computing failed", exc_info=error)
         self.desk.tell(
             f"This setting could not be computed ({error}). The figures show the last one that could: undo, or change "
             "what you moved last.",
@@ -270,7 +276,7 @@ class Explore(Tab):
         fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
         self._shown, self._scene, self._scale, self._fresh = ready, scene, setting.scale, False
         self._time.put(0, WINDOW * setting.period, fresh=fresh)
-        self._write_ghost(setting)
+        self._pin.follow(setting)
         for view in (self.phase, self.displacement, self.force):
             for name, source in view.sources.items():
                 self._feed.put(source, columns[name])
@@ -285,24 +291,10 @@ class Explore(Tab):
         if meaning is None:
             self.desk.doc.add_timeout_callback(partial(self._ask_why, ready), _RESTS)
 
-    def _write_ghost(self, setting: Setting) -> None:
-        """The pinned result as thin grey curves."""
-        wanted = self.desk.pinned, {name: getattr(setting, name) for name in _DRAWN}
-        if wanted == self._ghost or (wanted[0] is None and self._ghost[0] is None):
-            return
-        frame = kept_frame(wanted[0]) if wanted[0] else None
-        if wanted[0] and frame is None:
-            workers().submit(frame_of, wanted[0]).add_done_callback(lambda _: self.desk.later(self._ghost_solved))
-            return
-        self._ghost = wanted
-        columns = present(replace(frame, setting=frame.setting._replace(**wanted[1]))) if frame else None
+    def _draw_pinned(self, columns: dict[str, Columns] | None) -> None:
+        """As thin grey curves."""
         for view in (self.phase, self.displacement, self.force):
             view.ghost.update(columns)
-
-    def _ghost_solved(self) -> None:
-        if self._shown is not None and self._visible and self.desk.pinned and kept_frame(self.desk.pinned):
-            with pn.io.hold(self.desk.doc):
-                self._write_ghost(self._shown.setting)
 
 
 def _cell(view, name: str):

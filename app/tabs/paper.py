@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from functools import partial
 
 import numpy as np
@@ -17,8 +16,6 @@ from app.state import Setting
 from app.tabs.base import Desk, Move, Tab
 from app.takeaway import Figure, Series
 from app.views.claims import ClaimCard, draw
-
-log = logging.getLogger("vibroscope")
 
 _INTRO = """
 <article class="text">
@@ -130,7 +127,6 @@ class Paper(Tab):
             return
         self._asked.discard(key)
         if isinstance(result, Exception):
-            log.error("checking %s failed", key, exc_info=result)
             self._cards[key].fail(f"This could not be checked ({result}).")
             return
         self._findings[key] = result

@@ -3,11 +3,14 @@
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
-from app.compute import Frame, Latest, RunCache, frame_of
+from app import logs
+from app.cache import Cache
+from app.compute import Frame, Latest, frame_of
 from app.state import Explorer
 from engine import Cancelled
 
@@ -139,8 +142,33 @@ def test_a_failure_is_delivered_and_the_next_move_still_served(pool):
     assert delivered[1] == (2, 2.0)
 
 
+def test_each_job_is_logged_once_by_its_name_and_session_and_measured_where_it_succeeds(pool, caplog):
+    caplog.set_level("INFO", logger="vibroscope")
+    delivered, measure = [], Mock()
+
+    def solve(setting, cancelled):
+        if setting.eta == 1.0:
+            raise RuntimeError("broken")
+
+    def deliver(move, result):
+        delivered.append(move)
+        if move == 3:
+            raise RuntimeError("no page")
+
+    with logs.named("3f2a91cc"):
+        latest = Latest(deliver, solve=solve, pool=pool, what="explained", measure=measure)
+    for move, eta in ((1, 1.0), (2, 2.0), (3, 3.0)):
+        latest.submit(move, at(eta))
+        until(lambda move=move: move in delivered)
+    until(lambda: len(caplog.records) == 4)
+    told = [(record.message, record.details["move"]) for record in caplog.records]
+    assert told == [("not explained", 1), ("explained", 2), ("explained", 3), ("not delivered", 3)]
+    assert {record.details["session"] for record in caplog.records} == {"3f2a91cc"}
+    assert measure.add.call_count == 2
+
+
 def test_the_cache_is_bounded_and_forgets_the_least_recently_used():
-    cache = RunCache(size=2)
+    cache = Cache(size=2)
     cache.put("a", 1)
     cache.put("b", 2)
     assert cache.get("a") == 1
@@ -149,7 +177,7 @@ def test_the_cache_is_bounded_and_forgets_the_least_recently_used():
 
 
 def test_moving_the_penalty_numbers_does_not_run_the_reference_again():
-    cache = RunCache()
+    cache = Cache(48)
     first = frame_of(SETTING, cache=cache)
     second = frame_of(SETTING._replace(K=3000.0, frame="absolute"), cache=cache)
     assert second.reference is first.reference
@@ -158,14 +186,14 @@ def test_moving_the_penalty_numbers_does_not_run_the_reference_again():
 
 
 def test_a_cancelled_frame_leaves_nothing_in_the_cache():
-    cache = RunCache()
+    cache = Cache(48)
     with pytest.raises(Cancelled):
         frame_of(SETTING._replace(eta=1.234), cancelled=lambda: True, cache=cache)
     assert len(cache) == 0
 
 
 def test_traces_continue_the_run_they_belong_to():
-    frame = frame_of(SETTING, cache=RunCache())
+    frame = frame_of(SETTING, cache=Cache(48))
     assert isinstance(frame, Frame)
     for run in (frame.reference, frame.penalty):
         last = run.response.section[-1]
@@ -180,7 +208,7 @@ def test_traces_continue_the_run_they_belong_to():
 
 
 def test_a_diverged_run_is_a_result():
-    frame = frame_of(SETTING._replace(eta=2.76, K=1e5, D=100.0, steps=100), cache=RunCache())
+    frame = frame_of(SETTING._replace(eta=2.76, K=1e5, D=100.0, steps=100), cache=Cache(48))
     assert frame.penalty.response.status == "diverged"
     assert frame.penalty.trace is None
     assert frame.reference.response.ok

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from app import live
-from app.compute import RunCache
+from app import live, logs
+from app.cache import Cache
 from engine import Cancelled
 
 
@@ -33,7 +33,7 @@ def count(question, last, cancelled):
 
 def collect(refine, kept=None, question="q"):
     told = queue.Queue()
-    study = live.Live(question, refine, lambda one, stage: told.put(stage), RunCache() if kept is None else kept)
+    study = live.Live(question, refine, lambda one, stage: told.put(stage), Cache(48) if kept is None else kept)
     return study, told
 
 
@@ -46,14 +46,14 @@ def idle():
 
 
 def test_stages_come_in_order_and_the_last_is_kept():
-    kept = RunCache()
+    kept = Cache(48)
     _, told = collect(count, kept)
     assert [told.get(timeout=5).number for _ in range(4)] == [1, 2, 3, 4]
     assert kept.get("q").number == 4
 
 
 def test_what_was_cancelled_goes_on_where_it_was():
-    kept, held, go = RunCache(), threading.Event(), threading.Event()
+    kept, held, go = Cache(48), threading.Event(), threading.Event()
 
     def slow(question, last, cancelled):
         for stage in count(question, last, cancelled):
@@ -72,14 +72,18 @@ def test_what_was_cancelled_goes_on_where_it_was():
     assert told.empty()
 
 
-def test_a_failure_is_delivered_and_the_thread_lives():
+def test_a_failure_is_delivered_and_logged_and_the_thread_lives(caplog):
     def broken(question, last, cancelled):
         yield Count(1)
         raise ValueError("eta = 9 is too large")
 
-    _, told = collect(broken)
+    with logs.named("3f2a91cc"):
+        _, told = collect(broken)
     assert told.get(timeout=5).number == 1
     assert "too large" in str(told.get(timeout=5))
+    assert [(record.message, record.details) for record in caplog.records] == [
+        ("not answered", {"session": "3f2a91cc", "job": "live"})
+    ]
     assert collect(count)[1].get(timeout=5).number == 1
 
 

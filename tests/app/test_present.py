@@ -5,13 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.compute import RunCache, frame_of
+from app.cache import Cache
+from app.compute import frame_of
 from app.present import envelope, present, size_of
 from app.raster import raster
 from app.scenes import scenes
 from app.state import Explorer
 
-KEPT = RunCache()
+KEPT = Cache(48)
 
 
 def frame_at(**numbers):

@@ -37,7 +37,7 @@ def searches(monkeypatch):
         return answer.get()
 
     monkeypatch.setattr(suggestion, "recommend", recommend)
-    monkeypatch.setattr(suggestion, "_KEPT", suggestion.RunCache(2))
+    monkeypatch.setattr(suggestion, "_KEPT", suggestion.Cache(2))
     return calls
 
 
@@ -139,7 +139,7 @@ def test_a_search_that_fails_says_so(monkeypatch):
         raise ValueError("no such luck")
 
     monkeypatch.setattr(suggestion, "recommend", broken)
-    monkeypatch.setattr(suggestion, "_KEPT", suggestion.RunCache(2))
+    monkeypatch.setattr(suggestion, "_KEPT", suggestion.Cache(2))
     results = queue.Queue()
     Search(question_of(SETTING, "5"), None, lambda _, result: results.put(result))
     assert str(results.get(timeout=5)) == "no such luck"

@@ -13,7 +13,8 @@ import pytest
 from hypothesis import given
 
 from app import takeaway, words
-from app.compute import RunCache, frame_of
+from app.cache import Cache
+from app.compute import frame_of
 from app.present import present
 from app.report import as_report
 from app.scripts import as_command, as_python
@@ -22,7 +23,7 @@ from app.tables import FIGURES, table_of
 
 from .test_state import settings
 
-KEPT = RunCache()
+KEPT = Cache(48)
 PLAIN = Explorer().setting()
 OTHER = PLAIN._replace(
     eta=2.3, K=9000.0, steps=400, located="yes", restitution=0.7, joint_damping="derived", threshold=0.01

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from app import takeaway, words
-from app.compute import RunCache, frame_of
+from app.cache import Cache
+from app.compute import frame_of
 from app.present import present, quantity_of
 from app.scripts import as_command
 from app.state import Explorer, Refused, read
@@ -20,7 +21,7 @@ from engine.systemfile import parse_system
 PLAIN = Explorer().setting()
 PHYSICAL = PLAIN._replace(units="physical", omega1=20.0, m1=3.0, amplitude=2.5)
 UNITS = Units(20.0, 3.0, 2.5)
-KEPT = RunCache()
+KEPT = Cache(48)
 
 
 def columns_of(setting):

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from app.compute import RunCache, frame_of
+from app.cache import Cache
+from app.compute import frame_of
 from app.present import present
 from app.scenes import scenes
 from app.state import Explorer, read
 from app.words import explain, lines, tell
 
-KEPT = RunCache()
+KEPT = Cache(48)
 
 
 def frame(key=None, **numbers):

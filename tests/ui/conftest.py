@@ -89,7 +89,7 @@ def server(tmp_path_factory):
                 process.kill()
                 process.wait()
     # What passes through no line of ours is the library's way of noticing that a page closed under it.
-    ours = rf'File "{re.escape(str(ROOT))}/(app|engine)/|computing failed'
+    ours = rf'File "{re.escape(str(ROOT))}/(app|engine)/|not computed'
     assert not re.search(ours, log.read_text()), log.read_text()
 
 

@@ -1,0 +1,67 @@
+"""The pinned result behind the others: solved once, and presented anew only where it is to be drawn otherwise."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from functools import partial
+
+import panel as pn
+
+from app import logs
+from app.compute import Frame, Latest, kept_frame
+from app.present import Columns, present
+from app.state import Setting
+from app.tabs.base import Desk
+
+_DRAWN = ("frame", "units", "omega1", "m1", "amplitude")  # how a result is drawn, not what it is
+
+
+class Pin:
+    """What is pinned, as the present setting would draw it; ``draw`` gets its columns, or None where there are none."""
+
+    def __init__(self, desk: Desk, draw: Callable[[dict[str, Columns] | None], None]) -> None:
+        self.desk = desk
+        self._draw = draw
+        self._latest = Latest(self._solved)
+        self._wanted: Setting | None = None
+
+    def follow(self, setting: Setting) -> None:
+        """Draw what is pinned, if that is not done or under way: at once if it is kept, else when it is solved."""
+        pinned = self.desk.pinned
+        wanted = pinned and pinned._replace(**{name: getattr(setting, name) for name in _DRAWN})
+        if wanted == self._wanted:
+            return
+        self._wanted = wanted
+        frame = kept_frame(wanted) if wanted else None
+        if wanted and frame is None:
+            self._latest.submit(0, wanted)
+            return
+        self._latest.withdraw()
+        self._draw(present(frame) if frame else None)
+
+    def close(self) -> None:
+        """The session has ended."""
+        self._latest.close()
+
+    def _solved(self, _: int, result: Frame | Exception) -> None:
+        """In a worker thread."""
+        if isinstance(result, Frame):
+            try:
+                self.desk.later(partial(self._arrived, result.setting, present(result)))
+                return
+            except Exception as error:  # told on the page as any other
+                logs.event("not presented", logging.ERROR, error=error)
+                result = error
+        self.desk.later(partial(self._failed, result))
+
+    def _arrived(self, setting: Setting, columns: dict[str, Columns]) -> None:
+        """Also while another tab is open: nothing would ask for it again."""
+        if setting == self._wanted:
+            with pn.io.hold(self.desk.doc):
+                self._draw(columns)
+
+    def _failed(self, error: Exception) -> None:
+        if self._wanted is not None:
+            self._draw(None)
+            self.desk.tell(f"What is pinned could not be computed ({error}). Unpin it, or pin another setting.")
