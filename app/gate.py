@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable
 
 from bokeh.document import Document
-from bokeh.model import DataModel
+from bokeh.model import DataModel, Model
 from bokeh.models import GlyphRenderer, Plot, Range1d
 
 _DEPTH = 4
@@ -38,20 +38,24 @@ def plain(value: object, depth: int = _DEPTH) -> bool:
 
 
 def _plain_map(value: object, depth: int) -> bool:
-    if not isinstance(value, dict) or value.get("type") != "map" or not value.keys() <= {"type", "entries"}:
-        return False
-    entries = value.get("entries", [])
-    return (
-        isinstance(entries, list)
-        and len(entries) <= _MOST_ENTRIES
-        and all(
-            isinstance(e, list) and len(e) == 2 and isinstance(e[0], str) and plain(e[1], depth - 1) for e in entries
-        )
-    )
+    if value == {"type": "map"}:  # an empty one
+        return True
+    entries = value["entries"] if _map_by_name(value) else None
+    return entries is not None and len(entries) <= _MOST_ENTRIES and all(plain(e[1], depth - 1) for e in entries)
 
 
 def _pair(entry: object) -> bool:
     return isinstance(entry, list) and len(entry) == 2 and isinstance(entry[0], str)
+
+
+def _map_by_name(value: object) -> bool:
+    return (
+        isinstance(value, dict)
+        and value.keys() == {"type", "entries"}
+        and value["type"] == "map"
+        and isinstance(value["entries"], list)
+        and all(map(_pair, value["entries"]))
+    )
 
 
 def _finite(value: object) -> bool:
@@ -74,7 +78,18 @@ _CHANGES: dict[tuple[type, str], Callable[[object], bool]] = {
     (DataModel, "error"): lambda value: value == "",  # a message that the user has closed
     **{(Plot, f"{side}_{length}"): _length for side in ("inner", "outer") for length in ("width", "height")},
 }
-_EVENTS = ("data_event", "tap", "rangesupdate")
+
+
+def _number(value: object) -> bool:
+    return value is None or _finite(value)
+
+
+# name of an event: kind of model that it is about, and what its fields must be
+_EVENTS: dict[str, tuple[type, dict[str, Callable[[object], bool]]]] = {
+    "data_event": (Model, {"data": plain}),
+    "tap": (Plot, {**dict.fromkeys(("sx", "sy", "x", "y"), _number), "modifiers": plain}),
+    "rangesupdate": (Plot, dict.fromkeys(("x0", "x1", "y0", "y1"), _number)),
+}
 
 
 def _passes(event: object, document: Document) -> bool:
@@ -101,11 +116,12 @@ def _event_passes(data: object, document: Document) -> bool:
     values = data["values"]
     if data["name"] == "document_ready":
         return values in ({"type": "map"}, {"type": "map", "entries": []})
-    if data["name"] not in _EVENTS or not isinstance(values, dict) or not isinstance(values.get("entries"), list):
+    if not isinstance(data["name"], str) or data["name"] not in _EVENTS or not _map_by_name(values):
         return False
-    named = [e for e in values["entries"] if _pair(e) and e[0] == "model"]
-    rest = {**values, "entries": [e for e in values["entries"] if e not in named]}
-    return len(named) == 1 and _model(named[0][1], document) is not None and _plain_map(rest, _DEPTH)
+    kind, fields = _EVENTS[data["name"]]
+    told = dict(values["entries"])
+    model = _model(told.pop("model", None), document)
+    return isinstance(model, kind) and all(name in fields and fields[name](value) for name, value in told.items())
 
 
 def _model(reference: object, document: Document):
