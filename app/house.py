@@ -86,7 +86,7 @@ class Page(DocHandler):
         reason = house.refusal()
         if reason:
             metrics.REFUSED.add("session")
-            logs.event("refused", logging.WARNING, what="page", reason=reason)
+            logs.event("refused", logging.WARNING, what="page", reason=reason, address=self.request.remote_ip)
             self.set_status(503)
             self.set_header("Retry-After", "60")
             self.write(asset("refused.html").replace("REASON", reason))

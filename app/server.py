@@ -74,8 +74,9 @@ def _answered(handler: RequestHandler) -> None:
     status = handler.get_status()
     metrics.REQUESTS.add(str(status))
     level = logging.ERROR if status >= 500 and status != 503 else logging.DEBUG
-    seconds = handler.request.request_time()
-    logs.event("answered", level, status=status, path=handler.request.path, seconds=seconds)
+    request = handler.request
+    told = {"status": status, "path": request.path, "address": request.remote_ip, "seconds": request.request_time()}
+    logs.event("answered", level, **told)
 
 
 def make_server(chosen: Settings) -> Server:
@@ -96,7 +97,8 @@ def make_server(chosen: Settings) -> Server:
         address=chosen.address,
         port=chosen.port,
         start=False,
-        verbose=True,
+        verbose=chosen.log_format == "text",  # a line for people
+        use_xheaders=chosen.proxied == "yes",
         websocket_origin=list(chosen.origins) or own,
         websocket_max_message_size=_MESSAGE_LIMIT,
         static_dirs={"speed": str(ASSETS / "speed")},
@@ -173,6 +175,7 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, stop)
     server.start()
+    logs.event("started", address=chosen.address, port=server.port)
     if show:
         server.io_loop.add_callback(server.show, "/")
     try:

@@ -18,6 +18,7 @@ _ORIGIN = re.compile(r"[a-z0-9](?:[a-z0-9.-]*[a-z0-9])?(:\d{1,5})?|\[[0-9a-f:.]+
 _ADDRESS = re.compile(r"[A-Za-z0-9.:-]{1,253}", re.ASCII)
 _SHORTEST_KEY = 32
 _OPTIONS = {"origins": "origin"}  # an option that is named otherwise
+_OTHERS = {"VIBROSCOPE_BROWSER"}  # of the tests: see tools/browser.py
 LEVELS = ("debug", "info", "warning", "error")
 
 
@@ -88,6 +89,11 @@ class Settings:
     address: str = _setting("127.0.0.1", matching(_ADDRESS, "an address or a host's name"), "address to listen on")
     origins: tuple[str, ...] = _setting(
         (), _origins, "hosts that browsers may open the page under, by commas; by default the address itself"
+    )
+    proxied: str = _setting(
+        "no",
+        one_of("no", "yes"),
+        "whether X-Forwarded-For names the client: yes only where nobody but a proxy that sets it can connect",
     )
     threads: int = _setting(lambda: max(4, os.cpu_count() or 4), whole(1, 256), "threads that solve")
     sessions: int = _setting(100, whole(1, 100_000), "sessions held at once; whoever comes later is told to wait")
@@ -160,7 +166,7 @@ def unknown(environ: Mapping[str, str] = os.environ) -> list[str]:
 
     No more than a warning: container platforms put variables of their own into every environment, named by the service.
     """
-    known = {variable_of(item.name) for item in fields(Settings)}
+    known = {variable_of(item.name) for item in fields(Settings)} | _OTHERS
     return sorted(name for name in environ if name.startswith("VIBROSCOPE_") and name not in known)
 
 

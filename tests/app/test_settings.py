@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from bokeh.document import Document
-from bokeh.models import ColumnDataSource, Range1d
+from bokeh.models import ColumnDataSource, Plot, Range1d
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -19,7 +19,7 @@ from app import gate, limits, logs, metrics
 from app.housekeeping import bound_cache
 from app.limits import Bucket, TooMuch, check_cost
 from app.settings import Settings, describe, from_environment, put_in_force, unknown, variable_of
-from tests.browserless import changed
+from tests.browserless import changed, event, mapped
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=8),
@@ -46,6 +46,7 @@ def test_the_environment_is_read_and_the_command_line_wins():
         ("VIBROSCOPE_ADDRESS", "a b"),
         ("VIBROSCOPE_CACHE_DIR", __file__),
         ("VIBROSCOPE_LOG_FORMAT", "xml"),
+        ("VIBROSCOPE_PROXIED", "true"),
         ("BOKEH_SECRET_KEY", "short"),
     ],
 )
@@ -75,7 +76,7 @@ def test_a_wrong_setting_ends_the_command_with_status_2():
 def test_help_names_every_variable_and_a_misspelt_one_is_noticed():
     for name in Settings.__dataclass_fields__:
         assert variable_of(name) in describe()
-    assert unknown({"VIBROSCOPE_PROT": "1", "PATH": "/"}) == ["VIBROSCOPE_PROT"]
+    assert unknown({"VIBROSCOPE_PROT": "1", "VIBROSCOPE_BROWSER": "/x", "PATH": "/"}) == ["VIBROSCOPE_PROT"]
 
 
 def test_no_key_is_used_twice():
@@ -99,15 +100,40 @@ def test_the_gate_takes_any_json_and_lets_no_odd_number_through(value):
     assert gate.sift(value, doc)[0] == []
     assert gate.sift({"events": [changed(source.id, "data", value)]}, doc)[0] == []
     passed, _ = gate.sift({"events": [changed(ends.id, "start", value), value]}, doc)
-    for event in passed:
-        assert isinstance(event["new"], int | float)
-        assert math.isfinite(event["new"])
+    for change in passed:
+        assert isinstance(change["new"], int | float)
+        assert math.isfinite(change["new"])
 
 
 def test_the_gate_lets_a_zoom_through():
     doc, ends, _ = document()
     zoom = changed(ends.id, "start", 0.5)
     assert gate.sift({"events": [zoom, changed(ends.id, "name", "x")]}, doc) == ([zoom], 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "told", "passes"),
+    [
+        ("tap", {"sx": 1, "sy": 2, "x": 0.5, "y": None, "modifiers": mapped({"shift": False})}, True),
+        ("tap", {"x": "0.5"}, False),
+        ("tap", {"z": 1}, False),
+        ("rangesupdate", {"x0": 0, "x1": 1, "y0": 0, "y1": 1}, True),
+        ("rangesupdate", {"x": 1}, False),
+        ("data_event", {"data": mapped({"painted": 1})}, True),
+        ("data_event", {"x": 1}, False),
+        (["tap"], {}, False),
+    ],
+)
+def test_an_event_holds_what_its_kind_has_and_nothing_else(name, told, passes):
+    doc, plot = Document(), Plot()
+    doc.add_root(plot)
+    said = event(name, mapped({"model": {"id": plot.id}, **told}))
+    assert gate.sift({"events": [said]}, doc) == (([said], 0) if passes else ([], 1))
+
+
+def test_a_tap_is_on_a_plot():
+    doc, ends, _ = document()
+    assert gate.sift({"events": [event("tap", mapped({"model": {"id": ends.id}, "x": 1}))]}, doc) == ([], 1)
 
 
 def test_what_a_browser_reports_of_itself_is_not_worth_a_word():
