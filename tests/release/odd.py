@@ -2,11 +2,24 @@
 
 import asyncio
 
-from app.state import Setting
+from app.scenes import scenes
+from app.state import VIEW_FIELDS, Setting
+from app.tabs import TABS
 from tests.browserless import changed, event, mapped, move
 
 NO_NUMBERS = ("nan", "inf", "-inf", "1e999", "²", "", "0x10", "é" * 50, "NaN%", "+")
 ODD = (*NO_NUMBERS, "9" * 4000, "\0", "-0", "1e-400", "1_0", "1,5")
+
+# Whatever a component of the page listens to, and whatever a tab offers to zoom or choose.
+KEYS = (
+    *("set", "scene", "undo", "redo", "reset", "pin", "tab", "take", "load", "painted"),  # header and controls
+    *("stop", "choose", "suggest", "cancel", "seen", "listens"),  # a study, the search, a claim, the feed
+)
+FILES = ("toml", "python", "command", "json", "report", "csv:time", "csv:")
+AXES = sorted({name for tab in TABS.values() for name in tab.axes})
+SWITCHES = [switch for tab in TABS.values() for switch in tab.spec().get("switches", [])]
+LIMITS = [limit for tab in TABS.values() for limit in tab.spec().get("limits", [])]
+CHOICES = [*((s["name"], value) for s in SWITCHES for value in s["choices"]), *((one["name"], "3") for one in LIMITS)]
 
 
 def run(steps, seconds=900):
@@ -19,29 +32,79 @@ def random_text(chance):
     return chance.choice((number, number, chance.choice(ODD), noise, "yes", "derived", "xi1"))
 
 
+def random_query(chance, pairs=5):
+    """An address: numbers, a tab, what is pinned, zoomed and chosen, names of no meaning; some twice."""
+    names = (*Setting._fields, *VIEW_FIELDS, *VIEW_FIELDS, "theme", "bokeh-token", "x")
+    chosen = [chance.choice(names) for _ in range(chance.randint(0, pairs))]
+    return "&".join(f"{name}={_value(chance, name)}" for name in chosen)
+
+
+def _value(chance, name):
+    if name not in VIEW_FIELDS or chance.random() < 0.2:
+        return random_text(chance)
+    if name == "tab":
+        return chance.choice([*TABS])
+    if name == "pin":
+        return random_query(chance, 1).replace("&", "%26").replace("=", "%3D")
+    return ";".join(_zoomed(chance) if name == "zoom" else _chosen(chance) for _ in range(chance.randint(1, 2)))
+
+
+def _zoomed(chance):
+    low = chance.uniform(0, 1)
+    ends = chance.choice((f"{low:g},{low + 1:g}", f"{random_text(chance)},{random_text(chance)}"))
+    return f"{chance.choice(AXES)}:{ends}"
+
+
+def _chosen(chance):
+    name, value = chance.choice(CHOICES)
+    return f"{name}:{chance.choice((value, value, random_text(chance)))}"
+
+
 def random_json(chance, depth=3):
     kinds = [random_text, lambda c: c.uniform(-9, 9), lambda c: None, lambda c: c.choice((True, float("nan"), 10**400))]
     if depth:
         kinds += [
             lambda c: [random_json(c, depth - 1) for _ in range(c.randint(0, 4))],
-            lambda c: mapped({c.choice((*Setting._fields, "set", "move", "x")): random_json(c, depth - 1)}),
+            lambda c: mapped({c.choice((*Setting._fields, *KEYS, "move", "x")): random_json(c, depth - 1)}),
             lambda c: {c.choice(("type", "id", "entries", "kind")): random_json(c, depth - 1)},
         ]
     return chance.choice(kinds)(chance)
 
 
-def forged(chance, client, model, value):
-    """One event that no page would send."""
-    kind = chance.randrange(5)
+def random_message(chance):
+    """What a component of the page might be told: a key that one of them knows, with something that may fit it."""
+    if chance.random() < 0.2:
+        return move({chance.choice(Setting._fields): random_text(chance)}, chance.randint(0, 9))
+    fitting = {
+        "tab": chance.choice([*TABS]),
+        "scene": chance.choice([*scenes()]),
+        "take": chance.choice(FILES),
+        "choose": mapped(dict([chance.choice(CHOICES)])),
+        "load": mapped({"0": f"eta = {random_text(chance)}"}),
+        "stop": chance.random() < 0.5,
+        "suggest": random_text(chance),
+    }
+    key = chance.choice(KEYS)
+    value = fitting.get(key) if chance.random() < 0.5 else random_json(chance)
+    return mapped({key: value, "move": chance.choice((1, random_json(chance, 1)))})
+
+
+def forged(chance, model, component, value):
+    """One event that no page would send, about a model of the document or to one of the page's own components."""
+    kind = chance.randrange(6)
     if kind == 0:
-        return client.message(value)
-    if kind == 1:
-        return client.message(move({chance.choice(Setting._fields): random_text(chance)}, chance.randint(0, 9)))
-    if kind == 2:
-        return changed(model, chance.choice(("start", "end", "data", "shown", "inner_width")), value)
+        return _said(component, value)
+    if kind < 3:
+        return _said(component, random_message(chance))
     if kind == 3:
+        return changed(model, chance.choice(("start", "end", "data", "shown", "inner_width")), value)
+    if kind == 4:
         return event(chance.choice(("tap", "rangesupdate", "data_event")), mapped({"model": {"id": model}, "x": value}))
     return value
+
+
+def _said(component, data):
+    return event("data_event", mapped({"model": {"id": component}, "data": data}))
 
 
 def damaged(chance, content):

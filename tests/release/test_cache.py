@@ -61,4 +61,6 @@ def test_every_tenth_file_is_damaged(tmp_path, tell):
     for path in hit:
         path.write_bytes(damaged(chance, path.read_bytes()))
     serves(tmp_path, cache)
-    tell(f"{len(hit)} of {len(files)} kept kernels damaged: served, no traceback", faults=len(hit), sessions=1)
+    tell(
+        f"{len(hit)} of {len(files)} kept kernels damaged: served, no traceback", faults=1, inputs=len(hit), sessions=1
+    )
