@@ -22,7 +22,7 @@ help:
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
 	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx)"
-	@echo "make release    fuzz, faults, load and soak: some twenty minutes, prints its figures"
+	@echo "make release    image and proxy where they can run, fuzz, faults, load, soak: half an hour, prints its figures"
 	@echo "make clean      remove .venv and what tools left behind"
 
 run: $(VENV)/run
@@ -55,10 +55,14 @@ proxy: $(VENV)/run
 	tools/rehearse-proxy.sh
 
 release: $(VENV)/test
+	@if [ "$$(id -u)" = 0 ] && command -v debootstrap && command -v buildah; then tools/rehearse-image.sh; else \
+	  echo "NOT TRIED: the image, which needs root, debootstrap and buildah (Debian; make image installs the two)"; fi
+	@if command -v nginx && command -v curl; then tools/rehearse-proxy.sh; else \
+	  echo "NOT TRIED: the proxy, which needs nginx and curl (Debian: apt install nginx-light curl)"; fi
 	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release $(ARGS)
 
 clean:
-	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis tests/results
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
 # --- set-up -----------------------------------------------------------------------------------------------------

@@ -73,7 +73,9 @@ uid=${user%:*} gid=${user#*:}
 
 container=$(store from "$image")
 root=$(store mount "$container")
-say "image: $(du -sm "$root" | cut -f1) MB, of it libraries $(du -sm "$root/opt/vibroscope/.venv" | cut -f1) MB and kernels $(du -sk "$root/opt/vibroscope/cache" | cut -f1) kB"
+size=$(du -sm "$root" | cut -f1)
+[ "$size" -lt 600 ] || fail "the image has $size MB: less than 600 is meant"
+say "image: $size MB, of it libraries $(du -sm "$root/opt/vibroscope/.venv" | cut -f1) MB and kernels $(du -sk "$root/opt/vibroscope/cache" | cut -f1) kB"
 
 # Own network (nothing outside to lean on), own processes, read-only but for /tmp, another user, no capabilities.
 started=$(date +%s%N)
@@ -113,6 +115,18 @@ inside sh -c '! touch /opt/vibroscope/x 2>/dev/null' || fail "the image can be w
 inside python3 -c "from urllib.request import urlopen; assert b'<script' in urlopen('http://127.0.0.1:5006/', timeout=60).read()" \
     || { cat "$work/server.log"; fail "no page"; }
 say "page served"
+
+scene=(vibroscope simulate --solver newmark --eta 2.76 --K 12000 --D 18 --steps 2000 --json)
+inside "${entry[0]}" "${scene[@]}" | inside python3 -c 'import json, sys; assert json.load(sys.stdin)["status"] == "ok"' \
+    || fail "${scene[*]}"
+say "a scene solved inside"
+if [ -x .venv/bin/python ]; then # the client of the tests, from outside, in the network of the container
+    nsenter --target "$server" --net .venv/bin/python tests/release/hold_sessions.py http://localhost:5006 \
+        || { cat "$work/server.log"; fail "no session"; }
+    say "three sessions: page, websocket, a value set"
+else
+    say "NOT TRIED: sessions, since there is no .venv here to open them from (make test sets it up)"
+fi
 
 # The machine code must be found again, for either CPU.
 compiled='
