@@ -42,7 +42,8 @@ class Client:
         """A connection, its session built; nothing asked for yet."""
         token = token or await token_of(f"{self.url}/?{self.query}")
         address = f"{self.url.replace('http', 'ws', 1)}/ws?{self.query}"
-        request = HTTPRequest(address, headers={"Origin": origin or self.url})
+        # A browser waits, too, while sessions are built for others.
+        request = HTTPRequest(address, headers={"Origin": origin or self.url}, request_timeout=100)
         self.socket = await websocket_connect(request, subprotocols=["bokeh", token])
         self.socket.protocol.stream.set_nodelay(True)  # else each message of three frames waits 40 ms for an answer
         assert (await self.receive())["msgtype"] == "ACK"
