@@ -52,6 +52,7 @@ class DiagramView:
         self.figure.on_event(Tap, self._tapped)
         self.figure.on_event(RangesUpdate, self._zoomed)
         self.figure.on_change("inner_width", self._resized)
+        self.figure.on_change("inner_height", self._resized)
 
     def _decorate(self) -> list:
         plot = self.figure

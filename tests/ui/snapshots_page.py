@@ -66,7 +66,7 @@ def data(found, irregular="", measured=False, stacked=False):
             figure["name"]: of_figure(figure, "." if measured else irregular, stacked) for figure in found["figures"]
         },
         "texts": texts,
-        "boxes": [[name, *placed(box, stacked)] for name, *box in found["boxes"]],
+        "boxes": [[name, *placed(box, stacked or measured)] for name, *box in found["boxes"]],
     }
 
 

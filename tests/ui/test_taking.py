@@ -133,3 +133,24 @@ def test_the_menu_follows_the_tab(visit):
     wait_until(lambda: "Contact force" not in menu(explorer), what="a menu without figures")
     explorer.open_tab("Explore")
     wait_until(lambda: "Contact force" in menu(explorer), what="a menu with figures")
+
+
+def test_a_figure_that_cannot_be_made_is_told_where_errors_are(visit):
+    explorer = visit().explained()
+    explorer.page.evaluate("""() => {
+      const of = (name) => Bokeh.documents[0].get_model_by_name(name);
+      Bokeh.index.find_one_by_id(of("phase1").id).export = () => { throw new Error("no canvas"); };
+      of("phase2").setv({ name: "gone" }, { sync: false });
+    }""")
+    menu(explorer)
+    click = explorer.page.locator("details.take").get_by_role
+    for button, why in (("Phase plot 1 as PNG", "no canvas"), ("Phase plot 2 as SVG", "phase2 is not drawn")):
+        click("button", name=button, exact=True).click()
+        wait_until(lambda why=why: why in explorer.error(), what="an error on the page")
+    explorer.page.get_by_role("button", name="Close this message").click()
+    assert explorer.error() == ""
+    menu(explorer)  # a click elsewhere has closed it
+    click("button", name="Save the report", exact=True).click()
+    wait_until(lambda: "vibroscope-report.html could not be made (no canvas)" in explorer.error(), what="an error")
+    taken(explorer, "Displacements as PNG")
+    assert explorer.error() == ""
