@@ -78,12 +78,15 @@ function errorLine(model) {
   const line = element("div", "error");
   line.setAttribute("role", "alert");
   const text = element("span");
-  line.append(text, button("Close", "Close this message", () => { model.error = ""; }));
+  let here = ""; // what failed in this browser, of which the server knows nothing
   const draw = () => {
-    text.textContent = model.error;
-    line.hidden = !model.error;
+    text.textContent = model.error || here;
+    line.hidden = !text.textContent;
   };
+  const failed = (what) => { here = what; draw(); };
+  line.append(text, button("Close", "Close this message", () => { model.error = ""; failed(""); }));
   model.on("error", draw);
+  hear("failed", ({ value }) => failed(value));
   draw();
   return line;
 }

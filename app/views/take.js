@@ -28,8 +28,8 @@ function takeMenu(model) {
     row("Report (HTML)", button("Save", "Save the report", () => ask("report"))),
     row("All data (JSON)", button("Save", "Save all data as JSON", () => ask("json"))),
     ...model.offers.map(([name, title, drawn]) => row(title,
-      ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, "png")),
-        button("SVG", `${title} as SVG`, () => saveFigure(name, "svg"))] : []),
+      ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, title, "png")),
+        button("SVG", `${title} as SVG`, () => saveFigure(name, title, "svg"))] : []),
       button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`)))),
   ] : []));
   model.on("offers", draw);
@@ -37,7 +37,7 @@ function takeMenu(model) {
   model.on("msg:custom", async (message) => {
     const given = message.data ?? message;
     if (box.dataset.copy === given.give) await copied(given.text, told);
-    else save(given.name, new Blob([await withFigures(given)], { type: given.type }));
+    else await orTell(given.name, async () => save(given.name, new Blob([await withFigures(given)], { type: given.type })));
     box.dataset.copy = "";
   });
   box.append(head, panel);
@@ -92,9 +92,24 @@ async function copied(text, told) {
   }
 }
 
-async function saveFigure(name, type) {
+// What fails here is told where all errors are.
+async function orTell(what, act) {
+  say("failed", { value: "" });
+  try {
+    await act();
+  } catch (error) {
+    say("failed", { value: `${what} could not be made (${error.message}). Wait until the figures are drawn, then try again.` });
+  }
+}
+
+function saveFigure(name, title, type) {
+  return orTell(`“${title}”`, async () => save(`vibroscope-${name}.${type}`, await drawing(name, type)));
+}
+
+async function drawing(name, type) {
   const view = viewOf(name);
-  if (view) save(`vibroscope-${name}.${type}`, await view.export(type).to_blob());
+  if (!view) throw new Error(`${name} is not drawn`);
+  return view.export(type).to_blob();
 }
 
 // The report comes with empty places; the figures are drawn here.
@@ -102,9 +117,7 @@ async function withFigures({ give, text }) {
   if (give !== "report") return text;
   const page = new DOMParser().parseFromString(text, "text/html");
   for (const place of page.querySelectorAll("[data-figure]")) {
-    const view = viewOf(place.dataset.figure);
-    if (!view) continue;
-    const svg = new DOMParser().parseFromString(await (await view.export("svg").to_blob()).text(), "image/svg+xml");
+    const svg = new DOMParser().parseFromString(await (await drawing(place.dataset.figure, "svg")).text(), "image/svg+xml");
     place.append(page.importNode(svg.documentElement, true));
   }
   return `<!DOCTYPE html>\n${page.documentElement.outerHTML}`;
