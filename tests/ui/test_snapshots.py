@@ -132,9 +132,12 @@ def look(visit):
         options = {"height": view.height} | DEVICES[device]
         explorer = at_rest(visit(view.query, **options), view)
         if device == "phone":
-            tall = explorer.page.evaluate("document.scrollingElement.scrollHeight")
-            explorer.page.set_viewport_size({"width": options["width"], "height": min(tall, TALLEST)})
-            at_rest(explorer, view)
+            high, tall = 0, options["height"]
+            while high < tall:  # in a higher window the panel of the sliders is higher, and so is the page
+                high, page = tall, explorer.page
+                page.set_viewport_size({"width": options["width"], "height": high})
+                at_rest(explorer, view)
+                tall = min(TALLEST, page.evaluate("document.scrollingElement.scrollHeight"))
         return explorer
 
     return open_view
