@@ -130,7 +130,10 @@ class Player {
       this.drawing.fit(asObject(source.data), this.model);
       this.go(this.time);
     };
-    source.properties.data.change.connect(changed);
+    // The flash is of the strips, which may come after the displacements.
+    for (const name of ["displacements", ...SOLVERS.map((solver) => `strip_${solver}`)]) {
+      modelOf(name).properties.data.change.connect(changed);
+    }
     this.model.on("absolute", changed);
     this.model.on("amplitude", changed);
     watchPointer((time) => { this.held = true; this.go(time); }, () => { this.held = false; });

@@ -137,6 +137,8 @@ def look(visit):
                 high, page = tall, explorer.page
                 page.set_viewport_size({"width": options["width"], "height": high})
                 at_rest(explorer, view)
+                if view.measured:
+                    page.evaluate(LEVEL)
                 tall = min(TALLEST, page.evaluate("document.scrollingElement.scrollHeight"))
         return explorer
 
