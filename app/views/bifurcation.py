@@ -137,7 +137,8 @@ class BifurcationView:
         for solver, source in self.points.items():
             write(source, values if solver == drawn else none)
         write(self.other, none if beside is None else _columns(beside, coordinate, MOST_BESIDE))
-        self.ranges["value"].follow([values["value"]], fresh=self._drawn != (drawn, coordinate))
+        fresh = self._drawn != (drawn, coordinate)
+        self.ranges["value"].follow([values["value"]], fresh=fresh, complete=stage.share >= 1)
         self._drawn = drawn, coordinate
         self._write_strip(stage)
 

@@ -1,8 +1,10 @@
 """Axis ranges that the page owns: calm while sliders move, and never taken from a user who zoomed.
 
 Rule: a range follows the data when a scene is chosen, when data leave it, or when
-they fill less than `_FILL` of it. A range that the user has changed (it no longer
-stands where it was put) stays as it is until the reset tool or a scene gives it back.
+they fill less than `_FILL` of it. One that was fitted to data still being computed
+is fitted once more when they are complete, so that it tells nothing of how fast they
+came. A range that the user has changed (it no longer stands where it was put) stays
+as it is until the reset tool or a scene gives it back.
 """
 
 from __future__ import annotations
@@ -51,6 +53,7 @@ class OwnedRange:
         self._headroom = headroom  # share of the span left free above the data, for a legend
         self._put = self._ends = (low, high)
         self._restored = False
+        self._provisional = False  # fitted to data that were not complete
         self.on_move: Callable[[], None] = lambda: None  # called whenever an end has moved
         for end in ("start", "end"):
             self.range.on_change(end, self._moved)
@@ -78,13 +81,24 @@ class OwnedRange:
         self._ends = self.range.start, self.range.end
         self.on_move()
 
-    def follow(self, columns: Iterable[np.ndarray], *, fresh: bool = False, always: Iterable[float] = ()) -> None:
+    def follow(
+        self,
+        columns: Iterable[np.ndarray],
+        *,
+        fresh: bool = False,
+        complete: bool = True,
+        always: Iterable[float] = (),
+    ) -> None:
         """Adjust to the data by the rule above; the values in ``always`` are kept in view whatever the data."""
         data = extent(columns)
         if data is None:
+            self._provisional |= fresh
             return
         data = min(data[0], *always, data[1]), max(data[1], *always, data[0])
-        new = wanted(self._put, data, fresh=fresh, headroom=self._headroom)
+        anew = fresh or (complete and self._provisional)
+        new = wanted(self._put, data, fresh=anew, headroom=self._headroom)
+        if new:
+            self._provisional = not complete
         self.put(*(new or self._put), fresh=fresh)
 
     def put(self, low: float, high: float, *, fresh: bool = False) -> None:

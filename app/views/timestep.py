@@ -117,7 +117,8 @@ class TimeStepView:
                 self.ranges[name].put(*(10.0**end for end in _decades(sizes)), fresh=fresh)
         drawn = [*self.orbits.values(), *self.sections.values()]
         for name in ("xi2", "v2"):
-            self.ranges[name].follow([source.data[name] for source in drawn], fresh=fresh)
+            columns = [source.data[name] for source in drawn]
+            self.ranges[name].follow(columns, fresh=fresh, complete=stage.share >= 1)
 
     def _draw(self, stage: TimeStepStage, index: int, scheme: str) -> None:
         question = stage.question

@@ -25,6 +25,21 @@ def test_data_that_leave_the_range_or_hardly_fill_it_move_it():
     assert -0.6 < owned.home[0] < -0.5
 
 
+def test_how_fast_data_come_leaves_no_trace():
+    slow, fast, later = (OwnedRange(-10, 10) for _ in range(3))
+    fast.follow(column(-3.8, 3.9), fresh=True)
+    for top in (1.0, 2.2, 3.7):
+        slow.follow(column(-top, top), fresh=top == 1.0, complete=False)
+    slow.follow(column(-3.8, 3.9))
+    assert slow.home == fast.home
+    slow.follow(column(-3.5, 3.6))  # what moves later is followed calmly again
+    assert slow.home == fast.home
+    later.range.update(start=0.1, end=0.2)  # in the meantime the user has zoomed
+    later.follow(column(-1, 1), complete=False)
+    later.follow(column(-3.8, 3.9))
+    assert later.ends == (0.1, 0.2)
+
+
 def test_a_zoomed_range_stays_until_a_scene():
     owned = OwnedRange(-1, 1)
     owned.range.update(start=0.1, end=0.2)
