@@ -53,7 +53,7 @@ class Bare:
         phase.update(columns, SETTING, fresh=True)
         displacement.update(columns, SETTING, fresh=True)
         force.update(columns, SETTING, fresh=True)
-        diagram.update(SETTING)
+        diagram.update(SETTING, fresh=True)
         figures = [*phase.figures, displacement.figure, displacement.strip, force.figure, diagram.figure]
         for figure in figures:
             figure.sizing_mode = "fixed"
