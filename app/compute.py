@@ -89,25 +89,36 @@ def _cached_run(setting: Setting, method: Method, cancelled: Callable[[], bool] 
 
 
 def _solve(system: System, eta: float, method: Method, cancelled: Callable[[], bool] | None) -> Run:
-    record = Record(ORBIT_PERIODS, _SAMPLES[type(method)])
+    record = Record(TRACE_PERIODS, _SAMPLES[type(method)])
     response = simulate(system, eta, method, record=record, cancelled=cancelled)
     if not response.ok:
         return Run(response, None, None, None)
     found = motion(response)
-    sampled, response = response.trajectory, replace(response, trajectory=None)
-    per_period = (len(sampled.time) - 1) // ORBIT_PERIODS
-    orbit_periods = min(found.period or ORBIT_PERIODS, ORBIT_PERIODS)
-    stride = max(1, per_period // _ORBIT_SAMPLES)
-    return Run(
-        response,
-        found,
-        _last(sampled, TRACE_PERIODS * per_period, 1),
-        _last(sampled, orbit_periods * per_period, stride),
+    trace, response = response.trajectory, replace(response, trajectory=None)
+    return Run(response, found, trace, _orbit(response, trace, found.period, cancelled))
+
+
+def _orbit(response: Response, trace: Trajectory, period: int, cancelled: Callable[[], bool] | None) -> Trajectory:
+    """The last cycle, of which most are within the trace; longer ones are gone through once more."""
+    periods = min(period or ORBIT_PERIODS, ORBIT_PERIODS)
+    if periods <= TRACE_PERIODS:
+        per_period = (len(trace.time) - 1) // TRACE_PERIODS
+        return _last(trace, periods * per_period, max(1, per_period // _ORBIT_SAMPLES))
+    again = simulate(
+        response.system,
+        response.eta,
+        response.method,
+        periods=response.keep,
+        keep=response.keep,
+        initial=response.checkpoint,
+        record=Record(periods, _ORBIT_SAMPLES),
+        cancelled=cancelled,
     )
+    return again.trajectory
 
 
 def _last(sampled: Trajectory, count: int, stride: int) -> Trajectory:
-    """The last ``count`` intervals, each ``stride``-th sample from the end; copied, so that the rest is freed."""
+    """The last ``count`` intervals, each ``stride``-th sample from the end; copied, so that it can be freed."""
     begin = len(sampled.time) - 1 - count // stride * stride
     return Trajectory(
         *(
