@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import logging
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 import panel as pn
 
-from app import logs, metrics, words
-from app.cache import Cache
-from app.compute import Frame, Latest, frame_of, kept_frame
+from app import logs, words
+from app.compute import Frame, Latest, kept_frame
 from app.diagrams import kept
 from app.files import style
 from app.link import LINEAR
@@ -22,6 +19,7 @@ from app.scenes import scene_of
 from app.state import Setting, print_number
 from app.tables import DIFFERENCE, FIGURES, named, table_of
 from app.tabs.base import Desk, Move, Tab
+from app.tabs.explaining import Explaining
 from app.tabs.pin import Pin
 from app.tabs.suggesting import Suggesting
 from app.takeaway import Figure, Series
@@ -33,8 +31,9 @@ from app.views.force import ForceView
 from app.views.mechanism import Mechanism
 from app.views.phase import PhaseView
 from app.views.ranges import OwnedRange
-from app.workers import patient_worker
 from engine import Diagram, Units
+
+_LONG = {"t": "time", "total": "difference"}  # columns of the difference, as a file calls them
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,25 +43,6 @@ class _Ready:
     setting: Setting
     columns: dict[str, Columns]
     told: words.Told
-
-
-_RESTS = 150  # ms without another frame before the difference is explained: while a slider moves, the curves come first
-_PAUSE = 0.05  # s between explanations while others wait for theirs: most of the machine is for the curves
-_EXPLAINED = Cache(200)
-_LONG = {"t": "time", "total": "difference"}  # columns of the difference, as a file calls them
-
-
-def _question(setting: Setting) -> object:
-    """What an explanation depends on: not on how it is drawn."""
-    return setting.system, setting.eta, setting.penalty, setting.reference
-
-
-def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> words.Meaning:
-    meaning = _EXPLAINED.get(_question(setting))
-    if meaning is None:
-        meaning = words.explain(frame_of(setting, cancelled), cancelled)
-        _EXPLAINED.put(_question(setting), meaning)
-    return meaning
 
 
 def _ready(frame: Frame) -> _Ready:
@@ -79,14 +59,7 @@ class Explore(Tab):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self._latest = Latest(self._solved)
-        self._explaining = Latest(
-            self._explained,
-            solve=_explain,
-            grace=0.0,
-            pool=patient_worker(),
-            what="explained",
-            measure=metrics.EXPLAINED,
-        )
+        self._explaining = Explaining(desk, lambda: self._visible, self._mean)
         self._pin = Pin(desk, self._draw_pinned)
         self._meaning: words.Meaning | None = None
         self._visible = False
@@ -213,25 +186,9 @@ class Explore(Tab):
         if self._visible:
             self.desk.push(move, partial(self._write, ready))
 
-    def _ask_why(self, ready: _Ready) -> None:
-        """The hand rests: explain what is shown, if it still is."""
-        if self._visible and ready is self._shown:
-            self._explaining.submit(0, ready.setting)
-
-    def _explained(self, _: int, result: words.Meaning | Exception) -> None:
-        """In a worker thread."""
-        if isinstance(result, Exception):
-            words_for = f"The difference could not be explained ({result}). The figures are right; move on."
-            self.desk.later(partial(self.desk.tell, words_for))
-        else:
-            self.desk.later(self._mean)
-        if patient_worker().jobs > 1:
-            time.sleep(_PAUSE)
-
-    def _mean(self) -> None:
+    def _mean(self, meaning: words.Meaning) -> None:
         """The explanation of what is shown has come."""
-        meaning = _EXPLAINED.get(_question(self._shown.setting))
-        if meaning is not None and self._visible and meaning is not self._meaning:
+        if meaning is not self._meaning:
             with pn.io.hold(self.desk.doc):  # one message
                 self._tell(self._shown.told, meaning)
 
@@ -286,10 +243,7 @@ class Explore(Tab):
         self.force.update(columns, setting, fresh=fresh)
         self.diagram.update(setting, fresh=fresh)
         self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=factor_of("displacement", setting))
-        meaning = _EXPLAINED.get(_question(setting))
-        self._tell(ready.told, meaning)
-        if meaning is None:
-            self.desk.doc.add_timeout_callback(partial(self._ask_why, ready), _RESTS)
+        self._tell(ready.told, self._explaining.follow(setting))
 
     def _draw_pinned(self, columns: dict[str, Columns] | None) -> None:
         """As thin grey curves."""
