@@ -18,7 +18,8 @@ class Address:
         self.refused = False  # the link that the page was opened with: it stays there until something is changed
         self._desk = desk
         self._changed = changed
-        self._seen_anew = False  # an axis has moved, and nobody has looked yet whether the address changes
+        self.theme = ""  # light or dark, where the user or the link has chosen
+        self._seen_anew = False  # and nobody has looked yet whether the address changes
 
     def link(self, tab: Tab, setting: Setting) -> str:
         """What restores a tab as it is seen, with a setting."""
@@ -30,14 +31,14 @@ class Address:
         return "" if self.refused and not any(view.values()) else self._printed(tab, setting, view)
 
     def follow(self) -> None:
-        """A user zooms, or the page follows its data: look at it when it rests, since a wheel says much at once."""
+        """The user zooms or mutes, or an axis follows its data: look when that rests, a wheel says much at once."""
         if not self._seen_anew:
             self._seen_anew = True
             self._desk.doc.add_timeout_callback(self._look, _RESTS)
 
     def _look(self) -> None:
         self._seen_anew = False
-        self._changed()
+        self._desk.later(self._changed)
 
     def _printed(self, tab: Tab, setting: Setting, view: dict[str, str]) -> str:
-        return print_address(setting, tab.key if tab.key != FIRST else "", self._desk.pinned, **view)
+        return print_address(setting, tab.key if tab.key != FIRST else "", self._desk.pinned, **view, theme=self.theme)

@@ -17,27 +17,27 @@ class Loop:
         self._doc = doc
         self._name = logs.session.get()
         self._waiting: list[Callable[[], None]] = []
-        self.loaded = False
-        self.closed = False
+        self._loaded = False
+        self._closed = False
 
     def start(self) -> None:
         """The page is open: do what had to wait."""
-        self.loaded = True
+        self._loaded = True
         for callback in self._waiting:
             callback()
         self._waiting.clear()
 
     def close(self) -> None:
         """The browser is gone: nothing more is wanted."""
-        self.closed = True
+        self._closed = True
 
     def later(self, callback: Callable[[], None]) -> None:
         """From a worker thread: call ``callback`` on the loop, if the session is still there."""
-        if self._doc.session_context is not None and not self.closed:
+        if self._doc.session_context is not None and not self._closed:
             self._doc.add_next_tick_callback(partial(self._once_loaded, callback))
 
     def _once_loaded(self, callback: Callable[[], None]) -> None:
-        if self.loaded:
+        if self._loaded:
             with logs.named(self._name):
                 callback()
         else:

@@ -16,7 +16,7 @@ from app.flow import Flow
 from app.handout import Handout
 from app.history import History
 from app.loop import Loop
-from app.opening import Opening, read_opening
+from app.opening import THEMES, Opening, read_opening
 from app.scenes import scenes
 from app.stage import Stage
 from app.state import Explorer, Refused, Setting, texts_of
@@ -35,11 +35,11 @@ class Session:
         self.state = Explorer()
         self.controls = Controls()
         self.header = Header(tabs=[[tab.key, tab.title] for tab in TABS.values()])
-        self.stage = Stage(self, self._axis_moved)
+        self._address = Address(self, self._seen_anew)
+        self.stage = Stage(self, self._address.follow)
         self._loop = Loop(self.doc)
         self._flow = Flow(self.doc, self._answer)
         self._history = History()
-        self._address = Address(self, self._seen_anew)
         self._files = Handout(self, self.header.give)
         self._move = 0  # the browser's number of its last move
         self._refused: dict[str, str] = {}
@@ -61,6 +61,7 @@ class Session:
             self.header.error = f"{error} The link was not taken, so this is the default setting."
             self._address.refused, asked = True, Opening()
         self._pinned = asked.pinned
+        self._address.theme = self.header.theme = asked.theme
         self._open(asked.tab)
         self.stage.tab.restore(asked.view)
         self._answer(self._move, 0)
@@ -103,6 +104,7 @@ class Session:
             "redo": lambda _: self._go(self._history.redo(self.state.setting())),
             "reset": lambda _: self._reset(),
             "pin": lambda on: self._pin(bool(on)),
+            "theme": self._dress,
             "tab": lambda key: self.open(key) if isinstance(key, str) and key in TABS else None,
             "take": self._take,
             "load": self._load,
@@ -145,6 +147,12 @@ class Session:
     def _pin(self, on: bool) -> None:
         self._pinned = self.state.setting() if on else None
         self._show()
+
+    def _dress(self, theme: object) -> None:
+        """The user has chosen light or dark, now or on an earlier visit: the page does it, the link says it."""
+        if theme in THEMES:
+            self._address.theme = theme
+            self._address.follow()
 
     def _take(self, what: object) -> None:
         """A file or a text that the user wants to have."""
@@ -204,13 +212,9 @@ class Session:
         """See `app.tabs.base.Desk`."""
         self.header.summary = text
 
-    def _axis_moved(self) -> None:
-        if self._loop.loaded:
-            self._address.follow()
-
     def _seen_anew(self) -> None:
-        """The address follows a zoom; no move is answered by that."""
-        if not self._loop.closed and self._shown_address() != self.controls.shown["address"]:
+        """The address follows how the page is seen; no move is answered by that."""
+        if self._shown_address() != self.controls.shown["address"]:
             self._answer(self._answered, self._flow.frames)
 
     def _shown_address(self) -> str:

@@ -11,12 +11,12 @@ from app.tabs import TABS, Desk, Tab
 
 
 class Stage:
-    """Where the open tab lies; ``on_move`` is called whenever an axis of any of them has moved."""
+    """Where the open tab lies; ``on_look`` is called whenever a user zooms one of them or mutes something of it."""
 
-    def __init__(self, desk: Desk, on_move: Callable[[], None]) -> None:
+    def __init__(self, desk: Desk, on_look: Callable[[], None]) -> None:
         self.view = pn.Column(css_classes=["stage"], stylesheets=[style("page")], sizing_mode="stretch_width")
         self._desk = desk
-        self._on_move = on_move
+        self._on_look = on_look
         self._tabs: dict[str, Tab] = {}
         self._places: dict[str, pn.Column] = {}
         self._open = ""
@@ -50,4 +50,5 @@ class Stage:
         )
         self.view.append(self._places[key])
         for owned in tab.ranges.values():
-            owned.on_move = self._on_move
+            owned.on_move = self._on_look
+        tab.muting.on_mute = self._on_look

@@ -23,12 +23,14 @@ from app.tabs.explaining import Explaining
 from app.tabs.pin import Pin
 from app.tabs.suggesting import Suggesting
 from app.takeaway import Figure, Series
+from app.views.base import PARTS
 from app.views.diagram import DiagramView
 from app.views.displacement import DisplacementView
 from app.views.feed import Feed
 from app.views.findings import Findings
 from app.views.force import ForceView
 from app.views.mechanism import Mechanism
+from app.views.muting import Muting
 from app.views.phase import PhaseView
 from app.views.ranges import OwnedRange
 from engine import Diagram, Units
@@ -55,6 +57,11 @@ class Explore(Tab):
     key = "explore"
     title = "Explore"
     axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
+    legends = {  # noqa: RUF012 - read only
+        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", "pinned")),
+        "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, "pinned"),
+        "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", "pinned"),
+    }
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -88,6 +95,7 @@ class Explore(Tab):
             self.force.figure,
             self.diagram.figure,
         ]
+        self.muting = Muting(self.legends, figures)
         cells = [
             self._feed,
             _cell(self.mechanism, "mechanism"),
