@@ -20,13 +20,14 @@ from engine import Units, parse_system, toml_tables
 class Figure(NamedTuple):
     """Something that a tab shows and that can be taken away: by this name, title (in the menu), caption (in a report).
 
-    What is not ``drawn`` is a table alone.
+    What is not ``drawn`` is a table alone, what is not ``tabled`` a picture alone.
     """
 
     name: str
     title: str
     caption: str
     drawn: bool = True
+    tabled: bool = True
 
 
 class Series(NamedTuple):

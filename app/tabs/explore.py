@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
 import panel as pn
 
-from app import logs, words
+from app import words
 from app.compute import Frame, Latest, kept_frame
 from app.diagrams import kept
 from app.files import style
@@ -17,8 +15,9 @@ from app.link import LINEAR
 from app.present import WINDOW, Columns, factor_of, present
 from app.scenes import scene_of
 from app.state import Setting, print_number
-from app.tables import DIFFERENCE, FIGURES, named, table_of
+from app.tables import DIFFERENCE, FIGURES, difference_of, table_of
 from app.tabs.base import Desk, Move, Tab
+from app.tabs.delivery import prepared
 from app.tabs.explaining import Explaining
 from app.tabs.pin import Pin
 from app.tabs.suggesting import Suggesting
@@ -35,7 +34,7 @@ from app.views.phase import PhaseView
 from app.views.ranges import OwnedRange
 from engine import Diagram, Units
 
-_LONG = {"t": "time", "total": "difference"}  # columns of the difference, as a file calls them
+_WHOSE = {"diagram": "reference", "front": "found"}  # figures of one series, and what its rows are called
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +64,7 @@ class Explore(Tab):
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        self._latest = Latest(self._solved)
+        self._latest = Latest(prepared(desk, _ready, self._arrived, self._failed))
         self._explaining = Explaining(desk, lambda: self._visible, self._mean)
         self._pin = Pin(desk, self._draw_pinned)
         self._meaning: words.Meaning | None = None
@@ -140,25 +139,26 @@ class Explore(Tab):
     # -- what can be taken away ----------------------------------------------
 
     def figures(self) -> list[Figure]:
-        """All, once there is a result; the map once it has been read or computed."""
+        """All, once there is a result; the map once it has been read or computed, a suggestion once it is found."""
         if self._shown is None:
             return []
         drawn = FIGURES | ({"displacement": DIFFERENCE} if self._in_parts else {})
-        return [figure for figure in drawn.values() if figure.name != "diagram" or self.diagram.ready]
+        there = {"diagram": self.diagram.ready, "front": bool(self._suggesting.front)}
+        return [figure for figure in drawn.values() if there.get(figure.name, True)]
 
     def table(self, name: str) -> list[Series]:
         """The columns that are drawn, in the units that are shown."""
-        setting, scale = self._shown.setting, self._shown.setting.scale
-        if name == "diagram":
-            return [Series("reference", self.diagram.in_view())]
+        setting, columns = self._shown.setting, self.data()
+        if name in _WHOSE:
+            return [Series(_WHOSE[name], columns[name])]
         if name == "displacement" and self._in_parts:
-            columns = {named(_LONG.get(n, n), n, scale): column for n, column in self._difference().items()}
-            return [Series(setting.coordinate, columns)]
-        return table_of(name, self._shown.columns, scale)
+            return difference_of(columns["difference"], setting.coordinate, setting.scale)
+        return table_of(name, columns, setting.scale)
 
     def data(self) -> dict[str, object]:
-        """The columns of all sources, the difference and the map."""
-        more = {"difference": self._difference()} if self._in_parts else {}
+        """The columns of all sources, the difference, the map and what a search has found."""
+        more = {"difference": dict(self.displacement.difference.data)} if self._in_parts else {}
+        more |= {"front": self._suggesting.front} if self._suggesting.front else {}
         return {**self._shown.columns, **more, "diagram": self.diagram.in_view()}
 
     def words(self) -> dict[str, str]:
@@ -174,21 +174,7 @@ class Explore(Tab):
         """Whether the difference is drawn, in place of the displacements."""
         return self._shown.setting.frame == "difference"
 
-    def _difference(self) -> dict[str, np.ndarray]:
-        return dict(self.displacement.difference.data)
-
     # -- compute -------------------------------------------------------------
-
-    def _solved(self, move: int, result: Frame | Exception) -> None:
-        """In a worker thread: prepare all that needs no document, then go to the session's own loop."""
-        if isinstance(result, Frame):
-            try:
-                self.desk.later(partial(self._arrived, move, _ready(result)))
-                return
-            except Exception as error:  # told on the page as any other
-                logs.event("not presented", logging.ERROR, error=error)
-                result = error
-        self.desk.later(partial(self._failed, move, result))
 
     def _arrived(self, move: int, ready: _Ready) -> None:
         if self._visible:

@@ -15,11 +15,11 @@ class Header(Lean, pn.custom.JSComponent):
     tabs = param.List(doc="Key and title of each tab")
     tab = param.String(doc="Key of the open tab")
     theme = param.String(default="", doc="Light or dark, where the link says so")
-    offers = param.List(default=[], doc="Name and title of each figure that can be taken away, and whether it is drawn")
+    offers = param.List(default=[], doc="Name and title of each figure; whether a picture and a table can be taken")
     error = param.String(default="", doc="What was refused or failed; empty when nothing was")
     summary = param.String(default="", doc="What the figures show, for screen readers")
 
-    _esm = script("dom", "theme", "tour", "take", "header")
+    _esm = script("dom", "theme", "tour", "picture", "take", "header")
     _stylesheets = [style("header")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:
