@@ -1,13 +1,13 @@
-"""What a link restores of the open tab beside the setting: which axes are zoomed, and what is chosen. No panel import.
+"""What a link restores of the open tab beside the setting: zoomed axes, choices, muted legend entries. No panel import.
 
-In the address: ``zoom=time:0.2,0.7;x1:-1,2`` and ``choice=quantity:error;limit:40``, each only where it is not as the
-page has it by itself. Like a setting it is taken whole or not at all.
+In the address: ``zoom=time:0.2,0.7;x1:-1,2``, ``choice=quantity:error;limit:40``, ``mute=force:penalty,pinned``, each
+only where it is not as the page has it by itself. Like a setting it is taken whole or not at all.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,28 +25,35 @@ _SHARPNESS = 1e-5  # share of the width to which an end is printed: a hundredth 
 
 
 class View(NamedTuple):
-    """How a tab is seen: the ends of the axes that are zoomed, and what is not chosen as at first."""
+    """How a tab is seen: ends of the axes that are zoomed, what is not chosen as at first, what is muted by figure."""
 
     zoom: Mapping[str, Span] = {}
     choice: Mapping[str, str | int] = {}
+    mute: Mapping[str, Sequence[str]] = {}
 
 
-def read_view(zoom: str, choice: str, axes: Mapping[str, Span], spec: Mapping) -> View:
+def read_view(
+    zoom: str, choice: str, mute: str, axes: Mapping[str, Span], spec: Mapping, legends: Mapping[str, Sequence[str]]
+) -> View:
     """The view that an address holds; raises `Refused` at the first fault.
 
     Parameters
     ----------
-    zoom, choice : str
+    zoom, choice, mute : str
         As they stand in the address.
     axes : mapping of str to Span
         Axes of the tab, and what their ends may be.
     spec : mapping
         ``switches`` (name, choices) and ``limits`` (name, low, high) of the tab.
+    legends : mapping of str to sequence of str
+        Figures of the tab that have a legend, and the names of its entries.
     """
     spans = {name: _span(name, text, axes[name]) for name, text in _parts("zoom", zoom, axes)}
     rules = {switch["name"]: list(switch["choices"]) for switch in spec.get("switches", [])}
     rules |= {limit["name"]: (limit["low"], limit["high"]) for limit in spec.get("limits", [])}
-    return View(spans, {name: _chosen(name, text, rules[name]) for name, text in _parts("choice", choice, rules)})
+    chosen = {name: _chosen(name, text, rules[name]) for name, text in _parts("choice", choice, rules)}
+    muted = {figure: _muted(figure, text, legends[figure]) for figure, text in _parts("mute", mute, legends)}
+    return View(spans, chosen, muted)
 
 
 def _parts(what: str, text: str, known: Mapping) -> Iterator[tuple[str, str]]:
@@ -77,6 +84,16 @@ def _chosen(name: str, text: str, rule: list[str] | Span) -> str | int:
     return read_choice(name, text, rule) if isinstance(rule, list) else read_number(name, text, rule, whole=True)
 
 
+def _muted(figure: str, text: str, entries: Sequence[str]) -> list[str]:
+    names = text.split(",")
+    for name in names:
+        if name not in entries:
+            raise Refused("mute", f"The legend of {figure} has {', '.join(entries)}, not {quoted(name)}.")
+    if len(set(names)) < len(names):
+        raise Refused("mute", f"The address mutes an entry of {figure} twice.")
+    return names
+
+
 def _can_be_shown(span: Span, limits: Span) -> bool:
     low, high = span
     return limits[0] <= low <= high <= limits[1] and high - low > max(_NARROWEST * max(abs(low), abs(high)), _LEAST)
@@ -100,3 +117,8 @@ def _rounded(end: float, span: Span, limits: Span) -> float:
 def print_choice(choice: Mapping[str, str | int]) -> str:
     """As `read_view` takes it back."""
     return ";".join(f"{name}:{value}" for name, value in choice.items())
+
+
+def print_mute(mute: Mapping[str, Sequence[str]]) -> str:
+    """As `read_view` takes it back."""
+    return ";".join(f"{figure}:{','.join(names)}" for figure, names in mute.items())

@@ -31,7 +31,7 @@ def create_app() -> pn.Column:
     return pn.Column(
         session.header,
         session.controls,
-        session.stage,
+        session.stage.view,
         css_classes=["page"],
         stylesheets=[style("page")],
         sizing_mode="stretch_width",

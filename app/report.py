@@ -46,8 +46,8 @@ def as_report(
     """
     lines = "".join(f"<h3>{escape(head)}</h3><p>{escape(text)}</p>" for head, text in words.items())
     drawn = "".join(
-        f'<figure><div data-figure="{escape(name)}"></div><figcaption>{escape(caption)}</figcaption></figure>'
-        for name, _, caption, _ in figures
+        f'<figure><div data-figure="{escape(one.name)}"></div><figcaption>{escape(one.caption)}</figcaption></figure>'
+        for one in figures
     )
     again = "".join(f"<pre>{escape(script)}</pre>" for script in scripts)
     return f"""<!DOCTYPE html>

@@ -85,9 +85,9 @@ class Setting(NamedTuple):
 SYSTEM_FIELDS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution")
 MAIN_FIELDS = ("eta", "K", "D", "steps")
 PAPER_FIELDS = (*SYSTEM_FIELDS, "threshold", "located")  # what a scene of the paper sets to the paper's
-# What else an address may hold: the tab that is open, the setting that is pinned, as an address of its own, and how the
-# tab is seen (`app.link`).
-VIEW_FIELDS = ("tab", "pin", "zoom", "choice")
+# What else an address may hold: the tab that is open, the setting that is pinned, as an address of its own, how the tab
+# is seen (`app.link`), and light or dark where the user has chosen.
+VIEW_FIELDS = ("tab", "pin", "zoom", "choice", "mute", "theme")
 _PAPER, _UNITS = System(), Units()
 _PERIODS = signature(simulate).parameters["periods"].default
 
@@ -246,15 +246,16 @@ def texts_of(setting: Setting) -> dict[str, str]:
     return {name: value if isinstance(value, str) else print_number(value) for name, value in setting._asdict().items()}
 
 
-def print_address(
-    setting: Setting, tab: str = "", pin: Setting | None = None, *, zoom: str = "", choice: str = ""
-) -> str:
-    """The query string that restores the page; values at their default are left out, but for the four sliders."""
+def print_address(setting: Setting, tab: str = "", pin: Setting | None = None, **view: str) -> str:
+    """The query string that restores the page; values at their default are left out, but for the four sliders.
+
+    What of the view is not as the page has it by itself comes under its name in `VIEW_FIELDS`, as text.
+    """
     texts = texts_of(setting)
     shown = {
         name: text
         for name, text in texts.items()
         if name in MAIN_FIELDS or getattr(setting, name) != Explorer.param[name].default
     }
-    view = {"tab": tab, "pin": print_address(pin) if pin else "", "zoom": zoom, "choice": choice}
+    view = {"tab": tab, "pin": print_address(pin) if pin else ""} | view
     return urlencode(shown | {name: text for name, text in view.items() if text}, safe=":;,")

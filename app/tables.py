@@ -11,16 +11,19 @@ from engine import Units
 FIGURES = {
     figure.name: figure
     for figure in (
+        Figure("mechanism", "Pendulums", "The pendulums at one phase, the penalty solution outlined.", tabled=False),
         Figure("phase1", "Phase plot 1", "Phase plot of pendulum 1 with its Poincaré section (τ ≡ 0 mod T)."),
         Figure("phase2", "Phase plot 2", "Phase plot of pendulum 2 with its Poincaré section."),
         Figure("displacement", "Displacements", "Displacements over the last two excitation periods."),
         Figure("strip", "Contact strip", "Intervals in contact; an impact of the reference has no length."),
         Figure("force", "Contact force", "Contact force, and the impulse of each impact."),
         Figure("diagram", "Map over η", "Bifurcation diagram of the reference; the line marks η."),
+        Figure("front", "Suggestion", "Error over steps a period of the settings found; the line marks the tolerance."),
     )
 }
 DIFFERENCE = Figure("displacement", "Difference in parts", "Penalty less reference over two periods, in parts.")
 
+_LONG = {"t": "time", "total": "difference"}  # columns of the difference, as a file calls them
 _SOLVERS = ("reference", "penalty")
 # The series of each figure: what a row is called, the source, and its columns under the names the file gives them.
 _SERIES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
@@ -50,6 +53,11 @@ def table_of(figure: str, columns: Mapping[str, Columns], scale: Units | None = 
         Series(label, {named(name, column, scale): columns[source][column] for name, column in chosen.items()})
         for label, source, chosen in _SERIES[figure]
     ]
+
+
+def difference_of(columns: Columns, coordinate: str, scale: Units | None = None) -> list[Series]:
+    """The data of `DIFFERENCE`, as `table_of` gives those of a figure."""
+    return [Series(coordinate, {named(_LONG.get(n, n), n, scale): column for n, column in columns.items()})]
 
 
 def named(name: str, column: str, scale: Units | None) -> str:

@@ -20,13 +20,14 @@ from engine import Units, parse_system, toml_tables
 class Figure(NamedTuple):
     """Something that a tab shows and that can be taken away: by this name, title (in the menu), caption (in a report).
 
-    What is not ``drawn`` is a table alone.
+    What is not ``drawn`` is a table alone, what is not ``tabled`` a picture alone.
     """
 
     name: str
     title: str
     caption: str
     drawn: bool = True
+    tabled: bool = True
 
 
 class Series(NamedTuple):
@@ -36,6 +37,7 @@ class Series(NamedTuple):
     columns: Mapping[str, np.ndarray]
 
 
+_LONGEST_FILE = 65_536  # characters
 _UNITS = {"omega1": "omega1", "m1": "m1", "amplitude": "base_amplitude"}  # ours: the engine's name
 
 
@@ -57,6 +59,15 @@ def units_table(setting: Setting) -> list[str]:
     units = Units(setting.omega1, setting.m1, setting.amplitude)
     comments = {"omega1": "1/s", "m1": "kg", "base_amplitude": "mm"}
     return ["[units]", *(f"{name} = {getattr(units, name)!r}  # {unit}" for name, unit in comments.items())]
+
+
+def joined(parts: object) -> str:
+    """The text of a file that a browser sends in parts by number; raises ValueError where it is too long."""
+    texts = parts.values() if isinstance(parts, dict) else []
+    text = "".join(part for part in texts if isinstance(part, str))
+    if len(text) > _LONGEST_FILE:
+        raise ValueError(f"it is longer than {_LONGEST_FILE} characters")
+    return text
 
 
 def setting_of_toml(text: str) -> dict[str, str]:

@@ -9,10 +9,11 @@ from textwrap import wrap
 from engine import PARTS, Comparison, Newmark, Reference, Regularisation, Units, Verdict, compare, verdict
 
 from . import measured
-from .options import add_system_option, system_of
+from .options import add_system_option, default_of, system_of
 from .physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
 
 SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")  # the last two make up the one before
+_KEEP = default_of(compare, "keep")
 
 
 def add(commands) -> None:
@@ -32,12 +33,12 @@ def add(commands) -> None:
     add("--D", required=True, type=float, metavar="F", help="contact damping; the paper uses 8 to 50")
     add("--steps", required=True, type=float, metavar="N", help="steps per excitation period, the time step is T/N")
     add("--located", action="store_true", help="cut the steps at each contact change, located within the step")
-    add("--periods", type=float, default=2050, metavar="N", help="excitation periods to run (default %(default)s)")
-    add("--keep", type=float, metavar="N", help="last periods to compare (default 50, or all if fewer are run)")
+    add("--periods", type=float, metavar="N", help="excitation periods to run (default %(default)s)")
+    add("--keep", type=float, metavar="N", help=f"last periods to compare (default {_KEEP}, or all if fewer are run)")
     add(
         "--joint-damping",
         choices=("table", "derived"),
-        default="table",
+        default=Reference().joint_damping,
         help="damping of the reference's joined pendulums (default %(default)s); derived: no part of it",
     )
     add_system_option(command)
@@ -45,7 +46,7 @@ def add(commands) -> None:
     add("--series", action="store_true", help="with --json: the difference and its parts at every sampled instant, too")
     add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=run)
+    command.set_defaults(run=run, periods=default_of(compare, "periods"))
 
 
 def run(options: argparse.Namespace) -> None:
@@ -61,7 +62,7 @@ def run(options: argparse.Namespace) -> None:
         Newmark(options.K, options.D, options.steps, located=options.located),
         reference=Reference(options.joint_damping),
         periods=options.periods,
-        keep=min(50, options.periods) if options.keep is None else options.keep,
+        keep=min(_KEEP, options.periods) if options.keep is None else options.keep,
     ).with_evidence()
     told = verdict(found)
     split = found.split() if found.complete else None

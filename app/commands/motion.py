@@ -7,10 +7,11 @@ from textwrap import wrap
 
 from engine import Attractor, Motion, attractors, motion
 
-from .options import add_solver_options, problem_of
+from .options import add_solver_options, default_of, problem_of
 from .physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
 
 _INDENT = 18 * " "
+_SEARCH = {name: default_of(attractors, name) for name in ("starts", "seed")}
 
 
 def add(commands) -> None:
@@ -28,8 +29,8 @@ def add(commands) -> None:
     add_solver_options(command)
     add = command.add_argument
     add("--attractors", action="store_true", help="look for other motions at the same parameters, from many starts")
-    add("--starts", type=float, metavar="N", help="with --attractors: how many (default 64)")
-    add("--seed", type=int, metavar="N", help="with --attractors: of the random starts (default 0)")
+    add("--starts", type=float, metavar="N", help=f"with --attractors: how many (default {_SEARCH['starts']})")
+    add("--seed", type=int, metavar="N", help=f"with --attractors: of the random starts (default {_SEARCH['seed']})")
     add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
@@ -40,9 +41,9 @@ def run(options: argparse.Namespace) -> None:
     problem, units = problem_of(options), wanted_units(options)
     found = motion(*problem, initial=options.initial)
     others: tuple[Attractor, ...] = ()
-    given = {name: getattr(options, name) for name in ("starts", "seed") if getattr(options, name) is not None}
+    given = {name: getattr(options, name) for name in _SEARCH if getattr(options, name) is not None}
     if options.attractors:
-        search = {"starts": 64, "seed": 0} | given
+        search = _SEARCH | given
         progress = _progress(search["starts"]) if sys.stderr.isatty() else None
         others = attractors(*problem, **search, progress=progress)
     elif given:

@@ -2,7 +2,9 @@
 
 import argparse
 import sys
+from collections.abc import Callable
 from dataclasses import replace
+from inspect import signature
 
 from engine import ExactPenalty, Method, Newmark, Reference, System, SystemFile, Units, read_system
 
@@ -21,6 +23,11 @@ class OneLineParser(argparse.ArgumentParser):
     def error(self, message: str):
         """Print the line; point to --help."""
         self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def default_of(function: Callable, name: str):
+    """The engine's own default of a parameter."""
+    return signature(function).parameters[name].default
 
 
 def numbers(text: str) -> tuple[float, ...]:
@@ -72,7 +79,7 @@ def method_of(options: argparse.Namespace) -> Method:
 
 def add_solver_options(command: argparse.ArgumentParser) -> None:
     """What is solved, how, and from where, for :func:`problem_of`."""
-    add = command.add_argument
+    add, usual = command.add_argument, Reference()
     add(
         "--solver",
         required=True,
@@ -88,19 +95,19 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
     add(
         "--joint-damping",
         choices=("table", "derived"),
-        help="reference: damping of the joined pendulums (default table)",
+        help=f"reference: damping of the joined pendulums (default {usual.joint_damping})",
     )
     add(
         "--restitution",
         type=float,
         metavar="F",
-        help="reference: coefficient of restitution (default: the system's, 0.5)",
+        help=f"reference: coefficient of restitution (default: the system's; the paper's is {System().restitution:g})",
     )
     add(
         "--threshold",
         type=float,
         metavar="F",
-        help="reference: parting speed that begins permanent contact (default 0.002); 0: its limit",
+        help=f"reference: parting speed that begins permanent contact (default {usual.threshold:g}); 0: its limit",
     )
     add(
         "--initial",

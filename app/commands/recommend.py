@@ -7,7 +7,7 @@ import sys
 
 from engine import Recommendation, Reference, Units, design_curve, recommend
 
-from .options import add_system_option, system_of
+from .options import add_system_option, default_of, system_of
 from .physical import add_units_option, settings_text, wanted_units
 
 ETAS_LIMIT = 1000
@@ -29,17 +29,17 @@ def add(commands) -> None:
     where = command.add_mutually_exclusive_group(required=True)
     where.add_argument("--eta", type=float, metavar="F", help="excitation frequency Omega/omega1; paper: 1.08 to 3.25")
     where.add_argument("--eta-range", type=eta_range, metavar="A:B:N", help="N frequencies from A to B: a design curve")
-    add("--tolerance", type=float, default=0.05, metavar="F", help="largest relative error (default %(default)s)")
+    add("--tolerance", type=float, metavar="F", help="largest relative error (default %(default)s)")
     add("--located", action="store_true", help="steps cut at contact changes only; the least solves per period")
-    add("--joint-damping", choices=("table", "derived"), default="table", help="of the reference (default table)")
-    add("--K-max", type=float, default=1e6, metavar="F", help="largest K to try (default %(default)g)")
-    add(
-        "--steps-max", type=float, default=65536, metavar="N", help="most steps per period to try (default %(default)s)"
-    )
+    add("--joint-damping", choices=("table", "derived"), help="of the reference (default %(default)s)")
+    add("--K-max", type=float, metavar="F", help="largest K to try (default %(default)g)")
+    add("--steps-max", type=float, metavar="N", help="most steps per period to try (default %(default)s)")
     add_units_option(command)
     add_system_option(command)
     add("--json", action="store_true", help="print one JSON object (a list of them for --eta-range)")
-    command.set_defaults(run=run)
+    usual = {"tolerance": "tolerance", "K_max": "stiffness_max", "steps_max": "steps_max"}  # option: the engine's name
+    command.set_defaults(**{ours: default_of(recommend, theirs) for ours, theirs in usual.items()})
+    command.set_defaults(run=run, joint_damping=Reference().joint_damping)
 
 
 def eta_range(text: str) -> list[float]:

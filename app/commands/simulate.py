@@ -5,8 +5,10 @@ import json
 
 from engine import Response, Steady, motion, simulate, steady
 
-from .options import add_solver_options, problem_of
+from .options import add_solver_options, default_of, problem_of
 from .physical import add_units_option, run_in, settings_text, wanted_units
+
+_KEEP = default_of(simulate, "keep")
 
 
 def add(commands) -> None:
@@ -21,23 +23,23 @@ def add(commands) -> None:
     )
     add_solver_options(command)
     add = command.add_argument
-    add("--periods", type=float, default=2050, metavar="N", help="excitation periods to run (default %(default)s)")
-    add("--keep", type=float, metavar="N", help="last periods to report (default 50, or all if fewer are run)")
+    add("--periods", type=float, metavar="N", help="excitation periods to run (default %(default)s)")
+    add("--keep", type=float, metavar="N", help=f"last periods to report (default {_KEEP}, or all if fewer are run)")
     add(
         "--steady",
         action="store_true",
         help="reference, exact: find the steady motion without its transient (Newton's method on the Poincare map); "
-        "if there is none, the usual run of 2050 periods; --periods and --keep have no effect",
+        "if there is none, the usual run; --periods and --keep have no effect",
     )
     add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=run)
+    command.set_defaults(run=run, periods=default_of(simulate, "periods"))
 
 
 def run(options: argparse.Namespace) -> None:
     """Simulate and print."""
     problem = problem_of(options)
-    keep = min(50, options.periods) if options.keep is None else options.keep
+    keep = min(_KEEP, options.periods) if options.keep is None else options.keep
     if options.steady:
         found = steady(*problem, initial=options.initial)
         response = found.response

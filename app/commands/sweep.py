@@ -18,13 +18,14 @@ from engine import (
     Method,
     Newmark,
     Progress,
+    Reference,
     spaced,
     sweep_eta,
     sweep_plane,
     sweep_step,
 )
 
-from .options import SOLVER_OPTIONS, add_system_option, note_unused, numbers, reference_of, system_of
+from .options import SOLVER_OPTIONS, add_system_option, default_of, note_unused, numbers, reference_of, system_of
 
 _EVERY = 0.2  # seconds between two lines of progress
 
@@ -44,23 +45,24 @@ def add(commands) -> None:
     _add_step(studies)
 
 
-def _study(studies, name: str, run: Callable, transient: int, text: str) -> argparse.ArgumentParser:
+def _study(studies, name: str, run: Callable, sweep: Callable, text: str) -> argparse.ArgumentParser:
     command = studies.add_parser(name, allow_abbrev=False, help=text, description=text)
     add = command.add_argument
-    add("--transient", type=float, default=transient, metavar="N", help="periods before the sample (%(default)s)")
-    add("--sample", type=float, default=50, metavar="N", help="periods to describe (%(default)s)")
+    add("--transient", type=float, metavar="N", help="periods before the sample (%(default)s)")
+    add("--sample", type=float, metavar="N", help="periods to describe (%(default)s)")
     add("--out", required=True, metavar="PATH", help="a folder, or a URL that fsspec knows (s3://bucket/name)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler (extra `cluster`)")
     add("--threads", type=int, metavar="N", help="on this machine, or for a chunk on the cluster")
     add("--json", action="store_true", help="print one JSON object")
     add_system_option(command)
     command.set_defaults(run=lambda options: _kept(options, run))
+    command.set_defaults(**{name: default_of(sweep, name) for name in ("transient", "sample")})
     return command
 
 
 def _add_eta(studies) -> None:
     text = "bifurcation diagram: sections over eta, or over another parameter"
-    add = _study(studies, "eta", _eta, 2000, text).add_argument
+    add = _study(studies, "eta", _eta, sweep_eta, text).add_argument
     add("--from", required=True, type=float, metavar="F", dest="low", help="smallest value")
     add("--to", required=True, type=float, metavar="F", dest="high", help="largest value")
     add("--count", required=True, type=float, metavar="N", help="how many values, evenly spaced")
@@ -72,8 +74,9 @@ def _add_eta(studies) -> None:
     add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
     add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
-    add("--joint-damping", choices=("table", "derived"), help="reference (default table)")
-    add("--threshold", type=float, metavar="F", help="reference (default 0.002)")
+    usual = Reference()
+    add("--joint-damping", choices=("table", "derived"), help=f"reference (default {usual.joint_damping})")
+    add("--threshold", type=float, metavar="F", help=f"reference (default {usual.threshold:g})")
     add("--restitution", type=float, metavar="F", help="reference (default: the system's)")
     add("--direction", choices=DIRECTIONS, default="rest", help="each value from rest, or from its neighbour's end")
     add("--coordinates", default="xi1,xi2", metavar="A,B", help=f"of {','.join(COORDINATES)} (default %(default)s)")
@@ -83,7 +86,7 @@ def _add_eta(studies) -> None:
 
 def _add_plane(studies) -> None:
     text = "K-D plane of the penalty model at one eta, with logarithmic axes"
-    add = _study(studies, "plane", _plane, 450, text).add_argument
+    add = _study(studies, "plane", _plane, sweep_plane, text).add_argument
     add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1")
     add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
     add("--D", required=True, type=_span, metavar="a:b:n", help="contact damping, n values from a to b")
@@ -95,7 +98,7 @@ def _add_plane(studies) -> None:
 
 def _add_step(studies) -> None:
     text = "time-step study of Newmark at one eta, K and D, fixed and located step"
-    add = _study(studies, "step", _step, 2000, text).add_argument
+    add = _study(studies, "step", _step, sweep_step, text).add_argument
     add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1")
     add("--K", required=True, type=float, metavar="F", help="contact stiffness")
     add("--D", required=True, type=float, metavar="F", help="contact damping")

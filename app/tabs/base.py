@@ -7,16 +7,17 @@ sends nothing; when it is opened again it gets the setting that holds by then.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar, NamedTuple, Protocol
 
 import panel as pn
 from bokeh.document import Document
 
-from app.link import Span, View, print_choice, print_zoom, read_view
+from app.link import Span, View, print_choice, print_mute, print_zoom, read_view
 from app.scripts import as_command, as_python
 from app.state import Setting
 from app.takeaway import Figure, Series
+from app.views.muting import Muting
 from app.views.ranges import OwnedRange
 
 
@@ -66,10 +67,12 @@ class Tab(ABC):
     title: ClassVar[str]
     controls: ClassVar[bool] = True  # whether the sliders stand beside it
     axes: ClassVar[Mapping[str, Span]] = {}  # that a link may zoom, and what their ends may be
+    legends: ClassVar[Mapping[str, Sequence[str]]] = {}  # by figure: names of the entries, in their order, for a link
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         self.ranges: dict[str, OwnedRange] = {}  # of ``axes``, once it is built
+        self.muting = Muting({}, [])  # of ``legends``, once it is built
 
     @abstractmethod
     def build(self) -> pn.viewable.Viewable:
@@ -92,23 +95,28 @@ class Tab(ABC):
         return {}
 
     @classmethod
-    def read_view(cls, zoom: str, choice: str) -> View:
+    def read_view(cls, zoom: str, choice: str, mute: str) -> View:
         """The view that an address holds, before the tab is built; raises `Refused`."""
-        return read_view(zoom, choice, cls.axes, cls.spec())
+        return read_view(zoom, choice, mute, cls.axes, cls.spec(), cls.legends)
 
     def restore(self, view: View) -> None:
         """See it so; called after `build`, before the first `show`."""
         for name, ends in view.zoom.items():
             self.ranges[name].restore(*ends)
+        self.muting.mute(view.mute)
 
     def choice(self) -> dict[str, str | int]:
         """What is not chosen as at first."""
         return {}
 
     def printed(self) -> dict[str, str]:
-        """The view as the address holds it: ``zoom`` and ``choice``."""
+        """The view as the address holds it: the fields of `app.link.View`."""
         zoom = {name: owned.ends for name, owned in self.ranges.items() if owned.zoomed}
-        return {"zoom": print_zoom(zoom, self.axes), "choice": print_choice(self.choice())}
+        return {
+            "zoom": print_zoom(zoom, self.axes),
+            "choice": print_choice(self.choice()),
+            "mute": print_mute(self.muting.muted),
+        }
 
     def unzoom(self) -> None:
         """Take every zoom back."""

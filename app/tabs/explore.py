@@ -2,39 +2,39 @@
 
 from __future__ import annotations
 
-import logging
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
 import panel as pn
 
-from app import logs, metrics, words
-from app.cache import Cache
-from app.compute import Frame, Latest, frame_of, kept_frame
+from app import words
+from app.compute import Frame, Latest, kept_frame
 from app.diagrams import kept
 from app.files import style
 from app.link import LINEAR
 from app.present import WINDOW, Columns, factor_of, present
 from app.scenes import scene_of
 from app.state import Setting, print_number
-from app.tables import DIFFERENCE, FIGURES, named, table_of
+from app.tables import DIFFERENCE, FIGURES, difference_of, table_of
 from app.tabs.base import Desk, Move, Tab
+from app.tabs.delivery import prepared
+from app.tabs.explaining import Explaining
 from app.tabs.pin import Pin
 from app.tabs.suggesting import Suggesting
 from app.takeaway import Figure, Series
+from app.views.base import PARTS
 from app.views.diagram import DiagramView
 from app.views.displacement import DisplacementView
 from app.views.feed import Feed
 from app.views.findings import Findings
 from app.views.force import ForceView
 from app.views.mechanism import Mechanism
+from app.views.muting import Muting
 from app.views.phase import PhaseView
 from app.views.ranges import OwnedRange
-from app.workers import patient_worker
 from engine import Diagram, Units
+
+_WHOSE = {"diagram": "reference", "front": "found"}  # figures of one series, and what its rows are called
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,25 +44,6 @@ class _Ready:
     setting: Setting
     columns: dict[str, Columns]
     told: words.Told
-
-
-_RESTS = 150  # ms without another frame before the difference is explained: while a slider moves, the curves come first
-_PAUSE = 0.05  # s between explanations while others wait for theirs: most of the machine is for the curves
-_EXPLAINED = Cache(200)
-_LONG = {"t": "time", "total": "difference"}  # columns of the difference, as a file calls them
-
-
-def _question(setting: Setting) -> object:
-    """What an explanation depends on: not on how it is drawn."""
-    return setting.system, setting.eta, setting.penalty, setting.reference
-
-
-def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> words.Meaning:
-    meaning = _EXPLAINED.get(_question(setting))
-    if meaning is None:
-        meaning = words.explain(frame_of(setting, cancelled), cancelled)
-        _EXPLAINED.put(_question(setting), meaning)
-    return meaning
 
 
 def _ready(frame: Frame) -> _Ready:
@@ -75,18 +56,16 @@ class Explore(Tab):
     key = "explore"
     title = "Explore"
     axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
+    legends = {  # noqa: RUF012 - read only
+        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", "pinned")),
+        "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, "pinned"),
+        "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", "pinned"),
+    }
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        self._latest = Latest(self._solved)
-        self._explaining = Latest(
-            self._explained,
-            solve=_explain,
-            grace=0.0,
-            pool=patient_worker(),
-            what="explained",
-            measure=metrics.EXPLAINED,
-        )
+        self._latest = Latest(prepared(desk, _ready, self._arrived, self._failed))
+        self._explaining = Explaining(desk, lambda: self._visible, self._mean)
         self._pin = Pin(desk, self._draw_pinned)
         self._meaning: words.Meaning | None = None
         self._visible = False
@@ -115,6 +94,7 @@ class Explore(Tab):
             self.force.figure,
             self.diagram.figure,
         ]
+        self.muting = Muting(self.legends, figures)
         cells = [
             self._feed,
             _cell(self.mechanism, "mechanism"),
@@ -159,25 +139,26 @@ class Explore(Tab):
     # -- what can be taken away ----------------------------------------------
 
     def figures(self) -> list[Figure]:
-        """All, once there is a result; the map once it has been read or computed."""
+        """All, once there is a result; the map once it has been read or computed, a suggestion once it is found."""
         if self._shown is None:
             return []
         drawn = FIGURES | ({"displacement": DIFFERENCE} if self._in_parts else {})
-        return [figure for figure in drawn.values() if figure.name != "diagram" or self.diagram.ready]
+        there = {"diagram": self.diagram.ready, "front": bool(self._suggesting.front)}
+        return [figure for figure in drawn.values() if there.get(figure.name, True)]
 
     def table(self, name: str) -> list[Series]:
         """The columns that are drawn, in the units that are shown."""
-        setting, scale = self._shown.setting, self._shown.setting.scale
-        if name == "diagram":
-            return [Series("reference", self.diagram.in_view())]
+        setting, columns = self._shown.setting, self.data()
+        if name in _WHOSE:
+            return [Series(_WHOSE[name], columns[name])]
         if name == "displacement" and self._in_parts:
-            columns = {named(_LONG.get(n, n), n, scale): column for n, column in self._difference().items()}
-            return [Series(setting.coordinate, columns)]
-        return table_of(name, self._shown.columns, scale)
+            return difference_of(columns["difference"], setting.coordinate, setting.scale)
+        return table_of(name, columns, setting.scale)
 
     def data(self) -> dict[str, object]:
-        """The columns of all sources, the difference and the map."""
-        more = {"difference": self._difference()} if self._in_parts else {}
+        """The columns of all sources, the difference, the map and what a search has found."""
+        more = {"difference": dict(self.displacement.difference.data)} if self._in_parts else {}
+        more |= {"front": self._suggesting.front} if self._suggesting.front else {}
         return {**self._shown.columns, **more, "diagram": self.diagram.in_view()}
 
     def words(self) -> dict[str, str]:
@@ -193,45 +174,15 @@ class Explore(Tab):
         """Whether the difference is drawn, in place of the displacements."""
         return self._shown.setting.frame == "difference"
 
-    def _difference(self) -> dict[str, np.ndarray]:
-        return dict(self.displacement.difference.data)
-
     # -- compute -------------------------------------------------------------
-
-    def _solved(self, move: int, result: Frame | Exception) -> None:
-        """In a worker thread: prepare all that needs no document, then go to the session's own loop."""
-        if isinstance(result, Frame):
-            try:
-                self.desk.later(partial(self._arrived, move, _ready(result)))
-                return
-            except Exception as error:  # told on the page as any other
-                logs.event("not presented", logging.ERROR, error=error)
-                result = error
-        self.desk.later(partial(self._failed, move, result))
 
     def _arrived(self, move: int, ready: _Ready) -> None:
         if self._visible:
             self.desk.push(move, partial(self._write, ready))
 
-    def _ask_why(self, ready: _Ready) -> None:
-        """The hand rests: explain what is shown, if it still is."""
-        if self._visible and ready is self._shown:
-            self._explaining.submit(0, ready.setting)
-
-    def _explained(self, _: int, result: words.Meaning | Exception) -> None:
-        """In a worker thread."""
-        if isinstance(result, Exception):
-            words_for = f"The difference could not be explained ({result}). The figures are right; move on."
-            self.desk.later(partial(self.desk.tell, words_for))
-        else:
-            self.desk.later(self._mean)
-        if patient_worker().jobs > 1:
-            time.sleep(_PAUSE)
-
-    def _mean(self) -> None:
+    def _mean(self, meaning: words.Meaning) -> None:
         """The explanation of what is shown has come."""
-        meaning = _EXPLAINED.get(_question(self._shown.setting))
-        if meaning is not None and self._visible and meaning is not self._meaning:
+        if meaning is not self._meaning:
             with pn.io.hold(self.desk.doc):  # one message
                 self._tell(self._shown.told, meaning)
 
@@ -286,10 +237,7 @@ class Explore(Tab):
         self.force.update(columns, setting, fresh=fresh)
         self.diagram.update(setting, fresh=fresh)
         self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=factor_of("displacement", setting))
-        meaning = _EXPLAINED.get(_question(setting))
-        self._tell(ready.told, meaning)
-        if meaning is None:
-            self.desk.doc.add_timeout_callback(partial(self._ask_why, ready), _RESTS)
+        self._tell(ready.told, self._explaining.follow(setting))
 
     def _draw_pinned(self, columns: dict[str, Columns] | None) -> None:
         """As thin grey curves."""

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
-from functools import partial
 
 import panel as pn
 
-from app import logs
 from app.compute import Frame, Latest, kept_frame
 from app.present import Columns, present
 from app.state import Setting
 from app.tabs.base import Desk
+from app.tabs.delivery import prepared
 
 _DRAWN = ("frame", "units", "omega1", "m1", "amplitude")  # how a result is drawn, not what it is
 
@@ -23,7 +21,7 @@ class Pin:
     def __init__(self, desk: Desk, draw: Callable[[dict[str, Columns] | None], None]) -> None:
         self.desk = desk
         self._draw = draw
-        self._latest = Latest(self._solved)
+        self._latest = Latest(prepared(desk, _drawn, self._arrived, self._failed))
         self._wanted: Setting | None = None
 
     def follow(self, setting: Setting) -> None:
@@ -44,24 +42,18 @@ class Pin:
         """The session has ended."""
         self._latest.close()
 
-    def _solved(self, _: int, result: Frame | Exception) -> None:
-        """In a worker thread."""
-        if isinstance(result, Frame):
-            try:
-                self.desk.later(partial(self._arrived, result.setting, present(result)))
-                return
-            except Exception as error:  # told on the page as any other
-                logs.event("not presented", logging.ERROR, error=error)
-                result = error
-        self.desk.later(partial(self._failed, result))
-
-    def _arrived(self, setting: Setting, columns: dict[str, Columns]) -> None:
+    def _arrived(self, _: int, drawn: tuple[Setting, dict[str, Columns]]) -> None:
         """Also while another tab is open: nothing would ask for it again."""
+        setting, columns = drawn
         if setting == self._wanted:
             with pn.io.hold(self.desk.doc):
                 self._draw(columns)
 
-    def _failed(self, error: Exception) -> None:
+    def _failed(self, _: int, error: Exception) -> None:
         if self._wanted is not None:
             self._draw(None)
             self.desk.tell(f"What is pinned could not be computed ({error}). Unpin it, or pin another setting.")
+
+
+def _drawn(frame: Frame) -> tuple[Setting, dict[str, Columns]]:
+    return frame.setting, present(frame)

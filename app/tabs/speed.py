@@ -10,7 +10,7 @@ import panel as pn
 from app.files import style
 from app.link import LOGARITHMIC
 from app.scripts import speed_python
-from app.speed import CHECKED, PERIODS, Key, Question, SpeedStage, refine_speed
+from app.speed import CHECKED, KINDS, PERIODS, Key, Question, SpeedStage, refine_speed
 from app.state import Setting
 from app.tabs.study import StudyTab
 from app.takeaway import Figure, Series
@@ -43,6 +43,7 @@ class Speed(StudyTab):
     chosen = {}  # noqa: RUF012 - nothing to choose
     pictures = (Figure("speed", "Speed against error", "Error after ten periods over processor time per period."),)
     axes = {"cost": LOGARITHMIC, "error": LOGARITHMIC}  # noqa: RUF012 - read only
+    legends = {"speed": KINDS}  # noqa: RUF012 - read only
 
     def build(self) -> pn.viewable.Viewable:
         """The figure, the panel, the shipped figure below."""

@@ -19,6 +19,7 @@ from app.live import KEPT, Live, Refine, Stage
 from app.state import Setting
 from app.tabs.base import Desk, Move, Tab
 from app.takeaway import Figure
+from app.views.muting import Muting
 from app.views.study import StudyPanel
 
 
@@ -70,6 +71,7 @@ class StudyTab(Tab):
         self.panel = StudyPanel(spec, dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
         self.ranges = self.view.ranges
+        self.muting = Muting(self.legends, [cell.object for cell in cells])
         return pn.Column(
             *cells,
             self.panel,

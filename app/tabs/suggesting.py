@@ -35,7 +35,16 @@ class Suggesting:
         if self._search is not None:
             self._search.cancel()
             self._search = None
-        self.view.told = _IDLE
+        self._say(_IDLE)
+
+    @property
+    def front(self) -> dict[str, list[float]]:
+        """Columns of what was found, where it is drawn; empty where it is not."""
+        points = self.view.told.get("front", [])
+        if len(points) < 2:
+            return {}
+        steps, errors, texts = zip(*points, strict=True)
+        return {"steps": [*steps], "error": [*errors]} | {n: [float(each[n]) for each in texts] for n in ("K", "D")}
 
     def close(self) -> None:
         """The session has ended."""
@@ -49,9 +58,9 @@ class Suggesting:
         try:
             question = question_of(self._setting, percent)
         except Refused as error:
-            self.view.told = {"phase": "failed", "error": str(error)}
+            self._say({"phase": "failed", "error": str(error)})
             return
-        self.view.told = {"phase": "running", "share": 0.0}
+        self._say({"phase": "running", "share": 0.0})
         self._search = Search(question, self._progressed, self._found)
 
     def _progressed(self, search: Search, share: float) -> None:
@@ -64,7 +73,12 @@ class Suggesting:
 
     def _tell(self, search: Search, told: dict) -> None:
         if search is self._search:
-            self.view.told = told
+            self._say(told)
+
+    def _say(self, told: dict) -> None:
+        """The front that it may draw can be taken away."""
+        self.view.told = told
+        self.desk.offer()
 
     def _arrived(self, search: Search, found: Recommendation | Exception) -> None:
         if isinstance(found, Exception):

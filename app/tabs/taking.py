@@ -13,8 +13,8 @@ from app.takeaway import as_csv, as_json, as_toml, program
 
 
 def offers(tab: Tab) -> list[list]:
-    """Name and title of each figure, and whether there is a picture of it beside the table."""
-    return [[figure.name, figure.title, figure.drawn] for figure in tab.figures()]
+    """Name and title of each figure, and whether there is a picture and a table of it."""
+    return [[figure.name, figure.title, figure.drawn, figure.tabled] for figure in tab.figures()]
 
 
 def take(tab: Tab, what: str, setting: Setting, address: str) -> Callable[[], dict[str, str]] | None:
@@ -42,7 +42,7 @@ def take(tab: Tab, what: str, setting: Setting, address: str) -> Callable[[], di
         return partial(_file, "vibroscope.sh", "text/x-shellscript", str, tab.command(setting))
     figures = {figure.name: figure for figure in tab.figures()}
     kind, _, name = what.partition(":")
-    if kind == "csv" and name in figures:
+    if kind == "csv" and name in figures and figures[name].tabled:
         return partial(_file, f"vibroscope-{name}.csv", "text/csv", as_csv, tab.table(name))
     if what == "json" and figures:
         return partial(_file, f"vibroscope-{tab.key}.json", "application/json", as_json, _told(tab, address))

@@ -31,6 +31,7 @@ class TimeStepTab(StudyTab):
         Figure("step_error_time_step", "Error over n", "Error by the time step alone over the steps per period."),
     )
     axes = {"xi2": LINEAR, "v2": LINEAR, "n": LOGARITHMIC, "spread": LOGARITHMIC, "error_time_step": LOGARITHMIC}  # noqa: RUF012 - read only
+    legends = dict.fromkeys(("step_spread", "step_error_time_step"), SCHEMES)
 
     def build(self) -> pn.viewable.Viewable:
         """Two phase plots, two curves over n, the panel."""

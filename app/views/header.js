@@ -10,7 +10,7 @@ export function render({ model }) {
   const tools = element("div", "tools");
   tools.append(
     take.element,
-    themeButton(),
+    themeButton(model),
     button("Tour", "Five steps through the page", () => tour(true)),
     button("?", "Keys and help (?)", () => keys.open()),
   );

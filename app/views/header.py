@@ -10,15 +10,16 @@ from app.views.lean import Lean
 
 
 class Header(Lean, pn.custom.JSComponent):
-    """Lives in the browser; sends which tab, which file and what was loaded, as text that `app.session` reads."""
+    """Lives in the browser; sends which tab, file and theme, and what was loaded, as text that `app.session` reads."""
 
     tabs = param.List(doc="Key and title of each tab")
     tab = param.String(doc="Key of the open tab")
-    offers = param.List(default=[], doc="Name and title of each figure that can be taken away, and whether it is drawn")
+    theme = param.String(default="", doc="Light or dark, where the link says so")
+    offers = param.List(default=[], doc="Name and title of each figure; whether a picture and a table can be taken")
     error = param.String(default="", doc="What was refused or failed; empty when nothing was")
     summary = param.String(default="", doc="What the figures show, for screen readers")
 
-    _esm = script("dom", "theme", "tour", "take", "header")
+    _esm = script("dom", "theme", "tour", "picture", "take", "header")
     _stylesheets = [style("header")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:

@@ -29,6 +29,7 @@ const draw = (tag, attributes = {}, className = "") => {
 class Drawing {
   constructor() {
     this.element = draw("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img" });
+    this.element.dataset.figure = "mechanism";
     this.element.setAttribute("aria-label", "Two pendulums side by side on a shaken base, at the present phase");
     this.base = draw("g", {}, "base");
     this.base.append(

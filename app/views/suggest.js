@@ -91,6 +91,7 @@ function front({ front: points, tolerance, use }) {
   const x = scale(points.map(([steps]) => steps), FRAME.left, WIDE - FRAME.right);
   const y = scale([...points.map(([, error]) => error), tolerance], HIGH - FRAME.bottom, FRAME.top);
   const root = draw("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "group" });
+  root.dataset.figure = "front";
   root.setAttribute("aria-label", "Error against steps per period of the settings found; each can be set");
   root.append(
     draw("line", { class: "limit", x1: FRAME.left, x2: WIDE - FRAME.right, y1: y(tolerance), y2: y(tolerance) }),

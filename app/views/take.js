@@ -27,10 +27,10 @@ function takeMenu(model) {
   const draw = () => shown.replaceChildren(...(model.offers.length ? [
     row("Report (HTML)", button("Save", "Save the report", () => ask("report"))),
     row("All data (JSON)", button("Save", "Save all data as JSON", () => ask("json"))),
-    ...model.offers.map(([name, title, drawn]) => row(title,
+    ...model.offers.map(([name, title, drawn, tabled]) => row(title,
       ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, title, "png")),
         button("SVG", `${title} as SVG`, () => saveFigure(name, title, "svg"))] : []),
-      button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`)))),
+      ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []))),
   ] : []));
   model.on("offers", draw);
   draw();
@@ -107,6 +107,8 @@ function saveFigure(name, title, type) {
 }
 
 async function drawing(name, type) {
+  const shape = inPage(`svg[data-figure="${name}"]`);
+  if (shape) return pictureOf(shape, type);
   const view = viewOf(name);
   if (!view) throw new Error(`${name} is not drawn`);
   return view.export(type).to_blob();

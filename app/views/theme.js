@@ -17,11 +17,17 @@ const DARK = {
 const LIGHT = Object.fromEntries(Object.entries(DARK).map(([light, dark]) => [dark, light]));
 
 const system = matchMedia("(prefers-color-scheme: dark)");
-const isDark = () => (memory.get("theme") ?? (system.matches ? "dark" : "light")) === "dark";
+let chosen = null; // by the link, or by this user: now or on an earlier visit
+const isDark = () => (chosen ?? (system.matches ? "dark" : "light")) === "dark";
 
-function themeButton() {
+function themeButton(model) {
+  chosen = model.theme || memory.get("theme");
+  const tell = () => model.send_msg({ theme: chosen }); // what the user has chosen goes into the link
+  if (chosen && !model.theme) tell();
   const made = button("", "", () => {
-    memory.set("theme", isDark() ? "light" : "dark");
+    chosen = isDark() ? "light" : "dark";
+    memory.set("theme", chosen);
+    tell();
     darken();
   });
   const draw = () => {

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.link import LINEAR, LOGARITHMIC, print_choice, print_zoom, read_view
-from app.opening import read_opening
+from app.link import LINEAR, LOGARITHMIC, print_choice, print_mute, print_zoom, read_view
+from app.opening import THEMES, read_opening
 from app.state import Explorer, Refused, print_address
 from app.tabs import TABS, Move
 
@@ -20,6 +20,7 @@ SPEC = {
     "switches": [{"name": "quantity", "choices": {"period": "period", "error": "error"}}],
     "limits": [{"name": "limit", "low": 2, "high": 200}],
 }
+LEGENDS = {"phase1": ("reference", "penalty", "pinned"), "force": ("reference", "penalty")}
 spans = st.tuples(st.floats(*LINEAR), st.floats(*LINEAR)) | st.tuples(st.floats(), st.floats())
 zooms = st.dictionaries(st.sampled_from(list(AXES)), spans)
 choices = st.fixed_dictionaries(
@@ -27,10 +28,16 @@ choices = st.fixed_dictionaries(
 )
 
 
-@given(zooms, choices)
-def test_what_is_printed_comes_back_sharper_than_a_pixel(zoom, choice):
-    view = read_view(print_zoom(zoom, AXES), print_choice(choice), AXES, SPEC)
-    assert view.choice == choice
+def mutes(legends):
+    """Some entries of some legends."""
+    some = {name: st.lists(st.sampled_from(entries), min_size=1, unique=True) for name, entries in legends.items()}
+    return st.fixed_dictionaries({}, optional=some)
+
+
+@given(zooms, choices, mutes(LEGENDS))
+def test_what_is_printed_comes_back_sharper_than_a_pixel(zoom, choice, mute):
+    view = read_view(print_zoom(zoom, AXES), print_choice(choice), print_mute(mute), AXES, SPEC, LEGENDS)
+    assert (view.choice, view.mute) == (choice, mute)
     for name, (low, high) in view.zoom.items():
         given = zoom[name]
         size = given[1] - given[0] if AXES[name] is LINEAR else min(given[0], given[1] - given[0])
@@ -38,17 +45,18 @@ def test_what_is_printed_comes_back_sharper_than_a_pixel(zoom, choice):
         assert abs(high - given[1]) <= 1e-4 * max(size, given[1] if AXES[name] is LOGARITHMIC else 0)
 
 
-@given(settings, settings, st.sampled_from(list(TABS)), st.data())
-def test_an_address_brings_all_of_it_back(setting, pinned, tab, data):
+@given(settings, settings, st.sampled_from(list(TABS)), st.sampled_from(["", *THEMES]), st.data())
+def test_an_address_brings_all_of_it_back(setting, pinned, tab, theme, data):
     axes, usual = TABS[tab].axes, getattr(TABS[tab], "chosen", {})
     zoom = data.draw(st.dictionaries(st.sampled_from(list(axes)), spans)) if axes else {}
     choice = {"quantity": "error", "limit": 40} if tab == "plane" else dict(usual)
-    view = {"zoom": print_zoom(zoom, axes), "choice": print_choice(choice)}
-    asked = read_opening("?" + print_address(setting, tab, pinned, **view))
+    mute = data.draw(mutes(TABS[tab].legends))
+    view = {"zoom": print_zoom(zoom, axes), "choice": print_choice(choice), "mute": print_mute(mute)}
+    asked = read_opening("?" + print_address(setting, tab, pinned, **view, theme=theme))
     explorer = Explorer()
     explorer.apply(asked.texts)
-    assert (explorer.setting(), asked.tab, asked.pinned) == (setting, tab, pinned)
-    assert asked.view.choice == choice
+    assert (explorer.setting(), asked.tab, asked.pinned, asked.theme) == (setting, tab, pinned, theme)
+    assert (asked.view.choice, asked.view.mute) == (choice, mute)
     assert asked.view.zoom.keys() <= zoom.keys()
 
 
@@ -58,18 +66,23 @@ def test_what_is_printed_is_short():
     assert print_address(SETTING, zoom="time:0.2,0.7;x1:-1,2").endswith("&zoom=time:0.2,0.7;x1:-1,2")
 
 
-parts = st.sampled_from(["time", "K", "eta", "quantity", "limit", ":", ";", ",", "1", "-2.5", "1e999", "nan", "error"])
+NAMES = ["time", "K", "eta", "quantity", "limit", "force", "speed", "penalty", "fixed"]
+parts = st.sampled_from([*NAMES, ":", ";", ",", "1", "-2.5", "1e999", "nan", "error"])
 
 
-@given(st.sampled_from(list(TABS)), *2 * [st.text(max_size=60) | st.lists(parts).map("".join)])
-def test_no_text_does_anything_but_be_read_or_refused(tab, zoom, choice):
+@given(st.sampled_from(list(TABS)), *4 * [st.text(max_size=60) | st.lists(parts).map("".join)])
+def test_no_text_does_anything_but_be_read_or_refused(tab, zoom, choice, mute, theme):
     try:
-        asked = read_opening("?" + urlencode({"tab": tab, "zoom": zoom, "choice": choice}))
+        asked = read_opening(
+            "?" + urlencode({"tab": tab, "zoom": zoom, "choice": choice, "mute": mute, "theme": theme})
+        )
     except Refused:
         return
     for name, (low, high) in asked.view.zoom.items():
         assert TABS[tab].axes[name][0] <= low < high <= TABS[tab].axes[name][1]
     assert asked.view.choice.keys() <= getattr(TABS[tab], "chosen", {}).keys()
+    assert all(set(names) <= set(TABS[tab].legends[figure]) for figure, names in asked.view.mute.items())
+    assert asked.theme in ("", *THEMES)
 
 
 @pytest.mark.parametrize(
@@ -96,7 +109,7 @@ def test_no_text_does_anything_but_be_read_or_refused(tab, zoom, choice):
 )
 def test_a_zoom_that_makes_no_sense_is_refused_in_words(zoom, word):
     with pytest.raises(Refused, match=word):
-        read_view(zoom, "", AXES, SPEC)
+        read_view(zoom, "", "", AXES, SPEC, LEGENDS)
 
 
 @pytest.mark.parametrize(
@@ -104,13 +117,39 @@ def test_a_zoom_that_makes_no_sense_is_refused_in_words(zoom, word):
 )
 def test_a_choice_that_is_not_offered_is_refused(choice):
     with pytest.raises(Refused):
-        read_view("", choice, AXES, SPEC)
+        read_view("", choice, "", AXES, SPEC, LEGENDS)
+
+
+@pytest.mark.parametrize(
+    ("mute", "word"),
+    [
+        ("force", "reference, penalty, not “”"),
+        ("force:", "reference, penalty, not “”"),
+        ("force:pinned", "reference, penalty, not “pinned”"),
+        ("force:penalty,", "not “”"),
+        ("force:penalty,penalty", "twice"),
+        ("force:penalty;force:reference", "twice"),
+        ("strip:penalty", "one of phase1, force"),
+        ("force:__class__", "not “__class__”"),
+    ],
+)
+def test_a_mute_that_no_legend_has_is_refused_in_words(mute, word):
+    with pytest.raises(Refused, match=word):
+        read_view("", "", mute, AXES, SPEC, LEGENDS)
+
+
+@pytest.mark.parametrize("theme", ["auto", "Dark", "dark ", "0", "²"])
+def test_a_theme_that_there_is_not_is_refused_in_words(theme):
+    with pytest.raises(Refused, match="theme must be light or dark, not"):
+        read_opening("?" + urlencode({"theme": theme}))
 
 
 @pytest.mark.parametrize("key", ["paper", "help"])
-def test_a_tab_without_axes_says_so(key):
+def test_a_tab_without_axes_and_legends_says_so(key):
     with pytest.raises(Refused, match="it has none"):
-        TABS[key].read_view("time:0,1", "")
+        TABS[key].read_view("time:0,1", "", "")
+    with pytest.raises(Refused, match="it has none"):
+        TABS[key].read_view("", "", "force:penalty")
 
 
 @pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.axes])
@@ -123,15 +162,45 @@ def test_every_axis_of_a_tab_is_there_and_is_the_axis_of_a_figure(tab):
     assert all(any(owned.range is r for r in shown) for owned in made.ranges.values())
 
 
+@pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.legends])
+def test_an_entry_that_is_muted_goes_into_the_link_and_comes_back(tab):
+    made = tab(Desk())
+    page = made.build()
+    figures = {pane.object.name: pane.object for pane in page.objects if hasattr(getattr(pane, "object", None), "name")}
+    heard = []
+    made.muting.on_mute = lambda: heard.append(made.printed()["mute"])
+    for name, entries in tab.legends.items():
+        for entry, item in zip(entries, figures[name].legend[0].items, strict=True):
+            for renderer in item.renderers:  # as the browser does
+                renderer.muted = True
+            assert heard[-1] == f"{name}:{entry}"
+            again = tab(Desk())
+            again.build()
+            again.restore(tab.read_view("", "", heard[-1]))
+            assert again.printed() == made.printed()
+            for renderer in item.renderers:
+                renderer.muted = False
+            assert heard[-1] == ""
+
+
+def test_names_of_entries_are_those_of_their_solvers():
+    tab = TABS["explore"](Desk())
+    tab.build()
+    tab.restore(tab.read_view("", "", "displacement:penalty2,time_step;force:penalty"))
+    plots = {"displacement": tab.displacement.figure, "force": tab.force.figure}
+    muted = {n: [i.label.value for i in p.legend[0].items if i.renderers[0].muted] for n, p in plots.items()}
+    assert muted == {"displacement": ["ξ₂ penalty", "time step"], "force": ["λ penalty"]}
+
+
 def test_a_study_is_seen_as_the_link_says_from_its_first_question_on(opened):  # noqa: F811
     kind = TABS["plane"]
     tab = kind(Desk())
     tab.build()
-    tab.restore(kind.read_view("K:100,1000", "quantity:error;limit:40"))
+    tab.restore(kind.read_view("K:100,1000", "quantity:error;limit:40", ""))
     tab.show(Move(1, SETTING))
     assert Asked.all[-1].question.K == (100.0, 1000.0)
     assert Asked.all[-1].question.errors
-    assert tab.printed() == {"zoom": "K:100,1000", "choice": "quantity:error;limit:40"}
+    assert tab.printed() == {"zoom": "K:100,1000", "choice": "quantity:error;limit:40", "mute": ""}
     tab.show(Move(2, SETTING, fresh=True))  # a scene was chosen
     assert Asked.all[-1].question.K == (10.0, 1e5)
-    assert tab.printed() == {"zoom": "", "choice": "quantity:error;limit:40"}
+    assert tab.printed() == {"zoom": "", "choice": "quantity:error;limit:40", "mute": ""}

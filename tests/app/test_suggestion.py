@@ -51,6 +51,9 @@ class Desk:
     def later(self, callback):
         self.waiting.put(callback)
 
+    def offer(self):
+        pass
+
     def set(self, texts):
         self.texts.append(texts)
 
@@ -88,6 +91,20 @@ def test_what_meets_the_tolerance_moves_the_sliders_once(searches):
     assert suggesting.view.told["phase"] == "done"
     suggesting.follow(SETTING._replace(K=10500.0, D=15.8, steps=5793))
     assert suggesting.view.told["phase"] == "done"  # the answer stands beside the setting that it gave
+
+
+def test_the_front_can_be_taken_as_long_as_it_is_drawn(searches):
+    desk = Desk()
+    suggesting = Suggesting(desk)
+    suggesting.follow(SETTING)
+    suggesting._ask("5")
+    other = Trial(Chosen(2000.0, 7.0, 500), 0.3, 0.31, 500.0)
+    searches.get(timeout=5)[3].put(found_for(question_of(SETTING, "5"), front=(other, TRIAL)))
+    assert suggesting.front == {}
+    desk.catch_up()
+    assert suggesting.front == {"steps": [500, 5793], "error": [0.3, 0.0486], "K": [2000, 10500], "D": [7, 15.8]}
+    suggesting.follow(SETTING._replace(eta=1.2))
+    assert suggesting.front == {}
 
 
 def test_what_does_not_meet_it_moves_nothing_and_says_why(searches):

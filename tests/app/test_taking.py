@@ -78,7 +78,11 @@ def test_what_is_offered_comes_in_its_format(filled, key):
         assert take(tab, kind, SETTING, ADDRESS)()["text"]
     offered = offers(tab)
     assert bool(offered) == (key != "help")
-    for name, title, _ in offered:
+    for name, title, drawn, tabled in offered:
+        assert drawn or tabled
+        if not tabled:
+            assert take(tab, f"csv:{name}", SETTING, ADDRESS) is None
+            continue
         table = take(tab, f"csv:{name}", SETTING, ADDRESS)()
         assert table["name"] == f"vibroscope-{name}.csv"
         rows = list(csv.reader(io.StringIO(table["text"])))
@@ -92,7 +96,7 @@ def test_what_is_offered_comes_in_its_format(filled, key):
         assert found["data"]
         assert found.get("setting", SETTING._asdict()) == SETTING._asdict()
         report = take(tab, "report", SETTING, ADDRESS)()["text"]
-        assert report.count("data-figure=") == sum(drawn for *_, drawn in offered)
+        assert report.count("data-figure=") == sum(drawn for _, _, drawn, _ in offered)
         assert f"<h1>Vibroscope report: {tab.title}</h1>" in report
 
 
@@ -108,7 +112,7 @@ def test_what_is_not_offered_does_not_come(key):
 @pytest.mark.parametrize("key", ["explore", "bifurcation", "plane", "step", "speed"])
 def test_until_the_next_picture_comes_all_that_is_taken_is_of_the_last(filled, key):
     tab, other = filled(key), SETTING._replace(eta=2.0, K=500.0, D=3.0, steps=400, kappa=2.3)
-    kinds = ["json", "report", "python", "command", *(f"csv:{name}" for name, *_ in offers(tab))]
+    kinds = ["json", "report", "python", "command", *(f"csv:{name}" for name, *_, tabled in offers(tab) if tabled)]
 
     def texts(setting):
         found = {kind: take(tab, kind, setting, ADDRESS)()["text"] for kind in kinds}

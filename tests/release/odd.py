@@ -2,6 +2,7 @@
 
 import asyncio
 
+from app.opening import THEMES
 from app.scenes import scenes
 from app.state import VIEW_FIELDS, Setting
 from app.tabs import TABS
@@ -12,7 +13,7 @@ ODD = (*NO_NUMBERS, "9" * 4000, "\0", "-0", "1e-400", "1_0", "1,5")
 
 # Whatever a component of the page listens to, and whatever a tab offers to zoom or choose.
 KEYS = (
-    *("set", "scene", "undo", "redo", "reset", "pin", "tab", "take", "load", "painted"),  # header and controls
+    *("set", "scene", "undo", "redo", "reset", "pin", "tab", "theme", "take", "load", "painted"),  # header and controls
     *("stop", "choose", "suggest", "cancel", "seen", "listens"),  # a study, the search, a claim, the feed
 )
 FILES = ("toml", "python", "command", "json", "report", "csv:time", "csv:")
@@ -20,6 +21,7 @@ AXES = sorted({name for tab in TABS.values() for name in tab.axes})
 SWITCHES = [switch for tab in TABS.values() for switch in tab.spec().get("switches", [])]
 LIMITS = [limit for tab in TABS.values() for limit in tab.spec().get("limits", [])]
 CHOICES = [*((s["name"], value) for s in SWITCHES for value in s["choices"]), *((one["name"], "3") for one in LIMITS)]
+LEGENDS = [legend for tab in TABS.values() for legend in tab.legends.items()]
 
 
 def run(steps, seconds=900):
@@ -33,8 +35,8 @@ def random_text(chance):
 
 
 def random_query(chance, pairs=5):
-    """An address: numbers, a tab, what is pinned, zoomed and chosen, names of no meaning; some twice."""
-    names = (*Setting._fields, *VIEW_FIELDS, *VIEW_FIELDS, "theme", "bokeh-token", "x")
+    """An address: numbers, a tab, what is pinned, zoomed, chosen and muted, names of no meaning; some twice."""
+    names = (*Setting._fields, *VIEW_FIELDS, *VIEW_FIELDS, "bokeh-token", "x")
     chosen = [chance.choice(names) for _ in range(chance.randint(0, pairs))]
     return "&".join(f"{name}={_value(chance, name)}" for name in chosen)
 
@@ -46,7 +48,10 @@ def _value(chance, name):
         return chance.choice([*TABS])
     if name == "pin":
         return random_query(chance, 1).replace("&", "%26").replace("=", "%3D")
-    return ";".join(_zoomed(chance) if name == "zoom" else _chosen(chance) for _ in range(chance.randint(1, 2)))
+    if name == "theme":
+        return chance.choice(THEMES)
+    part = {"zoom": _zoomed, "choice": _chosen, "mute": _muted}[name]
+    return ";".join(part(chance) for _ in range(chance.randint(1, 2)))
 
 
 def _zoomed(chance):
@@ -58,6 +63,11 @@ def _zoomed(chance):
 def _chosen(chance):
     name, value = chance.choice(CHOICES)
     return f"{name}:{chance.choice((value, value, random_text(chance)))}"
+
+
+def _muted(chance):
+    figure, entries = chance.choice(LEGENDS)
+    return f"{figure}:{','.join(chance.choice((*entries, *entries, random_text(chance))) for _ in range(2))}"
 
 
 def random_json(chance, depth=3):
@@ -78,6 +88,7 @@ def random_message(chance):
     fitting = {
         "tab": chance.choice([*TABS]),
         "scene": chance.choice([*scenes()]),
+        "theme": chance.choice(THEMES),
         "take": chance.choice(FILES),
         "choose": mapped(dict([chance.choice(CHOICES)])),
         "load": mapped({"0": f"eta = {random_text(chance)}"}),
@@ -97,7 +108,7 @@ def forged(chance, model, component, value):
     if kind < 3:
         return _said(component, random_message(chance))
     if kind == 3:
-        return changed(model, chance.choice(("start", "end", "data", "shown", "inner_width")), value)
+        return changed(model, chance.choice(("start", "end", "muted", "data", "shown", "inner_width")), value)
     if kind == 4:
         return event(chance.choice(("tap", "rangesupdate", "data_event")), mapped({"model": {"id": model}, "x": value}))
     return value

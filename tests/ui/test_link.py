@@ -1,4 +1,4 @@
-"""A link restores the exact view: zoomed axes and what is chosen in a study, in a page of its own."""
+"""A link restores the exact view in a page of its own: zoomed, chosen and muted as it was, and light or dark."""
 
 import pytest
 
@@ -92,3 +92,55 @@ def test_the_view_of_a_study_comes_back(visit, tab, figures, choices):
     for label, value in choices.items():
         assert panel(second).get_by_role("combobox", name=label).input_value() == value
     same_view(explorer, begun(second, figures[0]), figures)
+
+
+MUTED = """names => names.map(name => Bokeh.documents[0].get_model_by_name(name).center
+  .find(part => part.type === "Legend").items
+  .filter(item => item.renderers.every(renderer => renderer.muted)).map(item => item.label.value)).flat()"""
+LEGEND = """name => {
+  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
+  const legend = view.model.center.find(part => part.type === "Legend");
+  const box = view.views.find_one(legend).bbox;
+  const canvas = view.canvas_view.el.getBoundingClientRect();
+  return {x: canvas.x + box.x, y: canvas.y + box.y, width: box.width, height: box.height};
+}"""
+
+
+def click_last_entry(explorer, figure):
+    """In the legend, seen, of a figure."""
+    box = explorer.page.evaluate(LEGEND, figure)
+    explorer.page.mouse.click(box["x"] + box["width"] - 12, box["y"] + box["height"] / 2)
+
+
+def test_what_is_muted_and_the_theme_come_back(visit):
+    explorer = visit(height=880)  # a browser of its own, which remembers for no other test
+    assert "theme" not in address(explorer)  # nobody has chosen
+    explorer.page.get_by_role("button", name="Dark page").click()
+    click_last_entry(explorer, "phase1")
+    click_last_entry(explorer, "force")
+    wanted = {"theme": "dark", "mute": "phase1:penalty;force:penalty_impulses"}
+    wait_until(lambda: wanted.items() <= address(explorer).items(), 5, "theme and mute in the link")
+    second = visit(explorer.query())
+    assert second.page.evaluate("document.documentElement.dataset.theme") == "dark"
+    assert second.model("phase1", "background_fill_color") == "#171E26"
+    assert second.page.evaluate(MUTED, ["phase1", "phase2", "force"]) == ["penalty", "its impulses"]
+    second.moved(lambda: second.type("K", "9000"))
+    wait_until(lambda: address(second)["K"] == "9000", 5, "the move in the link")
+    assert wanted.items() <= address(second).items()
+    click_last_entry(second, "phase1")
+    wait_until(lambda: address(second)["mute"] == "force:penalty_impulses", 5, "one muted entry less")
+    # The link's theme is for this page alone, and that of an earlier visit is in the link from the start.
+    assert second.page.evaluate("localStorage.getItem('vibroscope-theme')") is None
+    third = visit(height=880)
+    wait_until(lambda: address(third).get("theme") == "dark", 5, "the theme that was chosen on an earlier visit")
+
+
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [("theme=night", "theme must be light or dark"), ("mute=phase1:its", "reference, penalty, pinned, not “its”")],
+)
+def test_a_view_that_there_is_not_is_refused_whole(visit, query, words):
+    explorer = visit(f"?eta=2.76&{query}&zoom=time:0.2,0.7")
+    assert words in explorer.error()
+    assert explorer.typed("eta").input_value() == "1.08"
+    assert explorer.figure("force")["x"] == [0, 2]

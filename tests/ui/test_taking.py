@@ -38,9 +38,47 @@ def test_figures_data_and_report_can_be_taken_away(visit):
     assert json.loads(data)["setting"]["eta"] == 1.08
     _, report = taken(explorer, "Save the report")
     assert explorer.line("verdict") in report.decode()
-    assert report.count(b"<svg") == 6
+    assert report.count(b"<svg") == 7
     _, toml = taken(explorer, "Save the parameters")
     assert b"eta = 1.08" in toml
+
+
+def shapes(drawing):
+    """Every shape of an SVG as its kind and its looks."""
+    return [(shape.tag.rpartition("}")[2], shape.attrib) for shape in ET.fromstring(drawing).iter()]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_what_the_page_draws_itself_looks_the_same_without_it(visit, scheme):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000", color_scheme=scheme)
+    name, drawing = taken(explorer, "Pendulums as SVG")
+    assert name == "vibroscope-mechanism.svg"
+    looks = [look for kind, look in shapes(drawing) if kind == "circle"]
+    reference, paper = {"light": ("0, 114, 178", "#FFFFFF"), "dark": ("86, 180, 233", "#171E26")}[scheme]
+    assert sum(look["fill"] == f"rgb({reference})" for look in looks) == 2
+    assert shapes(drawing)[1][1]["fill"] == paper
+    assert b"class=" not in drawing
+    name, picture = taken(explorer, "Pendulums as PNG")
+    assert picture[:8] == b"\x89PNG\r\n\x1a\n"
+    assert [int.from_bytes(picture[at : at + 4]) for at in (16, 20)] == [520, 380]
+    assert len(picture) > 5000  # a blank one has 2000
+    assert "CSV" not in menu(explorer)["Pendulums"]
+
+
+def test_a_suggestion_is_offered_as_long_as_it_is_shown(visit):
+    explorer = visit()
+    assert "Suggestion" not in menu(explorer)
+    explorer.page.get_by_role("button", name="Suggest K, D, Δτ").click()
+    explorer.page.locator(".suggest[data-phase=done]").wait_for(timeout=60_000)
+    wait_until(lambda: "Suggestion" in menu(explorer), 5, "the suggestion in the menu")
+    _, drawing = taken(explorer, "Suggestion as SVG")
+    _, table = taken(explorer, "Suggestion: data as CSV")
+    rows = list(csv.DictReader(table.decode().splitlines()))
+    assert sum(kind == "circle" for kind, _ in shapes(drawing)) == len(rows) > 1
+    assert set(rows[0]) == {"series", "steps", "error", "K", "D"}
+    assert taken(explorer, "Suggestion as PNG")[1][:8] == b"\x89PNG\r\n\x1a\n"
+    explorer.page.get_by_role("button", name="Close what the search found").click()
+    wait_until(lambda: "Suggestion" not in menu(explorer), 5, "a menu without it")
 
 
 def test_the_report_opens_without_a_server(visit, tmp_path):
@@ -52,7 +90,7 @@ def test_the_report_opens_without_a_server(visit, tmp_path):
     asked = []
     page.on("request", lambda request: asked.append(request.url))
     page.goto(path.as_uri())
-    assert page.locator("figure svg").count() == 6
+    assert page.locator("figure svg").count() == 7
     assert page.locator("figure svg").first.bounding_box()["height"] > 100
     assert asked == [path.as_uri()]
     page.close()
