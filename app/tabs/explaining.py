@@ -11,10 +11,10 @@ from app.cache import Cache
 from app.compute import Latest, frame_of
 from app.state import Setting
 from app.tabs.base import Desk
-from app.workers import patient_worker
+from app.workers import jobs, patient_worker
 
 _RESTS = 150  # ms without another frame before the difference is explained: while a slider moves, the curves come first
-_PAUSE = 0.05  # s between explanations while others wait for theirs: most of the machine is for the curves
+_PATIENCE, _LOOKS = 0.5, 0.01  # s that an explanation stands back while curves are waited for; s between two looks
 _KEPT = Cache(200)
 
 
@@ -65,8 +65,6 @@ class Explaining:
             self.desk.later(partial(self.desk.tell, words_for))
         else:
             self.desk.later(self._arrived)
-        if patient_worker().jobs > 1:
-            time.sleep(_PAUSE)
 
     def _arrived(self) -> None:
         """An explanation has come: tell it if it is of what is shown by now."""
@@ -83,6 +81,14 @@ def _question(setting: Setting) -> object:
 def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> words.Meaning:
     meaning = _KEPT.get(_question(setting))
     if meaning is None:
+        _stand_back()
         meaning = words.explain(frame_of(setting, cancelled), cancelled)
         _KEPT.put(_question(setting), meaning)
     return meaning
+
+
+def _stand_back() -> None:
+    """Curves come first: wait until nobody waits for any, but not for ever."""
+    end = time.monotonic() + _PATIENCE
+    while jobs() and time.monotonic() < end:
+        time.sleep(_LOOKS)
