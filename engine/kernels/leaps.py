@@ -62,10 +62,10 @@ class Stand(NamedTuple):
     k: int  # steps done in the period
     cosine: float  # the excitation's phase
     sine: float
+    q1: float  # predictors, in the order in which a step makes them
     p1: float
-    q1: float
-    p2: float
     q2: float
+    p2: float
     gap: float
     contact: int  # FREE or PRESSED: of the coming step
 
@@ -104,7 +104,7 @@ def stand_of(p, state):
     i = int(state[STEP])
     k, contact = i % p.steps, PRESSED if state[CONTACT] > 0.0 else FREE
     c, s = circle(k * (1.0 / p.steps))
-    return Stand(i, k, c, s, state[P1], state[Q1], state[P2], state[Q2], state[GAP], contact)
+    return Stand(i, k, c, s, state[Q1], state[P1], state[Q2], state[P2], state[GAP], contact)
 
 
 @inlined
@@ -124,7 +124,7 @@ def landed(p, now, ahead, then):
     c, s = circle(k * (1.0 / p.steps))
     gap = -ahead.margin if now.contact else ahead.margin
     contact = PRESSED - now.contact if ahead.then == FLIP else now.contact
-    return Stand(then, k, c, s, p1, q1, p1 + apart, q1 + drift, gap, contact)
+    return Stand(then, k, c, s, q1, p1, q1 + drift, p1 + apart, gap, contact)
 
 
 @inlined
@@ -136,7 +136,7 @@ def walked(p, now):
     gap = now.p2 - now.p1 + 0.25 * (a2 - a1)
     q1, q2 = now.q1 + a1, now.q2 + a2
     contact = PRESSED if gap <= 0.0 else FREE
-    return Stand(now.step + 1, k, c, s, now.p1 + q1, q1, now.p2 + q2, q2, gap, contact), a1, a2, force
+    return Stand(now.step + 1, k, c, s, q1, now.p1 + q1, q2, now.p2 + q2, gap, contact), a1, a2, force
 
 
 @inlined
