@@ -26,8 +26,12 @@ FASTEST = {"fast_math": True, "slp_vectorize": True, "compact_mode": False}
 
 
 @numba.njit(error_model="numpy", nogil=True)
-def plain_newmark(h, cosines, periods, eta, d1, d2, kappa, mu, stiffness, damper):
-    """Newmark as one writes it down: displacement, velocity, acceleration, a 2 × 2 system in each step of contact."""
+def plain_newmark(h, cosines, periods, eta, pendulums, contact):
+    """Newmark as one writes it down: displacement, velocity, acceleration, a 2 × 2 system in each step of contact.
+
+    ``pendulums``: d₁, d₂, κ, μ; ``contact``: K, D.
+    """
+    (d1, d2, kappa, mu), (stiffness, damper) = pendulums, contact
     n = cosines.shape[0] - 1
     x1 = v1 = x2 = v2 = 0.0
     a1 = a2 = eta * eta
@@ -37,12 +41,12 @@ def plain_newmark(h, cosines, periods, eta, d1, d2, kappa, mu, stiffness, damper
     s = stiffness * h * h / 4.0 + damper * h
     for _ in range(periods):
         for k in range(1, n + 1):
-            contact = x2 - x1 <= 0.0
+            touching = x2 - x1 <= 0.0
             p1, q1 = x1 + h * v1 + h * h / 4.0 * a1, v1 + h / 2.0 * a1
             p2, q2 = x2 + h * v2 + h * h / 4.0 * a2, v2 + h / 2.0 * a2
             load = eta * eta * cosines[k]
             r1, r2 = load - c1 * q1 - p1, load - c2 * q2 - k2 * p2
-            if contact:
+            if touching:
                 force = stiffness * (p1 - p2) + 2.0 * damper * (q1 - q2)
                 r1, r2 = r1 - force, r2 + force / mu
                 determinant = (m1 + s) * (m2 + s / mu) - s * s / mu
@@ -58,7 +62,7 @@ def plain_loop(system: System, eta: float, stiffness: float, damper: float, step
     """The plain loop, compiled and with its table of cosines made."""
     h = 2 * math.pi / eta / steps
     cosines = np.cos(2 * np.pi * np.arange(steps + 1) / steps)
-    numbers = (eta, system.d1, system.d2, system.kappa, system.mass_ratio, float(stiffness), float(damper))
+    numbers = eta, (system.d1, system.d2, system.kappa, system.mass_ratio), (float(stiffness), float(damper))
     plain_newmark(h, cosines[:2], 1, *numbers)
     return lambda periods: np.array(plain_newmark(h, cosines, periods, *numbers))
 

@@ -23,7 +23,8 @@ import numba
 
 from engine import Newmark, Reference, System, simulate
 from engine.drivers.closed import pack
-from engine.kernels import leaps, phase, root
+from engine.kernels import phase, root
+from engine.kernels.ahead import CHUNK
 
 LANES = 8  # of a vector: AVX-512; with AVX2 it is 4
 FUSED, DIVISION = 4, 14  # cycles until the result is there
@@ -145,7 +146,7 @@ def main():
     print(f"{'the march, a period':24}{spent * 1e9:8.1f}{spent / cycle:9.0f}\n")
     for name, (eta, stiffness, damping, chunks, rounds) in LEAPS.items():
         spent = march(eta, Newmark(stiffness, damping, 2000))
-        bound = chunks * width(6 * leaps.CHUNK) + rounds * chain(12)
+        bound = chunks * width(6 * CHUNK) + rounds * chain(12)
         print(f"{f'leaps, a period [{name}]':24}{spent * 1e9:8.1f}{spent / cycle:9.0f}{bound:8.0f}")
 
 

@@ -49,9 +49,8 @@ def plain(eta, stiffness, damping, n, periods):
     """The plain loop with its table of cosines made outside the measured time."""
     h = 2 * math.pi / eta / n
     cosines = np.cos(2 * np.pi * np.arange(n + 1) / n)
-    return lambda: peers.plain_newmark(
-        h, cosines, periods, eta, SYSTEM.d1, SYSTEM.d2, SYSTEM.kappa, SYSTEM.mass_ratio, stiffness, damping
-    )
+    pendulums = SYSTEM.d1, SYSTEM.d2, SYSTEM.kappa, SYSTEM.mass_ratio
+    return lambda: peers.plain_newmark(h, cosines, periods, eta, pendulums, (stiffness, damping))
 
 
 def measure(eta):
@@ -59,7 +58,7 @@ def measure(eta):
     stiffness, damping, n = SCENES[eta]
     method = Newmark(stiffness, damping, n)
     loop = plain(eta, stiffness, damping, n, PERIODS)
-    peers.plain_newmark(1.0, np.ones(2), 1, eta, 0.1, 0.1, 2.0, 1.0, 1.0, 1.0)  # compile
+    peers.plain_newmark(1.0, np.ones(2), 1, eta, (0.1, 0.1, 2.0, 1.0), (1.0, 1.0))  # compile
     seconds = {"reference": [], "newmark": [], "newmark, every step": [], "plain loop": []}
     for _ in range(ROUNDS):
         seconds["reference"].append(simulate(SYSTEM, eta, Reference("derived"), periods=PERIODS, keep=1).cost.seconds)

@@ -56,10 +56,10 @@ def walked(cells, periods):
 def plain(cells, periods):
     """A call that walks every step of every cell by the loop that one would write in Numba."""
     h, cosines = 2 * math.pi / ETA / STEPS, np.cos(2 * np.pi * np.arange(STEPS + 1) / STEPS)
-    constants = SYSTEM.d1, SYSTEM.d2, SYSTEM.kappa, SYSTEM.mass_ratio
+    pendulums = SYSTEM.d1, SYSTEM.d2, SYSTEM.kappa, SYSTEM.mass_ratio
 
     def one(i):
-        plain_newmark(h, cosines, periods, ETA, *constants, cells.stiffness[i], cells.damping[i])
+        plain_newmark(h, cosines, periods, ETA, pendulums, (cells.stiffness[i], cells.damping[i]))
 
     return lambda: _spread(one, len(cells))
 

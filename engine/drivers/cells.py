@@ -8,10 +8,12 @@ import numpy as np
 from ..kernels import cells as kernel
 from ..kernels import setup, tally
 from ..kernels.anchor import Anchor, Touch
+from ..kernels.course import EXACT, LEAPS, REFERENCE
 from ..kernels.folded import room
 from ..kernels.leaps import SIZE as LEAPS_SIZE
 from ..kernels.leaps import SLOTS
 from ..kernels.record import empty_record
+from ..kernels.recurrence import CYCLE
 from ..kernels.steps import FREE, REACHES
 from ..methods import ExactPenalty, Method, Newmark, Reference
 from ..motions.section import MOST_NEARLY, SCATTER, TOLERANCE
@@ -21,7 +23,7 @@ from .newmark import SHORTEST_STRIDE
 from .share import Worker
 from .slow import circles
 
-_KINDS = {Reference: kernel.REFERENCE, ExactPenalty: kernel.EXACT, Newmark: kernel.LEAPS}
+_KINDS = {Reference: REFERENCE, ExactPenalty: EXACT, Newmark: LEAPS}
 
 
 class Plan(NamedTuple):
@@ -78,7 +80,7 @@ def compiled_worker(
     columns = np.array(plan.coordinates, dtype=np.int64)
     rules = TOLERANCE, SCATTER, MOST_NEARLY, COMPLETION
     settings = kernel.Plan(kind, plan.transient, plan.sample, plan.early_stop, columns, *rules)
-    between = circles(numbers) if kind == kernel.EXACT else np.zeros((len(order), 2))
+    between = circles(numbers) if kind == EXACT else np.zeros((len(order), 2))
     work = kernel.Work(order, chained, numbers, initial, between)
 
     def worker() -> Worker:
@@ -90,11 +92,9 @@ def compiled_worker(
 
 def make_room(kind: int, sample: int) -> kernel.Room:
     """Room for one thread."""
-    leaping = kind == kernel.LEAPS
+    leaping = kind == LEAPS
     slots = SLOTS if leaping else len(Anchor._fields) + len(Touch._fields) - 1
-    nothing, cycle, kept = (
-        empty_record(rows, np.zeros(1), 0, CAPACITY if rows else 0) for rows in (0, kernel.CYCLE, sample)
-    )
+    nothing, cycle, kept = (empty_record(rows, np.zeros(1), 0, CAPACITY if rows else 0) for rows in (0, CYCLE, sample))
     return kernel.Room(
         folded=room(LEAPS_SIZE if leaping else setup.CLOSED_SIZE),
         keys=setup.no_keys(),
@@ -106,6 +106,6 @@ def make_room(kind: int, sample: int) -> kernel.Room:
         cycle_sizes=cycle.sizes,
         kept=kept.flat,
         kept_sizes=kept.sizes,
-        cycle_log=np.zeros((kernel.CYCLE, tally.COLUMNS)),
+        cycle_log=np.zeros((CYCLE, tally.COLUMNS)),
         log=np.zeros((sample, tally.COLUMNS)),
     )

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ..kernels import located as kernel
+from ..kernels.landing import Law, accelerations
 from ..kernels.record import Folded
 from ..kernels.record import Record as Buffers
 from ..methods import Newmark
@@ -15,15 +16,15 @@ from .stepped import SteppedDriver
 SOLVES_PER_CALL = 2_000_000
 
 
-def pack(system: System, eta: float, method: Newmark) -> kernel.Law:
-    """Coefficients of the equations (:mod:`engine.kernels.located`)."""
+def pack(system: System, eta: float, method: Newmark) -> Law:
+    """Coefficients of the equations (:mod:`engine.kernels.landing`)."""
     period = 2 * math.pi / eta
     both = 1 + 1 / system.mass_ratio
     # the relative motion in contact, e^{−rτ}: r² − 2D(1 + 1/μ) r + K(1 + 1/μ) = 0; modulus of the faster r
     decay, square = method.damping * both, method.stiffness * both
     rate = decay + math.sqrt(decay * decay - square) if decay * decay > square else math.sqrt(square)
     fastest, h = max(1.0, system.kappa, eta), period / method.steps
-    return kernel.Law(
+    return Law(
         load=eta * eta,
         damping1=2 * system.d1,
         stiffness1=1.0,
@@ -83,18 +84,18 @@ class LocatedDriver(SteppedDriver):
         return Cost(self.seconds, steps=int(self._state[kernel.SOLVES] - self._started))
 
 
-def _state(law: kernel.Law, start: Checkpoint, kept: bool) -> np.ndarray:
+def _state(law: Law, start: Checkpoint, kept: bool) -> np.ndarray:
     state = np.zeros(kernel.SLOTS)
     if len(start.state) == kernel.SLOTS:
         state[:] = start.state
         return state
     x, v, x2, v2 = start.state
-    motion = kernel.accelerations(law, False, (x, v, 0.0, x2 - x, v2 - v, 0.0), 1.0)
+    motion = accelerations(law, False, (x, v, 0.0, x2 - x, v2 - v, 0.0), 1.0)
     *_, g, u, b = motion
     # at zero gap the first derivative of the free motion that is not zero decides; cos ητ has no part in the third
-    *_, jerk = kernel.accelerations(law, False, (v, motion[2], 0.0, u, b, 0.0), 0.0)
+    *_, jerk = accelerations(law, False, (v, motion[2], 0.0, u, b, 0.0), 0.0)
     contact = next((value < 0 for value in (g, u, b, jerk) if value != 0), True)
-    motion = kernel.accelerations(law, contact, motion, 1.0)
+    motion = accelerations(law, contact, motion, 1.0)
     state[[kernel.X, kernel.V, kernel.A, kernel.G, kernel.U, kernel.B]] = motion
     state[kernel.CONTACT] = float(contact)
     kernel.open_contact(state, 0.0, motion, kept and contact and g == 0)

@@ -7,7 +7,8 @@ from ..kernels import newmark as kernel
 from ..kernels.folded import room
 from ..kernels.record import Folded
 from ..kernels.record import Record as Buffers
-from ..kernels.setup import begin_steps, free_pole, no_keys, scheme_of, set_up_leaps
+from ..kernels.scheme import begin_steps, scheme_of, set_up_leaps
+from ..kernels.setup import free_pole, no_keys
 from ..kernels.steps import FREE, REACHES
 from ..methods import Newmark
 from ..model import System

@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .circle import circle
 from .folded import viewers
 from .jit import inlined, spliced
-from .phase import PHASE_SHAPES, SCRATCH_SHAPES, Phase, Scratch, circle
+from .phase import PHASE_SHAPES, SCRATCH_SHAPES, Phase, Scratch
 
 # what follows an anchor. CALM: pressed together, what was fast in it having died away; COLLIDING: an impact or a touch
 # is due
@@ -113,9 +114,27 @@ def clock(p, a):
 
 
 @inlined
-def after(p, a, s, x1, v1, gap, rate, mode, order, touch):
-    """An anchor s later."""
+def after(p, a, s, y, mode, order, touch):
+    """An anchor s later, where the motion is y = (ξ₁, ξ₁′, g, g′)."""
+    x1, v1, gap, rate = y
     tau = a.tau + s
     whole = math.floor(tau / p.period)
     events = a.events if whole == 0.0 else 0.0
     return Anchor(a.period + whole, tau - whole * p.period, x1, v1, gap, rate, mode, order, events, touch)
+
+
+@inlined
+def anchor_of(numbers):
+    """The anchor that an array holds."""
+    n = numbers
+    opened = Touch(n[9], n[10], n[11], n[12], n[13], n[14])
+    return Anchor(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], opened)
+
+
+@inlined
+def keep_anchor(numbers, a):
+    """Write an anchor into an array."""
+    n, t = numbers, a.touch
+    n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7] = a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order
+    n[8], n[9], n[10], n[11], n[12], n[13] = a.events, t.begun, t.closing, t.position, t.speed1, t.speed2
+    n[14] = t.impulse

@@ -98,7 +98,7 @@ def settle(p, a):
         z = state(p, a)
         if completes(p.flight, z, p.restitution, p.completion, p.scratch):
             s, x, v = complete(p.flight, z, p.restitution, p.mass_share, p.scratch)
-            return touch(p, after(p, a, s, x, v, 0.0, 0.0, SEPARATED, 0.0, a.touch), 0.0, 0.0)
+            return touch(p, after(p, a, s, (x, v, 0.0, 0.0), SEPARATED, 0.0, a.touch), 0.0, 0.0)
     if a.rate <= ROUNDING * (abs(a.v1) + abs(a.x1)):
         return classify(p, a, 2)  # so slow that rounding hides it: higher derivatives decide
     return a
@@ -123,5 +123,5 @@ def release(p, a, s, x1, v1, slope):
     Joined pendulums part with g, g′ and g″ vanishing together; pressed ones with the rate at which penetration ends.
     """
     if p.rigid:
-        return after(p, a, s, x1, v1, 0.0, 0.0, SEPARATED, 3.0, a.touch)
-    return after(p, a, s, x1, v1, 0.0, -slope, SEPARATED if slope < 0.0 else COLLIDING, 1.0, a.touch)
+        return after(p, a, s, (x1, v1, 0.0, 0.0), SEPARATED, 3.0, a.touch)
+    return after(p, a, s, (x1, v1, 0.0, -slope), SEPARATED if slope < 0.0 else COLLIDING, 1.0, a.touch)

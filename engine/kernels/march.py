@@ -8,7 +8,22 @@ over any number of periods.
 
 import numpy as np
 
-from .anchor import CALM, COLLIDING, SEPARATED, TOUCHING, Anchor, Touch, after, clock, state, touches, unfold, untouched
+from .anchor import (
+    CALM,
+    COLLIDING,
+    SEPARATED,
+    TOUCHING,
+    Anchor,
+    Touch,
+    after,
+    anchor_of,
+    clock,
+    keep_anchor,
+    state,
+    touches,
+    unfold,
+    untouched,
+)
 from .jit import bare, inlined
 from .laws import ROUNDING, parts, release, settle, strike
 from .phase import INTEGRAL, POINTS, dot, first_at, gap_at, moved
@@ -53,14 +68,13 @@ def end_of_phase(p, phase, a, z, i, u, slope):
     s = (i + u) * phase.spacing
     if touches(a):
         return release(p, a, s, x1, v1, slope)
-    return after(p, a, s, x1, v1, 0.0, slope, COLLIDING, 0.0, untouched())
+    return after(p, a, s, (x1, v1, 0.0, slope), COLLIDING, 0.0, untouched())
 
 
 @inlined
 def end_of_block(p, phase, a, z):
     """The anchor at which the search goes on."""
-    x1, v1, gap, rate, _, _ = moved(phase, z, POINTS)
-    return after(p, a, POINTS * phase.spacing, x1, v1, gap, rate, a.mode, 0.0, a.touch)
+    return after(p, a, POINTS * phase.spacing, moved(phase, z, POINTS)[:4], a.mode, 0.0, a.touch)
 
 
 @bare
@@ -133,30 +147,6 @@ def note_contact(p, t, now, kept_from, record):
     if not p.rigid and t.closing > 0.0 and t.begun >= kept_from:
         v1, v2 = now.v1, now.v1 + now.rate
         note_impact(t.begun, t.position, t.speed1, t.speed2, v1, v2, t.impulse, t.closing, record)
-
-
-@inlined
-def anchor_of(numbers):
-    """The anchor that an array holds."""
-    n = numbers
-    opened = Touch(n[9], n[10], n[11], n[12], n[13], n[14])
-    return Anchor(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], opened)
-
-
-@inlined
-def keep_anchor(numbers, a):
-    """Write an anchor into an array."""
-    n, t = numbers, a.touch
-    n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7] = a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order
-    n[8], n[9], n[10], n[11], n[12], n[13], n[14] = (
-        a.events,
-        t.begun,
-        t.closing,
-        t.position,
-        t.speed1,
-        t.speed2,
-        t.impulse,
-    )
 
 
 @bare
@@ -242,8 +232,7 @@ def note_open(p, a, stop, window, record):
     phase = p.calm if a.mode == CALM else p.touching
     z = state(p, a)
     s = (stop - a.period) * p.period - a.tau
-    x1, v1, gap, rate = state_at(p, phase, z, s)
-    now = after(p, a, s, x1, v1, gap, rate, a.mode, 0.0, a.touch)
+    now = after(p, a, s, state_at(p, phase, z, s), a.mode, 0.0, a.touch)
     if not p.rigid:
         now = pressed_on(p, phase, now, z, state(p, now))
     note_contact(p, now.touch, now, window[0] * p.period, record)

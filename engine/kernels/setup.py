@@ -1,4 +1,4 @@
-"""From the numbers of a cell to the tables of its solver, in compiled code.
+"""From the numbers of a cell to the tables of its motion in closed form, in compiled code.
 
 Tables are made anew only where a number that they hang on has changed since the cell before: cells that differ in K and
 D alone share those of the flight. A table that is kept has the bits of one that is made.
@@ -9,15 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import newmark, pendulums
+from . import pendulums
 from .jit import bare, exact, jit
-from .leaps import GAP as GAP_SLOT
-from .leaps import SLOTS, tables_in, write_scheme
 from .matrices import unit
-from .newmark import A1, A2, CONTACT, P1, P2, Q1, Q2
 from .phase import PHASE_SHAPES, REACH, SCRATCH_SHAPES, full, tabulate
 from .slow import APART, fast_part
-from .steps import fill_tables
 
 
 class Cell(NamedTuple):
@@ -202,61 +198,3 @@ def set_up_closed(folded, keys, row, rigid, circle, completion):
     folded[at], folded[at + 1], folded[at + 2], folded[at + 3] = force_of(cell, rigid)
     folded[at + 4], folded[at + 5], folded[at + 6] = cell.mass_share, cell.restitution, cell.threshold
     folded[at + 7] = completion
-
-
-@exact
-def scheme_of(cell):
-    """Coefficients of one step of Newmark's method (derived in :mod:`.newmark`)."""
-    h = 2 * math.pi / cell.eta / cell.steps
-    eta, mu, k, d = cell.eta, cell.mu, cell.stiffness, cell.damping
-    c1, c2 = 2 * cell.d1, 2 * cell.d2 * cell.kappa
-    k1, k2 = 1.0, cell.kappa * cell.kappa
-    m1 = 1 + c1 * h / 2 + k1 * h * h / 4
-    m2 = 1 + c2 * h / 2 + k2 * h * h / 4
-    sigma = k * h * h / 4 + d * h
-    shared = 1 + sigma * (1 / m1 + 1 / (mu * m2))
-    return newmark.Scheme(
-        h,
-        c1 * h / m1,
-        k1 * h * h / m1,
-        eta * eta * h * h / m1,
-        h * h / m1,
-        c2 * h / m2,
-        k2 * h * h / m2,
-        eta * eta * h * h / m2,
-        h * h / (mu * m2),
-        k,
-        d,
-        k / shared,
-        2 * d / h / shared,
-        sigma / (h * h) / shared,
-    )
-
-
-@jit
-def set_up_leaps(folded, keys, row):
-    """Write the leaps of a cell into ``folded``, as :class:`.leaps.Leaps` is laid out."""
-    cell = cell_of(row)
-    m, tables, poles = scheme_of(cell), tables_in(folded), (free_pole(cell), pressed_pole(cell))
-    counts = FOR_FLIGHT, FOR_CONTACT
-    write_scheme(folded, cell.steps, m)
-    for state in range(2):  # a constant in its place would be compiled apart
-        if renew(keys[state], row, counts[state]):
-            fill_tables(tables, m, cell.eta, state, poles[state])
-
-
-@exact
-def begin_steps(state, m, cell, start):
-    """The state of Newmark's method at τ = 0, its accelerations from the equations of motion (MODEL.md, "Motion")."""
-    x1, v1, x2, v2 = start[0], start[1], start[2], start[3]
-    h, eta = m.h, cell.eta
-    contact = x2 <= x1
-    force = cell.stiffness * (x1 - x2) + 2 * cell.damping * (v1 - v2) if contact else 0.0
-    a1 = h * h * (eta * eta - 2 * cell.d1 * v1 - x1 - force)
-    a2 = h * h * (eta * eta - 2 * cell.d2 * cell.kappa * v2 - cell.kappa * cell.kappa * x2 + force / cell.mu)
-    for k in range(SLOTS):
-        state[k] = 0.0
-    state[A1], state[A2] = a1, a2
-    state[Q1], state[Q2] = h * v1 + 0.5 * a1, h * v2 + 0.5 * a2
-    state[P1], state[P2] = x1 + h * v1 + 0.25 * a1, x2 + h * v2 + 0.25 * a2
-    state[CONTACT], state[GAP_SLOT] = (1.0 if contact else 0.0), x2 - x1

@@ -2,7 +2,7 @@
 
 A small disturbance v of a motion becomes DP v after each excitation period; its growth ln |DP v| / |v|, with v brought
 back to length 1 each time, averages to the largest Lyapunov exponent λ. DP is exact, impacts and contact changes
-included (the saltation matrices of :mod:`engine.kernels.tangent`), so that no second run and no size of a disturbance
+included (the saltation matrices of :mod:`engine.kernels.saltation`), so that no second run and no size of a disturbance
 enter.
 
 How sure the average is depends on the motion:

@@ -1,4 +1,4 @@
-"""Makes assets/truth/hard.json: hard cases solved by high_precision.py, whose docstring says how events are certified.
+"""Makes assets/truth/hard.json: hard cases solved by high_precision, whose docstring says how events are certified.
 
     .venv/bin/python tests/data/make_hard.py                 every case
     .venv/bin/python tests/data/make_hard.py chatter limit   those with either in the name; the others are kept

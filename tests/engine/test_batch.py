@@ -23,7 +23,7 @@ from engine import (
     simulate,
 )
 from engine.drivers import cells as driver
-from engine.kernels import cells as kernel
+from engine.kernels import course
 
 NUMBERS = (
     "impacts_per_period",
@@ -161,7 +161,7 @@ def test_after_a_blown_up_cell_a_chain_starts_anew():
 
 
 def test_statuses_of_the_compiled_code():
-    codes = kernel.OK, kernel.DIVERGED, kernel.PILED_UP, kernel.UNRESOLVED
+    codes = course.OK, course.DIVERGED, course.PILED_UP, course.UNRESOLVED
     assert [STATUSES[code] for code in codes] == [Status.OK, Status.DIVERGED, Status.PILED_UP, Status.UNRESOLVED]
 
 

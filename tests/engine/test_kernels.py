@@ -17,9 +17,10 @@ from scipy.linalg import expm
 from engine import Reference
 from engine.drivers import closed
 from engine.kernels import phase as tables
+from engine.kernels.circle import circle
 from engine.kernels.jit import source_digest
 from engine.kernels.pendulums import joined, pressed, separated
-from engine.kernels.phase import POINTS, REACH, bend, circle, full, make_scratch, tabulate
+from engine.kernels.phase import POINTS, REACH, bend, full, make_scratch, tabulate
 from engine.kernels.root import NEWTON_LIMIT, NONE, first_root, in_interval, open_interval, to_bernstein
 from engine.simulate import simulate
 from tests import hard

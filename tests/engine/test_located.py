@@ -8,6 +8,7 @@ import pytest
 
 from engine import Newmark, Record, Status, System, motion, simulate
 from engine.drivers.located import LocatedDriver, pack
+from engine.kernels import landing
 from engine.kernels import located as kernel
 from engine.simulate import beginning
 from tests import truth
@@ -216,24 +217,24 @@ def test_a_dip_within_a_step_is_found_if_it_crosses(depth, contact):
     law = pack(System(), 1.08, Newmark(0.01, 0.0, 100, located=True))  # contact as soft as can be: two like sides
     side, h = (-1.0 if contact else 1.0), law.h
     displaced = -1.0 * side  # pendulum 2 accelerates by (κ² − 1) x less than pendulum 1 in either
-    bend = kernel.accelerations(law, contact, (displaced, 0.0, 0.0, 0.0, 0.0, 0.0), 1.0)[5] * side
+    bend = landing.accelerations(law, contact, (displaced, 0.0, 0.0, 0.0, 0.0, 0.0), 1.0)[5] * side
     assert bend > 0
     # the vertex lies half a step ahead; its height is found by stepping there, and set
     speed, gap = -0.5 * h * bend, 0.0
     for _ in range(30):
-        z = kernel.accelerations(law, contact, (displaced, 0.0, 0.0, side * gap, side * speed, 0.0), 1.0)
-        end = kernel.step(law, contact, z, h, kernel.cosine_at(law, 0, h))
+        z = landing.accelerations(law, contact, (displaced, 0.0, 0.0, side * gap, side * speed, 0.0), 1.0)
+        end = landing.step(law, contact, z, h, landing.cosine_at(law, 0, h))
         vertex = -speed / (0.5 * side * (z[5] + end[5]))
-        there = kernel.step(law, contact, z, vertex, kernel.cosine_at(law, 0, vertex))
+        there = landing.step(law, contact, z, vertex, landing.cosine_at(law, 0, vertex))
         gap -= side * there[3] + depth
     assert (end[3] <= 0.0) == contact  # the same side at both ends
-    theta, at, _ = kernel.change_within(law, contact, z, end, h, 0, 0.0)
+    theta, at, _ = landing.change_within(law, contact, z, end, h, 0, 0.0)
     if depth < 0:
         assert theta == math.inf
     else:
         assert 0 < theta < vertex
         for earlier in np.linspace(0, theta, 50, endpoint=False)[1:]:
-            assert side * kernel.step(law, contact, z, earlier, kernel.cosine_at(law, 0, earlier))[3] > 0
+            assert side * landing.step(law, contact, z, earlier, landing.cosine_at(law, 0, earlier))[3] > 0
         assert at[3] == 0.0
         assert side * at[4] < 0
 
