@@ -87,6 +87,10 @@ def test_the_view_of_a_study_comes_back(visit, tab, figures, choices):
     explorer = begun(visit(f"?tab={tab}&{SETTING}"), figures[0])
     for label, value in choices.items():
         panel(explorer).get_by_role("combobox", name=label).select_option(value)
+    # What is chosen is drawn at the range of its data: a zoom before that would be taken back.
+    chosen = choices.values()
+    wait_until(lambda: all(value in address(explorer).get("choice", "") for value in chosen), what="the choices drawn")
+    explorer.settle()
     zoomed(explorer, figures[0])
     second = visit(explorer.query())
     for label, value in choices.items():
