@@ -67,7 +67,7 @@ def _truth(value: object) -> bool:
 
 
 def _length(value: object) -> bool:
-    return _finite(value) and 0 <= value <= 20_000
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 20_000
 
 
 # (kind of model, attribute): what a value must be

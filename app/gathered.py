@@ -2,23 +2,31 @@
 
 A message of Bokeh's is three frames and more, each a call of the system's, and each call gives the interpreter's lock
 away: with solvers at work it comes back after milliseconds.
+
+Nobody waits until the browser has taken it: Bokeh would, with the session locked, and one that never reads would stop
+whoever else looks at that session. So it may pile up, to a bound.
 """
 
 from __future__ import annotations
 
 import asyncio
 from asyncio import Future
+from collections.abc import Callable
 
 from tornado.iostream import IOStream, StreamClosedError
 
 _CONTROL = 0x08  # close, ping, pong: in the opcode, RFC 6455, 5.2
+# Bytes that wait for a browser, at most: more than any file that can be taken away.
+UNREAD = 16_000_000
 
 
 class Gathered:
-    """Takes the place of a stream's ``write``, for frames of a websocket."""
+    """Takes the place of a stream's ``write``, for frames of a websocket; ``let_go`` ends one that does not read."""
 
-    def __init__(self, stream: IOStream) -> None:
-        self._write = stream.write
+    def __init__(self, stream: IOStream, let_go: Callable[[], None]) -> None:
+        self._stream, self._write = stream, stream.write
+        self._let_go = let_go
+        self._unread = False
         self._frames: list[bytes] = []
         self._sent: Future[None] = Future()
 
@@ -39,22 +47,14 @@ class Gathered:
         frames, sent = b"".join(self._frames), self._sent
         self._frames = []
         try:
-            self._write(frames).add_done_callback(lambda written: _pass_on(written, sent))
+            self._write(frames)
         except StreamClosedError as error:
-            _fail(sent, error)
-
-
-def _pass_on(written: Future, sent: Future) -> None:
-    error = None if written.cancelled() else written.exception()
-    if sent.done():
-        return
-    if error is None:
-        sent.set_result(None)
-    else:
-        _fail(sent, error)
-
-
-def _fail(sent: Future, error: BaseException) -> None:
-    if not sent.done():
-        sent.set_exception(error)
-        sent.exception()  # whoever does not wait for it need not hear of it
+            if not sent.done():
+                sent.set_exception(error)
+                sent.exception()  # whoever does not wait for it need not hear of it
+        else:
+            if not sent.done():
+                sent.set_result(None)
+            if not self._unread and len(self._stream._write_buffer or b"") > UNREAD:
+                self._unread = True  # before the word of farewell, which is written here too
+                self._let_go()

@@ -53,6 +53,7 @@ def configure(form: str = "text", level: str = "info") -> None:
     handler.setFormatter(Json() if form == "json" else Text())
     handler.addFilter(left_in_the_middle)
     logging.basicConfig(handlers=[handler], level=logging.WARNING, force=True)
+    logging.captureWarnings(True)
     for name in ("bokeh", "panel"):  # these come with handlers of their own
         library = logging.getLogger(name)
         library.handlers.clear()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from functools import partial
 
 from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
 from panel.io.server import WSHandler
@@ -14,8 +15,6 @@ from app.limits import Bucket
 
 # Messages of one connection: a drag sends fifteen a second, each frame drawn for the first time some forty sizes.
 _RATE, _BURST, _PULL = 60, 600, 30
-# Bytes that wait for a browser, at most: several whole pages. One that never reads would let them pile up.
-_UNREAD = 4_000_000
 _FAILED = "This could not be done. The fault is the server's, and it has been noted."
 
 
@@ -35,11 +34,10 @@ class Socket(WSHandler):
         house, begun = self.application.settings["house"], time.monotonic()
         session_id = get_session_id(token)
         self._bucket = Bucket(_RATE, _BURST)
-        self._waiting = 0  # bytes of messages whose turn to be written has not come
         self._session_name = logs.name_of(session_id)
         # A message is many small frames: else the last wait until the receiver's delayed acknowledgement, 40 ms.
         self.set_nodelay(True)
-        self.ws_connection.stream.write = Gathered(self.ws_connection.stream)
+        self.ws_connection.stream.write = Gathered(self.ws_connection.stream, partial(self._refuse, "it does not read"))
         with logs.named(self._session_name):
             reason = house.refusal()
             if reason and not house.knows(session_id):
@@ -93,26 +91,6 @@ class Socket(WSHandler):
             return self.connection.ok(message)
         message.content = {"events": passed}
         return _in_plain_words(await super()._handle(message))
-
-    async def send_message(self, message) -> None:
-        """A message whose turn comes when those before it are written."""
-        size = len(message.content_json) + sum(memoryview(buffer.data).nbytes for buffer in message._buffers)
-        self._waiting += size
-        try:
-            await super().send_message(message)
-        finally:
-            self._waiting -= size
-
-    def ping(self, data: str | bytes = b"") -> None:
-        """Sent twice a minute, and so the time to see whether a browser reads that itself says nothing."""
-        if not self._reads():
-            self._refuse("it does not read")
-            return
-        super().ping(data)
-
-    def _reads(self) -> bool:
-        unwritten = self.ws_connection.stream._write_buffer if self.ws_connection else None  # none once it is closed
-        return self._waiting + len(unwritten or b"") <= _UNREAD
 
     def on_close(self) -> None:
         """The browser has gone."""

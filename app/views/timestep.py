@@ -134,7 +134,7 @@ class TimeStepView:
             write(self.sizes[name, scheme], _narrow(shown))
 
     def _tapped(self, event: Tap) -> None:
-        if event.x and np.isfinite(event.x) and self._stage is not None:
+        if event.x is not None and 0 < event.x < np.inf and self._stage is not None:
             self._on_steps(int(self._stage.steps[self._stage.nearest(event.x)]))
 
 

@@ -4,31 +4,32 @@ from asyncio import Future
 import pytest
 from tornado.iostream import StreamClosedError
 
-from app.gathered import Gathered
+from app.gathered import UNREAD, Gathered
 
 TEXT, CLOSE = b"\x81\x01a", b"\x88\x00"
 
 
 class Stream:
-    def __init__(self, fault=None):
-        self.written, self.fault = [], fault
+    def __init__(self, closed=False):
+        self.written, self.closed = [], closed
+        self._write_buffer = bytearray()  # as Tornado keeps what the system has not taken
 
     def write(self, data):
-        if self.fault == "at once":
+        if self.closed:
             raise StreamClosedError
         self.written.append(data)
-        sent = Future()
-        if self.fault:
-            sent.set_exception(StreamClosedError())
-        else:
-            sent.set_result(None)
-        return sent
+        self._write_buffer += data
+        return Future()  # never done: nobody reads
+
+
+def nobody():
+    raise AssertionError("it reads")
 
 
 def test_frames_of_one_turn_leave_together():
     async def steps():
         stream = Stream()
-        write = Gathered(stream)
+        write = Gathered(stream, nobody)
         sent = [write(TEXT), write(TEXT)]
         assert stream.written == []
         await asyncio.gather(*sent)
@@ -41,7 +42,7 @@ def test_frames_of_one_turn_leave_together():
 def test_a_control_frame_waits_for_nothing():
     async def steps():
         stream = Stream()
-        write = Gathered(stream)
+        write = Gathered(stream, nobody)
         write(TEXT)
         write(CLOSE)
         return stream.written  # and nothing later
@@ -49,10 +50,25 @@ def test_a_control_frame_waits_for_nothing():
     assert asyncio.run(steps()) == [TEXT + CLOSE]
 
 
-@pytest.mark.parametrize("fault", ["at once", "later"])
-def test_whoever_waits_hears_that_the_connection_is_gone(fault):
+def test_whoever_waits_hears_that_the_connection_is_gone():
     async def steps():
         with pytest.raises(StreamClosedError):
-            await Gathered(Stream(fault))(TEXT)
+            await Gathered(Stream(closed=True), nobody)(TEXT)
 
     asyncio.run(steps())
+
+
+def test_one_that_never_reads_holds_up_nobody_and_is_let_go_once():
+    async def steps():
+        stream, let_go = Stream(), []
+
+        def farewell():
+            let_go.append(len(stream._write_buffer))
+            write(CLOSE)
+
+        write = Gathered(stream, farewell)
+        for _ in range(20):
+            await asyncio.wait_for(write(bytes(1_000_000)), 1)
+        return let_go
+
+    assert asyncio.run(steps()) == [UNREAD + 1_000_000]
