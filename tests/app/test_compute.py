@@ -10,7 +10,7 @@ import pytest
 
 from app import logs
 from app.cache import Cache
-from app.compute import Frame, Latest, frame_of
+from app.compute import ORBIT_PERIODS, Frame, Latest, frame_of
 from app.state import Explorer
 from engine import Cancelled
 
@@ -212,3 +212,15 @@ def test_a_diverged_run_is_a_result():
     assert frame.penalty.response.status == "diverged"
     assert frame.penalty.trace is None
     assert frame.reference.response.ok
+
+
+@pytest.mark.parametrize("solver", ["reference", "penalty"])
+def test_a_motion_that_does_not_repeat_is_drawn_over_twelve_periods_that_end_in_the_trace(solver):
+    run = getattr(frame_of(SETTING._replace(eta=1.7), cache=Cache(0)), solver)
+    assert run.motion.period == 0
+    first, last = run.orbit.time[[0, -1]]
+    assert last - first == pytest.approx(ORBIT_PERIODS * run.response.period)
+    assert last == run.trace.time[-1]
+    _, mine, theirs = np.intersect1d(run.orbit.time, run.trace.time, return_indices=True)
+    assert len(mine) > 1000
+    assert (run.orbit.displacement[:, mine] == run.trace.displacement[:, theirs]).all()

@@ -111,6 +111,14 @@ def test_the_gate_lets_a_zoom_through():
     assert gate.sift({"events": [zoom, changed(ends.id, "name", "x")]}, doc) == ([zoom], 1)
 
 
+@pytest.mark.parametrize(("size", "passes"), [(0, True), (1440, True), (4.01, False), (-1, False), (10**9, False)])
+def test_a_frame_has_a_whole_number_of_pixels(size, passes):
+    doc, plot = Document(), Plot()
+    doc.add_root(plot)
+    told = changed(plot.id, "inner_width", size)
+    assert gate.sift({"events": [told]}, doc) == (([told], 0) if passes else ([], 1))
+
+
 @pytest.mark.parametrize(
     ("name", "told", "passes"),
     [
