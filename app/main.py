@@ -6,7 +6,7 @@ import panel as pn
 from bokeh.document import Document
 from panel.io.resources import LOCAL_DIST
 
-from app.files import asset, style
+from app.files import asset, script, style
 from app.session import Session
 from app.views.base import THEME
 
@@ -20,7 +20,7 @@ pn.extension(respect_explicit_sizing=True)
 def create_app() -> pn.Column:
     """The page for the session that is being opened."""
     doc = pn.state.curdoc
-    doc.template = asset("page.html").replace("TOKENS", asset("style/tokens.css"))
+    doc.template = asset("page.html").replace("TOKENS", asset("style/tokens.css")).replace("PAINTING", script("painting"))
     # Panel says so only where the session is built with the page; else its style sheets come from another host.
     doc.template_variables["dist_url"] = LOCAL_DIST
     doc.theme = THEME

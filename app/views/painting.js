@@ -1,0 +1,82 @@
+// What Bokeh does for each paint and our figures don't need: it asks the browser for styles between writing others, so
+// that all styles are computed anew some sixty times a paint, and prepares looks of curves that nobody sees. Measured
+// at a key press, that was half of the page's work. It stands in the page's head: before any figure is made.
+//
+// Nothing here changes what is painted. Should a later Bokeh lack a name, that part stays as Bokeh has it.
+
+function only(path, name, change) {
+  try { change(Bokeh.loader[path][name].prototype); } catch (error) { console.warn(`${name} is left as it is`, error); }
+}
+
+// Colours by CSS variables (--bk-…), asked for one by one: our themes exchange the models' own colours.
+only("core/visuals/visual", "VisualProperties", (visual) => {
+  visual._get_css_value = () => "";
+});
+
+// The same text as before, written again, makes the browser read it again.
+only("core/dom", "InlineStyleSheet", (sheet) => {
+  const update = sheet._update;
+  sheet._update = function (css) {
+    if (css !== this.written) update.call(this, css);
+    this.written = css;
+  };
+});
+
+// What an "em" is: asked for with each label of an axis. Our fonts are in pixels.
+only("models/plots/plot_canvas", "PlotView", (plot) => {
+  const asked = Object.getOwnPropertyDescriptor(plot, "base_font_size").get;
+  Object.defineProperty(plot, "base_font_size", {
+    get() {
+      this.em ??= asked.call(this);
+      return this.em;
+    },
+  });
+});
+
+only("models/renderers/glyph_renderer", "GlyphRendererView", (curve) => {
+  // The place of a curve's element, another with each of its numbers: nothing lies in it.
+  curve.update_position = () => {};
+  // Beside its own look, which is built first, a curve has four: selected, not selected, muted, thinned.
+  const build = curve.build_glyph_view;
+  curve.build_glyph_view = async function (glyph) {
+    const look = await build.call(this, glyph);
+    return this.glyph ? whenPainted(look) : look;
+  };
+});
+
+// A look that takes its numbers not when they come but when it is painted, the latest of them.
+function whenPainted(look) {
+  const due = new Map();
+  for (const name of ["set_data", "set_visuals", "after_visuals", "map_data"]) {
+    const act = look[name];
+    look[name] = (...given) => { due.set(name, () => act.apply(look, given)); };
+  }
+  const paint = look.paint;
+  look.paint = (...given) => {
+    for (const act of due.values()) act();
+    due.clear();
+    paint.apply(look, given);
+  };
+  return look;
+}
+
+// A legend makes its entries anew, and paints each on a canvas of its own, with each number of the curves it names.
+only("models/annotations/legend", "LegendView", (legend) => {
+  const render = legend._render_items;
+  legend._render_items = function () {
+    const states = JSON.stringify(this.model.items.map((item) => [item.visible, this.is_active(item)]));
+    if (this._should_rerender_items || states !== this.states) render.call(this);
+    this.states = states;
+  };
+  const paint = legend._paint_glyphs;
+  legend._paint_glyphs = function () {
+    const curves = this.entries.flatMap(({ item }) => item.renderers).map((curve) => this.plot_view.views.find_one(curve));
+    const looks = JSON.stringify([devicePixelRatio, curves.map((curve) => curve && looksOf(curve.glyph))]);
+    if (looks !== this.entries.painted) paint.call(this);
+    this.entries.painted = looks; // new entries have none
+  };
+});
+
+const looksOf = ({ data_size, visuals }) => {
+  return [data_size > 0, ...[...visuals].flatMap((visual) => [...visual]).map((property) => property.get_value())];
+};
