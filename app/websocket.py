@@ -9,7 +9,7 @@ from functools import partial
 from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
 from panel.io.server import WSHandler
 
-from app import gate, logs, metrics
+from app import gate, logs, metrics, patch
 from app.gathered import Gathered
 from app.limits import Bucket
 
@@ -47,6 +47,7 @@ class Socket(WSHandler):
                 return
             new = not house.knows(session_id)
             await super()._async_open(token)
+            patch.speak(self.connection.protocol)
             if new:
                 seconds = time.monotonic() - begun
                 metrics.OPENED.add("opened")

@@ -81,14 +81,20 @@ def _question(setting: Setting) -> object:
 def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> words.Meaning:
     meaning = _KEPT.get(_question(setting))
     if meaning is None:
-        _stand_back()
-        meaning = words.explain(frame_of(setting, cancelled), cancelled)
+        asked = _standing_back(cancelled)
+        asked()
+        meaning = words.explain(frame_of(setting, asked), asked)
         _KEPT.put(_question(setting), meaning)
     return meaning
 
 
-def _stand_back() -> None:
-    """Curves come first: wait until nobody waits for any, but not for ever."""
+def _standing_back(cancelled: Callable[[], bool] | None) -> Callable[[], bool]:
+    """Curves come first: whenever it is asked, it waits until nobody waits for any, but not for ever in all."""
     end = time.monotonic() + _PATIENCE
-    while jobs() and time.monotonic() < end:
-        time.sleep(_LOOKS)
+
+    def asked() -> bool:
+        while jobs() and time.monotonic() < end:
+            time.sleep(_LOOKS)
+        return cancelled is not None and cancelled()
+
+    return asked
