@@ -4,13 +4,19 @@ The visitors speak Bokeh's websocket protocol without a browser, so that what is
 the machine with it. Each move is to a setting that nobody has asked for: both models are solved and, a moment later,
 their difference is explained. One visitor alone is measured before and after the forty.
 
+The server is what ``compose.yaml`` starts, two replicas with half of the visitors each; beside it, all of them in one
+process, where a loop and solvers that share the interpreter's lock leave a third of two cores idle.
+
 .venv/bin/python benchmarks/sessions.py
 """
 
 import asyncio
+import functools
+import itertools
 import statistics
 import time
 import urllib.request
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +24,7 @@ from _pages import alive, explorer, free_port, wait_until
 
 from tests.browserless import Client, mapped
 
+REPLICAS = 2
 MANY, SECONDS = 40, 20
 WARM, COMING, AT_ONCE = 200, 1000, 8
 RATIO, GROWTH = 2.5, 10  # wanted: 95th percentile of the many against one's; kB a session
@@ -61,13 +68,14 @@ class Visitor:
         return taken[2:]  # the first explains the page itself
 
 
-async def together(url, process, numbers):
-    """Seconds of every move of so many visitors at once, and the server's CPU time (s) of one."""
-    visitors = [await Visitor(url, number).come() for number in numbers]
-    begun = cpu_seconds(process)
+async def together(servers, numbers):
+    """Seconds of every move of so many visitors at once, and the servers' CPU time (s) of one."""
+    ports = itertools.cycle(servers)
+    visitors = [await Visitor(url_of(next(ports)), number).come() for number in numbers]
+    begun = sum(map(cpu_seconds, servers.values()))
     stays = (visitor.stay(n / len(visitors)) for n, visitor in enumerate(visitors))
     taken = [seconds for stay in await asyncio.gather(*stays) for seconds in stay]
-    return taken, (cpu_seconds(process) - begun) / (len(visitors) * SECONDS)
+    return taken, (sum(map(cpu_seconds, servers.values())) - begun) / (len(visitors) * SECONDS)
 
 
 async def come_and_go(url, count):
@@ -79,6 +87,11 @@ async def come_and_go(url, count):
             await client.ready()
 
     await asyncio.gather(*(visit() for _ in range(count)))
+
+
+def url_of(port):
+    """Where a server is."""
+    return f"http://127.0.0.1:{port}"
 
 
 def kilobytes(process):
@@ -99,27 +112,28 @@ def empty(port):
     return "vibroscope_sessions 0\n" in answer
 
 
-def busy(url, process):
-    """One visitor, many, one again."""
-    before, one = asyncio.run(together(url, process, [MANY + 1]))
-    many, each = asyncio.run(together(url, process, range(MANY)))
-    alone = before + asyncio.run(together(url, process, [MANY + 2]))[0]
-    print(f"{'a move every second each':32}{'median':>10}{'p95':>10}{'worst':>10}   ms from move to figures")
+def busy(servers):
+    """One visitor, many, one again, of as many servers."""
+    before, one = asyncio.run(together(servers, [MANY + 1]))
+    many, each = asyncio.run(together(servers, range(MANY)))
+    alone = before + asyncio.run(together(servers, [MANY + 2]))[0]
+    where = f"{len(servers)} replicas" if len(servers) > 1 else "one process"
+    print(f"\n{'a move every second each, ' + where:40}{'median':>10}{'p95':>10}{'worst':>10}   ms to figures")
     for name, taken in (("one visitor", alone), (f"{MANY} visitors", many)):
         figures = (statistics.median(taken), np.quantile(taken, 0.95), max(taken))
-        print(f"{name:32}" + "".join(f"{1000 * figure:10.0f}" for figure in figures))
+        print(f"{name:40}" + "".join(f"{1000 * figure:10.0f}" for figure in figures))
     ratio = np.quantile(many, 0.95) / np.quantile(alone, 0.95)
-    verdict = "" if ratio <= RATIO else "  missed"
-    print(f"95th percentile of {MANY} against one: {ratio:.2f}× (wanted ≤ {RATIO}×){verdict}")
+    wanted = f" (wanted ≤ {RATIO}×){'' if ratio <= RATIO else '  missed'}" if len(servers) == REPLICAS else ""
+    print(f"95th percentile of {MANY} against one: {ratio:.2f}×{wanted}")
     print(f"the server's CPU time: {1000 * one:.0f} ms a move of one, {1000 * each:.0f} ms of {MANY}", flush=True)
 
 
-def coming_and_going(url, port, process):
+def coming_and_going(port, process):
     """Memory before and after."""
     kept = []
     for count in (WARM, COMING):
         begun = cpu_seconds(process)
-        asyncio.run(come_and_go(url, count))
+        asyncio.run(come_and_go(url_of(port), count))
         cost = (cpu_seconds(process) - begun) / count
         wait_until(lambda: empty(port), "all sessions end", every=0.5)
         kept.append(kilobytes(process))
@@ -129,14 +143,26 @@ def coming_and_going(url, port, process):
     print(f"the server's CPU time: {1000 * cost:.0f} ms a session")
 
 
+@contextmanager
+def serving(count):
+    """So many servers that have loaded their kernels: processes by port."""
+    environment = {"VIBROSCOPE_SESSIONS": "10000", "VIBROSCOPE_THREADS": "2", "VIBROSCOPE_LOG_LEVEL": "error"}
+    with ExitStack() as stack:
+        ports = [free_port() for _ in range(count)]
+        servers = {port: stack.enter_context(explorer(port, environment=environment)) for port in ports}
+        for port in servers:
+            wait_until(functools.partial(alive, port), "the explorer answers")
+            asyncio.run(come_and_go(url_of(port), 1))
+        yield servers
+
+
 def main():
     """Print both."""
-    port = free_port()
-    url = f"http://127.0.0.1:{port}"
-    with explorer(port, environment={"VIBROSCOPE_SESSIONS": "10000", "VIBROSCOPE_LOG_LEVEL": "error"}) as process:
-        wait_until(lambda: alive(port), "the explorer answers")
-        busy(url, process)
-        coming_and_going(url, port, process)
+    for count in (REPLICAS, 1):
+        with serving(count) as servers:
+            busy(servers)
+            if count == 1:
+                coming_and_going(*next(iter(servers.items())))
 
 
 if __name__ == "__main__":

@@ -60,23 +60,17 @@ function whenPainted(look) {
   return look;
 }
 
-// A legend makes its entries anew, and paints each on a canvas of its own, with each number of the curves it names.
+// A legend makes its entries anew with each number of the curves that they name.
 only("models/annotations/legend", "LegendView", (legend) => {
-  const render = legend._render_items;
+  const render = legend.render;
+  legend.render = function () {
+    this.states = null; // a change of the legend's own
+    render.call(this);
+  };
+  const renderItems = legend._render_items;
   legend._render_items = function () {
     const states = JSON.stringify(this.model.items.map((item) => [item.visible, this.is_active(item)]));
-    if (this._should_rerender_items || states !== this.states) render.call(this);
+    if (this._should_rerender_items || states !== this.states) renderItems.call(this);
     this.states = states;
   };
-  const paint = legend._paint_glyphs;
-  legend._paint_glyphs = function () {
-    const curves = this.entries.flatMap(({ item }) => item.renderers).map((curve) => this.plot_view.views.find_one(curve));
-    const looks = JSON.stringify([devicePixelRatio, curves.map((curve) => curve && looksOf(curve.glyph))]);
-    if (looks !== this.entries.painted) paint.call(this);
-    this.entries.painted = looks; // new entries have none
-  };
 });
-
-const looksOf = ({ data_size, visuals }) => {
-  return [data_size > 0, ...[...visuals].flatMap((visual) => [...visual]).map((property) => property.get_value())];
-};
