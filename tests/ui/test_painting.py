@@ -1,0 +1,64 @@
+"""What Bokeh does for each paint and our figures leave out (`app/views/painting.js`); what fails to, complains."""
+
+import pytest
+
+ASKED = """(() => {
+  window.asked = 0;
+  const ask = CSSStyleDeclaration.prototype.getPropertyValue;
+  CSSStyleDeclaration.prototype.getPropertyValue = function (name) {
+    window.asked += name.startsWith("--bk-");
+    return ask.call(this, name);
+  };
+})()"""
+KEEP = """(() => {
+  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("phase1").id);
+  window.legend = view.views.find_one(view.model.center.find(part => part.type === "Legend"));
+  window.kept = legend.entries;
+  window.curve = view.views.find_one(legend.model.items[1].renderers[0]);
+})()"""
+MUTE = "on => { for (const curve of legend.model.items[1].renderers) curve.muted = on; }"
+PAINTED = """() => {
+  curve.muted_glyph.paint(new Proxy(curve.plot_view.canvas_view.primary.ctx, {
+    get: (context, name) => (typeof context[name] === "function" ? () => {} : context[name]),
+    set: () => true,
+  }), curve.all_indices.ones());
+  return { x: Array.from(curve.muted_glyph.x), sx: Array.from(curve.muted_glyph.sx), base: Array.from(curve.glyph.x) };
+}"""
+
+
+@pytest.fixture
+def explorer(visit):
+    page = visit()
+    page.page.evaluate(KEEP)
+    return page
+
+
+def test_no_style_is_asked_for_while_figures_paint(explorer):
+    explorer.page.evaluate(ASKED)
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    assert explorer.page.evaluate("window.asked") == 0
+
+
+def test_a_legend_keeps_its_entries_until_one_of_them_changes(explorer):
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    assert explorer.page.evaluate("legend.entries === kept && kept.length === 2")
+    explorer.page.evaluate(MUTE, True)
+    explorer.until("legend.entries !== kept && legend.entries[1].el.className.includes('inactive')")
+    assert explorer.page.evaluate("legend.entries.length") == 2
+
+
+def test_a_legend_that_folds_makes_its_entries_anew(explorer):
+    explorer.page.evaluate("legend.model.ncols = 1")
+    explorer.until("legend.entries !== kept")
+
+
+def test_a_look_that_was_not_seen_has_the_latest_numbers_when_it_is(explorer):
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    explorer.page.evaluate(MUTE, True)
+    explorer.settle()
+    first = explorer.page.evaluate(PAINTED)
+    assert first["x"] == first["base"] == explorer.page.evaluate("Array.from(curve.glyph.x)")
+    explorer.moved(lambda: explorer.type("eta", "1.2"))
+    second = explorer.page.evaluate(PAINTED)
+    assert second["x"] == second["base"] != first["x"]
+    assert len(second["sx"]) == len(second["x"])
