@@ -20,7 +20,8 @@ pn.extension(respect_explicit_sizing=True)
 def create_app() -> pn.Column:
     """The page for the session that is being opened."""
     doc = pn.state.curdoc
-    doc.template = asset("page.html").replace("TOKENS", asset("style/tokens.css")).replace("PAINTING", script("painting"))
+    template = asset("page.html").replace("TOKENS", asset("style/tokens.css"))
+    doc.template = template.replace("PAINTING", script("painting"))
     # Panel says so only where the session is built with the page; else its style sheets come from another host.
     doc.template_variables["dist_url"] = LOCAL_DIST
     doc.theme = THEME
