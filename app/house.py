@@ -7,7 +7,9 @@ Bokeh's script sends along; so a flood of page requests builds nothing.
 
 from __future__ import annotations
 
+import asyncio
 import logging
+from functools import partial
 
 import panel as pn
 from bokeh.server import tornado as bokeh_tornado
@@ -15,11 +17,11 @@ from bokeh.util.token import generate_jwt_token, generate_session_id
 from panel.io.resources import Resources
 from panel.io.server import DocHandler, server_html_page_for_session
 from panel.io.state import set_curdoc
-from tornado.httputil import HTTPServerRequest
 
 from app import logs, metrics
 from app.files import asset, style
 from app.main import create_app
+from app.spare import PLAIN, Spare
 
 TOKEN_SECONDS = 300
 _FULL = "This server holds as many sessions as it can. Please try again in a minute."
@@ -36,24 +38,27 @@ class House:
     def __init__(self, most: int) -> None:
         self._most = most
         self._page = ""
+        self._ends: set[asyncio.Task] = set()  # a task that nobody holds may vanish
         self.stopping = False
 
     async def open(self, server: bokeh_tornado.BokehTornado) -> None:
         """Make the page from a session that no browser comes to, and that therefore ends soon."""
         self._context = server.applications["/"]
-        session = await self._context.create_session_if_needed(self._OWN, HTTPServerRequest("GET", "/"))
+        session = await self._context.create_session_if_needed(self._OWN, PLAIN)
         doc = session.document
         with set_curdoc(doc):
             resources = Resources.from_bokeh(server.resources())
             self._page = server_html_page_for_session(
                 session, resources, doc.title, self._MARK, doc.template, doc.template_variables
             )
+        self.spare = Spare(self._context, partial(generate_session_id, secret_key=server.secret_key, signed=True))
+        self._ends.add(asyncio.get_running_loop().create_task(self.spare.keep(lambda: not self.refusal())))
         metrics.SESSIONS.read = lambda: self.sessions
 
     @property
     def sessions(self) -> int:
         """Sessions held, those included whose browser has just gone."""
-        return sum(session.id != self._OWN for session in self._context.sessions)
+        return sum(session.id != self._OWN and not self.spare.holds(session.id) for session in self._context.sessions)
 
     def refusal(self) -> str:
         """Why nobody may come in now, or nothing."""
@@ -62,8 +67,9 @@ class House:
         return _FULL if self.sessions >= self._most else ""
 
     def knows(self, session_id: str) -> bool:
-        """Whether this session is held."""
-        return any(session.id == session_id for session in self._context.sessions)
+        """Whether this session is held, for a browser."""
+        held = any(session.id == session_id for session in self._context.sessions)
+        return held and not self.spare.holds(session_id)
 
     def page(self, token: str) -> str:
         """The page for one session."""
@@ -91,7 +97,8 @@ class Page(DocHandler):
             self.set_header("Retry-After", "60")
             self.write(asset("refused.html").replace("REASON", reason))
             return
-        session_id = generate_session_id(secret_key=app.secret_key, signed=True)
+        spare = "" if self.request.query or self.request.method != "GET" else house.spare.lend()
+        session_id = spare or generate_session_id(secret_key=app.secret_key, signed=True)
         self.write(
             house.page(generate_jwt_token(session_id, secret_key=app.secret_key, signed=True, expiration=TOKEN_SECONDS))
         )

@@ -46,6 +46,7 @@ class Socket(WSHandler):
                 self.close(1013, reason[:100])
                 return
             new = not house.knows(session_id)
+            house.spare.opened(session_id)
             await super()._async_open(token)
             patch.speak(self.connection.protocol)
             if new:
@@ -60,6 +61,7 @@ class Socket(WSHandler):
         if isinstance(fragment, bytes) or self.receiver is None:
             self._refuse("a frame that is not the page's")
             return
+        self.application.settings["house"].spare.heard()
         await super().on_message(fragment)
 
     async def _receive(self, fragment: str):
