@@ -2,7 +2,7 @@
 
 A request for the page costs about a millisecond: the page is the same for everyone but for a signed token, so it
 is made once. Only when the browser then opens its websocket with that token is a session built, from the address that
-Bokeh's script sends along; so a flood of page requests builds nothing.
+Bokeh's script sends along; so a flood of page requests builds nothing. One session is kept ready (`app.spare`).
 """
 
 from __future__ import annotations

@@ -37,10 +37,12 @@ class Patch(patch_doc):
         invoke_with_curdoc(doc, partial(self._apply, doc, setter))
 
     def _apply(self, doc: Document, setter: object) -> None:
-        events = self.content["events"]
-        meant = [doc.models.get_by_id(reference["id"]) for event in events if (reference := _model_of(event))]
-        for event in Deserializer(meant, setter=setter).deserialize(events):
-            DocumentPatchedEvent.handle_event(doc, event, setter)
+        for event in self.content["events"]:
+            reference = _model_of(event)
+            meant = [doc.models.get_by_id(reference["id"])] if reference else []
+            if None not in meant:  # one that went while the document was locked has nothing to hear any more
+                told = Deserializer(meant, setter=setter).deserialize(event)
+                DocumentPatchedEvent.handle_event(doc, told, setter)
 
 
 class _Serializer(Serializer):
