@@ -24,14 +24,19 @@ function takeMenu(model) {
     shown,
     told,
   );
-  const draw = () => shown.replaceChildren(...(model.offers.length ? [
+  const whole = [ // made once: what is being clicked must not go while more figures come
     row("Report (HTML)", button("Save", "Save the report", () => ask("report"))),
     row("All data (JSON)", button("Save", "Save all data as JSON", () => ask("json"))),
-    ...model.offers.map(([name, title, drawn, tabled]) => row(title,
+  ];
+  const each = element("div");
+  const draw = () => {
+    if (!model.offers.length) shown.replaceChildren();
+    else if (!shown.childElementCount) shown.replaceChildren(...whole, each);
+    each.replaceChildren(...model.offers.map(([name, title, drawn, tabled]) => row(title,
       ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, title, "png")),
         button("SVG", `${title} as SVG`, () => saveFigure(name, title, "svg"))] : []),
-      ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []))),
-  ] : []));
+      ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []))));
+  };
   model.on("offers", draw);
   draw();
   model.on("msg:custom", async (message) => {
