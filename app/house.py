@@ -38,7 +38,7 @@ class House:
     def __init__(self, most: int) -> None:
         self._most = most
         self._page = ""
-        self._ends: set[asyncio.Task] = set()  # a task that nobody holds may vanish
+        self._tasks: set[asyncio.Task] = set()  # a task that nobody holds may vanish
         self.stopping = False
 
     async def open(self, server: bokeh_tornado.BokehTornado) -> None:
@@ -52,7 +52,7 @@ class House:
                 session, resources, doc.title, self._MARK, doc.template, doc.template_variables
             )
         self.spare = Spare(self._context, partial(generate_session_id, secret_key=server.secret_key, signed=True))
-        self._ends.add(asyncio.get_running_loop().create_task(self.spare.keep(lambda: not self.refusal())))
+        self._tasks.add(asyncio.get_running_loop().create_task(self.spare.keep(lambda: not self.refusal())))
         metrics.SESSIONS.read = lambda: self.sessions
 
     @property
