@@ -120,7 +120,7 @@ class Link {
 function afterPaint(done) {
   // A hidden page paints nothing, yet the server must not wait for it.
   if (document.hidden) setTimeout(done, 0);
-  else requestAnimationFrame(() => setTimeout(done, 0));
+  else requestAnimationFrame(done);
 }
 
 function scenes(list, link) {

@@ -74,3 +74,22 @@ only("models/annotations/legend", "LegendView", (legend) => {
     this.states = states;
   };
 });
+
+// A tooltip that follows the pointer costs more than all else that a move does: it comes where the pointer rests.
+const RESTS = 100; // ms
+
+only("models/tools/inspectors/hover_tool", "HoverToolView", (hover) => {
+  const inspect = hover._inspect;
+  hover._inspect = function (sx, sy, dims) {
+    clearTimeout(this.resting);
+    const look = () => inspect.call(this, sx, sy, dims);
+    if (!Number.isFinite(sx + sy)) {
+      look(); // the pointer has left: nothing is there
+      return;
+    }
+    const place = `${sx} ${sy}`;
+    if (place !== this.place) this.ttmodels.forEach((tooltip) => tooltip.clear());
+    this.place = place;
+    this.resting = setTimeout(look, RESTS);
+  };
+});

@@ -25,6 +25,18 @@ PAINTED = """() => {
   return { x: Array.from(curve.muted_glyph.x), sx: Array.from(curve.muted_glyph.sx), base: Array.from(curve.glyph.x) };
 }"""
 
+# A point of the first displacement, on the page, and how many tooltips that figure shows.
+NEAR = """(() => {
+  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("displacement").id);
+  const hover = [...view.tool_views.values()].find(tool => tool.model.type === "HoverTool");
+  const { data } = Bokeh.documents[0].get_model_by_name("displacements");
+  const column = name => data instanceof Map ? data.get(name) : data[name];
+  const box = view.canvas_view.el.getBoundingClientRect(), n = Math.floor(column("t").length / 2);
+  window.near = [box.x + view.frame.x_scale.compute(column("t")[n]),
+    box.y + view.frame.y_scale.compute(column("reference1")[n])];
+  window.tips = () => [...hover.ttmodels.values()].filter(tip => tip.position !== null).length;
+})()"""
+
 
 @pytest.fixture
 def explorer(visit):
@@ -62,3 +74,18 @@ def test_a_look_that_was_not_seen_has_the_latest_numbers_when_it_is(explorer):
     second = explorer.page.evaluate(PAINTED)
     assert second["x"] == second["base"] != first["x"]
     assert len(second["sx"]) == len(second["x"])
+
+
+def test_a_tooltip_waits_for_the_pointer_to_rest(explorer):
+    """It is there where the pointer rests, and gone as soon as it moves on."""
+    explorer.page.evaluate(NEAR)
+    x, y = explorer.page.evaluate("near")
+    explorer.page.mouse.move(x, y)
+    assert explorer.page.evaluate("tips() === 0")
+    explorer.until("tips() > 0")
+    explorer.page.mouse.move(x + 60, y)
+    assert explorer.page.evaluate("tips() === 0")
+    explorer.page.mouse.move(x, y)
+    explorer.until("tips() > 0")
+    explorer.page.mouse.move(5, 5)
+    explorer.until("tips() === 0")
