@@ -12,6 +12,9 @@ import logging
 import time
 from collections.abc import Callable
 
+from bokeh.core.serialization import Serialized
+from bokeh.document import Document
+from bokeh.document.events import DocumentChangedEvent, DocumentPatchedEvent
 from bokeh.server.contexts import ApplicationContext
 from tornado.httputil import HTTPHeaders, HTTPServerRequest, RequestStartLine
 
@@ -78,4 +81,25 @@ class Spare:
             session = await self._context.create_session_if_needed(session_id, PLAIN)
             logs.event("session kept ready", logging.DEBUG)
         session.block_expiration()
+        _write_down(session.document)
         self._ready = session_id
+
+
+def _write_down(doc: Document) -> None:
+    """Make now what a browser is told first: a quarter of a second that it need not wait for."""
+    written = doc.to_json()
+
+    def told_once(**_) -> Serialized:
+        forget()
+        return written
+
+    def changed(event: DocumentChangedEvent) -> None:
+        if isinstance(event, DocumentPatchedEvent):  # the browser would see it
+            forget()
+
+    def forget() -> None:
+        doc.remove_on_change(changed)
+        del doc.to_json
+
+    doc.to_json = told_once
+    doc.on_change(changed)

@@ -6,6 +6,8 @@ import json
 import time
 
 import pytest
+from bokeh.document import Document
+from bokeh.models import Range1d
 
 from app import spare as module
 from app.spare import Spare
@@ -20,16 +22,21 @@ class Held:
 
     def __init__(self):
         self.blocked = {}
+        self.documents = {}
 
     async def create_session_if_needed(self, session_id, request):
         assert not request.query
         self.blocked[session_id] = 0
+        self.documents[session_id] = Document()
+        self.documents[session_id].add_root(Range1d(start=0, end=1))
         return self.get_session(session_id)
 
     def get_session(self, session_id):
         held = self
 
         class Session:
+            document = held.documents[session_id]
+
             def block_expiration(self):
                 held.blocked[session_id] += 1
 
@@ -70,6 +77,25 @@ def test_it_is_lent_once_and_the_next_is_built_when_it_is_opened(spare, held):
     assert not spare.holds("s1")
     look(spare)
     assert spare.lend() == "s2"
+
+
+def test_what_its_browser_is_told_first_was_made_before_and_is_told_once(spare, held):
+    look(spare)
+    doc = held.documents["s1"]
+    made = doc.to_json
+    told = made()
+    assert told.content == Document.to_json(doc).content
+    assert doc.to_json() is not told
+    assert doc.to_json != made
+
+
+def test_what_was_made_before_a_change_is_not_told(spare, held):
+    look(spare)
+    doc = held.documents["s1"]
+    doc.add_next_tick_callback(lambda: None)  # nothing that a browser sees
+    assert "to_json" in vars(doc)
+    doc.roots[0].end = 2
+    assert doc.to_json().content["roots"][0]["attributes"]["end"] == 2
 
 
 def test_none_is_built_while_anybody_moves_or_waits_or_none_is_wanted(spare, held, monkeypatch):
