@@ -32,7 +32,7 @@ _STOPPING = "This server is being restarted. Please try again in a moment."
 class _Scripts(Resources):
     """Those of Bokeh and Panel that the page uses: it draws without WebGL, and its modules import nothing.
 
-    The second spares the browser a fifth of a second before it reads Bokeh: import maps are tried out there first.
+    The loader for modules tries out import maps before the browser reads anything else.
     """
 
     _LEFT_OUT = ("bokeh-gl", "es-module-shims")

@@ -86,7 +86,7 @@ class Spare:
 
 
 def _write_down(doc: Document) -> None:
-    """Make now what a browser is told first: a quarter of a second that it need not wait for."""
+    """Make now what a browser is told first: making it would be most of the wait for it."""
     written = doc.to_json()
 
     def told_once(**_) -> Serialized:

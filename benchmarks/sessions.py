@@ -5,7 +5,7 @@ the machine with it. Each move is to a setting that nobody has asked for: both m
 their difference is explained. One visitor alone is measured before and after the forty.
 
 The server is what ``compose.yaml`` starts, two replicas with half of the visitors each; beside it, all of them in one
-process, where a loop and solvers that share the interpreter's lock leave a third of two cores idle.
+process, where a loop and solvers that share the interpreter's lock leave part of two cores idle.
 
 .venv/bin/python benchmarks/sessions.py
 """
