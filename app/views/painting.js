@@ -1,8 +1,9 @@
-// What Bokeh does for each paint, and each move of the pointer, that our figures don't need: it asks the browser for styles between writing others, so
-// that all styles are computed anew some sixty times a paint, and prepares looks of curves that nobody sees: together
-// as much work as the painting. It stands in the page's head: before any figure is made.
+// What Bokeh does for each paint, and each move of the pointer, that our figures don't need: it asks the browser for
+// styles between writing others, so that all styles are computed anew some sixty times a paint, and prepares looks of
+// curves that nobody sees: together as much work as the painting. It stands in the page's head, before any figure.
 //
-// Nothing here changes what is painted, but for when a tooltip comes. Should a later Bokeh lack a name, that part stays as Bokeh has it.
+// Nothing here changes what is painted, but for when a tooltip comes. Should a later Bokeh lack a name, that part stays
+// as Bokeh has it.
 
 function only(path, name, change) {
   try { change(Bokeh.loader[path][name].prototype); } catch (error) { console.warn(`${name} is left as it is`, error); }
