@@ -11,7 +11,7 @@ export function render({ model }) {
   tools.append(
     take.element,
     themeButton(model),
-    button("Tour", "Five steps through the page", () => tour(true)),
+    button("Tour", "Five steps through the page", () => tour(root, true)),
     button("?", "Keys and help (?)", () => keys.open()),
   );
   bar.append(title, tabList(model), tools);
@@ -19,8 +19,8 @@ export function render({ model }) {
   shortcuts(model, keys, take);
   const fit = () => { darken(); forTouch(); forNarrow(); };
   // Another tab brings other figures.
-  model.on("tab", () => setTimeout(() => whenDrawn(fit), 0));
-  whenDrawn(() => { fit(); landmark(); tour(false); });
+  model.on("tab", () => whenDrawn(root, fit));
+  whenDrawn(root, () => { fit(); landmark(); tour(root, false); });
   return root;
 }
 
@@ -31,10 +31,12 @@ function landmark() {
   if (stage) stage.tabIndex = 0;
 }
 
-// Figures come a moment after this component.
-function whenDrawn(act, tries = 200) {
-  if (window.Bokeh?.documents[0]?.is_idle) act();
-  else if (tries > 0) setTimeout(() => whenDrawn(act, tries - 1), 50);
+// Figures come a moment after this component, or before it: its root stands in the page only when it has been returned.
+function whenDrawn(root, act, wait = 0, tries = 200) {
+  setTimeout(() => {
+    if (root.isConnected && window.Bokeh?.documents[0]?.is_idle) act();
+    else if (tries > 0) whenDrawn(root, act, 50, tries - 1);
+  }, wait);
 }
 
 // ---- tabs -----------------------------------------------------------------------------------------------------------

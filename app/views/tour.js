@@ -8,10 +8,10 @@ const STEPS = [
   [".take", "Take it away", "Figures, data, a script that gives the same numbers, a report, and a link that restores this view."],
 ];
 
-function tour(asked) {
+// `root` is where its style lies.
+function tour(root, asked) {
   const spared = navigator.webdriver || new URLSearchParams(location.search).get("tour") === "0";
   if (!asked && (spared || memory.get("tour") === "seen")) return;
-  memory.set("tour", "seen");
   const dialog = element("dialog", "tour");
   const head = element("h2");
   const text = element("p");
@@ -41,8 +41,9 @@ function tour(asked) {
     place(dialog, marked);
   };
   styleOnce();
-  inPage(".head").append(dialog); // where its style lies
+  root.append(dialog);
   dialog.showModal();
+  memory.set("tour", "seen");
   step(0);
 }
 

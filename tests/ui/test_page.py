@@ -222,6 +222,18 @@ def test_the_tour_has_five_steps_and_can_be_skipped(visit):
     explorer.page.evaluate("localStorage.clear()")
 
 
+def test_a_first_visit_begins_with_the_tour_and_the_second_does_not(visit, windows):
+    window = windows(viewport={"width": 1441, "height": 900})  # of its own: nobody was here before
+    window.add_init_script("Object.defineProperty(Navigator.prototype, 'webdriver', { get: () => false })")
+    explorer = visit(width=1441)
+    explorer.page.get_by_role("dialog", name="Tour").get_by_role("button", name="Skip").click()
+    assert explorer.page.get_by_role("tab").count() == 7
+    explorer.page.reload()
+    explorer.settle(frame=1)
+    assert explorer.page.get_by_role("tab").count() == 7
+    assert explorer.page.get_by_role("dialog", name="Tour").count() == 0
+
+
 def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000")
     assert explorer.source("difference")["total"] == []
