@@ -148,6 +148,17 @@ def sift(content: object, document: Document) -> tuple[list, int]:
     return passed, len(events) - len(passed)
 
 
+def price(content: object) -> int:
+    """What a patch costs its session: two, and one for each event, four where a component of the page is spoken to."""
+    events = content.get("events") if isinstance(content, dict) else None
+    return 2 + sum(4 if _spoken(event) else 1 for event in events) if isinstance(events, list) else 2
+
+
+def _spoken(event: object) -> bool:
+    data = event.get("msg_data") if isinstance(event, dict) else None
+    return isinstance(data, dict) and data.get("name") == "data_event"
+
+
 # What a browser reports of itself and nobody here asks for: dropped without a word.
 _IDLE = (
     "dark_mode",

@@ -13,6 +13,7 @@ from functools import partial
 
 import panel as pn
 from bokeh.server import tornado as bokeh_tornado
+from bokeh.server.session import ServerSession
 from bokeh.util.token import generate_jwt_token, generate_session_id
 from panel.io.resources import Resources
 from panel.io.server import DocHandler, server_html_page_for_session
@@ -84,10 +85,10 @@ class House:
             return _STOPPING
         return _FULL if self.sessions >= self._most else ""
 
-    def knows(self, session_id: str) -> bool:
-        """Whether this session is held, for a browser."""
-        held = any(session.id == session_id for session in self._context.sessions)
-        return held and not self.spare.holds(session_id)
+    def session(self, session_id: str) -> ServerSession | None:
+        """The session that a browser has opened before."""
+        held = (session for session in self._context.sessions if session.id == session_id)
+        return None if self.spare.holds(session_id) else next(held, None)
 
     def page(self, token: str) -> str:
         """The page for one session."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import time
 from functools import partial
+from weakref import WeakKeyDictionary
 
+from bokeh.server.session import ServerSession
 from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
 from panel.io.server import WSHandler
 
@@ -13,8 +15,11 @@ from app import gate, logs, metrics, patch
 from app.gathered import Gathered
 from app.limits import Bucket
 
-# Messages of one connection: a drag sends fifteen a second, each frame drawn for the first time some forty sizes.
-_RATE, _BURST, _PULL = 60, 600, 30
+# Of one session, whatever the number of its connections: `app.gate.price` of what they say, a second and at once. To
+# connect again, and to send the document, cost as much as many moves.
+_RATE, _BURST, _AGAIN, _PULL = 360, 800, 60, 400
+_CONNECTIONS = 3  # of one session: a browser that comes back may be faster than the news that it had gone
+_BUCKETS: WeakKeyDictionary[ServerSession, Bucket] = WeakKeyDictionary()
 _FAILED = "This could not be done. The fault is the server's, and it has been noted."
 
 
@@ -33,21 +38,31 @@ class Socket(WSHandler):
     async def _async_open(self, token: str) -> None:
         house, begun = self.application.settings["house"], time.monotonic()
         session_id = get_session_id(token)
-        self._bucket = Bucket(_RATE, _BURST)
         self._session_name = logs.name_of(session_id)
         # A message is many small frames: else the last wait until the receiver's delayed acknowledgement, 40 ms.
         self.set_nodelay(True)
         self.ws_connection.stream.write = Gathered(self.ws_connection.stream, partial(self._refuse, "it does not read"))
         with logs.named(self._session_name):
-            reason = house.refusal()
-            if reason and not house.knows(session_id):
+            known = house.session(session_id)
+            reason = "" if known else house.refusal()
+            if reason:
                 metrics.REFUSED.add("session")
                 logs.event("refused", logging.WARNING, what="session", reason=reason)
                 self.close(1013, reason[:100])
                 return
-            new = not house.knows(session_id)
+            if known and known.connection_count >= _CONNECTIONS:
+                self._refuse("too many connections")
+                return
+            new = not known
+            self._bucket = (known and _BUCKETS.get(known)) or Bucket(_RATE, _BURST)
+            if known and not self._bucket.take(_AGAIN):
+                self._refuse("too many connections")
+                return
             house.spare.opened(session_id)
             await super()._async_open(token)
+            if self._left():
+                return
+            self._bucket = _BUCKETS.setdefault(self.connection.session, self._bucket)
             patch.speak(self.connection.protocol)
             if new:
                 seconds = time.monotonic() - begun
@@ -73,8 +88,10 @@ class Socket(WSHandler):
 
     async def _handle(self, message):
         """One message, with what may not pass taken out of it."""
+        if self._left():
+            return None
         with logs.named(self._session_name):
-            if not self._bucket.take(_PULL if message.msgtype == "PULL-DOC-REQ" else 1):
+            if not self._bucket.take(_PULL if message.msgtype == "PULL-DOC-REQ" else gate.price(message.content)):
                 self._refuse("too many messages")
                 return None
             if message.msgtype == "PATCH-DOC":
@@ -100,7 +117,12 @@ class Socket(WSHandler):
         if hasattr(self, "_session_name"):
             with logs.named(self._session_name):
                 logs.event("connection closed", logging.DEBUG, code=self.close_code)
-        super().on_close()
+        if not self._left():
+            super().on_close()
+
+    def _left(self) -> bool:
+        """Whether there is no session any more; what was said before it ended may still be read."""
+        return self.connection is None or self.connection._session is None
 
     def _refuse(self, what: str) -> None:
         metrics.REFUSED.add("message")

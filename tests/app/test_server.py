@@ -190,6 +190,49 @@ def test_a_flood_of_messages_ends_the_connection(server):
     assert server.metric('vibroscope_refused_total{what="message"}') > refused
 
 
+def test_a_flood_within_one_message_ends_the_connection(server):
+    async def steps():
+        async with Client(server.url) as client:
+            await client.ready()
+            tabs = [client.message(mapped({"tab": tab}), "Header") for tab in ("help", "explore")]
+            assert await client.patch(*tabs * 10) is not None
+            assert await client.patch(*tabs * 150) is None
+
+    run(steps())
+
+
+def test_what_one_session_may_ask_for_is_bounded_over_all_its_connections(server):
+    async def steps():
+        token = await token_of(server.url)
+        one = await Client(server.url).open(token)  # pays for the document once
+        two, three = [await Client(server.url).connect(token) for _ in range(2)]
+        four = Client(server.url)
+        with pytest.raises(TypeError):  # nothing comes where a greeting is due
+            await four.connect(token)
+        for client in (two, three, four):
+            client.socket.close()
+        for _ in range(6):
+            await one.send("PULL-DOC-REQ", {})
+        with pytest.raises(ConnectionError):
+            for _ in range(6):
+                await one.answer("PULL-DOC-REPLY")
+        one.socket.close()
+
+    run(steps())
+
+
+def test_who_leaves_before_the_answer_leaves_no_trace_in_the_log(server):
+    async def steps():
+        for _ in range(3):
+            client = await Client(server.url).connect()
+            for _ in range(2):
+                await client.send("PULL-DOC-REQ", {})
+            client.socket.close()
+        await asyncio.sleep(2)
+
+    run(steps())  # the fixture reads the log
+
+
 def test_no_more_sessions_than_granted_and_no_setting_dearer_than_granted(tmp_path):
     limits = {"VIBROSCOPE_SESSIONS": "1", "VIBROSCOPE_STEPS": "5000000"}
 
