@@ -99,7 +99,16 @@ def explain(frame: Frame, cancelled: Callable[[], bool] | None = None) -> Meanin
     parts = {name: getattr(found, name) for name in ("total", *PARTS)}
     known = {name: value for name, value in parts.items() if math.isfinite(value)} if found.pointwise else {}
     series = {name: _last_periods(found, getattr(found.parts, name)[:2]) for name in known}
-    return Meaning(told.headline, told.agree, known, _texts(told.change), told.details, series)
+    return Meaning(told.headline + _apart(found), told.agree, known, _texts(told.change), told.details, series)
+
+
+def _apart(found: Comparison) -> str:
+    """A motion of several periods may begin with any of them; what is compared in step is drawn as it came."""
+    shift = found.parts.shifts.reference if found.pointwise else 0
+    if not shift:
+        return ""
+    apart = f"{_COUNTS.get(shift, str(shift)).lower()}{'' if shift <= len(_COUNTS) else ' periods'}"
+    return f" The figures show the two {apart} apart; the difference is that of the same periods."
 
 
 def _last_periods(found: Comparison, rows: np.ndarray) -> np.ndarray:

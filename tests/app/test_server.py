@@ -214,11 +214,15 @@ def test_what_one_session_may_ask_for_is_bounded_over_all_its_connections(server
         for _ in range(6):
             await one.send("PULL-DOC-REQ", {})
         with pytest.raises(ConnectionError):
-            for _ in range(6):
-                await one.answer("PULL-DOC-REPLY")
+            await every(one, 6, "PULL-DOC-REPLY")
         one.socket.close()
 
     run(steps())
+
+
+async def every(client, count, kind):
+    for _ in range(count):
+        await client.answer(kind)
 
 
 def test_who_leaves_before_the_answer_leaves_no_trace_in_the_log(server):

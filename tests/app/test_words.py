@@ -92,3 +92,14 @@ def test_no_scene_is_told_with_a_number_that_is_none(key):
         assert line.endswith(".")
         assert "nan" not in line
         assert "None" not in line
+
+
+def test_a_motion_that_is_drawn_a_period_apart_is_said_to_be():
+    """Two periods, of which the penalty solution came to begin with the other."""
+    shown = frame("D")
+    columns = present(shown)["displacements"]
+    reference, penalty = (columns[f"{name}2"][:-1] for name in ("reference", "penalty"))
+    half = len(reference) // 2
+    assert np.std(penalty - reference) > 5 * np.std(np.roll(penalty, half) - reference)
+    assert "The figures show the two one period apart" in explain(shown).verdict
+    assert "apart" not in explain(frame("C")).verdict
