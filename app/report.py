@@ -58,7 +58,8 @@ def as_report(
 {_what_was_set(setting) if setting else ""}
 <h2>What is shown</h2>{drawn}
 <h2>How to get these numbers again</h2>{again}
-<p>{escape(source["program"])}, {escape(source["made"])}; address of the page: {escape(source["address"])}</p>
+<p>{escape(source["program"])}, {escape(source["made"])}; the page:
+<a data-page>{escape(source["address"])}</a></p>
 </body></html>
 """
 

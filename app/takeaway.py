@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from itertools import repeat
+from platform import python_version
 from typing import NamedTuple
 
 import numpy as np
@@ -147,5 +148,6 @@ def _plain(value: object) -> object:
 
 
 def program() -> str:
-    """What made these numbers."""
-    return f"vibroscope {version('vibroscope')}"
+    """What made these numbers, and what it computes with."""
+    used = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba"))
+    return f"vibroscope {version('vibroscope')} (Python {python_version()}, {used})"

@@ -127,5 +127,10 @@ async function withFigures({ give, text }) {
     const svg = new DOMParser().parseFromString(await (await drawing(place.dataset.figure, "svg")).text(), "image/svg+xml");
     place.append(page.importNode(svg.documentElement, true));
   }
+  // The server knows its page by the query alone.
+  for (const link of page.querySelectorAll("[data-page]")) {
+    link.href = new URL(link.textContent, location).href;
+    link.textContent = link.href;
+  }
   return `<!DOCTYPE html>\n${page.documentElement.outerHTML}`;
 }

@@ -92,6 +92,9 @@ def test_the_report_opens_without_a_server(visit, tmp_path):
     page.goto(path.as_uri())
     assert page.locator("figure svg").count() == 7
     assert page.locator("figure svg").first.bounding_box()["height"] > 100
+    link = page.locator("a[data-page]")
+    assert link.get_attribute("href") == link.text_content()
+    assert link.text_content().startswith(f"{explorer.server}/?eta=1.08")
     assert asked == [path.as_uri()]
     page.close()
 
