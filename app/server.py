@@ -16,9 +16,10 @@ import panel as pn
 from bokeh.server import tornado as bokeh_tornado
 from bokeh.server.server import Server
 from panel.io.application import build_applications
+from tornado.httpserver import HTTPServer
 from tornado.web import ErrorHandler, RequestHandler
 
-from app import compute, logs, metrics, settings
+from app import compute, connections, logs, metrics, settings
 from app.diagrams import kept
 from app.files import ASSETS
 from app.house import TOKEN_SECONDS, House, Page, page_or_words
@@ -91,6 +92,7 @@ def make_server(chosen: Settings) -> Server:
     # Bokeh takes its routes from this list, as Panel does. Left out are the scripts for embedding the page elsewhere,
     # each of which would build a session, and what tells of the application.
     bokeh_tornado.per_app_patterns[:] = [(r"/ws", Socket), (r"/?", Page)]
+    HTTPServer.configure(connections.Listener)  # what Bokeh's makes is of this kind from now on
     house = House(chosen.sessions)
     own = [f"{chosen.address}:{chosen.port}", f"localhost:{chosen.port}"] if chosen.port else None
     server = pn.io.server.get_server(
@@ -109,6 +111,7 @@ def make_server(chosen: Settings) -> Server:
             (r"/liveness", Alive),
             (r"/metrics", Metrics),
         ],
+        http_server_kwargs={**connections.OPTIONS},
         use_index=False,
         sign_sessions=True,
         secret_key=chosen.secret_key.encode(),
