@@ -32,8 +32,23 @@ from app.workers import end, jobs, workers
 
 # The page sends a few hundred bytes at a time; anything large is not from it.
 _MESSAGE_LIMIT = 1 << 18
+# Control characters, escaped or not: functions for files fail on some of them, in ways of their own.
+_UNREADABLE = r"(?is).*(?:%[01][0-9a-f]|%7f|[\x00-\x1f\x7f]).*"
 _LOST_SECONDS = 15  # a browser that lost its connection finds its session again for so long
 _STOP_SECONDS, _LAST_SECONDS = 20, 5  # for what is asked for; for what is withdrawn
+
+
+class Unreadable(RequestHandler):
+    """The answer to an address that holds a control character, whatever it begins with."""
+
+    def initialize(self, **_) -> None:
+        """Bokeh tells each handler of a page's routes about the page."""
+
+    def prepare(self) -> None:
+        """Said before any method is looked for."""
+        self.set_status(400)
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish("This address cannot be read: it holds a control character.\n")
 
 
 class Alive(RequestHandler):
@@ -90,8 +105,8 @@ def make_server(chosen: Settings) -> Server:
         If the port cannot be had.
     """
     # Bokeh takes its routes from this list, as Panel does. Left out are the scripts for embedding the page elsewhere,
-    # each of which would build a session, and what tells of the application.
-    bokeh_tornado.per_app_patterns[:] = [(r"/ws", Socket), (r"/?", Page)]
+    # each of which would build a session, and what tells of the application. They come before all that serve files.
+    bokeh_tornado.per_app_patterns[:] = [(_UNREADABLE, Unreadable), (r"/ws", Socket), (r"/?", Page)]
     HTTPServer.configure(connections.Listener)  # what Bokeh's makes is of this kind from now on
     house = House(chosen.sessions)
     own = [f"{chosen.address}:{chosen.port}", f"localhost:{chosen.port}"] if chosen.port else None
