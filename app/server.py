@@ -15,6 +15,7 @@ from functools import partial
 import panel as pn
 from bokeh.server import tornado as bokeh_tornado
 from bokeh.server.server import Server
+from bokeh.util.browser import view
 from panel.io.application import build_applications
 from tornado.httpserver import HTTPServer
 from tornado.web import ErrorHandler, RequestHandler
@@ -109,15 +110,13 @@ def make_server(chosen: Settings) -> Server:
     bokeh_tornado.per_app_patterns[:] = [(_UNREADABLE, Unreadable), (r"/ws", Socket), (r"/?", Page)]
     HTTPServer.configure(connections.Listener)  # what Bokeh's makes is of this kind from now on
     house = House(chosen.sessions)
-    own = [f"{chosen.address}:{chosen.port}", f"localhost:{chosen.port}"] if chosen.port else None
     server = pn.io.server.get_server(
         build_applications({"/": page_or_words}, title=TITLE, location=False),
         address=chosen.address,
         port=chosen.port,
         start=False,
-        verbose=chosen.log_format == "text",  # a line for people
+        verbose=False,  # Panel's line has IPv6 without brackets
         use_xheaders=chosen.proxied == "yes",
-        websocket_origin=list(chosen.origins) or own,
         websocket_max_message_size=_MESSAGE_LIMIT,
         static_dirs={"speed": str(ASSETS / "speed")},
         # Panel would import any module that an address below /components names.
@@ -138,8 +137,18 @@ def make_server(chosen: Settings) -> Server:
         log_function=_answered,
         house=house,
     )
+    server._tornado.websocket_origins.clear()
+    server._tornado.websocket_origins.update(_origins(chosen, server.port))
     server.io_loop.run_sync(partial(house.open, server._tornado))
     return server
+
+
+def _origins(chosen: Settings, port: int) -> set[str]:
+    """Hosts that the page may be opened under, as Bokeh compares them; of IPv6 it would take none as an option."""
+    hosts = chosen.origins or (f"{chosen.host}:{port}", f"localhost:{port}")
+    # A browser leaves out port 80; Bokeh puts it back, but for IPv6.
+    named = {host if ":" in host else f"{host}:80" for host in hosts}
+    return {host.removesuffix(":80") if host.startswith("[") else host for host in named}
 
 
 async def _stop(server: Server) -> None:
@@ -196,8 +205,11 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
         loop.add_signal_handler(number, stop)
     server.start()
     logs.event("started", address=chosen.address, port=server.port)
+    url = f"http://{chosen.host}:{server.port}"
+    if chosen.log_format == "text":  # a line for people
+        print(f"Launching server at {url}")
     if show:
-        server.io_loop.add_callback(server.show, "/")
+        server.io_loop.add_callback(view, url, new="tab")
     try:
         server.io_loop.start()
     finally:

@@ -44,6 +44,10 @@ def test_the_environment_is_read_and_the_command_line_wins():
         ("VIBROSCOPE_STEPS", "1e9"),
         ("VIBROSCOPE_ORIGINS", "http://a.example/x"),
         ("VIBROSCOPE_ADDRESS", "a b"),
+        ("VIBROSCOPE_ADDRESS", "..."),
+        ("VIBROSCOPE_ADDRESS", "a" * 64),
+        ("VIBROSCOPE_ADDRESS", "[::1]"),
+        ("VIBROSCOPE_ADDRESS", "1::2::3"),
         ("VIBROSCOPE_CACHE_DIR", __file__),
         ("VIBROSCOPE_LOG_FORMAT", "xml"),
         ("VIBROSCOPE_PROXIED", "true"),
@@ -53,6 +57,19 @@ def test_the_environment_is_read_and_the_command_line_wins():
 def test_what_is_wrong_is_named(variable, text):
     with pytest.raises(ValueError, match=variable):
         from_environment({variable: text})
+
+
+@pytest.mark.parametrize(
+    ("address", "host"),
+    [
+        ("127.0.0.1", "127.0.0.1"),
+        ("Local-1.example", "local-1.example"),
+        ("::", "[::]"),
+        ("0:0:0::1", "[::1]"),
+    ],
+)
+def test_an_address_is_written_as_browsers_write_it(address, host):
+    assert from_environment({}, given={"address": address}).host == host
 
 
 def test_everything_wrong_comes_in_one_line_and_secrets_stay_out_of_it():
