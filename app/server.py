@@ -24,7 +24,7 @@ from app import compute, connections, logs, metrics, settings
 from app.diagrams import kept
 from app.files import ASSETS
 from app.house import TOKEN_SECONDS, House, Page, page_or_words
-from app.housekeeping import bound_cache
+from app.housekeeping import bound_cache, drop_oldest
 from app.main import TITLE
 from app.security import SecurityHeaders
 from app.settings import Settings
@@ -190,11 +190,12 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
     logs.configure(chosen.log_format, chosen.log_level)
     for name in settings.unknown():
         logs.event("no such setting", logging.WARNING, name=name)
+    bound_cache(chosen.cache_mb)
     compute.warm()
     kept("table")
     gc.freeze()  # what is imported stays: each full collection would go through it, for 0.1 to 0.3 s
     server = make_server(chosen)
-    workers().submit(bound_cache, chosen.cache_mb)
+    workers().submit(drop_oldest)
     loop = server.io_loop.asyncio_loop
     ends = set()  # a task that nobody holds may vanish
 
