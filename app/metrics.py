@@ -85,7 +85,7 @@ def _head(metric: Count | Durations | Gauge, kind: str) -> list[str]:
 
 
 REQUESTS = Count("vibroscope_requests_total", "HTTP requests answered", "status")
-REFUSED = Count("vibroscope_refused_total", "What was not taken: values, messages, sessions", "what")
+REFUSED = Count("vibroscope_refused_total", "What was not taken: values, messages, sessions, connections", "what")
 OPENED = Count("vibroscope_sessions_total", "Sessions opened and closed", "what")
 SESSIONS = Gauge("vibroscope_sessions", "Sessions held now")
 QUEUE = Gauge("vibroscope_queue", "Jobs that wait for a solver's thread or run in one")

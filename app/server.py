@@ -15,14 +15,16 @@ from functools import partial
 import panel as pn
 from bokeh.server import tornado as bokeh_tornado
 from bokeh.server.server import Server
+from bokeh.util.browser import view
 from panel.io.application import build_applications
+from tornado.httpserver import HTTPServer
 from tornado.web import ErrorHandler, RequestHandler
 
-from app import compute, logs, metrics, settings
+from app import compute, connections, logs, metrics, settings
 from app.diagrams import kept
 from app.files import ASSETS
 from app.house import TOKEN_SECONDS, House, Page, page_or_words
-from app.housekeeping import bound_cache
+from app.housekeeping import bound_cache, drop_oldest
 from app.main import TITLE
 from app.security import SecurityHeaders
 from app.settings import Settings
@@ -31,8 +33,23 @@ from app.workers import end, jobs, workers
 
 # The page sends a few hundred bytes at a time; anything large is not from it.
 _MESSAGE_LIMIT = 1 << 18
+# Control characters, escaped or not: functions for files fail on some of them, in ways of their own.
+_UNREADABLE = r"(?is).*(?:%[01][0-9a-f]|%7f|[\x00-\x1f\x7f]).*"
 _LOST_SECONDS = 15  # a browser that lost its connection finds its session again for so long
 _STOP_SECONDS, _LAST_SECONDS = 20, 5  # for what is asked for; for what is withdrawn
+
+
+class Unreadable(RequestHandler):
+    """The answer to an address that holds a control character, whatever it begins with."""
+
+    def initialize(self, **_) -> None:
+        """Bokeh tells each handler of a page's routes about the page."""
+
+    def prepare(self) -> None:
+        """Said before any method is looked for."""
+        self.set_status(400)
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish("This address cannot be read: it holds a control character.\n")
 
 
 class Alive(RequestHandler):
@@ -89,18 +106,17 @@ def make_server(chosen: Settings) -> Server:
         If the port cannot be had.
     """
     # Bokeh takes its routes from this list, as Panel does. Left out are the scripts for embedding the page elsewhere,
-    # each of which would build a session, and what tells of the application.
-    bokeh_tornado.per_app_patterns[:] = [(r"/ws", Socket), (r"/?", Page)]
+    # each of which would build a session, and what tells of the application. They come before all that serve files.
+    bokeh_tornado.per_app_patterns[:] = [(_UNREADABLE, Unreadable), (r"/ws", Socket), (r"/?", Page)]
+    HTTPServer.configure(connections.Listener)  # what Bokeh's makes is of this kind from now on
     house = House(chosen.sessions)
-    own = [f"{chosen.address}:{chosen.port}", f"localhost:{chosen.port}"] if chosen.port else None
     server = pn.io.server.get_server(
         build_applications({"/": page_or_words}, title=TITLE, location=False),
         address=chosen.address,
         port=chosen.port,
         start=False,
-        verbose=chosen.log_format == "text",  # a line for people
+        verbose=False,  # Panel's line has IPv6 without brackets
         use_xheaders=chosen.proxied == "yes",
-        websocket_origin=list(chosen.origins) or own,
         websocket_max_message_size=_MESSAGE_LIMIT,
         static_dirs={"speed": str(ASSETS / "speed")},
         # Panel would import any module that an address below /components names.
@@ -109,6 +125,7 @@ def make_server(chosen: Settings) -> Server:
             (r"/liveness", Alive),
             (r"/metrics", Metrics),
         ],
+        http_server_kwargs={**connections.OPTIONS},
         use_index=False,
         sign_sessions=True,
         secret_key=chosen.secret_key.encode(),
@@ -120,8 +137,18 @@ def make_server(chosen: Settings) -> Server:
         log_function=_answered,
         house=house,
     )
+    server._tornado.websocket_origins.clear()
+    server._tornado.websocket_origins.update(_origins(chosen, server.port))
     server.io_loop.run_sync(partial(house.open, server._tornado))
     return server
+
+
+def _origins(chosen: Settings, port: int) -> set[str]:
+    """Hosts that the page may be opened under, as Bokeh compares them; of IPv6 it would take none as an option."""
+    hosts = chosen.origins or (f"{chosen.host}:{port}", f"localhost:{port}")
+    # A browser leaves out port 80; Bokeh puts it back, but for IPv6.
+    named = {host if ":" in host else f"{host}:80" for host in hosts}
+    return {host.removesuffix(":80") if host.startswith("[") else host for host in named}
 
 
 async def _stop(server: Server) -> None:
@@ -163,11 +190,12 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
     logs.configure(chosen.log_format, chosen.log_level)
     for name in settings.unknown():
         logs.event("no such setting", logging.WARNING, name=name)
+    bound_cache(chosen.cache_mb)
     compute.warm()
     kept("table")
     gc.freeze()  # what is imported stays: each full collection would go through it, for 0.1 to 0.3 s
     server = make_server(chosen)
-    workers().submit(bound_cache, chosen.cache_mb)
+    workers().submit(drop_oldest)
     loop = server.io_loop.asyncio_loop
     ends = set()  # a task that nobody holds may vanish
 
@@ -178,8 +206,11 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
         loop.add_signal_handler(number, stop)
     server.start()
     logs.event("started", address=chosen.address, port=server.port)
+    url = f"http://{chosen.host}:{server.port}"
+    if chosen.log_format == "text":  # a line for people
+        print(f"Launching server at {url}")
     if show:
-        server.io_loop.add_callback(server.show, "/")
+        server.io_loop.add_callback(view, url, new="tab")
     try:
         server.io_loop.start()
     finally:

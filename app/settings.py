@@ -6,6 +6,7 @@ wins. What is wrong is told in one line that names everything that is wrong.
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import re
 import secrets
@@ -15,7 +16,9 @@ from pathlib import Path
 from types import MappingProxyType
 
 _ORIGIN = re.compile(r"[a-z0-9](?:[a-z0-9.-]*[a-z0-9])?(:\d{1,5})?|\[[0-9a-f:.]+\](:\d{1,5})?", re.ASCII)
-_ADDRESS = re.compile(r"[A-Za-z0-9.:-]{1,253}", re.ASCII)
+_LABEL = r"[a-z0-9](?:[a-z0-9-]{0,61}[a-z0-9])?"  # of a host's name: longer or empty ones no resolver takes
+_HOST = re.compile(rf"(?=.{{1,253}}$){_LABEL}(?:\.{_LABEL})*", re.ASCII | re.IGNORECASE)
+_IPV6 = re.compile(r"[0-9a-f:.]+", re.ASCII | re.IGNORECASE)  # no zone: no browser takes one
 _SHORTEST_KEY = 32
 _OPTIONS = {"origins": "origin"}  # an option that is named otherwise
 _OTHERS = {"VIBROSCOPE_BROWSER"}  # of the tests: see tools/browser.py
@@ -62,6 +65,19 @@ def _origins(text: str) -> tuple[str, ...]:
     return tuple(_origin(part.strip().lower()) for part in text.split(","))
 
 
+def _address(text: str) -> str:
+    if not _HOST.fullmatch(text) and not _is_ipv6(text):
+        raise ValueError("an IP address without brackets, such as 127.0.0.1 or ::1, or a host's name")
+    return text
+
+
+def _is_ipv6(text: str) -> bool:
+    try:
+        return bool(_IPV6.fullmatch(text) and ipaddress.IPv6Address(text))
+    except ValueError:
+        return False
+
+
 def _folder(text: str) -> str:
     if Path(text).exists() and not Path(text).is_dir():
         raise ValueError("a folder")
@@ -86,7 +102,7 @@ class Settings:
     """One complete, valid set of settings."""
 
     port: int = _setting(5006, whole(0, 65535), "port to listen on; 0 takes a free one")
-    address: str = _setting("127.0.0.1", matching(_ADDRESS, "an address or a host's name"), "address to listen on")
+    address: str = _setting("127.0.0.1", _address, "address to listen on")
     origins: tuple[str, ...] = _setting(
         (), _origins, "hosts that browsers may open the page under, by commas; by default the address itself"
     )
@@ -119,6 +135,13 @@ class Settings:
         variable="BOKEH_SECRET_KEY",
         secret=True,
     )
+
+    @property
+    def host(self) -> str:
+        """The address as it stands in a URL, and as browsers send it: one of IPv6 short and in brackets."""
+        if _is_ipv6(self.address):
+            return f"[{ipaddress.IPv6Address(self.address).compressed}]"
+        return self.address.lower()
 
 
 def variable_of(name: str) -> str:

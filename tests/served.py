@@ -25,7 +25,8 @@ class Served:
 
     def __init__(self, log, **environment):
         self.port = free_port()
-        self.url = f"http://127.0.0.1:{self.port}"
+        address = environment.get("VIBROSCOPE_ADDRESS", "127.0.0.1")
+        self.url = f"http://{f'[{address}]' if ':' in address else address}:{self.port}"
         self.log = log
         variables = {**os.environ, **environment, "VIBROSCOPE_PORT": str(self.port)}
         with log.open("w") as output:

@@ -58,5 +58,5 @@ def run(options: argparse.Namespace) -> int:
     except BrokenPipeError:  # whoever read the output has enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as problem:
-        raise OSError(f"cannot listen on {chosen.address}:{chosen.port}: {problem.strerror}") from problem
+        raise OSError(f"cannot listen on {chosen.host}:{chosen.port}: {problem.strerror}") from problem
     return 0

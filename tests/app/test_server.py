@@ -55,6 +55,17 @@ def test_what_is_not_needed_is_not_there(server):
         assert run(get(server.url + path)).code == 404, path
 
 
+@pytest.mark.parametrize(
+    "path", ["/%00", "/static/%00", "/speed/x%00.svg", "/components/%0A", "/liveness%7f", "/%1F/ws"]
+)
+def test_an_address_with_a_control_character_is_refused_in_words(server, path):
+    for method in ("GET", "HEAD", "DELETE"):
+        answer = run(get(server.url + path, method=method))
+        assert answer.code == 400
+        assert (b"cannot be read" in answer.body) == (method != "HEAD")
+        assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
+
+
 def test_metrics_are_for_this_machine(server):
     assert run(get(f"{server.url}/metrics")).code == 200
     assert run(get(f"{server.url}/metrics", headers={"X-Forwarded-For": "127.0.0.1"})).code == 404

@@ -16,9 +16,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app import gate, limits, logs, metrics
-from app.housekeeping import bound_cache
+from app.housekeeping import bound_cache, drop_oldest
 from app.limits import Bucket, TooMuch, check_cost
 from app.settings import Settings, describe, from_environment, put_in_force, unknown, variable_of
+from engine import Reference, System, sweep_eta
+from engine.sweeps import cache
 from tests.browserless import changed, event, mapped
 
 JSON = st.recursive(
@@ -44,6 +46,10 @@ def test_the_environment_is_read_and_the_command_line_wins():
         ("VIBROSCOPE_STEPS", "1e9"),
         ("VIBROSCOPE_ORIGINS", "http://a.example/x"),
         ("VIBROSCOPE_ADDRESS", "a b"),
+        ("VIBROSCOPE_ADDRESS", "..."),
+        ("VIBROSCOPE_ADDRESS", "a" * 64),
+        ("VIBROSCOPE_ADDRESS", "[::1]"),
+        ("VIBROSCOPE_ADDRESS", "1::2::3"),
         ("VIBROSCOPE_CACHE_DIR", __file__),
         ("VIBROSCOPE_LOG_FORMAT", "xml"),
         ("VIBROSCOPE_PROXIED", "true"),
@@ -53,6 +59,19 @@ def test_the_environment_is_read_and_the_command_line_wins():
 def test_what_is_wrong_is_named(variable, text):
     with pytest.raises(ValueError, match=variable):
         from_environment({variable: text})
+
+
+@pytest.mark.parametrize(
+    ("address", "host"),
+    [
+        ("127.0.0.1", "127.0.0.1"),
+        ("Local-1.example", "local-1.example"),
+        ("::", "[::]"),
+        ("0:0:0::1", "[::1]"),
+    ],
+)
+def test_an_address_is_written_as_browsers_write_it(address, host):
+    assert from_environment({}, given={"address": address}).host == host
 
 
 def test_everything_wrong_comes_in_one_line_and_secrets_stay_out_of_it():
@@ -217,12 +236,20 @@ def test_durations_are_cumulative():
     assert lines['test_seconds_bucket{le="+Inf"}'] == lines["test_seconds_count"] == "4"
 
 
-def test_the_oldest_of_the_cache_goes_first(tmp_path):
+def test_the_oldest_of_the_cache_goes_first_while_serving_too(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(cache, "BYTES_KEPT", cache.BYTES_KEPT)  # restored
+    drop_oldest()  # nothing there is no error
     for age, name in ((3, "old"), (2, "newer"), (0, "young")):
         folder = tmp_path / "studies" / name
         folder.mkdir(parents=True)
         (folder / "data").write_bytes(b"x" * 600_000)
-        os.utime(folder / "data", (os.stat(folder).st_mtime - age * 86400,) * 2)
-    assert bound_cache(1, tmp_path) == 2  # young is in use
-    assert [path.name for path in (tmp_path / "studies").iterdir()] == ["young"]
-    assert bound_cache(1, tmp_path / "missing") == 0
+        os.utime(folder, (os.stat(folder).st_mtime - age * 86400,) * 2)
+    bound_cache(2)
+    drop_oldest()
+    assert len([*(tmp_path / "studies").iterdir()]) == 3
+    bound_cache(1)
+    sweep_eta(System(), Reference(), [2.7, 2.8], transient=20, sample=5, keep=True)  # as the engine keeps one more
+    left = [path.name for path in (tmp_path / "studies").iterdir()]
+    assert len(left) == 2
+    assert "young" in left

@@ -70,6 +70,100 @@ def _muted(chance):
     return f"{figure}:{','.join(chance.choice((*entries, *entries, random_text(chance))) for _ in range(2))}"
 
 
+METHODS = (
+    b"GET",
+    b"GET",
+    b"GET",
+    b"HEAD",
+    b"POST",
+    b"PUT",
+    b"DELETE",
+    b"OPTIONS",
+    b"TRACE",
+    b"CONNECT",
+    b"BREW",
+    b"get",
+)
+PLACES = (b"/", b"/static/", b"/static/js/bokeh.min.js", b"/static/extensions/panel/", b"/speed/", b"/ws", b"/liveness")
+PLACES += (b"/metrics", b"/favicon.ico", b"/components/", b"/autoload.js", b"*", b"", b"http://127.0.0.1/", b"//x/")
+STEPS = (b"%00", b"\0", b"%2e%2e/", b"../", b"%2e%2e%2f", b"%5c..", b"%ff", b"\xff\xfe", b"\xc3\xa9", b"%c0%af", b"%")
+STEPS += (
+    b"%zz",
+    b"%u0000",
+    b"%0d%0a",
+    b"\r",
+    b"\t",
+    b" ",
+    b"a" * 300,
+    b"a/" * 2000,
+    b"%61" * 30_000,
+    b"?%00",
+    b"#",
+    b";",
+)
+VERSIONS = (*[b"HTTP/1.1"] * 6, b"HTTP/1.0", b"HTTP/0.9", b"HTTP/2.0", b"HTTP/1.1 x", b"http/1.1", b"")
+HEADERS = (
+    b"Host",
+    b"Range",
+    b"If-None-Match",
+    b"If-Modified-Since",
+    b"Cookie",
+    b"Content-Length",
+    b"Transfer-Encoding",
+)
+HEADERS += (b"Upgrade", b"Connection", b"Content-Type", b"Content-Encoding", b"Expect", b"Origin", b"Authorization")
+HEADERS += (
+    b"Sec-WebSocket-Version",
+    b"Sec-WebSocket-Key",
+    b"Sec-WebSocket-Protocol",
+    b"X-Forwarded-For",
+    b"Accept",
+    b"",
+)
+VALUES = (
+    b"bytes=0-5",
+    b"bytes=9-1",
+    b"bytes=-9999999",
+    b"chunked",
+    b"websocket",
+    b"Upgrade",
+    b"13",
+    b"100-continue",
+    b"-1",
+)
+VALUES += (
+    b"0",
+    b"99999999999",
+    b"1, 2",
+    b"\xff",
+    b"\0",
+    b'W/"',
+    b"*",
+    b"x" * 70_000,
+    b"multipart/form-data; boundary=",
+    b"",
+)
+VALUES += (
+    b"bokeh, x.y",
+    b"gzip",
+    b"Thu, 99 Foo 2026 25:00:00 GMT",
+    b"application/x-www-form-urlencoded",
+    b"Bearer \xc3\xa9",
+)
+
+
+def random_request(chance):
+    """A request as bytes, some of them none that HTTP knows."""
+    steps = [chance.choice(STEPS) for _ in range(chance.randint(0, 3))]
+    path = chance.choice(PLACES) + b"".join(steps)
+    lines = [b" ".join((chance.choice(METHODS), path, chance.choice(VERSIONS)))]
+    if chance.random() < 0.9:
+        lines.append(b"Host: 127.0.0.1")
+    names = [chance.choice(HEADERS) for _ in range(chance.choice((0, 0, 1, 3)))]
+    lines += [name + chance.choice((b": ", b": ", b": ", b":", b" ")) + chance.choice(VALUES) for name in names]
+    return b"\r\n".join(lines) + b"\r\n\r\n" + chance.choice((b"", b"", b"0\r\n\r\n", b"zz\r\n", b"\0" * 50))
+
+
 def random_json(chance, depth=3):
     kinds = [random_text, lambda c: c.uniform(-9, 9), lambda c: None, lambda c: c.choice((True, float("nan"), 10**400))]
     if depth:

@@ -4,6 +4,7 @@ import argparse
 import asyncio
 import random
 import subprocess
+from collections import Counter
 from itertools import cycle
 from urllib.parse import quote
 
@@ -17,7 +18,7 @@ from app.state import Explorer, Refused
 from app.tabs import TABS
 from engine import read_measurement, read_system
 from tests.browserless import Client, get
-from tests.release.odd import NO_NUMBERS, ODD, forged, random_json, random_query, run
+from tests.release.odd import NO_NUMBERS, ODD, forged, random_json, random_query, random_request, run
 from tests.served import ROOT
 
 
@@ -60,6 +61,36 @@ def test_addresses(server, inputs, tell):
     asked, opened = run(ask())
     told = f"{len(refused)} refused in words, {asked} asked for as pages: no answer of 500; {opened} opened, as read"
     tell(f"{inputs} addresses: {told}", inputs=inputs, sessions=opened)
+
+
+def test_requests(server, inputs, tell):
+    """Request lines and headers as raw bytes: an answer other than 500, or the connection's end."""
+    chance, statuses = random.Random(5), Counter()
+
+    async def ask(request):
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        try:
+            writer.write(request)
+            writer.write_eof()  # nothing more comes, whatever length was promised
+            answer = await asyncio.wait_for(reader.read(), 20)
+        except ConnectionError:  # ended before all of it was taken in
+            return "none"
+        finally:
+            writer.transport.abort()
+        return answer.split(b" ", 2)[1].decode() if answer else "none"
+
+    async def all_of_them():
+        for _ in range(inputs):
+            request = random_request(chance)
+            status = await ask(request)
+            assert not status.startswith("5"), request[:300]
+            statuses[status] += 1
+        assert (await get(f"{server.url}/liveness")).code == 200
+
+    run(all_of_them())
+    told = ", ".join(f"{number} × {status}" for status, number in sorted(statuses.items()))
+    tell(f"{inputs} raw requests: {told}: no answer of 500", inputs=inputs)
+    assert statuses["400"] > 0
 
 
 def test_messages(server, inputs, tell):

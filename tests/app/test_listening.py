@@ -1,0 +1,56 @@
+"""Where the server listens: an address of IPv6 as well, which its users see in brackets; what is none is refused."""
+
+import asyncio
+import socket
+
+import pytest
+
+from app.cli import main
+from app.server import _origins
+from app.settings import Settings
+from tests.browserless import Client
+from tests.served import served
+
+
+def has_ipv6():
+    try:
+        with socket.socket(socket.AF_INET6) as probe:
+            probe.bind(("::1", 0))
+    except OSError:
+        return False
+    return True
+
+
+@pytest.mark.skipif(not has_ipv6(), reason="this machine has no IPv6")
+def test_a_session_over_ipv6(tmp_path):
+    async def steps():
+        other = Client(server.url)
+        assert await other.knock(origin=server.url.replace("[::1]", "[::2]")) == 403
+        async with Client(server.url) as client:  # its origin is the server's own address
+            assert await client.ready()
+
+    with served(tmp_path / "log.txt", VIBROSCOPE_ADDRESS="::1") as server:
+        asyncio.run(asyncio.wait_for(steps(), 60))
+    assert f"Launching server at http://[::1]:{server.port}\n" in server.log.read_text()
+
+
+@pytest.mark.parametrize(
+    ("chosen", "origins"),
+    [
+        (Settings(), {"127.0.0.1:8000", "localhost:8000"}),
+        (Settings(address="::1"), {"[::1]:8000", "localhost:8000"}),
+        (
+            Settings(origins=("a.example", "b.example:81", "[::1]", "[::2]:80", "[::3]:8080")),
+            {"a.example:80", "b.example:81", "[::1]", "[::2]", "[::3]:8080"},
+        ),
+    ],
+)
+def test_origins_are_as_bokeh_compares_them(chosen, origins):
+    assert _origins(chosen, 8000) == origins
+
+
+def test_what_is_no_address_is_refused_in_words(capsys):
+    assert main(["serve", "--address", "..."]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("vibroscope serve: --address must be an IP address")
+    assert said.endswith("not '...'\n")
