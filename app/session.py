@@ -182,7 +182,7 @@ class Session:
         self.stage.open(key)
         self.header.tab = key
         self.offer()
-        self.controls.visible = TABS[key].controls
+        self.controls.param.update(visible=TABS[key].controls, motions=TABS[key].motions)
 
     def _show(self, *, fresh: bool = False) -> None:
         self._waiting = False

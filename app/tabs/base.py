@@ -66,6 +66,7 @@ class Tab(ABC):
     key: ClassVar[str]  # in the address, ?tab=key
     title: ClassVar[str]
     controls: ClassVar[bool] = True  # whether the sliders stand beside it
+    motions: ClassVar[bool] = False  # whether it draws motions, as the panel of the sliders says how
     axes: ClassVar[Mapping[str, Span]] = {}  # that a link may zoom, and what their ends may be
     legends: ClassVar[Mapping[str, Sequence[str]]] = {}  # by figure: names of the entries, in their order, for a link
 

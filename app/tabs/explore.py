@@ -55,6 +55,7 @@ class Explore(Tab):
 
     key = "explore"
     title = "Explore"
+    motions = True
     axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
     legends = {  # noqa: RUF012 - read only
         **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", "pinned")),

@@ -18,7 +18,7 @@ from app.takeaway import Figure, Series
 from app.views.claims import ClaimCard, draw
 
 _INTRO = """
-<article class="text">
+<article class="text above">
 <h2>The paper, claim by claim</h2>
 <p>“Penalty-regularization of a dissipative vibro-impacting system”: what it says of its figures, in our words, and
 what the engine finds now, with the paper's run of 2,050 periods from rest. A claim is checked when it comes into

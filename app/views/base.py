@@ -34,7 +34,7 @@ PINNED = {
     "penalty": {"line_color": GHOST, "line_width": 0.9},
 }
 
-# One margin for all time figures, so that their time axes stand above each other.
+# The least margin of all time figures; `phase.js` gives all of them what the widest needs.
 LEFT, RIGHT = 60, 64
 
 
@@ -54,6 +54,7 @@ THEME = Theme(
                 "text_color": INK,
                 "standoff": 5,
             },
+            "BasicTickFormatter": {"power_limit_low": -5},  # 0.002, not 2.000e-3
             "Grid": {"grid_line_color": "#E4E8EC"},
             "Axis": {
                 "axis_label_text_font": FONT,

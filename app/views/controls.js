@@ -10,20 +10,24 @@ export function render({ model }) {
   root.addEventListener("submit", (event) => event.preventDefault());
   const link = new Link(model, root);
   const folded = details(model.spec, link);
-  const parts = [
-    scenes(model.spec.scenes, link),
-    actions(link),
-    ...model.spec.sliders.map((slider) => sliderRow(slider, link)),
-    ...folded.parts,
-    ...model.spec.shown.map((choice) => switchRow(choice, link)),
-    key(),
-  ];
-  const inside = new Set(folded.parts);
-  root.append(link.busyMark());
-  for (const part of parts) {
-    if (inside.has(part)) root.append(folded.box); // once: append moves what is there already
-    else root.append(part.element);
-  }
+  const first = [scenes(model.spec.scenes, link), actions(link)];
+  const sliders = model.spec.sliders.map((slider) => sliderRow(slider, link));
+  const shown = model.spec.shown.map((choice) => switchRow(choice, link));
+  const ofMotions = [...shown.slice(0, -1), key()]; // all but the units, which the notes of the sliders follow, too
+  const parts = [...first, ...sliders, ...folded.parts, ...shown, ofMotions.at(-1)];
+  const elements = (some) => some.map((part) => part.element);
+  root.append(
+    link.busyMark(),
+    group("first", ...elements(first)),
+    group("sliders", ...elements(sliders)),
+    group("rest", folded.box, tucked("What is shown", ...elements([...shown, ofMotions.at(-1)]))),
+  );
+  const hide = () => {
+    root.hidden = !model.visible; // on a narrow page what is around it has no box that could be hidden
+    for (const { element } of ofMotions) element.hidden = !model.motions;
+  };
+  for (const what of ["visible", "motions"]) model.on(what, hide);
+  hide();
   const draw = () => {
     const shown = model.shown;
     if (!shown.texts) return;
@@ -34,6 +38,23 @@ export function render({ model }) {
   model.on("shown", draw);
   draw();
   return root;
+}
+
+function group(name, ...content) {
+  const box = element("div", `group ${name}`);
+  box.append(...content);
+  return box;
+}
+
+// Folded away where the page is narrow; elsewhere it is always open.
+function tucked(title, ...content) {
+  const box = element("details", "tucked");
+  box.append(element("summary", "", title), ...content);
+  const narrow = matchMedia("(max-width: 1000px)");
+  const fold = () => { box.open = !narrow.matches; };
+  narrow.addEventListener("change", fold);
+  fold();
+  return box;
 }
 
 // Talks to the server: the first move at once, then one message per animation frame at most,
@@ -129,7 +150,7 @@ function scenes(list, link) {
   const rows = new Map();
   const buttons = new Map();
   for (const scene of list) {
-    if (!rows.has(scene.group)) rows.set(scene.group, sceneRow(scene.group, box));
+    if (!rows.has(scene.group)) rows.set(scene.group, sceneRow(scene.group));
     const made = button(scene.group === "motion" ? `[${scene.label}]` : scene.label, scene.tooltip,
       () => link.send({ scene: scene.key }));
     made.setAttribute("aria-label", `${scene.group} ${scene.label}: ${scene.tooltip}`);
@@ -137,16 +158,17 @@ function scenes(list, link) {
     rows.get(scene.group).append(made);
     buttons.set(scene.key, made);
   }
+  const [motions, ...sets] = rows.values();
+  box.append(motions, tucked("Scenes of its other figures", ...sets));
   const draw = (shown) => {
     buttons.forEach((made, key) => made.setAttribute("aria-pressed", String(shown.scenes.includes(key))));
   };
   return { element: box, draw };
 }
 
-function sceneRow(group, box) {
-  const row = element("div", group === "motion" ? "row motions" : "row sets");
-  if (group !== "motion") row.append(element("span", "", group));
-  box.append(row);
+function sceneRow(name) {
+  const row = element("div", name === "motion" ? "row motions" : "row sets");
+  if (name !== "motion") row.append(element("span", "", name));
   return row;
 }
 

@@ -36,6 +36,7 @@ class Controls(Lean, pn.custom.JSComponent):
     """The panel of inputs; ``spec`` is fixed, ``shown`` is what the server last accepted."""
 
     spec = param.Dict(doc="Limits, labels and scenes")
+    motions = param.Boolean(default=True, doc="Whether the open tab draws motions: else how they are shown is hidden")
     shown = param.Dict(default={}, doc="Accepted values, what was refused, and the number of the last move")
 
     _esm = script("dom", "controls")

@@ -80,7 +80,7 @@ function bar(root) {
   const scale = element("div", "part scale");
   const ends = element("div", "ends");
   ends.append(...["0.01 %", "1 %", "100 %"].map((text) => element("span", "", text)));
-  scale.append(element("span"), ends, element("span"));
+  scale.append(element("span", "name", "log scale"), ends, element("span"));
   scale.title = "The scale is logarithmic: each mark is a hundred times the one before";
   box.append(head, none, ...rows.map(([, row]) => row), scale);
   root.append(box);

@@ -185,10 +185,14 @@ function forTouch() {
   }
 }
 
-// A legend in one row would not fit.
+// A legend in one row would not fit, and in more it would hide curves: it stands above the frame.
 function forNarrow() {
   if (innerWidth > 700) return;
-  for (const part of allFigures().flatMap((figure) => figure.center)) {
-    if (part.type === "Legend") part.setv({ ncols: 2 }, HERE);
+  for (const figure of allFigures()) {
+    const legends = figure.center.filter((part) => part.type === "Legend");
+    if (!legends.length) continue;
+    for (const legend of legends) legend.setv({ ncols: 2 }, HERE);
+    const center = figure.center.filter((part) => !legends.includes(part));
+    figure.setv({ center, above: [...figure.above, ...legends] }, HERE);
   }
 }

@@ -127,6 +127,7 @@ class Player {
       return;
     }
     this.marks = new Marks();
+    alignTimes();
     const changed = () => {
       this.drawing.fit(asObject(source.data), this.model);
       this.go(this.time);

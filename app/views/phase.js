@@ -125,6 +125,20 @@ class Marks {
   }
 }
 
+// The figures over time keep one margin, the widest that any of them has come to need: their axes of time then stand
+// above each other, whatever the ticks say, and stay where they are when those become shorter.
+function alignTimes() {
+  const views = TIME_FIGURES.map(viewOf);
+  const fit = () => {
+    const min_border_left = Math.ceil(Math.max(...views.map(({ frame }) => frame.bbox.left)));
+    const right = ({ frame, bbox }) => bbox.width - frame.bbox.right;
+    const min_border_right = Math.ceil(Math.max(...views.map(right)));
+    for (const { model } of views) model.setv({ min_border_left, min_border_right }, HERE);
+  };
+  for (const { model } of views) model.properties.inner_width.change.connect(fit);
+  fit();
+}
+
 // Call `at(time)` while the pointer rests on a figure over time, and `gone()` when it leaves.
 function watchPointer(at, gone) {
   for (const name of TIME_FIGURES) {

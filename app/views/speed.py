@@ -96,8 +96,11 @@ class SpeedView:
                 y="error",
                 text="text",
                 source=self.present,
-                text_align="center",
-                y_offset=14,
+                # Above and to the right: there a curve of errors that fall as costs rise has no points.
+                x_offset=7,
+                y_offset=10,
+                background_fill_color="#FFFFFF",
+                background_fill_alpha=0.8,
                 text_color=INK,
                 text_font_size="12px",
                 text_font_style="bold",
@@ -122,9 +125,9 @@ class SpeedView:
     def _ring(self, setting: Setting, stage: SpeedStage) -> None:
         n = stage.question.steps
         if setting.located == "yes":
-            named = {Key("located", n): f"set: T/{n}, located"}
+            named = {Key("located", n): "set"}
         else:
-            named = {Key("fixed", n): f"set: T/{n}", Key("plain", n): f"T/{n} in an FE code"}
+            named = {Key("fixed", n): "set", Key("plain", n): "in an FE code"}
         shown = [key for key in named if math.isfinite(stage.errors[key])]
         columns = _columns(stage, shown)
         now = {

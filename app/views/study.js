@@ -61,6 +61,8 @@ function limiter(root, { name, label, low, high }, send) {
   row.append(element("span", "", label), slider, value);
   root.append(row);
   return ({ chosen }) => {
+    // Drawn over the longest contact alone.
+    slider.disabled = name === "limit" && chosen.quantity !== "contact";
     if (row.matches(":focus-within") && Math.abs(slider.value - chosen[name]) > 0 && waiting) { waiting = 0; return; }
     slider.value = chosen[name];
     value.textContent = slider.value;

@@ -62,9 +62,14 @@ function place(dialog, marked) {
   const box = marked?.getBoundingClientRect();
   if (!box) return;
   const width = Math.min(340, innerWidth - 24);
+  const height = dialog.offsetHeight;
   const right = box.right + 12 + width < innerWidth;
   const left = right ? box.right + 12 : Math.max(12, box.left - width - 12);
-  const top = Math.min(Math.max(12, box.top), innerHeight - 220);
+  let top = Math.min(Math.max(12, box.top), innerHeight - height - 12);
+  // No room beside it: the half of the screen that it does not lie in.
+  if (!right && left + width > box.left) {
+    top = box.top + box.bottom < innerHeight ? innerHeight - height - 12 : 12;
+  }
   Object.assign(dialog.style, { width: `${width}px`, left: `${left}px`, top: `${top}px`, margin: "0" });
 }
 

@@ -98,11 +98,11 @@ def test_the_setting_is_ringed_where_it_stands():
     view, stage = SpeedView(), made()
     view.update(SETTING._replace(located="no"), stage)
     ringed = view.present.data
-    assert ringed["text"] == ["set: T/400", "T/400 in an FE code"]
+    assert ringed["text"] == ["set", "in an FE code"]
     assert ringed["cost"] == [stage.cost(Key("fixed", 400)), stage.cost(Key("plain", 400))]
     assert ringed["error"] == pytest.approx([1 / 400] * 2)
     view.update(SETTING._replace(located="yes"), stage)
-    assert view.present.data["text"] == ["set: T/400, located"]
+    assert view.present.data["text"] == ["set"]
     assert view.figure.y_range.start < 1 / 1600 < 1 / 100 < view.figure.y_range.end
 
 

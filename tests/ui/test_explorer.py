@@ -220,7 +220,8 @@ def test_on_a_phone_a_slider_is_in_view_beside_what_it_changes(visit):
         each.scroll_into_view_if_needed()
     inside = [box["y"] >= 0 and box["y"] + 100 <= 844 for box in (slider.bounding_box(), figure.bounding_box())]
     assert inside == [True, True]
-    panel = page.locator(".controls").first.bounding_box()
+    panel = page.locator(".sliders").bounding_box()
+    assert panel["height"] < 0.35 * 844
     assert figure.bounding_box()["y"] + figure.bounding_box()["height"] > panel["y"] + panel["height"] + 100
 
 
