@@ -43,6 +43,7 @@ class Paper(Tab):
         self._slots: dict[str, pn.Column] = {}
         self._asked: set[str] = set()  # seen, and nothing found yet
         self._findings: dict[str, Finding] = {}
+        self._visible = False
 
     def build(self) -> pn.viewable.Viewable:
         """All cards, without figures."""
@@ -62,12 +63,18 @@ class Paper(Tab):
 
     def show(self, move: Move) -> None:
         """Go on with what was seen before another tab was opened."""
+        self._visible = True
         for key in self._asked:
             CHECKS.ask(key, self._deliver)
         super().show(move)
 
+    def summary(self, setting: Setting) -> str:
+        """How many claims agree and differ; a claim is checked when it comes into view."""
+        return self._tally()
+
     def hide(self) -> None:
         """Nothing is checked for a tab that nobody sees."""
+        self._visible = False
         CHECKS.withdraw(self._deliver)
 
     # -- what can be taken away ----------------------------------------------
@@ -107,6 +114,11 @@ class Paper(Tab):
         """All claims."""
         return PAPER_COMMAND
 
+    def _tally(self) -> str:
+        agree = sum(finding.agrees for finding in self._findings.values())
+        found = f"{len(self._findings)} of {len(CLAIMS)} claims checked"
+        return f"{found}: {agree} agree, {len(self._findings) - agree} differ." if self._findings else f"{found}."
+
     def _rows(self) -> list[dict]:
         return [as_dict(claim, self._findings[key]) for key, claim in CLAIMS.items() if key in self._findings]
 
@@ -135,6 +147,8 @@ class Paper(Tab):
             self._slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
             self._cards[key].update(result)
             self.desk.offer()
+            if self._visible and not self._asked:  # a screen reader is told once, when all that is in view is known
+                self.desk.summarise(self._tally())
 
 
 def _told(claim: Claim) -> dict:

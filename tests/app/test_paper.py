@@ -195,7 +195,7 @@ class _Desk:
     doc = None
 
     def __init__(self):
-        self.waiting, self.offers = [], []
+        self.waiting, self.offers, self.summary = [], [], ""
 
     def offer(self):
         self.offers.append([figure.name for figure in self.tab.figures()])
@@ -205,6 +205,9 @@ class _Desk:
 
     def push(self, move, write):
         write()
+
+    def summarise(self, text):
+        self.summary = text
 
 
 @pytest.fixture
@@ -271,6 +274,20 @@ def test_a_hidden_tab_checks_nothing_and_goes_on_when_it_is_shown(checks, monkey
     assert found == ["C"]
     desk.waiting.pop()()
     assert tab._cards["4C"].found["agrees"] is True
+
+
+def test_the_tab_says_how_many_claims_agree_once_all_in_view_are_known(checks):
+    desk = _Desk()
+    tab = opened(desk)
+    assert tab.summary(None) == f"0 of {len(CLAIMS)} claims checked."
+    tab.show(Move(1, None))
+    tab._seen("4C")
+    tab._seen("14D")
+    checks.work()
+    desk.waiting.pop(0)()
+    assert desk.summary == ""
+    desk.waiting.pop(0)()
+    assert desk.summary == tab.summary(None) == f"2 of {len(CLAIMS)} claims checked: 1 agree, 1 differ."
 
 
 def test_a_check_that_fails_is_told_on_its_card(checks, monkeypatch):
