@@ -8,7 +8,7 @@ import numpy as np
 import panel as pn
 
 from app.files import style
-from app.paper import CLAIMS, Claim, Finding, as_dict
+from app.paper import CLAIMS, Claim, Finding, as_dict, tally
 from app.paper.checks import CHECKS
 from app.paper.tables import table_of
 from app.scripts import PAPER_COMMAND, PAPER_PYTHON
@@ -100,9 +100,8 @@ class Paper(Tab):
 
     def words(self) -> dict[str, str]:
         """What was found, claim by claim."""
-        verdict = {True: "agrees", False: "differs"}
         return {
-            f"{row['figure']} ({verdict[row['agrees']]}): {row['claim']}": f"{row['found']} {row['why']}".strip()
+            f"{row['figure']} ({row['verdict']}): {row['claim']}": f"{row['found']} {row['why']}".strip()
             for row in self._rows()
         }
 
@@ -115,9 +114,9 @@ class Paper(Tab):
         return PAPER_COMMAND
 
     def _tally(self) -> str:
-        agree = sum(finding.agrees for finding in self._findings.values())
         found = f"{len(self._findings)} of {len(CLAIMS)} claims checked"
-        return f"{found}: {agree} agree, {len(self._findings) - agree} differ." if self._findings else f"{found}."
+        verdicts = [CLAIMS[key].verdict(finding) for key, finding in self._findings.items()]
+        return f"{found}: {tally(verdicts)}." if verdicts else f"{found}."
 
     def _rows(self) -> list[dict]:
         return [as_dict(claim, self._findings[key]) for key, claim in CLAIMS.items() if key in self._findings]
@@ -145,7 +144,7 @@ class Paper(Tab):
         with pn.io.hold(self.desk.doc):
             plot = draw(result.picture, f"paper{key}")
             self._slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
-            self._cards[key].update(result)
+            self._cards[key].update(CLAIMS[key].verdict(result), result)
             self.desk.offer()
             if self._visible and not self._asked:  # a screen reader is told once, when all that is in view is known
                 self.desk.summarise(self._tally())
