@@ -87,6 +87,12 @@ class PlaneStage:
             place.append(min(int(share * COUNT), COUNT - 1))
         return place[0], place[1]
 
+    def centre(self, place: tuple[int, int]) -> tuple[float, float]:
+        """K and D that the numbers shown of a cell were computed with: of the coarser cell while that stands for it."""
+        source = int(nearest(self.known)[place])
+        row, column = np.unravel_index(source, self.known.shape) if source >= 0 else place
+        return float(self.question.axis("K")[column]), float(self.question.axis("D")[row])
+
 
 def refine_plane(question: Plane, last: PlaneStage | None, cancelled: Callable[[], bool]) -> Iterator[PlaneStage]:
     """Stages of the plane, from ``last`` on; raises `Cancelled`."""

@@ -16,11 +16,10 @@ from engine import ExactPenalty, Method, Newmark, Reference, System
 
 
 def as_python(setting: Setting) -> str:
-    """A script that runs both solvers as the page did."""
+    """A script that runs both solvers as the page did, and compares them."""
     p, r = setting.penalty, setting.reference
     located = ", located=True" if p.located else ""
-    names = "Newmark, Reference, System, motion, simulate"
-    return f"""from engine import {names}
+    return f"""from engine import PARTS, Newmark, Reference, System, compare, motion, simulate, verdict
 
 system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}))
@@ -31,6 +30,14 @@ penalty = simulate(
 for response in (reference, penalty):
     print(motion(response) if response.ok else response.message)
     print("xi1, xi1', xi2, xi2' at the end:", *response.section[-1:])
+
+found = compare(system, {setting.eta!r}, penalty.method, reference=reference.method, responses=(reference, penalty))
+told = verdict(found)
+print(told.headline, *told.details, sep="\\n")
+if found.pointwise:
+    for name in ("total", *PARTS):
+        print(name, getattr(found, name))
+print("change first:", told.change or "nothing")
 """
 
 
@@ -43,6 +50,7 @@ def as_command(setting: Setting) -> str:
     return (
         f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{given}\n"
         f"vibroscope simulate --solver newmark --eta {eta}{newmark}{given}\n"
+        f"vibroscope compare --eta {eta}{newmark}{reference}{given}\n"
     )
 
 

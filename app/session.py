@@ -64,6 +64,7 @@ class Session:
         self._address.theme = self.header.theme = asked.theme
         self._open(asked.tab)
         self.stage.tab.restore(asked.view)
+        self._introduce()
         self._answer(self._move, 0)
         self._waiting = not self.stage.tab.at_once(Move(self._move, self.state.setting()))
 
@@ -176,6 +177,7 @@ class Session:
     def open(self, key: str) -> None:
         """Show a tab."""
         self._open(key)
+        self._introduce()
         self._show()
 
     def _open(self, key: str) -> None:
@@ -210,7 +212,11 @@ class Session:
 
     def summarise(self, text: str) -> None:
         """See `app.tabs.base.Desk`."""
-        self.header.summary = text
+        self.header.summary = f"{self.stage.tab.title}. {text}"
+
+    def _introduce(self) -> None:
+        """Say what the tab is that has been opened, or the last one's verdict would stay."""
+        self.summarise(self.stage.tab.summary(self.state.setting()))
 
     def _seen_anew(self) -> None:
         """The address follows how the page is seen; no move is answered by that."""

@@ -9,7 +9,7 @@ from textwrap import wrap
 from engine import PARTS, Comparison, Newmark, Reference, Regularisation, Units, Verdict, compare, verdict
 
 from . import measured
-from .options import add_system_option, default_of, system_of
+from .options import add_system_option, default_of, reference_of, system_of
 from .physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
 
 SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")  # the last two make up the one before
@@ -41,6 +41,12 @@ def add(commands) -> None:
         default=Reference().joint_damping,
         help="damping of the reference's joined pendulums (default %(default)s); derived: no part of it",
     )
+    add(
+        "--threshold",
+        type=float,
+        metavar="F",
+        help=f"parting speed that begins permanent contact (default {Reference().threshold:g}); 0: its limit",
+    )
     add_system_option(command)
     measured.add_measured_options(command)
     add("--series", action="store_true", help="with --json: the difference and its parts at every sampled instant, too")
@@ -60,7 +66,7 @@ def run(options: argparse.Namespace) -> None:
         system_of(options),
         options.eta,
         Newmark(options.K, options.D, options.steps, located=options.located),
-        reference=Reference(options.joint_damping),
+        reference=reference_of(options),
         periods=options.periods,
         keep=min(_KEEP, options.periods) if options.keep is None else options.keep,
     ).with_evidence()

@@ -8,7 +8,6 @@ from engine import (
     Fit,
     MeasuredComparison,
     Newmark,
-    Reference,
     Solved,
     compare_measured,
     fit,
@@ -18,7 +17,7 @@ from engine import (
     synthetic_measurement,
 )
 
-from .options import add_system_option, system_of, units_of
+from .options import add_system_option, reference_of, system_of, units_of
 
 
 def add(commands) -> None:
@@ -111,7 +110,7 @@ def run(options: argparse.Namespace) -> None:
         options.eta,
         measurement,
         Newmark(options.K, options.D, options.steps, located=options.located),
-        reference=Reference(options.joint_damping or "table"),
+        reference=reference_of(options),
         periods=options.periods,
     )
     if options.json:

@@ -57,7 +57,7 @@ def note_unused(options: argparse.Namespace) -> None:
 
 def reference_of(options: argparse.Namespace) -> Reference:
     """The reference, with what is given of its numbers."""
-    given = {name: getattr(options, name) for name in ("joint_damping", "threshold")}
+    given = {name: getattr(options, name, None) for name in ("joint_damping", "threshold")}
     return Reference(**{name: value for name, value in given.items() if value is not None})
 
 

@@ -4,7 +4,7 @@ import argparse
 import json
 from textwrap import wrap
 
-from app.paper import CLAIMS, Claim, Finding, as_dict
+from app.paper import CLAIMS, VERDICTS, Claim, Finding, as_dict, tally
 
 
 def add(commands) -> None:
@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _lines(claim: Claim, finding: Finding) -> list[str]:
-    verdict = "agrees " if finding.agrees else "differs"
+    verdict = f"{claim.verdict(finding):<{max(map(len, VERDICTS))}}"
     surprise = "" if finding.agrees == claim.holds else "   ✗ NOT as known"
     rest = [text for text in (finding.found, finding.why) if text]
     return [f"{claim.name:<14} {verdict}  {claim.text}{surprise}", *(_indented(text) for text in rest)]
@@ -47,7 +47,6 @@ def _indented(text: str) -> str:
 
 
 def _summary(checked: list[tuple[Claim, Finding]]) -> str:
-    agree = sum(finding.agrees for _, finding in checked)
     unknown = sum(finding.agrees != claim.holds for claim, finding in checked)
     known = "all as known" if not unknown else f"{unknown} NOT as known"
-    return f"\n{len(checked)} claims: {agree} agree, {len(checked) - agree} differ; {known}"
+    return f"\n{len(checked)} claims: {tally(claim.verdict(finding) for claim, finding in checked)}; {known}"

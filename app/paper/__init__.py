@@ -4,7 +4,7 @@
 holds sentences and ways to check them. The page, ``vibroscope paper`` and the tests use the same list. No panel import.
 """
 
-from app.paper.claim import Claim, Finding, Orbits, Plane, Times, as_dict
+from app.paper.claim import VERDICTS, Claim, Finding, Orbits, Plane, Times, as_dict, tally
 from app.paper.motions import MOTIONS
 from app.paper.penalties import PENALTIES
 from app.paper.planes import PLANES
@@ -13,4 +13,4 @@ CLAIMS: dict[str, Claim] = {
     claim.key: claim for claim in sorted(MOTIONS + PENALTIES + PLANES, key=lambda claim: (claim.figure, claim.key))
 }
 
-__all__ = ["CLAIMS", "Claim", "Finding", "Orbits", "Plane", "Times", "as_dict"]
+__all__ = ["CLAIMS", "VERDICTS", "Claim", "Finding", "Orbits", "Plane", "Times", "as_dict", "tally"]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +13,7 @@ from app.scenes import Scene, scenes
 from engine import Diagram, ExactPenalty, Method, Newmark, Record, Reference, Response, System, simulate
 
 SYSTEM = System()
+VERDICTS = ("agrees", "differs", "shown by example")
 # What a printed phase plot can tell: points that scatter (standard deviation) by less than this share of the largest
 # coordinate of the section look like one.
 SEEN = 0.01
@@ -101,6 +103,8 @@ class Claim:
         Key of the tab that shows it best.
     holds : bool
         Whether the model is known to agree; a check that says otherwise is a fault of one of them.
+    example : bool
+        Whether the paper's own numbers are lost, so that ours can show the claim but not confirm it.
     """
 
     key: str
@@ -110,6 +114,7 @@ class Claim:
     check: Callable[[Scene], Finding]
     tab: str = "explore"
     holds: bool = True
+    example: bool = False
 
     @property
     def figure(self) -> int:
@@ -122,9 +127,21 @@ class Claim:
         case = self.key.removeprefix(str(self.figure))
         return f"Figure {self.figure}" + (f" [{case}]" if case else "")
 
+    def verdict(self, finding: Finding) -> str:
+        """One of `VERDICTS`."""
+        if not finding.agrees:
+            return "differs"
+        return "shown by example" if self.example else "agrees"
+
     def find(self) -> Finding:
         """Check it now: some milliseconds, or some seconds for a plane."""
         return self.check(scenes()[self.scene])
+
+
+def tally(verdicts: Iterable[str]) -> str:
+    """How many claims agree, differ and are shown by example."""
+    counts = Counter(verdicts)
+    return f"{counts['agrees']} agree, {counts['differs']} differ, {counts['shown by example']} shown by example"
 
 
 def as_dict(claim: Claim, finding: Finding) -> dict:
@@ -133,8 +150,9 @@ def as_dict(claim: Claim, finding: Finding) -> dict:
         "figure": claim.name,
         "place": claim.place,
         "claim": claim.text,
-        "agrees": finding.agrees,
-        "known_to_agree": claim.holds,
+        "verdict": claim.verdict(finding),
+        "agrees": claim.verdict(finding) == "agrees",
+        "known_to_agree": claim.holds and not claim.example,
         "found": finding.found,
         "why": finding.why,
     }

@@ -20,6 +20,8 @@ from app.takeaway import Figure, Series
 from app.views.muting import Muting
 from app.views.ranges import OwnedRange
 
+COMPUTING = "Computing."
+
 
 class Move(NamedTuple):
     """A setting to show, and the browser's number of the move that led to it."""
@@ -50,7 +52,7 @@ class Desk(Protocol):
         """Show an error, in words and with the way out; ``move`` is the move that it answers."""
 
     def summarise(self, text: str) -> None:
-        """Say what the figures show, for those who cannot see them."""
+        """Say what the open tab shows, after its title, for those who cannot see it."""
 
     def offer(self) -> None:
         """What can be taken away has changed, without a push."""
@@ -87,6 +89,10 @@ class Tab(ABC):
     def show(self, move: Move) -> None:
         """The tab is open and ``move`` holds. Here: a tab that depends on nothing that is set."""
         self.desk.push(move.number, lambda: None)
+
+    @abstractmethod
+    def summary(self, setting: Setting) -> str:
+        """What it holds of ``setting``, or that it computes: for those who cannot see it, told as it is opened."""
 
     # -- how it is seen: see `app.link` --------------------------------------
 

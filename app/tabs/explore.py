@@ -16,7 +16,7 @@ from app.present import WINDOW, Columns, factor_of, present
 from app.scenes import scene_of
 from app.state import Setting, print_number
 from app.tables import DIFFERENCE, FIGURES, difference_of, table_of
-from app.tabs.base import Desk, Move, Tab
+from app.tabs.base import COMPUTING, Desk, Move, Tab
 from app.tabs.delivery import prepared
 from app.tabs.explaining import Explaining
 from app.tabs.pin import Pin
@@ -125,6 +125,10 @@ class Explore(Tab):
         self._suggesting.follow(move.setting)
         self._latest.submit(move.number, move.setting)
 
+    def summary(self, setting: Setting) -> str:
+        """The verdict, once it is known."""
+        return self._said() if setting == self.shown() and self._meaning is not None else COMPUTING
+
     def hide(self) -> None:
         """What is still solved will not be drawn."""
         self._visible = False
@@ -192,7 +196,10 @@ class Explore(Tab):
         self.findings.update(told, meaning)
         self.displacement.explain(meaning.series if meaning else {}, self._shown.setting)
         if meaning is not None:  # a screen reader is told once, when all is known
-            self.desk.summarise(" ".join(f"{head}: {text}" for head, text in words.lines(told, meaning).items()))
+            self.desk.summarise(self._said())
+
+    def _said(self) -> str:
+        return " ".join(f"{head}: {text}" for head, text in self.words().items())
 
     def _failed(self, move: int, error: Exception) -> None:
         self.desk.tell(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import panel as pn
 
 from app.files import asset, style
+from app.state import Setting
 from app.tabs.base import Tab
 
 
@@ -20,3 +21,7 @@ class Help(Tab):
         return pn.pane.HTML(
             asset("help.html"), stylesheets=[style("text")], sizing_mode="stretch_width", sanitize_html=False
         )
+
+    def summary(self, setting: Setting) -> str:
+        """What it is about."""
+        return "The model and its equations, how to read each figure, and a glossary."

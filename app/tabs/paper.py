@@ -8,7 +8,7 @@ import numpy as np
 import panel as pn
 
 from app.files import style
-from app.paper import CLAIMS, Claim, Finding, as_dict
+from app.paper import CLAIMS, Claim, Finding, as_dict, tally
 from app.paper.checks import CHECKS
 from app.paper.tables import table_of
 from app.scripts import PAPER_COMMAND, PAPER_PYTHON
@@ -43,6 +43,7 @@ class Paper(Tab):
         self._slots: dict[str, pn.Column] = {}
         self._asked: set[str] = set()  # seen, and nothing found yet
         self._findings: dict[str, Finding] = {}
+        self._visible = False
 
     def build(self) -> pn.viewable.Viewable:
         """All cards, without figures."""
@@ -62,12 +63,18 @@ class Paper(Tab):
 
     def show(self, move: Move) -> None:
         """Go on with what was seen before another tab was opened."""
+        self._visible = True
         for key in self._asked:
             CHECKS.ask(key, self._deliver)
         super().show(move)
 
+    def summary(self, setting: Setting) -> str:
+        """How many claims agree and differ; a claim is checked when it comes into view."""
+        return self._tally()
+
     def hide(self) -> None:
         """Nothing is checked for a tab that nobody sees."""
+        self._visible = False
         CHECKS.withdraw(self._deliver)
 
     # -- what can be taken away ----------------------------------------------
@@ -93,9 +100,8 @@ class Paper(Tab):
 
     def words(self) -> dict[str, str]:
         """What was found, claim by claim."""
-        verdict = {True: "agrees", False: "differs"}
         return {
-            f"{row['figure']} ({verdict[row['agrees']]}): {row['claim']}": f"{row['found']} {row['why']}".strip()
+            f"{row['figure']} ({row['verdict']}): {row['claim']}": f"{row['found']} {row['why']}".strip()
             for row in self._rows()
         }
 
@@ -106,6 +112,11 @@ class Paper(Tab):
     def command(self, setting: Setting) -> str:
         """All claims."""
         return PAPER_COMMAND
+
+    def _tally(self) -> str:
+        found = f"{len(self._findings)} of {len(CLAIMS)} claims checked"
+        verdicts = [CLAIMS[key].verdict(finding) for key, finding in self._findings.items()]
+        return f"{found}: {tally(verdicts)}." if verdicts else f"{found}."
 
     def _rows(self) -> list[dict]:
         return [as_dict(claim, self._findings[key]) for key, claim in CLAIMS.items() if key in self._findings]
@@ -133,8 +144,10 @@ class Paper(Tab):
         with pn.io.hold(self.desk.doc):
             plot = draw(result.picture, f"paper{key}")
             self._slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
-            self._cards[key].update(result)
+            self._cards[key].update(CLAIMS[key].verdict(result), result)
             self.desk.offer()
+            if self._visible and not self._asked:  # a screen reader is told once, when all that is in view is known
+                self.desk.summarise(self._tally())
 
 
 def _told(claim: Claim) -> dict:

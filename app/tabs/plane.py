@@ -112,15 +112,13 @@ class PlaneTab(StudyTab):
 
 
 def told(setting: Setting, stage: PlaneStage) -> list[list[str]]:
-    """Head and text of what the planes say: the cell that is set, and both planes together."""
+    """Head and text of what the planes say: the cell that holds the setting, and both planes together."""
     lines = []
     place = stage.cell(setting.K, setting.D)
     if place is not None:
-        lines += [
-            [f"{_SIDE_NAMES[side]} at K = {setting.K:g}, D = {setting.D:g}", _cell(stage, side, place)]
-            for side in SIDES
-        ]
-    return [*lines, ["The whole plane", _whole(stage)]]
+        K, D = (print_number(float(f"{x:.3g}")) for x in stage.centre(place))
+        lines += [[f"{_SIDE_NAMES[side]}, cell at K ≈ {K}, D ≈ {D}", _cell(stage, side, place)] for side in SIDES]
+    return [*lines, ["The whole plane" + ("" if stage.share >= 1 else " so far"), _whole(stage)]]
 
 
 def _cell(stage: PlaneStage, side: str, place: tuple[int, int]) -> str:

@@ -17,7 +17,7 @@ from app.files import style
 from app.link import View
 from app.live import KEPT, Live, Refine, Stage
 from app.state import Setting
-from app.tabs.base import Desk, Move, Tab
+from app.tabs.base import COMPUTING, Desk, Move, Tab
 from app.takeaway import Figure
 from app.views.muting import Muting
 from app.views.study import StudyPanel
@@ -105,6 +105,12 @@ class StudyTab(Tab):
         """What is not chosen as at first."""
         return {name: value for name, value in self.panel.chosen.items() if value != self.chosen[name]}
 
+    def summary(self, setting: Setting) -> str:
+        """What the panel says of the whole picture; of a part of it nothing yet."""
+        question = self.question(setting)
+        stage = self._stage if self._stage is not None and self._stage.question == question else KEPT.get(question)
+        return _in_one(self.tell(setting, stage)) if stage is not None and stage.share >= 1 else COMPUTING
+
     def hide(self) -> None:
         """What is under way is cancelled; it goes on from there when the tab is opened again."""
         self._visible = False
@@ -158,7 +164,7 @@ class StudyTab(Tab):
             "text": f"{text}, stopped" if self._stopped else text,
         }
         if share >= 1:  # a screen reader is told once, when all is known
-            self.desk.summarise(" ".join(f"{head}: {said}" for head, said in self.panel.told))
+            self.desk.summarise(_in_one(self.panel.told))
 
     # -- what can be taken away ----------------------------------------------
 
@@ -202,3 +208,7 @@ class StudyTab(Tab):
             self.ask()
         self._stopped = on
         self.push()
+
+
+def _in_one(told: list[list[str]]) -> str:
+    return " ".join(f"{head}: {said}" for head, said in told)

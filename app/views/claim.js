@@ -1,6 +1,9 @@
 // One claim of the paper: what it says, whether it holds, what was found, and the way to see more. It asks for its check
 // when it comes into view; a hidden tab never does. Only textContent is ever set.
 
+const MARKS = { agrees: "✓ agrees", differs: "≠ differs", "shown by example": "○ shown by example" };
+const AGREES = { agrees: "true", differs: "false", "shown by example": "example" };
+
 export function render({ model }) {
   const { name, place, text, title } = model.claim;
   const root = element("article", "claim");
@@ -14,10 +17,10 @@ export function render({ model }) {
   const open = button(`Open in ${title}`, `Open the setting of ${name} in ${title}`, () => show(model.claim));
   root.append(head, element("p", "says", text), found, why, open);
   const draw = () => {
-    const { agrees, error } = model.found;
-    const known = agrees !== undefined;
-    root.dataset.agrees = known ? String(agrees) : "";
-    verdict.textContent = known ? (agrees ? "✓ agrees" : "≠ differs") : "";
+    const { verdict: said, error } = model.found;
+    const known = said !== undefined;
+    root.dataset.agrees = AGREES[said] ?? "";
+    verdict.textContent = MARKS[said] ?? "";
     found.textContent = error ?? model.found.found ?? "computing …";
     why.textContent = model.found.why ?? "";
     why.hidden = !why.textContent;

@@ -38,7 +38,7 @@ class ClaimCard(Lean, pn.custom.JSComponent):
     """The sentence, the verdict, what was found, why, and a button; tells when it comes into view."""
 
     claim = param.Dict(default={}, doc="name, place, text, scene; tab that the button opens and its title")
-    found = param.Dict(default={}, doc="agrees, found, why; or error; empty until it is known")
+    found = param.Dict(default={}, doc="verdict, found, why; or error; empty until it is known")
 
     _esm = script("dom", "theme", "claim")
     _stylesheets = [style("claim")]  # noqa: RUF012 - Panel reads it from the class
@@ -47,9 +47,9 @@ class ClaimCard(Lean, pn.custom.JSComponent):
         super().__init__(claim=claim, css_classes=["card"], sizing_mode="stretch_width")
         self.on_msg(lambda event: on_seen() if event.data == {"seen": True} else None)
 
-    def update(self, finding: Finding) -> None:
+    def update(self, verdict: str, finding: Finding) -> None:
         """Show what was found."""
-        self.found = {"agrees": finding.agrees, "found": finding.found, "why": finding.why}
+        self.found = {"verdict": verdict, "found": finding.found, "why": finding.why}
 
     def fail(self, error: str) -> None:
         """Say that it could not be checked."""

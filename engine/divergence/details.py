@@ -33,8 +33,8 @@ def details_of(found: Comparison, tried: list[Cure]) -> tuple[str, ...]:
     share = [percent(motion.contact_share) for motion in (found.motions.reference, found.motions.penalty)]
     lines.append(f"Contact takes {share[0]} of the time in the reference, {share[1]} in the penalty solution.")
     if tried:
-        left = "; ".join(f"{_name(cure)} {percent(cure.left)}" for cure in tried)
-        lines.append(f"Left if one number alone is changed: {left}.")
+        left = "; ".join(f"{_name(cure)} leaves {percent(cure.left)}" for cure in tried)
+        lines.append(f"If one number alone is changed: {left}.")
     return tuple(lines)
 
 

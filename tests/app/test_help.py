@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from app.files import asset
+from app.tables import FIGURES
+from app.tabs import TABS
+from app.tabs.study import StudyTab
 from engine import ExactPenalty, Newmark, Record, Reference, System, simulate
 
 SYSTEM = System()
@@ -15,8 +18,8 @@ NUMBERS |= {"mu": SYSTEM.mass_ratio, "e": SYSTEM.restitution, "eta": ETA, "K": 2
 # Longest first: ξ₁″ before ξ₁. Each becomes a name of Python's.
 SYMBOLS = {
     "cos ητ": "drive", "η": "eta", "κ₃": "kappa3", "κ": "kappa", "μ": "mu", "λ": "force", "²": "**2",
-    "ξ₁″": "a1", "ξ₂″": "a2", "ξ″": "a1", "ξ₁′": "v1", "ξ₂′": "v2", "ξ′": "v1", "ξ₁⁺": "p1", "ξ₂⁺": "p2",
-    "ξ₁⁻": "m1", "ξ₂⁻": "m2", "ξ₁": "x1", "ξ₂": "x2", "ξ": "x1", "d₁": "d1", "d₂": "d2", "d₃": "d3", "−": "-",
+    "ξ₁″": "a1", "ξ₂″": "a2", "ξ″": "a1", "ξ₁′": "v1", "ξ₂′": "v2", "ξ′": "v1", "ξ₁′⁺": "p1", "ξ₂′⁺": "p2",
+    "ξ₁′⁻": "m1", "ξ₂′⁻": "m2", "ξ₁": "x1", "ξ₂": "x2", "ξ": "x1", "d₁": "d1", "d₂": "d2", "d₃": "d3", "−": "-",
 }  # fmt: skip
 
 
@@ -100,3 +103,10 @@ def test_the_mass_ratio():
 def test_no_equation_is_left_untested():
     shown = set(re.findall(r'data-equation="(\w+)"', asset("help.html")))
     assert shown == {"one", "two", "mass", "impact", "momentum", "joined", "joint_force", "penalty"}
+
+
+def test_every_figure_that_can_be_taken_away_has_its_paragraph():
+    told = re.findall(r'<h3 data-figures="([^"]+)">[^<]+</h3>\n<p>', asset("help.html"))
+    explained = [name for names in told for name in names.split()]
+    studies = [figure.name for tab in TABS.values() if issubclass(tab, StudyTab) for figure in tab.pictures]
+    assert sorted(explained) == sorted([*FIGURES, *studies, "claims", "paper"])  # Paper's are named paper3, paper4A, …

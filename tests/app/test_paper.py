@@ -195,7 +195,7 @@ class _Desk:
     doc = None
 
     def __init__(self):
-        self.waiting, self.offers = [], []
+        self.waiting, self.offers, self.summary = [], [], ""
 
     def offer(self):
         self.offers.append([figure.name for figure in self.tab.figures()])
@@ -205,6 +205,9 @@ class _Desk:
 
     def push(self, move, write):
         write()
+
+    def summarise(self, text):
+        self.summary = text
 
 
 @pytest.fixture
@@ -245,7 +248,7 @@ def test_a_claim_is_checked_when_it_is_seen_and_once(checks):
     checks.work()
     assert tab._cards["4C"].found == {}
     desk.waiting.pop()()
-    assert tab._cards["4C"].found["agrees"] is True
+    assert tab._cards["4C"].found["verdict"] == "agrees"
     assert len(tab._slots["4C"]) == 2
     assert all(len(slot) == 1 for key, slot in tab._slots.items() if key != "4C")
     assert [row["figure"] for row in json.loads(as_json(tab.data()))["claims"]] == ["Figure 4 [C]"]
@@ -270,7 +273,35 @@ def test_a_hidden_tab_checks_nothing_and_goes_on_when_it_is_shown(checks, monkey
     checks.work()
     assert found == ["C"]
     desk.waiting.pop()()
-    assert tab._cards["4C"].found["agrees"] is True
+    assert tab._cards["4C"].found["verdict"] == "agrees"
+
+
+def test_the_tab_says_how_many_claims_agree_once_all_in_view_are_known(checks):
+    desk = _Desk()
+    tab = opened(desk)
+    assert tab.summary(None) == f"0 of {len(CLAIMS)} claims checked."
+    tab.show(Move(1, None))
+    tab._seen("4C")
+    tab._seen("14D")
+    checks.work()
+    desk.waiting.pop(0)()
+    assert desk.summary == ""
+    desk.waiting.pop(0)()
+    assert desk.summary == tab.summary(None)
+    assert desk.summary == f"2 of {len(CLAIMS)} claims checked: 1 agree, 1 differ, 0 shown by example."
+
+
+def test_what_is_shown_by_our_example_is_not_counted_as_agreeing(capsys, monkeypatch):
+    assert [key for key, claim in CLAIMS.items() if claim.example] == ["10A", "10B", "10C", "13A", "13B"]
+    found = CLAIMS["10B"].find()
+    row = as_dict(CLAIMS["10B"], found)
+    assert (row["verdict"], row["agrees"], row["known_to_agree"]) == ("shown by example", False, False)
+    assert CLAIMS["10B"].verdict(replace(found, agrees=False)) == "differs"
+    monkeypatch.setattr(command, "CLAIMS", {key: CLAIMS[key] for key in ("4C", "10B")})
+    assert command.run(command.argparse.Namespace(json=False)) == 0
+    told = capsys.readouterr().out
+    assert "Figure 10 [B]  shown by example" in told
+    assert "2 claims: 1 agree, 0 differ, 1 shown by example; all as known" in told
 
 
 def test_a_check_that_fails_is_told_on_its_card(checks, monkeypatch):

@@ -8,6 +8,8 @@ import pytest
 from app import bifurcation, classes, plane, timestep
 from app.bifurcation import Diagram, refine_diagram
 from app.plane import Plane, refine_plane
+from app.state import Explorer
+from app.tabs.plane import told as told_of_plane
 from app.timestep import TimeStep, refine_step
 from engine import Cancelled, ExactPenalty, Newmark, Reference, System, motion, simulate
 
@@ -81,6 +83,21 @@ def test_the_cell_of_a_setting_holds_it(small_plane):
     assert stage.cell(10, 0.1) == (0, 0)
     assert stage.cell(1e5, 100) == (11, 11)
     assert stage.cell(9.9, 18) is None
+
+
+def test_a_plane_says_which_cell_its_numbers_are_of_and_that_shares_are_so_far(small_plane, monkeypatch):
+    monkeypatch.setattr(plane, "COUNT", 12)
+    setting = Explorer(K=12000.0, D=18.0).setting()
+    first, whole = small_plane[0], small_plane[-1]
+    for stage, place in ((first, (8, 8)), (whole, whole.cell(12000, 18))):
+        centre = stage.question.axis("K")[place[1]], stage.question.axis("D")[place[0]]
+        assert stage.centre(whole.cell(12000, 18)) == centre
+        heads = [head for head, _ in told_of_plane(setting, stage)]
+        assert heads[0].startswith("Newmark, cell at K ≈ ")
+        for number, value in zip(heads[0].split(" ≈ ")[1:], centre, strict=True):
+            assert float(number.split(",")[0]) == pytest.approx(value, rel=5e-3)
+    assert told_of_plane(setting, first)[-1][0] == "The whole plane so far"
+    assert told_of_plane(setting, whole)[-1][0] == "The whole plane"
 
 
 @pytest.mark.parametrize("name", classes.QUANTITIES)

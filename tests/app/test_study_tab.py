@@ -129,6 +129,17 @@ def test_what_comes_late_from_another_question_is_not_shown(opened):
     assert tab.figures() == []
 
 
+def test_a_study_says_what_it_shows_of_a_setting_once_all_is_known_and_that_it_computes_before(opened):
+    tab, desk = opened(Speed)
+    assert tab.summary(SETTING) == "Computing."
+    asked = Asked.all[0]
+    for stage in asked.refine(asked.question, None, lambda: False):
+        asked.deliver(asked, stage)
+    assert desk.summary == tab.summary(SETTING)
+    assert "Closed form: " in desk.summary
+    assert tab.summary(SETTING._replace(K=100.0)) == "Computing."
+
+
 def test_the_data_of_a_study_are_taken_away(opened):
     tab, _ = opened(PlaneTab)
     asked = Asked.all[0]

@@ -35,16 +35,22 @@ def frame(setting):
 
 
 @pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
-def test_the_script_finds_the_numbers_of_the_page(setting):
+def test_the_script_finds_the_numbers_of_the_page(setting, capsys):
     space = {}
     exec(as_python(setting), space)
+    said, meaning = capsys.readouterr().out.splitlines(), words.explain(frame(setting))
+    assert meaning.verdict in said
+    assert set(meaning.details) <= set(said)
+    assert {f"{name} {value}" for name, value in meaning.parts.items()} <= set(said)
     np.testing.assert_array_equal(space["reference"].section, frame(setting).reference.response.section)
     np.testing.assert_array_equal(space["penalty"].section, frame(setting).penalty.response.section)
 
 
 @pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
 def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
-    commands = as_command(setting).replace("vibroscope simulate", "vibroscope simulate --json")
+    commands = as_command(setting)
+    for name in ("simulate", "compare"):
+        commands = commands.replace(f"vibroscope {name}", f"vibroscope {name} --json")
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     run = subprocess.run(
         ["sh", "-e"], input=commands, cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True, text=True
@@ -53,6 +59,10 @@ def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
     found = [json.loads(line) for line in run.stdout.splitlines()]
     np.testing.assert_array_equal(found[0]["section"], frame(setting).reference.response.section)
     np.testing.assert_array_equal(found[1]["section"], frame(setting).penalty.response.section)
+    meaning = words.explain(frame(setting))
+    assert found[2]["verdict"] == meaning.verdict
+    assert found[2]["details"] == list(meaning.details)
+    assert {name: found[2][name] for name in meaning.parts} == meaning.parts
 
 
 @given(settings)

@@ -45,6 +45,13 @@ def test_scatter_is_told_about_the_points_and_not_between_them():
 def test_the_cost_is_that_of_an_fe_code():
     cost = dict(row[:2] for row in tell(frame("C")).cost)
     assert cost["FE steps"] == "16.4 M"  # 2,050 periods of 8,000 steps
+    assert {"penalty, computed here in", "reference, computed here in"} < cost.keys()
+
+
+def test_the_numbers_say_that_what_a_change_leaves_is_left():
+    told = next(line for line in explain(frame("9B")).details if line.startswith("If one number alone is changed: "))
+    changes = told.partition(": ")[2].split("; ")
+    assert all(" leaves " in change and change.rstrip(".").endswith("%") for change in changes)
 
 
 def test_the_parts_of_the_difference_are_given_where_the_motions_keep_step():

@@ -254,6 +254,22 @@ def test_a_summary_tells_what_the_figures_show(visit):
     wait_until(lambda: "Two periods" in summary.text_content(), what="the summary of [D]")
 
 
+def test_the_summary_is_of_the_open_tab(visit):
+    explorer = visit().explained()
+    summary = explorer.page.locator(".summary")
+    told = summary.text_content()
+    assert told.startswith("Explore. Do they agree?")
+    for title, words in (
+        ("Help", "Help. The model and its equations"),
+        ("Paper", "Paper. 0 of 20 claims checked"),
+        ("Bifurcation", "Bifurcation. "),
+    ):
+        explorer.open_tab(title)
+        wait_until(lambda words=words: summary.text_content().startswith(words), what=f"the summary of {title}")
+    explorer.open_tab("Explore")
+    wait_until(lambda: summary.text_content() == told, what="the verdict again")
+
+
 def test_the_first_thing_to_change_is_a_button(visit):
     explorer = visit("?eta=1.08&K=100&D=50&steps=2000").explained()
     before = float(explorer.page.locator(".part.total .number").text_content().split()[0])
