@@ -21,7 +21,7 @@ help:
 	@echo "make diagram    renew the bifurcation diagram kept in assets/"
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
-	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx)"
+	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx, curl; openssl)"
 	@echo "make release    image and proxy where they can run, fuzz, faults, load, soak: half an hour, prints its figures"
 	@echo "make clean      remove .venv and what tools left behind"
 
