@@ -54,12 +54,17 @@ image:
 proxy: $(VENV)/run
 	tools/rehearse-proxy.sh
 
+# What could not be tried here is told where it is met and once more at the end.
+release: SHELL := bash
 release: $(VENV)/test
-	@if [ "$$(id -u)" = 0 ] && command -v debootstrap && command -v buildah; then tools/rehearse-image.sh; else \
-	  echo "NOT TRIED: the image, which needs root, debootstrap and buildah (Debian; make image installs the two)"; fi
-	@if command -v nginx && command -v curl; then tools/rehearse-proxy.sh; else \
-	  echo "NOT TRIED: the proxy, which needs nginx and curl (Debian: apt install nginx-light curl)"; fi
-	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release $(ARGS)
+	@mkdir -p build; set -o pipefail; { set -e; \
+	if [ "$$(id -u)" = 0 ] && command -v debootstrap >/dev/null && command -v buildah >/dev/null; then tools/rehearse-image.sh; else \
+	  echo "NOT TRIED: the image, which needs root, debootstrap and buildah (Debian; make image installs the two)"; fi; \
+	if command -v nginx >/dev/null && command -v curl >/dev/null; then tools/rehearse-proxy.sh; else \
+	  echo "NOT TRIED: the proxy, which needs nginx and curl (Debian: apt install nginx-light curl)"; fi; \
+	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release $(ARGS); \
+	} 2>&1 | tee build/release.log; code=$$?; \
+	echo; grep 'NOT TRIED' build/release.log || echo "release: nothing was left out"; exit $$code
 
 clean:
 	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis tests/results
