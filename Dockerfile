@@ -1,6 +1,6 @@
 # The explorer as a container that needs nothing but a temporary folder:
 #
-#   docker run --read-only --tmpfs /tmp --cap-drop ALL --security-opt no-new-privileges -p 5006:5006 \
+#   docker run --read-only --tmpfs /tmp --cap-drop ALL --security-opt no-new-privileges -p 127.0.0.1:5006:5006 \
 #       -e VIBROSCOPE_ORIGINS=localhost:5006 vibroscope
 #
 # VIBROSCOPE_ORIGINS names the host in the browser's address bar. No RUN --mount: builders other than BuildKit must

@@ -21,7 +21,7 @@ help:
 	@echo "make diagram    renew the bifurcation diagram kept in assets/"
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
-	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx)"
+	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx, curl; openssl)"
 	@echo "make release    image and proxy where they can run, fuzz, faults, load, soak: half an hour, prints its figures"
 	@echo "make clean      remove .venv and what tools left behind"
 
@@ -54,12 +54,17 @@ image:
 proxy: $(VENV)/run
 	tools/rehearse-proxy.sh
 
+# What could not be tried here is told where it is met and once more at the end.
+release: SHELL := bash
 release: $(VENV)/test
-	@if [ "$$(id -u)" = 0 ] && command -v debootstrap && command -v buildah; then tools/rehearse-image.sh; else \
-	  echo "NOT TRIED: the image, which needs root, debootstrap and buildah (Debian; make image installs the two)"; fi
-	@if command -v nginx && command -v curl; then tools/rehearse-proxy.sh; else \
-	  echo "NOT TRIED: the proxy, which needs nginx and curl (Debian: apt install nginx-light curl)"; fi
-	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release $(ARGS)
+	@mkdir -p build; set -o pipefail; { set -e; \
+	if [ "$$(id -u)" = 0 ] && command -v debootstrap >/dev/null && command -v buildah >/dev/null; then tools/rehearse-image.sh; else \
+	  echo "NOT TRIED: the image, which needs root, debootstrap and buildah (Debian; make image installs the two)"; fi; \
+	if command -v nginx >/dev/null && command -v curl >/dev/null; then tools/rehearse-proxy.sh; else \
+	  echo "NOT TRIED: the proxy, which needs nginx and curl (Debian: apt install nginx-light curl)"; fi; \
+	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release $(ARGS); \
+	} 2>&1 | tee build/release.log; code=$$?; \
+	echo; grep 'NOT TRIED' build/release.log || echo "release: nothing was left out"; exit $$code
 
 clean:
 	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis tests/results

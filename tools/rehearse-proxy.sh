@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# Runs deploy/nginx.conf for real, on this machine alone, in front of two replicas, and tries what it promises: the page,
-# its websocket, stickiness, headers, rate limits, a replica that ends. Needs nginx (Debian: apt install nginx-light).
+# Runs deploy/main.conf and deploy/nginx.conf for real, on this machine alone, in front of two replicas, and tries what
+# they promise: page and websocket, stickiness, headers, rate limits, silent connections, a replica that ends, and HTTPS.
+# Needs nginx and curl, for HTTPS openssl (Debian: apt install nginx-light curl openssl).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 work=$(mktemp -d)
-# ports: of the proxy and of the two replicas
-read -r port first second < <(.venv/bin/python -c 'if 1:
+# ports: of the proxy, of the two replicas, and with HTTPS of the proxy and of what leads there
+read -r port first second tls plain < <(.venv/bin/python -c 'if 1:
     import socket
-    probes = [socket.create_server(("127.0.0.1", 0)) for _ in range(3)]
+    probes = [socket.create_server(("127.0.0.1", 0)) for _ in range(5)]
     print(*(probe.getsockname()[1] for probe in probes))')
 replicas=("$first" "$second")
 site=http://127.0.0.1:$port
@@ -25,25 +26,19 @@ clean_up() {
 trap clean_up EXIT
 for tool in nginx curl; do command -v "$tool" >/dev/null || { say "needs $tool"; exit 1; }; done
 
-# The committed configuration with nothing changed but the port; only the list of replicas is another one.
-sed "s/listen 8080/listen 127.0.0.1:$port/; s|include upstream.conf|include $work/upstream.conf|" deploy/nginx.conf >"$work/site.conf"
+# The committed configuration: other ports, other folders, other replicas, and one worker as where there is one core.
+here="s/listen 8080/listen 127.0.0.1:$port/; s|include upstream.conf|include $work/upstream.conf|"
+sed "$here" deploy/nginx.conf >"$work/site.conf"
 printf 'server 127.0.0.1:%s max_fails=2 fail_timeout=10s;\n' "${replicas[@]}" >"$work/upstream.conf"
-cat >"$work/nginx.conf" <<END
-pid $work/nginx.pid;
-error_log $work/error.log warn;
-events {}
-http {
-    include /etc/nginx/mime.types;
-    access_log $work/access.log;
-    client_body_temp_path $work/body; proxy_temp_path $work/proxy; fastcgi_temp_path $work/f; uwsgi_temp_path $work/u; scgi_temp_path $work/s;
-    include $work/site.conf;
-}
-END
+folders=''
+for name in client_body proxy fastcgi uwsgi scgi; do folders+="${name}_temp_path $work/$name; "; done
+sed "s|^user .*||; s|auto;|1;|; s|/var/log/nginx|$work|; s|/var/run|$work|; s|include /etc/nginx/conf.d.*|$folders include $work/site.conf;|" \
+    deploy/main.conf >"$work/nginx.conf"
 nginx -t -q -c "$work/nginx.conf" || fail "configuration"
 say "nginx -t: the configuration is good"
 
 BOKEH_SECRET_KEY=$(.venv/bin/python -c 'import secrets; print(secrets.token_urlsafe(48))')
-export BOKEH_SECRET_KEY VIBROSCOPE_ORIGINS=127.0.0.1:$port VIBROSCOPE_PROXIED=yes
+export BOKEH_SECRET_KEY VIBROSCOPE_ORIGINS=127.0.0.1:$port,127.0.0.1:$tls VIBROSCOPE_PROXIED=yes
 for number in 1 2; do
     .venv/bin/vibroscope serve --port "${replicas[number - 1]}" >"$work/app$number.log" 2>&1 &
     running+=($!)
@@ -63,6 +58,33 @@ say "40 sessions of one address at once: page, websocket, a value set, all in th
 curl -s -o /dev/null --interface 127.0.0.2 -H 'X-Real-Ip: 192.0.2.1' -H 'Sec-WebSocket-Protocol: bokeh, forged' "$site/ws"
 grep -hq 'what=token address=127.0.0.2' "$work"/app?.log || fail "the log does not name the client"
 say "the log names the client's address, not the proxy's, nor what a client says of itself"
+
+# Each sends the beginning of a header and no more, so that no limit by address counts it.
+silent() {
+    .venv/bin/python - "$port" <<'END'
+import resource, socket, subprocess, sys, time
+COUNT, port = 1500, int(sys.argv[1])
+most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+if most != resource.RLIM_INFINITY and most < 2 * COUNT:
+    sys.exit(f"NOT TRIED: {COUNT} silent connections, since a process may have {most} files open here")
+resource.setrlimit(resource.RLIMIT_NOFILE, (2 * COUNT, most))
+held = []
+for _ in range(COUNT):
+    held.append(socket.create_connection(("127.0.0.1", port), 10))
+    held[-1].sendall(b"GET / HTTP/1.1\r\nHost: x")
+begun = time.monotonic()
+page = ["curl", "-sf", "-m", "4", "--interface", "127.0.0.3", "-o", "/dev/null", f"http://127.0.0.1:{port}/"]
+assert subprocess.run(page).returncode == 0, "no page"
+taken = 1000 * (time.monotonic() - begun)
+for each in held:
+    each.settimeout(10)
+    while each.recv(1000):
+        pass
+print(f"{COUNT} silent connections: a page after {taken:.0f} ms, all of them closed after {time.monotonic() - begun:.0f} s")
+END
+}
+told=$(silent 2>"$work/silent.log") || grep -q '^NOT TRIED' "$work/silent.log" || fail "silent connections"
+say "${told:-$(cat "$work/silent.log")}"
 
 headers=$(curl -sI "$site/")
 for name in Content-Security-Policy X-Content-Type-Options Referrer-Policy Permissions-Policy; do
@@ -86,3 +108,29 @@ kill "${running[$((busy - 1))]}"; wait "${running[$((busy - 1))]}" || fail "repl
 sleep 12
 .venv/bin/python tests/release/hold_sessions.py "$site" 1 || fail "the other replica does not take over"
 say "the replica that held the session ended with 0; the other one takes over"
+
+# --- HTTPS: the lines marked so, taken in, with a certificate of its own ----------------------------------------------
+
+if ! command -v openssl >/dev/null; then
+    say "NOT TRIED: HTTPS, which needs openssl"
+    exit
+fi
+marked() { sed -E 's/^( *)# (.*[^ ]) *# HTTPS$/\1\2/' "$1"; } # with those lines taken in
+for line in 443:8443 80:8081 ./tls:/etc/nginx/tls:ro; do
+    marked compose.yaml | grep -Eq "^ +- $line *$" || fail "compose.yaml, taken in, has no $line"
+done
+mkdir "$work/tls"
+openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=rehearsal -addext subjectAltName=IP:127.0.0.1 \
+    -keyout "$work/tls/privkey.pem" -out "$work/tls/fullchain.pem" 2>"$work/openssl.log" || fail "openssl"
+marked deploy/nginx.conf | sed "$here; s/listen 8443/listen 127.0.0.1:$tls/; s/listen 8081/listen 127.0.0.1:$plain/; s|/etc/nginx/tls|$work/tls|" \
+    >"$work/site.conf"
+nginx -t -q -c "$work/nginx.conf" || fail "configuration with HTTPS"
+nginx -s reload -c "$work/nginx.conf" 2>>"$work/openssl.log"
+export SSL_CERT_FILE=$work/tls/fullchain.pem CURL_CA_BUNDLE=$work/tls/fullchain.pem
+for _ in $(seq 50); do curl -sf -o /dev/null --interface 127.0.0.4 "https://127.0.0.1:$tls/favicon.ico" && break; sleep 0.1; done
+headers=$(curl -sI --interface 127.0.0.4 "https://127.0.0.1:$tls/")
+grep -q '^HTTP/1.1 200' <<<"$headers" && grep -qi '^strict-transport-security:' <<<"$headers" || fail "HTTPS: $headers"
+.venv/bin/python tests/release/hold_sessions.py "https://127.0.0.1:$tls" 1 || fail "no session over HTTPS"
+led=$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "http://127.0.0.1:$plain/?eta=1.2")
+[ "$led" = '301 https://127.0.0.1/?eta=1.2' ] || fail "plain HTTP answers $led"
+say "HTTPS: page, websocket, a value set; plain HTTP leads there"

@@ -29,10 +29,13 @@ def pytest_collection_modifyitems(items):
 
 def pytest_terminal_summary(terminalreporter, config):
     sums = config.stash[SUMS]
+    skipped = [report.longrepr[2].removeprefix("Skipped: ") for report in terminalreporter.stats.get("skipped", [])]
     failed = sum(len(terminalreporter.stats.get(end, [])) for end in ("failed", "error"))
-    if sums:
+    if sums or skipped:
         told = f"{sums['inputs']} inputs tried, {sums['faults']} faults survived, {sums['sessions']} sessions held"
         end = f"NOT HELD: {failed} checks" if failed else "nothing lost"
+        if skipped:
+            end += f" in what was tried; NOT TRIED: {len(skipped)} checks ({', '.join(sorted(set(skipped)))})"
         terminalreporter.write_line(f"release: {told}, {end}")
 
 
