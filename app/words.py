@@ -108,7 +108,7 @@ def _apart(found: Comparison) -> str:
     if not shift:
         return ""
     apart = f"{_COUNTS.get(shift, str(shift)).lower()}{'' if shift <= len(_COUNTS) else ' periods'}"
-    return f" The figures show the two {apart} apart; the difference is that of the same periods."
+    return f" They are drawn {apart} apart, and compared in step."
 
 
 def _last_periods(found: Comparison, rows: np.ndarray) -> np.ndarray:

@@ -108,5 +108,5 @@ def test_a_motion_that_is_drawn_a_period_apart_is_said_to_be():
     reference, penalty = (columns[f"{name}2"][:-1] for name in ("reference", "penalty"))
     half = len(reference) // 2
     assert np.std(penalty - reference) > 5 * np.std(np.roll(penalty, half) - reference)
-    assert "The figures show the two one period apart" in explain(shown).verdict
+    assert "They are drawn one period apart" in explain(shown).verdict
     assert "apart" not in explain(frame("C")).verdict
