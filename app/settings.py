@@ -113,9 +113,7 @@ class Settings:
     )
     threads: int = _setting(lambda: max(4, os.cpu_count() or 4), whole(1, 256), "threads that solve")
     sessions: int = _setting(100, whole(1, 100_000), "sessions held at once; whoever comes later is told to wait")
-    steps: int = _setting(
-        100_000_000, whole(5_000_000, 10**12), "time steps × periods that one setting may ask for"
-    )
+    steps: int = _setting(100_000_000, whole(5_000_000, 10**12), "time steps × periods that one setting may ask for")
     cache_dir: str | None = _setting(
         None, _folder, "folder of compiled kernels and diagrams, by default the user's own"
     )
