@@ -5,10 +5,8 @@ import os
 import hypothesis
 
 # The same examples in every run, so that what passed passes again; VIBROSCOPE_FUZZ=1 looks for new ones.
-# No example has a deadline, nor has the making of examples: a busy machine is no fault of the code.
-hypothesis.settings.register_profile(
-    "repeatable", derandomize=True, deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
-)
+# No example has a deadline: a busy machine is no fault of the code.
+hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 if not os.environ.get("VIBROSCOPE_FUZZ"):
     hypothesis.settings.load_profile("repeatable")
 
