@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -125,7 +124,7 @@ def _lines(found: Recommendation) -> list[str]:
     if found.compensated:
         part = _percent(found.joint_damping)
         lines.append(f"Mind: the joint damping alone makes {part}; errors cancel here, and need not at another η.")
-    elif math.isfinite(found.joint_damping) and found.joint_damping >= 1e-4:
+    elif 1e-4 <= found.joint_damping <= found.tolerance:  # one that is larger is the reason; nan where there is none
         lines.append(f"Of it the joint damping alone makes {_percent(found.joint_damping)}.")
     return lines
 

@@ -138,8 +138,8 @@ def _cost(frame: Frame) -> tuple[tuple[str, str, str], ...]:
     paid = f"Steps that an FE code would compute one by one for these {penalty.periods} periods"
     return (
         ("FE steps", f"{penalty.cost.steps / 1e6:.3g} M", paid),
-        ("penalty, computed here in", _milliseconds(penalty), times),
-        ("reference, computed here in", _milliseconds(reference), times),
+        ("penalty solved in", _milliseconds(penalty), times),
+        ("reference solved in", _milliseconds(reference), times),
     )
 
 

@@ -81,14 +81,27 @@ class Link {
   }
 
   flush() {
-    this.paced = this.waiting !== null;
-    if (!this.paced) return;
-    requestAnimationFrame(() => this.flush());
-    // One move in flight: what queues up on the way to the server, nothing there can overtake.
-    if (this.answeredMove < this.move && performance.now() - this.sentAt < OVERTAKE_AFTER) return;
+    clearTimeout(this.overtaking);
+    if (!this.waiting) return;
+    const patience = this.sentAt + OVERTAKE_AFTER - performance.now();
+    if (this.answeredMove < this.move && patience > 0) {
+      // One move in flight: what queues up on the way to the server, nothing there can overtake.
+      this.overtaking = setTimeout(() => this.flush(), patience);
+      return;
+    }
     const texts = this.waiting;
     this.waiting = null;
     this.send({ set: texts });
+    this.pace();
+  }
+
+  // A frame costs the browser as much as a fifth of a figure, even if nothing changed: none is asked for to wait in.
+  pace() {
+    this.paced = true;
+    requestAnimationFrame(() => {
+      this.paced = false;
+      this.flush();
+    });
   }
 
   send(message) {
@@ -109,6 +122,7 @@ class Link {
     }
     this.root.dataset.frame = shown.frame;
     this.answeredMove = shown.move;
+    if (this.waiting && !this.paced) this.pace();
     if (shown.move < this.move || this.waiting) return false;
     this.root.dataset.move = shown.move;
     clearTimeout(this.timer);
@@ -199,9 +213,19 @@ function typedField(number, link, place) {
   refusal.setAttribute("role", "alert");
   refusal.hidden = true;
   let accepted = "";
-  typed.addEventListener("change", () => link.set({ [number.name]: typed.value.trim().replace(",", ".") }));
+  let begun = false; // something is being typed, which no answer may take away
+  typed.addEventListener("input", () => { begun = true; });
+  typed.addEventListener("change", () => {
+    begun = false;
+    link.set({ [number.name]: typed.value.trim().replace(",", ".") });
+  });
+  typed.addEventListener("blur", () => {
+    if (begun) typed.value = accepted; // it is what it was, or the change would have been told
+    begun = false;
+  });
   typed.addEventListener("keydown", (event) => {
     if (event.key !== "Escape") return;
+    begun = false;
     typed.value = accepted;
     link.set({ [number.name]: accepted });
   });
@@ -214,7 +238,7 @@ function typedField(number, link, place) {
     else typed.removeAttribute("aria-describedby");
     refusal.hidden = !refused;
     refusal.textContent = refused ? `${shown.refused.text} Escape brings back ${accepted}.` : "";
-    if (echo && !refused) typed.value = accepted;
+    if (echo && !refused && !begun) typed.value = accepted;
   };
   return { typed, draw };
 }
@@ -244,8 +268,8 @@ function sliderRow(slider, link) {
     words.textContent = shown.notes[slider.name] ?? "";
     field.draw(shown, echo);
     if (!echo || shown.refused.name === slider.name) return;
-    range.value = scale.position(Number(field.typed.value));
-    range.setAttribute("aria-valuetext", `${slider.label} ${field.typed.value}`);
+    range.value = scale.position(Number(shown.texts[slider.name]));
+    range.setAttribute("aria-valuetext", `${slider.label} ${shown.texts[slider.name]}`);
   };
   return { element: box, draw };
 }

@@ -33,8 +33,26 @@ const memory = {
   },
 };
 
-// Bokeh's models and views of this page by name; null while they are not there.
-const modelOf = (name) => window.Bokeh?.documents[0]?.get_model_by_name(name) ?? null;
+// Does something once, however often it is called before the browser comes to it.
+const once = (act) => {
+  let due = false;
+  return () => {
+    if (!due) queueMicrotask(() => { due = false; act(); });
+    due = true;
+  };
+};
+
+// Bokeh's models and views of this page by name; null while they are not there. Bokeh itself looks through all models.
+const known = new Map();
+const modelOf = (name) => {
+  const doc = window.Bokeh?.documents[0];
+  if (!known.has(name) || known.get(name).document !== doc) {
+    const model = doc?.get_model_by_name(name);
+    if (!model) return null;
+    known.set(name, model);
+  }
+  return known.get(name);
+};
 const viewOf = (name) => {
   const model = modelOf(name);
   return model ? Bokeh.index.find_one_by_id(model.id) : null;

@@ -104,7 +104,10 @@ class Player {
     this.drawing = drawing;
     this.time = 0;
     this.playing = false;
-    this.held = false; // by the pointer on a figure, or by a slider on its way
+    this.held = false; // by the pointer on a figure
+    this.moving = false; // a slider of the settings is on its way
+    this.seen = false; // not while scrolled away, or in a tab that is hidden
+    this.swinging = false; // a frame is asked for
     this.element = element("div", "player");
     this.button = button("▶", "Play", () => this.play(!this.playing), "play");
     this.slider = element("input");
@@ -128,42 +131,54 @@ class Player {
     }
     this.marks = new Marks();
     alignTimes();
-    const changed = () => {
+    const changed = once(() => {
       this.drawing.fit(asObject(source.data), this.model);
       this.go(this.time);
-    };
+    });
     // The flash is of the strips, which may come after the displacements.
     for (const name of ["displacements", ...SOLVERS.map((solver) => `strip_${solver}`)]) {
       modelOf(name).properties.data.change.connect(changed);
     }
     this.model.on("absolute", changed);
     this.model.on("amplitude", changed);
-    watchPointer((time) => { this.held = true; this.go(time); }, () => { this.held = false; });
+    watchPointer((time) => { this.held = true; this.go(time); }, () => { this.held = false; this.swing(); });
+    new IntersectionObserver(([{ isIntersecting }]) => {
+      this.seen = isIntersecting;
+      this.swing();
+    }).observe(this.element);
     hear("play", () => this.play(!this.playing));
     hear("step", ({ value }) => { this.play(false); this.go((this.time + value * STEP + WINDOW) % WINDOW); });
-    hear("moving", ({ value }) => { this.moving = value; });
+    hear("moving", ({ value }) => { this.moving = value; this.swing(); });
     changed();
     this.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
   }
 
   play(on) {
-    if (on && !this.playing) {
-      this.last = performance.now();
-      requestAnimationFrame((now) => this.frame(now));
-    }
     this.playing = on;
     this.button.textContent = on ? "❚❚" : "▶";
     this.button.setAttribute("aria-label", on ? "Pause" : "Play");
     this.button.title = on ? "Pause (Space)" : "Play (Space)";
+    this.swing();
   }
 
-  frame(now) {
-    if (!this.playing) return;
-    requestAnimationFrame((then) => this.frame(then));
-    const passed = Math.min((now - this.last) / 1000, 0.1);
-    this.last = now;
-    if (this.held || this.moving || !this.element.getClientRects().length) return;
-    this.go((this.time + passed * Number(this.speed.value)) % WINDOW);
+  // Frames are asked for only while something moves in them: a browser that draws by itself pays for each.
+  get still() {
+    return !this.playing || this.held || this.moving || !this.seen;
+  }
+
+  swing() {
+    if (this.swinging || this.still) return;
+    this.swinging = true;
+    let last = null;
+    const frame = (now) => {
+      this.swinging = !this.still;
+      if (!this.swinging) return;
+      requestAnimationFrame(frame);
+      const passed = last === null ? 0 : Math.min((now - last) / 1000, 0.1);
+      last = now;
+      this.go((this.time + passed * Number(this.speed.value)) % WINDOW);
+    };
+    requestAnimationFrame(frame);
   }
 
   go(time) {

@@ -34,6 +34,17 @@ only("models/plots/plot_canvas", "PlotView", (plot) => {
   });
 });
 
+// The layer above all others is empty but while somebody draws a box. When the browser puts the page together, an empty
+// layer costs as much as a full one.
+only("models/plots/plot_canvas", "PlotView", (plot) => {
+  const paint = plot._paint_overlays;
+  plot._paint_overlays = function (ctx) {
+    paint.call(this, ctx);
+    const used = this.computed_renderer_views.some(({ model }) => model.level === "overlay" && model.visible);
+    this.canvas_view.overlays.el.style.display = used ? "" : "none";
+  };
+});
+
 only("models/renderers/glyph_renderer", "GlyphRendererView", (curve) => {
   // The place of a curve's element, another with each of its numbers: nothing lies in it.
   curve.update_position = () => {};

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ..divergence.contact import equal_restitution_damping
+from ..divergence.details import percent
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..methods import ExactPenalty, Reference
@@ -71,12 +72,13 @@ def why_not(
             f"no K up to {stiffness_max:g} gave a run that reached its end within {steps_max} steps: allow more steps"
         )
     system, least = target.reference.system, front[-1]
-    found = f"the least error found is {least.robust:.3g}, with {least.setting.steps} steps per period"
+    found = f"the least error found is {percent(least.robust)}, with {least.setting.steps} steps per period"
     if joint_damping > tolerance:
         return (
-            f"the joint damping alone makes an error of {joint_damping:.3g}: the reference holds d3 = {system.d3:g} in "
-            f"permanent contact, the two dampers give {system.derived_joint_damping:.3g}, and K, D and the step are "
-            f"not made to supply the rest; {found}. Allow a larger tolerance, or compare with the derived joint damping"
+            f"the joint damping alone makes an error of {percent(joint_damping)}: the reference holds "
+            f"d3 = {system.d3:g} in permanent contact, the two dampers give {system.derived_joint_damping:.3g}, and K, "
+            f"D and the step are not made to supply the rest; {found}. Allow a larger tolerance, or compare with the "
+            "derived joint damping"
         )
     stiffest = stiffness_max, float(equal_restitution_damping(system, stiffness_max))
     settings = least.setting[:2], stiffest

@@ -113,13 +113,13 @@ def test_what_does_not_meet_it_moves_nothing_and_says_why(searches):
     suggesting.follow(SETTING)
     suggesting._ask("5")
     searches.get(timeout=5)[3].put(
-        found_for(question_of(SETTING, "5"), met=False, joint=0.077, reason="the joint damping alone makes 0.0772")
+        found_for(question_of(SETTING, "5"), met=False, joint=0.077, reason="the joint damping alone makes 7.7 %")
     )
     desk.catch_up()
     told = suggesting.view.told
     assert desk.texts == []
     assert told["head"] == "An error of 5 % is not met"
-    assert told["lines"][1] == "The joint damping alone makes 0.0772."
+    assert told["lines"][1] == "The joint damping alone makes 7.7 %."
     assert "errors cancel here" in told["lines"][2]  # the error found is less than the joint damping makes
     assert told["use"] == {"K": "10500", "D": "15.8", "steps": "5793"}
 

@@ -37,6 +37,25 @@ def test_a_typed_value_is_taken_as_it_is(visit):
     assert explorer.typed("K").input_value() == "3141.59"
 
 
+def test_what_is_being_typed_stays_while_answers_come(visit):
+    explorer = visit()
+    explorer.typed("K").fill("31")
+    other = """document.dispatchEvent(new CustomEvent("vibroscope:set", { detail: { eta: "1.2" } }))"""
+    explorer.moved(lambda: explorer.page.evaluate(other))
+    assert explorer.typed("K").input_value() == "31"
+    explorer.typed("K").press("End")
+    explorer.typed("K").press_sequentially("41")
+    explorer.moved(lambda: explorer.typed("K").press("Enter"))
+    in_address(explorer, K="3141", eta="1.2")
+    explorer.typed("D").fill("9")
+    explorer.typed("D").press("Backspace")
+    explorer.typed("D").press("8")  # what it was
+    explorer.typed("D").blur()
+    explorer.moved(lambda: explorer.scene("B"))
+    in_address(explorer, D=explorer.typed("D").input_value())
+    assert address(explorer)["D"] != "8"
+
+
 def test_only_the_penalty_solution_depends_on_the_penalty_numbers(visit):
     explorer = visit()
     before = explorer.sources()

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import time
 import tomllib
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -12,12 +13,15 @@ from app.tabs import TABS
 
 from .conftest import wait_until
 
+_APART = 0.1  # s between two clicks: Chromium drops all downloads but ten within a second
+
 
 def taken(explorer, name):
     """Click a button of the menu and read the file that comes."""
     menu = explorer.page.locator("details.take")
     if not menu.evaluate("menu => menu.open"):
         menu.locator("summary").click()
+    time.sleep(_APART)
     with explorer.page.expect_download() as download:
         menu.get_by_role("button", name=name, exact=True).click()
     return download.value.suggested_filename, Path(download.value.path()).read_bytes()
