@@ -138,8 +138,8 @@ def _cost(frame: Frame) -> tuple[tuple[str, str, str], ...]:
     paid = f"Steps that an FE code would compute one by one for these {penalty.periods} periods"
     return (
         ("FE steps", f"{penalty.cost.steps / 1e6:.3g} M", paid),
-        ("penalty solved in", _milliseconds(penalty), times),
-        ("reference solved in", _milliseconds(reference), times),
+        ("penalty run", _milliseconds(penalty), times),
+        ("reference run", _milliseconds(reference), times),
     )
 
 

@@ -67,6 +67,9 @@ VIEWS = of_scenes() | {
 DEVICES = {"desk": {"width": 1440}, "phone": {"width": 390, "height": 844, "has_touch": True, "is_mobile": True}}
 SCHEMES = ("light", "dark")
 TALLEST = 4000  # px of a picture
+# η and T/Δτ. Products are fused with sums as the compiler sees fit: another processor, or kernels compiled in another
+# order, give other last bits.
+CHAOTIC = ((1.7, 8000), (2.76, 2000), (2.76, 4000), (2.76, 6000))
 
 
 @pytest.fixture(scope="session")
@@ -80,8 +83,10 @@ def drawn_by(browser):
     page.set_content("<p style='font: 15px Arial, sans-serif'>ξ₂′ Vibroscope</p><b style='font: 13px serif'>η 2.76</b>")
     letters = page.screenshot()
     page.close()
-    section = simulate(System(), 1.7, Newmark(stiffness=12000, damping=18, steps=8000)).section
-    return {"browser": browser.version, "letters": short(letters), "numbers": short(np.ascontiguousarray(section))}
+    sections = [
+        simulate(System(), eta, Newmark(stiffness=12000, damping=18, steps=steps)).section for eta, steps in CHAOTIC
+    ]
+    return {"browser": browser.version, "letters": short(letters), "numbers": short(np.concatenate(sections))}
 
 
 def short(content):
