@@ -21,7 +21,7 @@ def create_app() -> pn.Column:
     """The page for the session that is being opened."""
     doc = pn.state.curdoc
     template = asset("page.html").replace("TOKENS", asset("style/tokens.css"))
-    doc.template = template.replace("PAINTING", script("painting"))
+    doc.template = template.replace("FIRST", script("legend", "painting"))
     # Panel says so only where the session is built with the page; else its style sheets come from another host.
     doc.template_variables["dist_url"] = LOCAL_DIST
     doc.theme = THEME

@@ -148,3 +148,22 @@ def test_a_view_that_there_is_not_is_refused_whole(visit, query, words):
     assert words in explorer.error()
     assert explorer.typed("eta").input_value() == "1.08"
     assert explorer.figure("force")["x"] == [0, 2]
+
+
+def test_legend_entries_are_switches_for_the_keyboard_too(visit):
+    explorer = visit()
+    keys, entry = explorer.page.keyboard, explorer.page.locator(".phase2").get_by_role("switch", name="penalty")
+    assert entry.get_attribute("aria-checked") == "true"
+    entry.focus()
+    keys.press("Enter")
+    wait_until(lambda: address(explorer).get("mute") == "phase2:penalty", 5, "the muted entry in the link")
+    assert entry.get_attribute("aria-checked") == "false"
+    explorer.until("""(() => {
+        let at = document.activeElement;
+        while (at.shadowRoot) at = at.shadowRoot.activeElement;
+        return at.role === "switch" && at.textContent === "penalty";
+    })()""")
+    keys.press(" ")  # the entry made anew still has the keyboard
+    wait_until(lambda: "mute" not in address(explorer), 5, "no muted entry in the link")
+    assert entry.get_attribute("aria-checked") == "true"
+    assert explorer.page.get_by_role("button", name="Play", exact=True).count() == 1  # not the page's Space

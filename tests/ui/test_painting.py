@@ -1,4 +1,7 @@
-"""What Bokeh does for each paint and our figures leave out (`app/views/painting.js`); what fails to, complains."""
+"""What Bokeh does for each paint and our figures leave out (`app/views/painting.js`); what fails to, complains.
+
+And which frames the page asks the browser for.
+"""
 
 import pytest
 
@@ -89,3 +92,51 @@ def test_a_tooltip_waits_for_the_pointer_to_rest(explorer):
     explorer.until("tips() > 0")
     explorer.page.mouse.move(5, 5)
     explorer.until("tips() === 0")
+
+
+LAYER = """Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("displacement").id)
+    .canvas_view.overlays.el.style.display"""
+
+
+def test_the_layer_above_all_is_there_while_a_box_is_drawn(explorer):
+    explorer.page.evaluate(NEAR)
+    (x, y), mouse = explorer.page.evaluate("near"), explorer.page.mouse
+    assert explorer.page.evaluate(LAYER) == "none"
+    mouse.move(x, y)
+    mouse.down()
+    mouse.move(x + 40, y + 30, steps=4)
+    explorer.until(f"{LAYER} === ''")
+    mouse.up()
+    explorer.until(f"{LAYER} === 'none'")
+
+
+COUNT = """(() => {
+  const ask = requestAnimationFrame;
+  window.frames = 0;
+  window.requestAnimationFrame = (act) => { window.frames += 1; return ask(act); };
+})()"""
+
+
+def asked_for(page):
+    """Frames within half a second."""
+    before = page.evaluate("window.frames")
+    page.wait_for_timeout(500)
+    return page.evaluate("window.frames") - before
+
+
+def test_frames_are_asked_for_only_while_the_pendulums_swing_and_are_seen(explorer):
+    page, play = explorer.page, explorer.page.get_by_role("button", name="Play", exact=True)
+    page.evaluate(COUNT)
+    assert asked_for(page) == 0
+    play.click()
+    assert asked_for(page) > 3
+    explorer.open_tab("Help")
+    explorer.settle()
+    assert asked_for(page) == 0
+    explorer.open_tab("Explore")
+    explorer.settle()
+    assert asked_for(page) > 3
+    page.evaluate(NEAR)
+    page.mouse.move(*page.evaluate("near"))  # what is pointed at stands still
+    page.wait_for_timeout(500)
+    assert asked_for(page) == 0
