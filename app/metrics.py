@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 _BOUNDS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 _lock = threading.Lock()
@@ -65,16 +65,18 @@ class Durations:
 
 
 class Gauge:
-    """A number as it is when asked for."""
+    """A number as it is when asked for; with a label, one for each of its values."""
 
-    def __init__(self, name: str, doc: str) -> None:
-        self.name, self.doc = name, doc
-        self.read: Callable[[], float] = lambda: 0
+    def __init__(self, name: str, doc: str, label: str = "") -> None:
+        self.name, self.doc, self._label = name, doc, label
+        self.read: Callable[[], Mapping[str, float] | float] = lambda: {} if label else 0
         _ALL.append(self)
 
     def lines(self) -> list[str]:
         """As Prometheus reads it."""
-        return [*_head(self, "gauge"), f"{self.name} {self.read():g}"]
+        found = self.read()
+        numbers = {f'{{{self._label}="{value}"}}': n for value, n in found.items()} if self._label else {"": found}
+        return [*_head(self, "gauge"), *(f"{self.name}{which} {n:g}" for which, n in numbers.items())]
 
 
 _ALL: list[Count | Durations | Gauge] = []
@@ -88,7 +90,7 @@ REQUESTS = Count("vibroscope_requests_total", "HTTP requests answered", "status"
 REFUSED = Count("vibroscope_refused_total", "What was not taken: values, messages, sessions, connections", "what")
 OPENED = Count("vibroscope_sessions_total", "Sessions opened and closed", "what")
 SESSIONS = Gauge("vibroscope_sessions", "Sessions held now")
-QUEUE = Gauge("vibroscope_queue", "Jobs that wait for a solver's thread or run in one")
+QUEUE = Gauge("vibroscope_queue", "Jobs that wait for a thread or run in one: figures, studies, searches", "pool")
 WAITED = Durations("vibroscope_wait_seconds", "From asking for a job to its begin")
 SOLVED = Durations("vibroscope_solve_seconds", "What both solvers took for one setting, kept results included")
 EXPLAINED = Durations("vibroscope_explain_seconds", "What explaining one difference took, kept ones included")

@@ -104,4 +104,4 @@ def end(seconds: float) -> int:
     return left
 
 
-metrics.QUEUE.read = jobs
+metrics.QUEUE.read = lambda: {name: each.jobs for name, each in sorted(_pools.items())}

@@ -236,6 +236,16 @@ def test_durations_are_cumulative():
     assert lines['test_seconds_bucket{le="+Inf"}'] == lines["test_seconds_count"] == "4"
 
 
+def test_a_gauge_has_a_line_for_each_value_of_its_label():
+    plain, told_apart = metrics.Gauge("test", "x"), metrics.Gauge("test_by", "x", "pool")
+    for gauge in (plain, told_apart):
+        metrics._ALL.remove(gauge)
+    assert plain.lines()[2:] == ["test 0"]
+    assert told_apart.lines()[2:] == []
+    told_apart.read = lambda: {"solver": 2, "study": 0}
+    assert told_apart.lines()[2:] == ['test_by{pool="solver"} 2', 'test_by{pool="study"} 0']
+
+
 def test_the_oldest_of_the_cache_goes_first_while_serving_too(tmp_path, monkeypatch):
     monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(cache, "BYTES_KEPT", cache.BYTES_KEPT)  # restored
