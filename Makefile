@@ -57,7 +57,7 @@ proxy: $(VENV)/run
 # What could not be tried here is told where it is met and once more at the end.
 release: SHELL := bash
 release: $(VENV)/test
-	@mkdir -p build; set -o pipefail; { set -e; \
+	@mkdir -p build; set -o pipefail; { set -e; $(BIN)/hadolint Dockerfile; \
 	if [ "$$(id -u)" = 0 ] && command -v debootstrap >/dev/null && command -v buildah >/dev/null; then tools/rehearse-image.sh; else \
 	  echo "NOT TRIED: the image, which needs root, debootstrap and buildah (Debian; make image installs the two)"; fi; \
 	if command -v nginx >/dev/null && command -v curl >/dev/null; then tools/rehearse-proxy.sh; else \

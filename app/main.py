@@ -25,6 +25,7 @@ def create_app() -> pn.Column:
     # Panel says so only where the session is built with the page; else its style sheets come from another host.
     doc.template_variables["dist_url"] = LOCAL_DIST
     doc.theme = THEME
+    doc.config.update(reconnect_session=False, notify_connection_status=False)  # page.html says what is done instead
     doc.title = f"{TITLE}: {_SUBTITLE}"
     session = Session(_query(doc))
     pn.state.onload(session.start)

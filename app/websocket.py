@@ -16,8 +16,9 @@ from app.gathered import Gathered
 from app.limits import Bucket
 
 # Of one session, whatever the number of its connections: `app.gate.price` of what they say, a second and at once. To
-# connect again, and to send the document, cost as much as many moves.
-_RATE, _BURST, _AGAIN, _PULL = 360, 1000, 60, 400
+# connect again, and to send the document, cost as much as many moves. A drag takes 12 for each frame that is painted,
+# and a screen shows 60 a second.
+_RATE, _BURST, _AGAIN, _PULL = 720, 1000, 100, 450
 _CONNECTIONS = 3  # of one session: a browser that comes back may be faster than the news that it had gone
 _BUCKETS: WeakKeyDictionary[ServerSession, Bucket] = WeakKeyDictionary()
 _FAILED = "This could not be done. The fault is the server's, and it has been noted."

@@ -20,6 +20,7 @@ from .model import System
 from .units import Units
 
 SIZE_LIMIT = 65_536  # bytes; a hundred times what a commented file takes
+_DOTS = 200  # of a line; to read a.a.a … takes the square of its length, 9 s for a file of that size
 
 # name: meaning, allowed range, unit
 _SYSTEM = {
@@ -106,7 +107,10 @@ def parse_system(content: bytes) -> SystemFile:
 def toml_tables(content: bytes) -> dict:
     """What the bytes of any TOML file hold; whatever is wrong with them is a ValueError that names line and fault."""
     try:
-        return tomllib.loads(content.decode("utf-8-sig"))
+        text = content.decode("utf-8-sig")
+        if any(line.count(".") > _DOTS for line in text.split("\n")):
+            raise ValueError
+        return tomllib.loads(text)
     except UnicodeDecodeError as problem:
         line = content[: problem.start].count(b"\n") + 1
         raise ValueError(f"line {line}: not UTF-8 text; save the file as UTF-8") from None

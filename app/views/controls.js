@@ -70,7 +70,7 @@ class Link {
     this.answeredMove = 0;
     this.painted = 0;
     for (const what of ["scene", "undo", "redo", "reset", "pin", "tab"]) {
-      hear(what, (detail) => this.send({ [what]: detail.value ?? true }));
+      hear(what, (detail) => this.act({ [what]: detail.value ?? true }));
     }
     hear("set", (texts) => this.set(texts));
   }
@@ -102,6 +102,14 @@ class Link {
       this.paced = false;
       this.flush();
     });
+  }
+
+  // What is no move of a slider comes after those that wait.
+  act(message) {
+    const texts = this.waiting;
+    this.waiting = null;
+    if (texts) this.send({ set: texts });
+    this.send(message);
   }
 
   send(message) {
@@ -166,7 +174,7 @@ function scenes(list, link) {
   for (const scene of list) {
     if (!rows.has(scene.group)) rows.set(scene.group, sceneRow(scene.group));
     const made = button(scene.group === "motion" ? `[${scene.label}]` : scene.label, scene.tooltip,
-      () => link.send({ scene: scene.key }));
+      () => link.act({ scene: scene.key }));
     made.setAttribute("aria-label", `${scene.group} ${scene.label}: ${scene.tooltip}`);
     if (scene.group === "motion") made.append(element("small", "", `η ${scene.eta.toFixed(2)}`));
     rows.get(scene.group).append(made);
@@ -188,11 +196,11 @@ function sceneRow(name) {
 
 function actions(link) {
   const row = element("div", "row actions");
-  const undo = button("↶ Undo", "Undo the last move (Ctrl+Z)", () => link.send({ undo: true }));
-  const redo = button("↷ Redo", "Redo (Ctrl+Shift+Z)", () => link.send({ redo: true }));
-  const reset = button("Reset", "Back to the default setting, all ranges and no pin (R)", () => link.send({ reset: true }));
+  const undo = button("↶ Undo", "Undo the last move (Ctrl+Z)", () => link.act({ undo: true }));
+  const redo = button("↷ Redo", "Redo (Ctrl+Shift+Z)", () => link.act({ redo: true }));
+  const reset = button("Reset", "Back to the default setting, its ranges and no pin (R)", () => link.act({ reset: true }));
   const pin = button("Pin", "Keep this result as thin grey curves, to compare the next with it (P)",
-    () => link.send({ pin: pin.getAttribute("aria-pressed") !== "true" }));
+    () => link.act({ pin: pin.getAttribute("aria-pressed") !== "true" }));
   hear("toggle-pin", () => pin.click());
   row.append(undo, redo, reset, pin);
   const draw = (shown) => {

@@ -51,19 +51,22 @@ function limiter(root, { name, label, low, high }, send) {
   const row = element("label", "row");
   const slider = element("input");
   const value = element("output");
-  let waiting = 0;
+  let waiting = 0; // for the hand to rest, or for an answer
   Object.assign(slider, { type: "range", min: low, max: high, step: 1 });
   slider.addEventListener("input", () => {
     value.textContent = slider.value;
     clearTimeout(waiting);
-    waiting = setTimeout(() => send({ choose: { [name]: Number(slider.value) } }), 60);
+    waiting = setTimeout(() => {
+      waiting = 0;
+      send({ choose: { [name]: Number(slider.value) } });
+    }, 60);
   });
   row.append(element("span", "", label), slider, value);
   root.append(row);
   return ({ chosen }) => {
     // Drawn over the longest contact alone.
     slider.disabled = name === "limit" && chosen.quantity !== "contact";
-    if (row.matches(":focus-within") && Math.abs(slider.value - chosen[name]) > 0 && waiting) { waiting = 0; return; }
+    if (waiting) return;
     slider.value = chosen[name];
     value.textContent = slider.value;
   };

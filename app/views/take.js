@@ -1,7 +1,7 @@
 // The menu of what can be taken away. Texts and data come from the server when asked for; pictures are made here.
 
 const LARGEST_FILE = 65_536; // bytes
-const PART = 3500; // characters; longer texts are not let through
+const PARTS = /[^]{1,1900}/gu; // longer texts are not let through; no character of two units is cut
 
 function takeMenu(model) {
   const box = element("details", "take");
@@ -10,8 +10,9 @@ function takeMenu(model) {
   const panel = element("div", "menu");
   const told = element("p", "told");
   told.setAttribute("role", "status");
-  const ask = (what) => { box.dataset.copy = ""; model.send_msg({ take: what }); };
-  const copy = (what) => { box.dataset.copy = what; model.send_msg({ take: what }); };
+  const copying = new Set();
+  const ask = (what) => model.send_msg({ take: what });
+  const copy = (what) => { copying.add(what); ask(what); };
   const both = (title, what, name) => row(title,
     button("Copy", `Copy the ${name}`, () => copy(what)), button("Save", `Save the ${name}`, () => ask(what)));
   const shown = element("div"); // what follows from the figures: only once there are any
@@ -29,21 +30,29 @@ function takeMenu(model) {
     row("All data (JSON)", button("Save", "Save all data as JSON", () => ask("json"))),
   ];
   const each = element("div");
+  const rows = new Map(); // what is being clicked, or has the focus, stays while other offers come
+  const rowOf = (offer) => {
+    const key = JSON.stringify(offer);
+    if (!rows.has(key)) rows.set(key, figureRow(offer));
+    return rows.get(key);
+  };
+  const figureRow = ([name, title, drawn, tabled]) => row(title,
+    ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, title, "png")),
+      button("SVG", `${title} as SVG`, () => saveFigure(name, title, "svg"))] : []),
+    ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []));
   const draw = () => {
     if (!model.offers.length) shown.replaceChildren();
     else if (!shown.childElementCount) shown.replaceChildren(...whole, each);
-    each.replaceChildren(...model.offers.map(([name, title, drawn, tabled]) => row(title,
-      ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, title, "png")),
-        button("SVG", `${title} as SVG`, () => saveFigure(name, title, "svg"))] : []),
-      ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []))));
+    const wanted = model.offers.map(rowOf);
+    for (const old of [...each.children]) if (!wanted.includes(old)) old.remove();
+    wanted.forEach((one, at) => { if (each.children[at] !== one) each.insertBefore(one, each.children[at] ?? null); });
   };
   model.on("offers", draw);
   draw();
   model.on("msg:custom", async (message) => {
     const given = message.data ?? message;
-    if (box.dataset.copy === given.give) await copied(given.text, told);
+    if (copying.delete(given.give)) await copied(given.text, told);
     else await orTell(given.name, async () => save(given.name, new Blob([await withFigures(given)], { type: given.type })));
-    box.dataset.copy = "";
   });
   box.append(head, panel);
   document.addEventListener("keydown", (event) => { if (event.key === "Escape") box.open = false; });
@@ -64,7 +73,7 @@ function loadButton(model, told) {
       return;
     }
     const text = await file.text();
-    const parts = Array.from({ length: Math.ceil(text.length / PART) }, (_, i) => text.slice(i * PART, (i + 1) * PART));
+    const parts = text.match(PARTS) ?? [];
     model.send_msg({ load: Object.fromEntries(parts.map((part, i) => [String(i), part])) });
     told.textContent = "";
   });

@@ -72,6 +72,7 @@ def test_the_mass_ratio_may_be_given_instead():
         (b"[system]\nkappa = " + b"9" * 400, "beyond 1e308"),
         (b"[system]\nkappa = " + b"9" * 5000, "too long"),
         (b"[system]\nkappa = " + b"[" * 20000, "nested too deep"),
+        (b"a." * 32000 + b"a = 1", "nested too deep"),  # the reader would take the square of it
         (b"#" * (SIZE_LIMIT + 1), "larger than 65536 bytes"),
     ],
 )

@@ -56,6 +56,19 @@ def test_what_is_being_typed_stays_while_answers_come(visit):
     assert address(explorer)["D"] != "8"
 
 
+def test_a_scene_comes_after_the_moves_that_still_wait(visit):
+    explorer = visit()
+    explorer.page.evaluate("""for (const eta of ["1.2", "1.25", "1.3"]) {
+        document.dispatchEvent(new CustomEvent("vibroscope:set", { detail: { eta } }));
+    }
+    document.dispatchEvent(new CustomEvent("vibroscope:scene", { detail: { value: "C" } }))""")
+    in_address(explorer, eta="2.76")
+    explorer.page.wait_for_timeout(600)
+    assert explorer.typed("eta").input_value() == address(explorer)["eta"] == "2.76"
+    explorer.page.keyboard.press("Control+z")
+    in_address(explorer, eta="1.3")
+
+
 def test_only_the_penalty_solution_depends_on_the_penalty_numbers(visit):
     explorer = visit()
     before = explorer.sources()

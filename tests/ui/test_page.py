@@ -7,7 +7,7 @@ import pytest
 
 from app.tabs import TABS
 
-from .conftest import wait_until
+from .conftest import Explorer, wait_until
 from .test_explorer import address, in_address
 
 AXE = Path(axe_playwright_python.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
@@ -320,3 +320,42 @@ def serious(page):
         for fault in found["violations"]
         if fault["impact"] in ("serious", "critical")
     ]
+
+
+SOCKETS = """window.sockets = [];
+window.WebSocket = class extends WebSocket {
+  constructor(...given) { super(...given); window.sockets.push(this); }
+}"""
+
+
+def test_a_page_that_loses_its_line_comes_back_to_its_view(windows, server):
+    page = windows(viewport={"width": 1440, "height": 870}).new_page()  # nobody else's
+    page.add_init_script(SOCKETS)
+    explorer = Explorer(page, server).open()
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    page.wait_for_timeout(6000)  # a page that loses it sooner is not brought back: it might do so for ever
+    page.context.set_offline(True)
+    page.evaluate("sockets.at(-1).close()")
+    assert "The line to the server is broken" in page.locator(".lost [role=alert]").text_content()
+    page.wait_for_timeout(2500)
+    assert explorer.typed("K").input_value() == "9000"  # what is shown stays
+    with page.expect_navigation():
+        page.context.set_offline(False)
+    explorer.settle(frame=1)
+    assert explorer.typed("K").input_value() == "9000"
+    assert page.locator(".lost").count() == 0
+    explorer.moved(lambda: explorer.type("K", "9001"))
+    page.close()
+
+
+def test_a_session_that_the_server_ends_is_told_why(windows, server):
+    page = windows(viewport={"width": 1440, "height": 900}).new_page()
+    page.add_init_script(SOCKETS)
+    explorer = Explorer(page, server).open()
+    page.evaluate("sockets[0].send('nonsense'); sockets[0].send('nonsense'); sockets[0].send('nonsense')")
+    page.locator(".lost").wait_for()
+    assert "The server has ended this session: " in page.locator(".lost [role=alert]").text_content()
+    with page.expect_navigation():
+        page.get_by_role("link", name="Load the page again").click()
+    explorer.settle(frame=1)
+    page.close()

@@ -199,3 +199,15 @@ def test_a_figure_that_cannot_be_made_is_told_where_errors_are(visit):
     wait_until(lambda: "vibroscope-report.html could not be made (no canvas)" in explorer.error(), what="an error")
     taken(explorer, "Displacements as PNG")
     assert explorer.error() == ""
+
+
+def test_a_button_keeps_the_keyboard_while_more_is_offered(visit):
+    explorer = visit("?tab=paper")
+    wait_until(lambda: "Claims and findings" in menu(explorer), 60, "something to take away")
+    button = explorer.page.get_by_role("button", name="Claims and findings: data as CSV")
+    button.focus()
+    offered = len(menu(explorer))
+    explorer.page.mouse.move(300, 700)
+    explorer.page.mouse.wheel(0, 2500)
+    wait_until(lambda: len(menu(explorer)) > offered, 60, "more to take away")
+    assert button.evaluate("button => button.getRootNode().activeElement === button")
