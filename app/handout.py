@@ -10,6 +10,7 @@ from functools import partial
 from app import logs
 from app.live import stand_back
 from app.tabs import Desk
+from app.words import cause
 from app.workers import pool
 
 File = dict[str, str]
@@ -43,4 +44,4 @@ class Handout:
             self._give(what, done.result())
         else:
             logs.event("not written", logging.ERROR, error=done.exception(), what=what)
-            self._desk.tell(f"This file could not be written ({done.exception()}).")
+            self._desk.tell(f"This file could not be written ({cause(done.exception())}): try again.")

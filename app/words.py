@@ -143,6 +143,11 @@ def _cost(frame: Frame) -> tuple[tuple[str, str, str], ...]:
     )
 
 
+def cause(error: BaseException) -> str:
+    """What of a fault may be told: the engine's own words. All else, a path among them, is for the log alone."""
+    return str(error) if isinstance(error, ValueError | ArithmeticError) else "a fault of the server, noted there"
+
+
 def _milliseconds(response: Response) -> str:
     return (
         f"{1e3 * response.cost.seconds:.2g} ms" if response.cost.seconds < 0.0995 else f"{response.cost.seconds:.2g} s"

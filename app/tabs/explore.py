@@ -203,8 +203,8 @@ class Explore(Tab):
 
     def _failed(self, move: int, error: Exception) -> None:
         self.desk.tell(
-            f"This setting could not be computed ({error}). The figures show the last one that could: undo, or change "
-            "what you moved last.",
+            f"This setting could not be computed ({words.cause(error)}). The figures show the last one that could: "
+            "undo, or change what you moved last.",
             move,
         )
 

@@ -16,6 +16,7 @@ from app.state import Setting
 from app.tabs.base import Desk, Move, Tab
 from app.takeaway import Figure, Series
 from app.views.claims import ClaimCard, draw
+from app.words import cause
 
 _INTRO = """
 <article class="text above">
@@ -136,10 +137,12 @@ class Paper(Tab):
     def _checked(self, key: str, result: Finding | Exception) -> None:
         if key in self._findings:  # asked for again while it was on its way
             return
-        self._asked.discard(key)
-        if isinstance(result, Exception):
-            self._cards[key].fail(f"This could not be checked ({result}).")
+        if isinstance(result, Exception):  # still asked for: `show` does so again
+            self._cards[key].fail(
+                f"This could not be checked ({cause(result)}). Open another tab and come back to try again."
+            )
             return
+        self._asked.discard(key)
         self._findings[key] = result
         with pn.io.hold(self.desk.doc):
             plot = draw(result.picture, f"paper{key}")

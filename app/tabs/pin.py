@@ -11,6 +11,7 @@ from app.present import Columns, present
 from app.state import Setting
 from app.tabs.base import Desk
 from app.tabs.delivery import prepared
+from app.words import cause
 
 _DRAWN = ("frame", "units", "omega1", "m1", "amplitude")  # how a result is drawn, not what it is
 
@@ -52,7 +53,7 @@ class Pin:
     def _failed(self, _: int, error: Exception) -> None:
         if self._wanted is not None:
             self._draw(None)
-            self.desk.tell(f"What is pinned could not be computed ({error}). Unpin it, or pin another setting.")
+            self.desk.tell(f"What is pinned could not be computed ({cause(error)}). Unpin it, or pin another setting.")
 
 
 def _drawn(frame: Frame) -> tuple[Setting, dict[str, Columns]]:

@@ -21,6 +21,7 @@ from app.tabs.base import COMPUTING, Desk, Move, Tab
 from app.takeaway import Figure
 from app.views.muting import Muting
 from app.views.study import StudyPanel
+from app.words import cause
 
 
 class StudyTab(Tab):
@@ -142,7 +143,9 @@ class StudyTab(Tab):
         if live is not self._live or live.cancelled:
             return
         if isinstance(stage, Exception):
-            self._failed = f"This could not be computed ({stage}). Change what you moved last; the last picture stays."
+            self._failed = (
+                f"This could not be computed ({cause(stage)}). Change what you moved last; the last picture stays."
+            )
             self.desk.tell(self._failed, self._move.number)
         else:
             self._stage, self._of = stage, self._move.setting

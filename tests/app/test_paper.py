@@ -305,13 +305,21 @@ def test_what_is_shown_by_our_example_is_not_counted_as_agreeing(capsys, monkeyp
 
 
 def test_a_check_that_fails_is_told_on_its_card(checks, monkeypatch):
-    monkeypatch.setitem(CLAIMS, "3", replace(CLAIMS["3"], check=lambda scene: 1 / 0))
+    claim = CLAIMS["4C"]
+    monkeypatch.setitem(CLAIMS, "4C", replace(claim, check=lambda scene: 1 / 0))
     desk = _Desk()
     tab = opened(desk)
-    tab._seen("3")
+    tab._seen("4C")
     checks.work()
     desk.waiting.pop()()
-    assert tab._cards["3"].found == {"error": "This could not be checked (division by zero)."}
+    told = tab._cards["4C"].found["error"]
+    assert told == "This could not be checked (division by zero). Open another tab and come back to try again."
+    monkeypatch.setitem(CLAIMS, "4C", claim)
+    tab.hide()
+    tab.show(Move(1, None))
+    checks.work()
+    desk.waiting.pop()()
+    assert tab._cards["4C"].found["verdict"] == "agrees"
 
 
 def test_the_claims_need_no_page():

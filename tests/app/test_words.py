@@ -8,7 +8,7 @@ from app.compute import frame_of
 from app.present import present
 from app.scenes import scenes
 from app.state import Explorer, read
-from app.words import explain, lines, tell
+from app.words import cause, explain, lines, tell
 
 KEPT = Cache(48)
 
@@ -110,3 +110,8 @@ def test_a_motion_that_is_drawn_a_period_apart_is_said_to_be():
     assert np.std(penalty - reference) > 5 * np.std(np.roll(penalty, half) - reference)
     assert "They are drawn one period apart" in explain(shown).verdict
     assert "apart" not in explain(frame("C")).verdict
+
+
+def test_of_a_fault_only_the_engines_own_words_are_told():
+    assert cause(ValueError("K must be at most 1e9")) == "K must be at most 1e9"
+    assert "/" not in cause(OSError(13, "Permission denied", "/home/somebody/.cache"))

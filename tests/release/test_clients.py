@@ -63,6 +63,7 @@ def test_a_browser_that_never_reads_while_updates_come(server, tell):
             told = await client.set(number, eta=f"{1 + number % 1000 / 1000:.3f}")
             await client.patch(client.message(mapped({"painted": told["frame"]})))
             client.answers.clear()
+            await asyncio.sleep(1 / 60)  # a screen shows no more
         seconds, more = time.monotonic() - begun, server.memory() - before
         silent.socket.protocol.stream.close()
         for connection in (client, silent):
