@@ -144,7 +144,7 @@ function watchPointer(at, gone) {
   for (const name of TIME_FIGURES) {
     const view = viewOf(name);
     if (!view) continue;
-    view.el.addEventListener("pointermove", (event) => {
+    const pointed = (event) => {
       const canvas = view.canvas_view.el.getBoundingClientRect();
       const sx = event.clientX - canvas.left;
       const sy = event.clientY - canvas.top;
@@ -152,7 +152,8 @@ function watchPointer(at, gone) {
       const source = modelOf("displacements");
       const time = view.frame.x_scale.invert(sx) / periodOf(source ? asObject(source.data) : {});
       if (time >= 0 && time <= WINDOW) at(time);
-    });
+    };
+    for (const type of ["pointerdown", "pointermove"]) view.el.addEventListener(type, pointed); // a tap does not move
     view.el.addEventListener("pointerleave", gone);
   }
 }

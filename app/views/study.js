@@ -117,17 +117,17 @@ function told(root) {
 }
 
 // A line over a figure, moved here while it is dragged; only where it is let go is sent.
-const NEAR = 9; // px to either side in which the line is taken
+const NEAR = { mouse: 9, pen: 9, touch: 22 }; // px to either side in which the line is taken
 
 function dragged(spec) {
   const view = viewOf(spec.figure);
   const span = modelOf(spec.span);
   const label = modelOf(spec.label);
   const at = (event) => event.clientX - view.canvas_view.el.getBoundingClientRect().left;
-  const near = (event) => Math.abs(at(event) - view.frame.x_scale.compute(span.location)) < NEAR;
+  const near = (event) => Math.abs(at(event) - view.frame.x_scale.compute(span.location)) < NEAR[event.pointerType];
   let held = false;
-  const put = (event) => {
-    const value = view.frame.x_scale.invert(at(event));
+  let before = 0;
+  const moveTo = (value) => {
     const location = Math.round(Math.min(Math.max(value, spec.low), spec.high) * 1e4) / 1e4;
     span.setv({ location }, HERE);
     label?.setv({ x: location, text: `${spec.symbol} = ${location}` }, HERE);
@@ -136,6 +136,7 @@ function dragged(spec) {
   listen("pointerdown", (event) => {
     if (!near(event)) return;
     held = true;
+    before = span.location;
     view.el.setPointerCapture(event.pointerId);
     event.stopPropagation();
     event.preventDefault();
@@ -144,14 +145,18 @@ function dragged(spec) {
     view.el.style.cursor = held || near(event) ? "ew-resize" : "";
     if (!held) return;
     event.stopPropagation();
-    put(event);
+    moveTo(view.frame.x_scale.invert(at(event)));
   });
-  const drop = (event) => {
+  listen("pointerup", (event) => {
     if (!held) return;
     held = false;
     event.stopPropagation();
     say("set", { [spec.name]: String(span.location) });
-  };
-  listen("pointerup", drop);
-  listen("pointercancel", drop);
+  });
+  listen("pointercancel", () => {
+    if (held) moveTo(before);
+    held = false;
+  });
+  // A finger on the line does not scroll the page.
+  view.el.addEventListener("touchstart", (event) => { if (held) event.preventDefault(); }, { passive: false });
 }

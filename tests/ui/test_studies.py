@@ -106,6 +106,41 @@ def test_the_line_in_the_diagram_is_dragged_in_the_browser_and_sets_eta(counted,
     assert explorer.figure("bifurcation")["x"] == [0.5, 4]  # the drag zoomed nothing
 
 
+def test_a_finger_drags_the_line_and_does_not_scroll(visit):
+    explorer = visit(f"?tab=bifurcation&{SETTING}", width=390, height=844, has_touch=True, is_mobile=True)
+    wait_until(lambda: share(explorer) > 0, 60, "a first picture")
+    page = explorer.page
+    page.evaluate("""Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("bifurcation").id)
+        .el.scrollIntoView({ block: "center" })""")
+    page.wait_for_timeout(300)
+    tools, scrolled = page.context.new_cdp_session(page), page.evaluate("scrollY")
+    low, high = explorer.figure("bifurcation")["y"]
+
+    def touch(kind, eta=None, lower=0.0):
+        at = [] if eta is None else [place(explorer, "bifurcation", eta, low + (0.5 - lower) * (high - low))]
+        points = [{"x": round(x), "y": round(y)} for x, y in at]
+        tools.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", 2.76 + 0.1)  # a finger is not as exact as a mouse
+    for eta, lower in ((2.5, 0.1), (2.2, 0.2), (2.0, 0.3)):
+        touch("touchMove", eta, lower)
+    touch("touchEnd")
+    wait_until(lambda: abs(float(explorer.typed("eta").input_value()) - 2.0) < 0.03, what="η at the line")
+    assert page.evaluate("scrollY") == scrolled
+
+
+def test_a_tap_marks_the_time_in_all_figures(visit):
+    explorer = visit(width=390, height=844, has_touch=True, is_mobile=True)
+    page = explorer.page
+    box = page.locator(".displacement").first
+    box.scroll_into_view_if_needed()
+    page.wait_for_timeout(300)
+    frame = box.bounding_box()
+    page.touchscreen.tap(frame["x"] + 0.7 * frame["width"], frame["y"] + 0.5 * frame["height"])
+    readout = page.locator(".player output")
+    wait_until(lambda: float(readout.text_content().split()[-1]) > 0.5, 5, "the time that was tapped")
+
+
 def test_a_zoom_of_the_diagram_is_computed_anew_in_its_range(visit):
     explorer = opened(visit, "bifurcation")
     explorer.zoom("bifurcation", 0.6, 0.1, 0.8, 0.9)
