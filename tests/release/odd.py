@@ -185,7 +185,7 @@ def random_message(chance):
         "theme": chance.choice(THEMES),
         "take": chance.choice(FILES),
         "choose": mapped(dict([chance.choice(CHOICES)])),
-        "load": mapped({"0": f"eta = {random_text(chance)}"}),
+        "load": mapped({"0": "[setting]\n", "1": f"{chance.choice(('eta', 'K', 'scheme'))} = {random_text(chance)}"}),
         "stop": chance.random() < 0.5,
         "suggest": random_text(chance),
     }

@@ -16,6 +16,7 @@ from app.cli import build_parser, main
 from app.opening import read_opening
 from app.state import Explorer, Refused
 from app.tabs import TABS
+from app.takeaway import as_toml, setting_of_toml
 from engine import read_measurement, read_system
 from tests.browserless import Client, get
 from tests.release.odd import NO_NUMBERS, ODD, forged, random_json, random_query, random_request, run
@@ -136,13 +137,18 @@ def test_messages(server, inputs, tell):
 
 
 def test_files(tmp_path, inputs, tell):
-    """System files and measurements, damaged at random: refused with a ValueError, or read as finite numbers."""
+    """System files, measurements, uploads, damaged at random: refused with a ValueError, or read as finite numbers."""
     chance, refused = random.Random(3), 0
     measured = (ROOT / "assets/example-measurement.csv").read_bytes()[:4000]
     system = subprocess.run([ROOT / ".venv/bin/vibroscope", "system"], capture_output=True, check=True).stdout
-    readers = ((system, "x.toml", read_system), (measured, "x.csv", read_measurement))
+    upload = as_toml(Explorer().setting()).encode()
+    readers = (
+        (system, "x.toml", read_system),
+        (measured, "x.csv", read_measurement),
+        (upload, "x.toml", uploaded),
+    )
     for number in range(inputs):
-        content, name, read = readers[number % 2]
+        content, name, read = readers[number % 3]
         changed = bytearray(content)
         for _ in range(chance.randint(1, 8)):
             place = chance.randrange(len(changed))
@@ -158,8 +164,17 @@ def test_files(tmp_path, inputs, tell):
     tell(f"{inputs} damaged files: {refused} refused in words, none ended otherwise", inputs=inputs)
 
 
+def uploaded(path):
+    """What the page makes of a file that its user loads."""
+    explorer = Explorer()
+    explorer.apply(setting_of_toml(path.read_bytes().decode(errors="replace")))
+    return explorer.setting()
+
+
 def all_finite(found):
     """Every number in an object and in those it is made of."""
+    if isinstance(found, tuple):
+        return all(map(all_finite, found))
     if isinstance(found, int | float | np.ndarray):
         return bool(np.all(np.isfinite(found)))
     return all(all_finite(value) for value in getattr(found, "__dict__", {}).values())
