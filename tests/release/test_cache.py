@@ -1,5 +1,6 @@
 """The explorer serves whatever the cache folder is like."""
 
+import json
 import random
 import shutil
 import subprocess
@@ -8,7 +9,7 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from engine.kernels.jit import cache_root, source_digest
-from tests.browserless import Client
+from tests.browserless import Client, mapped
 from tests.release.odd import damaged, run
 from tests.served import served
 
@@ -26,13 +27,17 @@ def small_disk(folder, kilobytes):
 
 
 def serves(tmp_path, cache):
-    """One session that moves, and no traceback."""
+    """One session that moves and has a study done, which is kept where that is possible; and no traceback."""
 
     async def steps():
         async with Client(server.url) as client:
             await client.ready()
             await client.shown(lambda told: told.get("frame"), seconds=500)  # nothing kept: kernels compile
-            return await client.set(1, eta="1.5")
+            shown = await client.set(1, eta="1.5")
+            await client.patch(client.message(mapped({"tab": "step", "move": 2}), "Header"))
+            while '"complete"' not in json.dumps((await client.receive())["content"]):
+                pass
+            return shown
 
     with served(tmp_path / "log.txt", VIBROSCOPE_CACHE_DIR=str(cache)) as server:
         assert run(steps(), 600)["texts"]["eta"] == "1.5"
@@ -52,7 +57,7 @@ def test_nothing_can_be_kept(fault, tmp_path, tell):
 
 
 def test_every_tenth_file_is_damaged(tmp_path, tell):
-    """Compiled kernels and kept studies: all are there at first, and some are no longer what they were."""
+    """Compiled kernels, all of which are there at first: some are no longer what they were."""
     chance, cache = random.Random(5), tmp_path / "cache"
     kernels = f"kernels-{source_digest()}"
     shutil.copytree(cache_root() / kernels, cache / kernels)
