@@ -20,7 +20,7 @@ from .model import System
 from .units import Units
 
 SIZE_LIMIT = 65_536  # bytes; a hundred times what a commented file takes
-_DOTS = 200  # of a line; to read a.a.a … takes the square of its length, 9 s for a file of that size
+_DOTS = 200  # of a line; to read a.a.a … takes the square of its length, seconds for a file of that size
 
 # name: meaning, allowed range, unit
 _SYSTEM = {

@@ -95,7 +95,7 @@ class Link {
     this.pace();
   }
 
-  // A frame costs the browser as much as a fifth of a figure, even if nothing changed: none is asked for to wait in.
+  // A frame costs the browser something even if nothing changed: none is asked for to wait in.
   pace() {
     this.paced = true;
     requestAnimationFrame(() => {

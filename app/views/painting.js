@@ -34,8 +34,8 @@ only("models/plots/plot_canvas", "PlotView", (plot) => {
   });
 });
 
-// The layer above all others is empty but while somebody draws a box. When the browser puts the page together, an empty
-// layer costs as much as a full one.
+// The layer above all others is empty but while somebody draws a box. The browser puts an empty
+// layer into the page with each frame as it does a full one.
 only("models/plots/plot_canvas", "PlotView", (plot) => {
   const paint = plot._paint_overlays;
   plot._paint_overlays = function (ctx) {

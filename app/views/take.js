@@ -10,9 +10,9 @@ function takeMenu(model) {
   const panel = element("div", "menu");
   const told = element("p", "told");
   told.setAttribute("role", "status");
-  const copying = new Set();
-  const ask = (what) => model.send_msg({ take: what });
-  const copy = (what) => { copying.add(what); ask(what); };
+  const copying = new Set(); // what is to be copied, not saved, when it comes; the last wish counts
+  const ask = (what) => { copying.delete(what); model.send_msg({ take: what }); };
+  const copy = (what) => { ask(what); copying.add(what); };
   const both = (title, what, name) => row(title,
     button("Copy", `Copy the ${name}`, () => copy(what)), button("Save", `Save the ${name}`, () => ask(what)));
   const shown = element("div"); // what follows from the figures: only once there are any
@@ -31,15 +31,15 @@ function takeMenu(model) {
   ];
   const each = element("div");
   const rows = new Map(); // what is being clicked, or has the focus, stays while other offers come
+  const figureRow = ([name, title, drawn, tabled]) => row(title,
+    ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, title, "png")),
+      button("SVG", `${title} as SVG`, () => saveFigure(name, title, "svg"))] : []),
+    ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []));
   const rowOf = (offer) => {
     const key = JSON.stringify(offer);
     if (!rows.has(key)) rows.set(key, figureRow(offer));
     return rows.get(key);
   };
-  const figureRow = ([name, title, drawn, tabled]) => row(title,
-    ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, title, "png")),
-      button("SVG", `${title} as SVG`, () => saveFigure(name, title, "svg"))] : []),
-    ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []));
   const draw = () => {
     if (!model.offers.length) shown.replaceChildren();
     else if (!shown.childElementCount) shown.replaceChildren(...whole, each);
