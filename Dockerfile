@@ -31,8 +31,8 @@ RUN .venv/bin/python -m pip install --no-deps --no-build-isolation --editable . 
 ENV VIBROSCOPE_CACHE_DIR=/opt/vibroscope/cache
 RUN tools/container-entry .venv/bin/vibroscope warm \
  && NUMBA_CPU_NAME=generic tools/container-entry .venv/bin/vibroscope warm \
- && .venv/bin/python -c "import app.server" \
- && .venv/bin/python -m compileall -q app engine
+ && .venv/bin/python -c "import vibroscope.app.server.server" \
+ && .venv/bin/python -m compileall -q app assets engine
 
 
 FROM ${BASE}

@@ -82,7 +82,7 @@ $(VENV)/made:
 	"$(PYTHON)" -m venv --clear $(VENV)
 	@touch $@
 
-$(VENV)/run: $(VENV)/made requirements/run.txt pyproject.toml
+$(VENV)/run: $(VENV)/made requirements/run.txt pyproject.toml setup.py
 	$(INSTALL) -r requirements/run.txt
 	$(BIN)/python -m pip --disable-pip-version-check install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@

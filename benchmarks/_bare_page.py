@@ -17,16 +17,16 @@ from bokeh.server.server import Server
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from app.cache import Cache
-from app.compute import frame_of
-from app.diagrams import kept
-from app.present import WINDOW, present
-from app.state import Explorer
-from app.views.base import THEME, write
-from app.views.diagram import DiagramView
-from app.views.displacement import DisplacementView
-from app.views.force import ForceView
-from app.views.phase import PhaseView
+from vibroscope.app.explorer.compute import frame_of
+from vibroscope.app.explorer.diagrams import kept
+from vibroscope.app.explorer.present import WINDOW, present
+from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.page.explore.diagram import DiagramView
+from vibroscope.app.page.explore.displacement import DisplacementView
+from vibroscope.app.page.explore.force import ForceView
+from vibroscope.app.page.explore.phase import PhaseView
+from vibroscope.app.page.shared.figure import THEME, write
+from vibroscope.app.runtime.cache import Cache
 
 SETTING = Explorer().setting()
 ETAS = [round(0.01 * n, 2) for n in range(50, 281)]

@@ -7,9 +7,8 @@ load's factor η². What a lane costs is what a sweep over η costs; a single ru
 from collections.abc import Sequence
 
 import numpy as np
-
-from app.peers import FASTEST, MOST_STEPS, Run, free_motion
-from engine import System
+from vibroscope.app.performance.peers import FASTEST, MOST_STEPS, Run, free_motion
+from vibroscope.engine import System
 
 
 def reference_batch(system: System, etas: Sequence[float], threshold: float, tolerance: float = 0.0) -> Run:

@@ -8,8 +8,7 @@ import math
 
 import numpy as np
 from scipy.integrate import solve_ivp
-
-from app.peers import plain_newmark  # noqa: F401 - a peer too
+from vibroscope.app.performance.peers import plain_newmark  # noqa: F401 - a peer too
 
 CARE = 0.1  # largest step, so that no two crossings of the surface lie in one; tried with and without
 MOST_PHASES = 100  # per period; who needs more finds one event for ever

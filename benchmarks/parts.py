@@ -20,11 +20,11 @@ six products a round; what turns 32 comparisons into one index, some twenty cycl
 import time
 
 import numba
-
-from engine import Newmark, Reference, System, simulate
-from engine.drivers.closed import pack
-from engine.kernels import phase, root
-from engine.kernels.ahead import CHUNK
+from vibroscope.engine import Newmark, Reference, System, simulate
+from vibroscope.engine.drivers.event_driven import pack
+from vibroscope.engine.kernels.accelerated.certificate import CHUNK
+from vibroscope.engine.kernels.linear import first_root as root
+from vibroscope.engine.kernels.linear import tables as phase
 
 LANES = 8  # of a vector: AVX-512; with AVX2 it is 4
 FUSED, DIVISION = 4, 14  # cycles until the result is there

@@ -14,11 +14,10 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-
-from engine import Newmark, Record, Reference, System, recommend, simulate, steady
-from engine.divergence.contact import damping_for, damping_ratio_for, stiffness_for
-from engine.divergence.error import Target
-from engine.recommendation.trials import Setting, Trials
+from vibroscope.engine import Newmark, Record, Reference, System, recommend, simulate, steady
+from vibroscope.engine.divergence.contact import damping_for, damping_ratio_for, stiffness_for
+from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.recommendation.trials import Setting, Trials
 
 SYSTEM = System()
 CASES = (

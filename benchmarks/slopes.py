@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-
-from app import bench
-from engine import ExactPenalty, Newmark, Reference, System, simulate
+from vibroscope.app.performance import bench
+from vibroscope.engine import ExactPenalty, Newmark, Reference, System, simulate
 
 PERIODS = (1000, 2000, 4000, 8000, 16000, 32000)
 STEPS = (2000, 4000, 8000, 16000, 32000, 64000)

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import _peers as peers
 import numpy as np
-
-from engine import Newmark, Reference, System, simulate
+from vibroscope.engine import Newmark, Reference, System, simulate
 
 SYSTEM = System()
 TRUTH = json.loads((Path(__file__).parents[1] / "assets" / "truth" / "truth.json").read_text())["cases"]

@@ -9,8 +9,7 @@ import statistics
 import time
 
 import numpy as np
-
-from engine import ExactPenalty, Reference, System, simulate, steady
+from vibroscope.engine import ExactPenalty, Reference, System, simulate, steady
 
 SYSTEM = System()
 CASES = (

@@ -17,12 +17,11 @@ from pathlib import Path
 
 import numpy as np
 import xarray
-
-from engine import Newmark, System
-from engine.sweeps.chunks import chunk_shape, chunks
-from engine.sweeps.place import Place
-from engine.sweeps.plane import PlaneStudy
-from engine.sweeps.store import Store
+from vibroscope.engine import Newmark, System
+from vibroscope.engine.sweeps.chunks import chunk_shape, chunks
+from vibroscope.engine.sweeps.place import Place
+from vibroscope.engine.sweeps.plane import PlaneStudy
+from vibroscope.engine.sweeps.store import Store
 
 REPEATS = 3
 CELLS, MACHINES, CORES = 10**8, 100, 16  # of the estimate

@@ -14,9 +14,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-
-from app.peers import plain_newmark
-from engine import Cells, ExactPenalty, Newmark, Reference, System, run_cells, simulate
+from vibroscope.app.performance.peers import plain_newmark
+from vibroscope.engine import Cells, ExactPenalty, Newmark, Reference, System, run_cells, simulate
 
 SYSTEM = System()
 ETA = 2.76

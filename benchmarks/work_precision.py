@@ -21,9 +21,8 @@ from pathlib import Path
 import _figure
 import _peers
 import numpy as np
-
-from app import bench, peers
-from engine import ExactPenalty, Newmark
+from vibroscope.app.performance import bench, peers
+from vibroscope.engine import ExactPenalty, Newmark
 
 ASSETS = Path(__file__).resolve().parents[1] / "assets"
 ETAS = {"A": 1.08, "B": 1.70, "C": 2.76, "D": 3.25}

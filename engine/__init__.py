@@ -6,7 +6,7 @@ from .divergence.compare import PARTS, Comparison, compare
 from .divergence.contact import equal_restitution_damping
 from .divergence.regularisation import Regularisation
 from .divergence.verdict import Verdict, verdict
-from .kernels.jit import cache_root
+from .kernels.compile.options import cache_root
 from .measurement.alignment import MeasuredComparison, Solved, compare_measured
 from .measurement.fit import FITTED, Fit, fit
 from .measurement.measured import Measurement, measurement_text, read_measurement
@@ -24,8 +24,8 @@ from .simulate import simulate
 from .sweeps import COORDINATES, DIRECTIONS, OVER, Progress, sweep_eta, sweep_plane, sweep_step
 from .sweeps.axis import spaced
 from .sweeps.diagrams import Diagram, diagram, ship_diagrams
-from .sweeps.parts import parts_of
-from .systemfile import SystemFile, parse_system, read_system, system_text, toml_tables
+from .sweeps.errors import parts_of
+from .system_file import SystemFile, parse_system, read_system, system_text, toml_tables
 from .units import QUANTITIES, Units
 
 __all__ = [

@@ -2,7 +2,7 @@
 
 A sweep wants of each run its Poincaré section and what kind of motion it is, not its events. Solvers that leap from
 event to event take less time for a cell than Python takes to set it up, so compiled code runs them from the numbers of
-a cell to its description (:mod:`engine.kernels.cells`). Solvers that walk through every step go through
+a cell to its description (:mod:`engine.kernels.batch.run`). Solvers that walk through every step go through
 :func:`engine.simulate`.
 """
 
@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from .cells import STATUSES, CellResults, Cells
-from .drivers import cells as driver
-from .drivers.share import Worker, share_out
-from .kernels import tally
+from .drivers import batch as driver
+from .drivers.threads import Worker, share_out
+from .kernels.batch import section_statistics as tally
 from .methods import Newmark, Reference
 from .model import require, whole
 from .motions.description import describe

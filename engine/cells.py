@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .drivers.numbers import numbers_of
-from .kernels.setup import Cell
+from .drivers.parameters import numbers_of
+from .kernels.event_driven.setup import Cell
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System, check_eta, require
 from .result import Status
@@ -106,7 +106,7 @@ class Cells:
         return self.numbers()[:, Cell._fields.index("steps")]
 
     def numbers(self) -> np.ndarray:
-        """A row of :class:`engine.kernels.setup.Cell` for each cell, (n, len(Cell))."""
+        """A row of :class:`engine.kernels.event_driven.setup.Cell` for each cell, (n, len(Cell))."""
         if isinstance(self.system, System):
             rows = np.tile(numbers_of(self.system, 1.0, self.method), (len(self), 1))
         else:

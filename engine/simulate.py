@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from .drivers.base import Driver
-from .drivers.closed import ClosedDriver
+from .drivers.event_driven import ClosedDriver
 from .drivers.located import LocatedDriver
 from .drivers.newmark import NewmarkDriver
 from .methods import ExactPenalty, Method, Newmark, Reference

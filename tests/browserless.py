@@ -127,7 +127,7 @@ class Client:
         return await self.patch(event("document_ready", {"type": "map"}))
 
     async def set(self, number=1, **texts):
-        """Move some numbers; returns what the server then holds (`app.views.controls.shown`)."""
+        """Move some numbers; returns what the server then holds (`app.page.controls.controls.shown`)."""
         await self.patch(self.message(move(texts, number)))
         return await self.shown(lambda shown: shown.get("move") == number)
 

@@ -4,9 +4,8 @@ import json
 from pathlib import Path
 
 import numpy as np
-
-from engine import System
-from engine.methods import ExactPenalty, Reference
+from vibroscope.engine import System
+from vibroscope.engine.methods import ExactPenalty, Reference
 
 CASES = json.loads((Path(__file__).parents[1] / "assets" / "truth" / "hard.json").read_text())["cases"]
 _METHODS = {method.name: method for method in (Reference, ExactPenalty)}

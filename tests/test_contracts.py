@@ -17,7 +17,14 @@ def imported_by(statement):
 
 
 @pytest.mark.parametrize(
-    "statement", ["import engine", "import app.compute", "import app.present", "import app.state", "import app.cli"]
+    "statement",
+    [
+        "import vibroscope.engine",
+        "import vibroscope.app.explorer.compute",
+        "import vibroscope.app.explorer.present",
+        "import vibroscope.app.explorer.state",
+        "import vibroscope.app.commands.cli",
+    ],
 )
 def test_no_screen_is_loaded_where_none_is_needed(statement):
     assert not imported_by(statement) & {"panel", "bokeh", "holoviews", "tornado"}

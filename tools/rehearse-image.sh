@@ -152,7 +152,7 @@ fi
 compiled='
 import gc
 from numba.core.dispatcher import Dispatcher
-from app.cli import main
+from vibroscope.app.commands.cli import main
 main(["warm"])
 stats = [found.stats for found in gc.get_objects() if isinstance(found, Dispatcher)]
 assert sum(sum(each.cache_hits.values()) for each in stats) > 0

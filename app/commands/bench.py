@@ -15,7 +15,7 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Measure and print."""
-    from app import bench
+    from vibroscope.app.performance import bench
 
     found = bench.report()
     print(json.dumps(found, allow_nan=False) if options.json else bench.as_text(found))

@@ -6,11 +6,10 @@ import math
 from dataclasses import fields
 from textwrap import wrap
 
-from engine import PARTS, Comparison, Newmark, Reference, Regularisation, Units, Verdict, compare, verdict
-
-from . import measured
-from .options import add_system_option, default_of, reference_of, system_of
-from .physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
+from vibroscope.app.commands import measured
+from vibroscope.app.commands.options import add_system_option, default_of, reference_of, system_of
+from vibroscope.app.commands.physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
+from vibroscope.engine import PARTS, Comparison, Newmark, Reference, Regularisation, Units, Verdict, compare, verdict
 
 SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")  # the last two make up the one before
 _KEEP = default_of(compare, "keep")

@@ -2,7 +2,7 @@
 
 import argparse
 
-from engine import ship_diagrams
+from vibroscope.engine import ship_diagrams
 
 
 def add(commands) -> None:

@@ -3,7 +3,8 @@
 import argparse
 import json
 
-from engine import (
+from vibroscope.app.commands.options import add_system_option, reference_of, system_of, units_of
+from vibroscope.engine import (
     FITTED,
     Fit,
     MeasuredComparison,
@@ -16,8 +17,6 @@ from engine import (
     read_measurement,
     synthetic_measurement,
 )
-
-from .options import add_system_option, reference_of, system_of, units_of
 
 
 def add(commands) -> None:

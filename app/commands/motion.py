@@ -5,10 +5,9 @@ import json
 import sys
 from textwrap import wrap
 
-from engine import Attractor, Motion, attractors, motion
-
-from .options import add_solver_options, default_of, problem_of
-from .physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
+from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
+from vibroscope.app.commands.physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
+from vibroscope.engine import Attractor, Motion, attractors, motion
 
 _INDENT = 18 * " "
 _SEARCH = {name: default_of(attractors, name) for name in ("starts", "seed")}

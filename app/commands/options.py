@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from inspect import signature
 
-from engine import ExactPenalty, Method, Newmark, Reference, System, SystemFile, Units, read_system
+from vibroscope.engine import ExactPenalty, Method, Newmark, Reference, System, SystemFile, Units, read_system
 
 # what each solver takes, and of that needs; restitution belongs to the system, yet only the reference has an impact law
 SOLVER_OPTIONS = {

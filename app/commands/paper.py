@@ -4,7 +4,7 @@ import argparse
 import json
 from textwrap import wrap
 
-from app.paper import CLAIMS, VERDICTS, Claim, Finding, as_dict, tally
+from vibroscope.app.paper import CLAIMS, VERDICTS, Claim, Finding, as_dict, tally
 
 
 def add(commands) -> None:

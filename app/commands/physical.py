@@ -2,9 +2,8 @@
 
 import argparse
 
-from engine import Method, Motion, Response, Units
-
-from .options import units_of
+from vibroscope.app.commands.options import units_of
+from vibroscope.engine import Method, Motion, Response, Units
 
 
 def add_units_option(command: argparse.ArgumentParser) -> None:

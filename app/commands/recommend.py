@@ -5,10 +5,9 @@ import json
 import math
 import sys
 
-from engine import Recommendation, Reference, Units, design_curve, recommend
-
-from .options import add_system_option, default_of, system_of
-from .physical import add_units_option, settings_text, wanted_units
+from vibroscope.app.commands.options import add_system_option, default_of, system_of
+from vibroscope.app.commands.physical import add_units_option, settings_text, wanted_units
+from vibroscope.engine import Recommendation, Reference, Units, design_curve, recommend
 
 ETAS_LIMIT = 1000
 

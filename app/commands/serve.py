@@ -5,10 +5,9 @@ import gc
 import os
 import sys
 
-from app import settings
-from app.settings import Settings, from_environment
-
-from .options import port_number
+from vibroscope.app.commands.options import port_number
+from vibroscope.app.runtime import settings
+from vibroscope.app.runtime.settings import Settings, from_environment
 
 _DEFAULT = Settings()
 
@@ -45,11 +44,11 @@ def run(options: argparse.Namespace) -> int:
     chosen = from_environment(given=given)
     settings.put_in_force(chosen)
 
-    from app import compute
+    from vibroscope.app.explorer import compute
 
     gc.disable()  # importing makes a million objects and no garbage; looking for it would take half a second
     compute.warm()
-    from app.server import serve
+    from vibroscope.app.server.server import serve
 
     gc.freeze()
     gc.enable()

@@ -3,10 +3,9 @@
 import argparse
 import json
 
-from engine import Response, Steady, motion, simulate, steady
-
-from .options import add_solver_options, default_of, problem_of
-from .physical import add_units_option, run_in, settings_text, wanted_units
+from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
+from vibroscope.app.commands.physical import add_units_option, run_in, settings_text, wanted_units
+from vibroscope.engine import Response, Steady, motion, simulate, steady
 
 _KEEP = default_of(simulate, "keep")
 

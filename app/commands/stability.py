@@ -14,6 +14,6 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the hard cases and print."""
-    from app import stability
+    from vibroscope.app.performance import stability
 
     return stability.run(as_json=options.json)

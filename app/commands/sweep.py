@@ -9,7 +9,16 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from engine import (
+from vibroscope.app.commands.options import (
+    SOLVER_OPTIONS,
+    add_system_option,
+    default_of,
+    note_unused,
+    numbers,
+    reference_of,
+    system_of,
+)
+from vibroscope.engine import (
     COORDINATES,
     DIRECTIONS,
     OVER,
@@ -24,8 +33,6 @@ from engine import (
     sweep_plane,
     sweep_step,
 )
-
-from .options import SOLVER_OPTIONS, add_system_option, default_of, note_unused, numbers, reference_of, system_of
 
 _EVERY = 0.2  # seconds between two lines of progress
 

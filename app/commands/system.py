@@ -2,9 +2,8 @@
 
 import argparse
 
-from engine import system_text
-
-from .options import add_system_option, system_of, units_of
+from vibroscope.app.commands.options import add_system_option, system_of, units_of
+from vibroscope.engine import system_text
 
 
 def add(commands) -> None:

@@ -3,7 +3,7 @@
 import argparse
 from dataclasses import replace
 
-from engine import Cells, ExactPenalty, Newmark, Reference, System, run_cells, simulate, steady
+from vibroscope.engine import Cells, ExactPenalty, Newmark, Reference, System, run_cells, simulate, steady
 
 
 def add(commands) -> None:

@@ -4,10 +4,10 @@
 holds sentences and ways to check them. The page, ``vibroscope paper`` and the tests use the same list. No panel import.
 """
 
-from app.paper.claim import VERDICTS, Claim, Finding, Orbits, Plane, Times, as_dict, tally
-from app.paper.motions import MOTIONS
-from app.paper.penalties import PENALTIES
-from app.paper.planes import PLANES
+from vibroscope.app.paper.claim import VERDICTS, Claim, Finding, Orbits, Plane, Times, as_dict, tally
+from vibroscope.app.paper.motions import MOTIONS
+from vibroscope.app.paper.penalties import PENALTIES
+from vibroscope.app.paper.planes import PLANES
 
 CLAIMS: dict[str, Claim] = {
     claim.key: claim for claim in sorted(MOTIONS + PENALTIES + PLANES, key=lambda claim: (claim.figure, claim.key))

@@ -6,10 +6,10 @@ import logging
 import threading
 from collections.abc import Callable
 
-from app import logs
-from app.job import stand_back
-from app.paper import CLAIMS, Finding
-from app.workers import Workers, pool
+from vibroscope.app.paper import CLAIMS, Finding
+from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.job import stand_back
+from vibroscope.app.runtime.workers import Workers, pool
 
 Deliver = Callable[[str, Finding | Exception], None]
 

@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from app.scenes import Scene, scenes
-from engine import Diagram, ExactPenalty, Method, Newmark, Record, Reference, Response, System, simulate
+from vibroscope.app.explorer.scenes import Scene, scenes
+from vibroscope.engine import Diagram, ExactPenalty, Method, Newmark, Record, Reference, Response, System, simulate
 
 SYSTEM = System()
 VERDICTS = ("agrees", "differs", "shown by example")
@@ -96,7 +95,7 @@ class Claim:
         Section of the paper.
     text : str
     scene : str
-        Key of the scene that holds its η, K, D and steps (`app.scenes`).
+        Key of the scene that holds its η, K, D and steps (`app.explorer.scenes`).
     check : callable
         Takes the scene, returns a `Finding`.
     tab : str

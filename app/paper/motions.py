@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-
-from app.paper.claim import SYSTEM, Claim, Finding, Orbits, Times, count, percent, periods, reference
-from app.scenes import Scene, scenes
-from engine import Record, Reference, diagram, motion
+from vibroscope.app.explorer.scenes import Scene, scenes
+from vibroscope.app.paper.claim import SYSTEM, Claim, Finding, Orbits, Times, count, percent, periods, reference
+from vibroscope.engine import Record, Reference, diagram, motion
 
 _TOLERANCE = 1e-5  # of the largest displacement; the diagram holds single precision
 _TWO_PERIODS = Record(2, 1000)

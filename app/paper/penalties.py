@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-
-from app.paper.claim import (
+from vibroscope.app.explorer.scenes import Scene
+from vibroscope.app.paper.claim import (
     SEEN,
     SYSTEM,
     Claim,
@@ -21,9 +21,8 @@ from app.paper.claim import (
     reach,
     reference,
 )
-from app.paper.claim import run as run_of
-from app.scenes import Scene
-from engine import Newmark, Record, Response, compare, motion
+from vibroscope.app.paper.claim import run as run_of
+from vibroscope.engine import Newmark, Record, Response, compare, motion
 
 SUDDEN = 30  # steps of T/2000: a shorter contact counts as a sudden impact (section 4.2)
 _CAPTURED, _MISSED = 0.1, 0.3  # rms difference, relative to the motion: "captures" up to one, "far from reality" above

@@ -11,11 +11,10 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-
-from app.paper.claim import SEEN, SYSTEM, Claim, Finding, Plane, percent, reach
-from app.paper.penalties import SUDDEN
-from app.scenes import Scene, scenes
-from engine import CellResults, Cells, ExactPenalty, Newmark, run_cells
+from vibroscope.app.explorer.scenes import Scene, scenes
+from vibroscope.app.paper.claim import SEEN, SYSTEM, Claim, Finding, Plane, percent, reach
+from vibroscope.app.paper.penalties import SUDDEN
+from vibroscope.engine import CellResults, Cells, ExactPenalty, Newmark, run_cells
 
 _THIRD = 2 ** (1 / 3)
 _BELOW, _ABOVE = {"K": 15, "D": 12}, {"K": 6, "D": 6}  # cells on either side of the recommended set

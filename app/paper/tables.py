@@ -5,10 +5,9 @@ from __future__ import annotations
 from functools import singledispatch
 
 import numpy as np
-
-from app.paper.claim import Orbits, Plane, Times
-from app.takeaway import Series
-from engine import Diagram, Response
+from vibroscope.app.export.formats import Series
+from vibroscope.app.paper.claim import Orbits, Plane, Times
+from vibroscope.engine import Diagram, Response
 
 _STATE = ("xi1", "velocity1", "xi2", "velocity2")
 

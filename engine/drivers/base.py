@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..kernels.record import IMPACT_COLUMNS, Folded, Record, empty_record
+from ..kernels.compile.record import IMPACT_COLUMNS, Folded, Record, empty_record
 from ..result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
 
 CAPACITY = 4096  # rows of impacts and contacts between two visits of the driver

@@ -4,20 +4,20 @@ import math
 
 import numpy as np
 
-from ..kernels import located as kernel
-from ..kernels.landing import Law, accelerations
-from ..kernels.record import Folded
-from ..kernels.record import Record as Buffers
+from ..kernels.compile.record import Folded
+from ..kernels.compile.record import Record as Buffers
+from ..kernels.time_stepping import located as kernel
+from ..kernels.time_stepping.contact_location import Law, accelerations
 from ..methods import Newmark
 from ..model import System
 from ..result import Checkpoint, Cost, Status
-from .stepped import SteppedDriver
+from .stepping import SteppedDriver
 
 SOLVES_PER_CALL = 2_000_000
 
 
 def pack(system: System, eta: float, method: Newmark) -> Law:
-    """Coefficients of the equations (:mod:`engine.kernels.landing`)."""
+    """Coefficients of the equations (:mod:`engine.kernels.time_stepping.contact_location`)."""
     period = 2 * math.pi / eta
     both = 1 + 1 / system.mass_ratio
     # the relative motion in contact, e^{−rτ}: r² − 2D(1 + 1/μ) r + K(1 + 1/μ) = 0; modulus of the faster r

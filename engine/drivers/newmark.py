@@ -2,26 +2,26 @@
 
 import numpy as np
 
-from ..kernels import leaps
-from ..kernels import newmark as kernel
-from ..kernels.folded import room
-from ..kernels.record import Folded
-from ..kernels.record import Record as Buffers
-from ..kernels.scheme import begin_steps, scheme_of, set_up_leaps
-from ..kernels.setup import free_pole, no_keys
-from ..kernels.steps import FREE, REACHES
+from ..kernels.accelerated import skip as leaps
+from ..kernels.accelerated.step_map import FREE, REACHES
+from ..kernels.compile.packing import room
+from ..kernels.compile.record import Folded
+from ..kernels.compile.record import Record as Buffers
+from ..kernels.event_driven.setup import free_pole, no_keys
+from ..kernels.time_stepping import newmark as kernel
+from ..kernels.time_stepping.setup import begin_steps, scheme_of, set_up_leaps
 from ..methods import Newmark
 from ..model import System
 from ..result import Checkpoint, Cost, Status
-from .numbers import numbers_of
-from .stepped import SteppedDriver
+from .parameters import numbers_of
+from .stepping import SteppedDriver
 
 STEPS_PER_CALL = 5_000_000
 SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; with fewer, walking is as quick
 
 
 def pack(system: System, eta: float, method: Newmark) -> kernel.Scheme:
-    """Coefficients of one step (derived in :mod:`engine.kernels.newmark`)."""
+    """Coefficients of one step (derived in :mod:`engine.kernels.time_stepping.newmark`)."""
     return scheme_of(numbers_of(system, eta, method))
 
 

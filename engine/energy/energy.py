@@ -11,7 +11,7 @@ K = 0 for the reference; the powers are η² cos ητ (ξ₁′ + μξ₂′) fo
 
 The balance knows nothing of how the motion was marched. The reference, the exact penalty and the located step are
 followed from one row of the section through the events of the response to the next row: between two events z′ = A z
-(:mod:`..kernels.phase`), so that every power is a quadratic form zᵀQz with the integral
+(:mod:`..kernels.linear.tables`), so that every power is a quadratic form zᵀQz with the integral
 
     ∫₀ˢ zᵀQz dτ = z(0)ᵀ G(s) z(0),    G(2s) = G(s) + E(s)ᵀ G(s) E(s),    E(2s) = E(s)².
 

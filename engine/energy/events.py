@@ -122,7 +122,7 @@ class _Walk:
         return change if abs(change) <= allowed else 0.0
 
     def strike(self, piece: _Piece) -> None:
-        """Set out from an impact; the rest of a chatter loses its relative speed (:mod:`..kernels.chatter`)."""
+        """Set out from an impact; the rest of a chatter loses its relative speed."""
         impacts, share = self.response.impacts, self.law.share
         v1, v2 = impacts.velocity_after[piece.impact]
         before = np.diff(impacts.velocity_before[piece.impact])[0]

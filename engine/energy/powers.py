@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import pendulums
+from ..kernels.equations import motion as pendulums
 from ..methods import Reference
 from ..result import Response
 

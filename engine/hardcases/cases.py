@@ -5,14 +5,16 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
+from importlib.resources import files
+
+from vibroscope import assets
 
 from ..methods import ExactPenalty, Newmark, Reference
 from ..model import System
 from ..result import Status
 from .condition import EPSILON, MARGIN, Run
 
-TRUTH = Path(__file__).resolve().parents[2] / "assets" / "truth" / "hard.json"
+TRUTH = files(assets) / "truth" / "hard.json"
 SIGMAS = 5.0  # by which statistics of the same motion may differ: once in two million times
 
 

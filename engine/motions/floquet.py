@@ -7,7 +7,7 @@ import numpy as np
 from ..methods import ExactPenalty, Method, Reference
 from ..model import System
 from ..simulate import simulate
-from .poincare import PoincareMap, coordinates
+from .poincare_map import PoincareMap, coordinates
 
 WIDTH = 1e-7  # of a difference, in sizes of the state: far less than a time step shifts, far more than rounding
 REAL = 1e-9  # a multiplier with no more of an imaginary part is real

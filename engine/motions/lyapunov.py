@@ -2,8 +2,8 @@
 
 A small disturbance v of a motion becomes DP v after each excitation period; its growth ln |DP v| / |v|, with v brought
 back to length 1 each time, averages to the largest Lyapunov exponent λ. DP is exact, impacts and contact changes
-included (the saltation matrices of :mod:`engine.kernels.saltation`), so that no second run and no size of a disturbance
-enter.
+included (the saltation matrices of :mod:`..kernels.event_driven.saltation`), so that no second run and
+no size of a disturbance enter.
 
 How sure the average is depends on the motion:
 
@@ -25,7 +25,7 @@ import numpy as np
 from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta, whole
 from ..simulate import beginning
-from .poincare import PoincareMap, coordinates, displacements
+from .poincare_map import PoincareMap, coordinates, displacements
 from .section import bump, irregularity
 
 BATCHES = 32

@@ -10,7 +10,7 @@ In closed form (reference, exact penalty):
 - what is neither is *undecided*: a transient, or a case for a longer run. A motion that settles while it is followed is
   what it settles to.
 
-Newmark's motion is judged by its limit without a time step (:mod:`.stepnoise`).
+Newmark's motion is judged by its limit without a time step (:mod:`.time_step_scatter`).
 """
 
 from collections.abc import Callable, Sequence
@@ -28,7 +28,7 @@ from .floquet import exponent, multipliers, nearest
 from .lyapunov import Lyapunov, lyapunov
 from .section import repeats_after, rotation
 from .steady import steady
-from .stepnoise import told_apart
+from .time_step_scatter import told_apart
 
 REST = (0.0, 0.0, 0.0, 0.0)
 LONGEST = 64  # periods of a cycle that Newton's method looks for

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .poincare import PoincareMap, Return, coordinates
+from .poincare_map import PoincareMap, Return, coordinates
 
 NEAR = 0.3  # of the section's size: a return within this is worth an attempt …
 NEARER = 0.5  # … if it is so much nearer than all earlier ones

@@ -3,7 +3,8 @@
 A motion of p excitation periods is a fixed point z = P(z) of the map P that carries a state from τ = 0 to τ = pT. A
 short run from the start shows where the transient leads; from its end on, Newton's method converges in some steps,
 where the run itself would need the more periods the weaker the damping. The Jacobian DP is exact (see
-:mod:`engine.kernels.tangent`), and its eigenvalues, the Floquet multipliers, tell how fast a disturbance dies away.
+:mod:`..kernels.event_driven.tangent`), and its eigenvalues, the Floquet multipliers, tell how fast a disturbance dies
+away.
 
 An orbit is taken only if the run is caught by it (:mod:`.orbit`). Otherwise the run goes on, four times as long.
 """
@@ -13,14 +14,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..drivers.closed import ClosedDriver
+from ..drivers.event_driven import ClosedDriver
 from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta, whole
 from ..result import Checkpoint, Record, Response, Status
 from ..simulate import beginning, simulate
 from .floquet import largest_first
 from .orbit import Orbit, OrbitSearch
-from .poincare import PoincareMap, displacements
+from .poincare_map import PoincareMap, displacements
 from .section import repeats_after
 
 STAGES = (8, 32, 128, 512)  # periods run until each attempt

@@ -6,7 +6,7 @@ keeps it at its `place`, `runner` and `cluster` run it, `provenance` signs it. R
 All three functions take further keywords that do not change the result: those of `Run`, which say where to keep it and
 on which machines to run it. Or ``keep=True``: it is kept in the user's cache, under every number and the
 engine's sources, the least recently used dropped; then only ``progress`` and ``cancelled`` beside it. What they raise
-:func:`.runner.run` says.
+:func:`.sweeps.runner.run` says.
 """
 
 from collections.abc import Sequence
@@ -72,7 +72,7 @@ def sweep_eta(
     Returns
     -------
     xarray.Dataset
-        Dimensions (over, ``sample``); see :mod:`.eta` for the variables.
+        Dimensions (over, ``sample``); see :mod:`.sweeps.eta` for the variables.
     """
     more = {"over": over, "values": values, "direction": direction, "coordinates": coordinates}
     study = EtaStudy(system, method, eta, transient, sample, **more, refine=refine, lyapunov=lyapunov)
@@ -116,7 +116,7 @@ def sweep_plane(
     Returns
     -------
     xarray.Dataset
-        Dimensions (``K``, ``D``); see :mod:`.plane` for the variables.
+        Dimensions (``K``, ``D``); see :mod:`.sweeps.plane` for the variables.
     """
     K, D = ascending("K", K), ascending("D", D)
     if steps is None and located:
@@ -153,8 +153,8 @@ def sweep_step(
     Returns
     -------
     xarray.Dataset
-        Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step; see :mod:`.step` for
-        the variables.
+        Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step; see :mod:`.step`
+        for the variables.
     """
     steps = ascending("steps", steps)
     return _found(StepStudy(system, Newmark(K, D, int(steps[0])), eta, transient, sample, steps=steps), **how)

@@ -8,9 +8,11 @@ import os
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+from vibroscope import assets
 
 from ..methods import JOINT_DAMPINGS, Reference
 from ..model import System
@@ -19,7 +21,7 @@ from .eta import EtaStudy
 from .progress import Hook
 from .runner import Run, run
 
-SHIPPED = Path(__file__).parents[2] / "assets" / "diagrams"
+SHIPPED = Path(str(files(assets))) / "diagrams"
 GRID = np.round(np.arange(0.5, 4.0 + 1e-9, 0.0025), 4)  # 1,401 values of η; the paper's four are among them
 TRANSIENT, SAMPLE = 2000, 50
 

@@ -19,7 +19,7 @@ from ..divergence.contact import equal_restitution_damping
 from ..methods import ExactPenalty, Newmark
 from .axis import ascending
 from .chunks import Chunk
-from .parts import parts_of
+from .errors import parts_of
 from .study import Study
 from .variables import ERRORS, OF_PENALTY, STATUS_FLAGS, Variable, Whole
 

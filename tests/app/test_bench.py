@@ -4,10 +4,9 @@ import json
 
 import numpy as np
 import pytest
-
-from app import bench, peers
-from app.cli import main
-from engine import ExactPenalty, Newmark, Reference, simulate
+from vibroscope.app.commands.cli import main
+from vibroscope.app.performance import bench, peers
+from vibroscope.engine import ExactPenalty, Newmark, Reference, simulate
 
 SCENES = {"A": (1.08, 2500.0, 8.0), "B": (1.70, 12000.0, 18.0), "C": (2.76, 12000.0, 18.0), "D": (3.25, 12000.0, 18.0)}
 

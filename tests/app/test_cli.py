@@ -11,9 +11,8 @@ import urllib.request
 from pathlib import Path
 
 import pytest
-
-from app.cli import main
-from engine import Newmark, Reference, System, simulate, steady
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import Newmark, Reference, System, simulate, steady
 
 NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500"]
 

@@ -4,9 +4,8 @@ import json
 
 import numpy as np
 import pytest
-
-from app.cli import main
-from engine import Newmark, Reference, System, compare, motion, verdict
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import Newmark, Reference, System, compare, motion, verdict
 
 NUMBERS = ("total", "time_step", "regularisation", "joint_damping")
 

@@ -7,12 +7,11 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-
-from app import logs
-from app.cache import Cache
-from app.compute import ORBIT_PERIODS, Frame, Latest, frame_of
-from app.state import Explorer
-from engine import Cancelled
+from vibroscope.app.explorer.compute import ORBIT_PERIODS, Frame, Latest, frame_of
+from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.engine import Cancelled
 
 SETTING = Explorer().setting()
 

@@ -8,7 +8,8 @@ import time
 import urllib.request
 from contextlib import ExitStack, contextmanager
 
-from app.connections import Listener
+from vibroscope.app.server.connections import Listener
+
 from tests.browserless import Client
 from tests.served import served
 

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
-
-from app.views.base import sources
-from app.views.feed import Feed
+from vibroscope.app.page.shared.feed import Feed
+from vibroscope.app.page.shared.figure import sources
 
 
 class Wire(Feed):

@@ -3,8 +3,7 @@ from asyncio import Future
 
 import pytest
 from tornado.iostream import StreamClosedError
-
-from app.gathered import UNREAD, Gathered
+from vibroscope.app.server.batched_writes import UNREAD, Gathered
 
 TEXT, CLOSE = b"\x81\x01a", b"\x88\x00"
 

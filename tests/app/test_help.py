@@ -4,12 +4,11 @@ import re
 
 import numpy as np
 import pytest
-
-from app.files import asset
-from app.tables import FIGURES
-from app.tabs import TABS
-from app.tabs.study import StudyTab
-from engine import ExactPenalty, Newmark, Record, Reference, System, simulate
+from vibroscope.app.export.tables import FIGURES
+from vibroscope.app.page.files import template
+from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.tabs import TABS
+from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, simulate
 
 SYSTEM = System()
 ETA = 1.08
@@ -25,7 +24,7 @@ SYMBOLS = {
 
 def sides(name):
     """Both sides of a displayed equation as Python: symbols by name, a space or a bracket for a product."""
-    text = re.search(rf'data-equation="{name}">(.*?)<', asset("help.html")).group(1)
+    text = re.search(rf'data-equation="{name}">(.*?)<', template("help/help.html")).group(1)
     tokens = re.findall("|".join(map(re.escape, sorted(SYMBOLS, key=len, reverse=True))) + r"|[KDe]|\d+|[-+=/()]", text)
     assert "".join(tokens).replace(" ", "") == text.replace(" ", ""), "a symbol that the test does not know"
     code, last = "", ""
@@ -101,12 +100,12 @@ def test_the_mass_ratio():
 
 
 def test_no_equation_is_left_untested():
-    shown = set(re.findall(r'data-equation="(\w+)"', asset("help.html")))
+    shown = set(re.findall(r'data-equation="(\w+)"', template("help/help.html")))
     assert shown == {"one", "two", "mass", "impact", "momentum", "joined", "joint_force", "penalty"}
 
 
 def test_every_figure_that_can_be_taken_away_has_its_paragraph():
-    told = re.findall(r'<h3 data-figures="([^"]+)">[^<]+</h3>\n<p>', asset("help.html"))
+    told = re.findall(r'<h3 data-figures="([^"]+)">[^<]+</h3>\n<p>', template("help/help.html"))
     explained = [name for names in told for name in names.split()]
     studies = [figure.name for tab in TABS.values() if issubclass(tab, StudyTab) for figure in tab.pictures]
     assert sorted(explained) == sorted([*FIGURES, *studies, "claims", "paper"])  # Paper's are named paper3, paper4A, …

@@ -5,11 +5,10 @@ from urllib.parse import urlencode
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from app.link import LINEAR, LOGARITHMIC, print_choice, print_mute, print_zoom, read_view
-from app.opening import THEMES, read_opening
-from app.state import Explorer, Refused, print_address
-from app.tabs import TABS, Move
+from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC, print_choice, print_mute, print_zoom, read_view
+from vibroscope.app.explorer.state import Explorer, Refused, print_address
+from vibroscope.app.page.opening import THEMES, read_opening
+from vibroscope.app.page.tabs import TABS, Move
 
 from .test_state import settings
 from .test_study_tab import Asked, Desk, opened  # noqa: F401 - a fixture

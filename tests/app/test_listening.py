@@ -4,10 +4,10 @@ import asyncio
 import socket
 
 import pytest
+from vibroscope.app.commands.cli import main
+from vibroscope.app.runtime.settings import Settings
+from vibroscope.app.server.server import _origins
 
-from app.cli import main
-from app.server import _origins
-from app.settings import Settings
 from tests.browserless import Client
 from tests.served import served
 

@@ -7,10 +7,10 @@ import threading
 from dataclasses import dataclass
 
 import pytest
-
-from app import live, logs
-from app.cache import Cache
-from engine import Cancelled
+from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.studies import live
+from vibroscope.engine import Cancelled
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,11 @@ import argparse
 import json
 
 import pytest
-
-from app.cli import main
-from app.commands.measured import add_measured_options, fitted, run
-from app.commands.options import add_system_option
-from app.files import ASSETS
-from engine import System, Units, read_measurement, synthetic_measurement
+from vibroscope.app.commands.cli import main
+from vibroscope.app.commands.measured import add_measured_options, fitted, run
+from vibroscope.app.commands.options import add_system_option
+from vibroscope.app.runtime.files import ASSETS
+from vibroscope.engine import System, Units, read_measurement, synthetic_measurement
 
 EXAMPLE = ASSETS / "example-measurement.csv"
 

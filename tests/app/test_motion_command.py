@@ -3,8 +3,7 @@
 import json
 
 import pytest
-
-from app.cli import main
+from vibroscope.app.commands.cli import main
 
 NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18"]
 

@@ -9,17 +9,16 @@ from functools import partial
 import numpy as np
 import pytest
 from panel.models.esm import DataEvent
-
-from app.commands import paper as command
-from app.paper import CLAIMS, as_dict, motions, penalties, planes
-from app.paper import checks as checking
-from app.paper.claim import SEEN, SYSTEM, newmark, reach, reference
-from app.scenes import scenes
-from app.tabs.base import Move
-from app.tabs.paper import Paper
-from app.takeaway import as_json
-from app.views.claims import draw
-from engine import ExactPenalty, Newmark, Reference, motion, simulate
+from vibroscope.app.commands import paper as command
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.export.formats import as_json
+from vibroscope.app.page.paper.claims import draw
+from vibroscope.app.page.paper.tab import Paper
+from vibroscope.app.page.tab import Move
+from vibroscope.app.paper import CLAIMS, as_dict, motions, penalties, planes
+from vibroscope.app.paper import checks as checking
+from vibroscope.app.paper.claim import SEEN, SYSTEM, newmark, reach, reference
+from vibroscope.engine import ExactPenalty, Newmark, Reference, motion, simulate
 
 
 @pytest.fixture(scope="module")
@@ -215,7 +214,7 @@ def checks(monkeypatch):
     """Checks of this test alone, with a thread that works when it is told to."""
     thread = _Thread()
     monkeypatch.setattr(checking, "_thread", lambda: thread)
-    monkeypatch.setattr("app.tabs.paper.CHECKS", checking.Checks())
+    monkeypatch.setattr("vibroscope.app.page.paper.tab.CHECKS", checking.Checks())
     return thread
 
 

@@ -6,8 +6,8 @@ from bokeh.models import ColumnDataSource, Range1d
 from bokeh.plotting import figure
 from bokeh.protocol import Protocol
 from bokeh.protocol.messages.patch_doc import patch_doc
+from vibroscope.app.server.patch import Patch, speak
 
-from app.patch import Patch, speak
 from tests.browserless import mapped
 
 

@@ -4,9 +4,8 @@ import json
 
 import numpy as np
 import pytest
-
-from app.cli import main
-from engine import Units
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import Units
 
 SETTING = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "2000"]
 FILE = "[units]\nomega1 = 3.0\nm1 = 2.0\nbase_amplitude = 0.5\n"

@@ -1,10 +1,9 @@
 """What is pinned is solved once, drawn as the present setting draws, and told where it cannot be had."""
 
 import pytest
-
-from app.compute import frame_of
-from app.state import Explorer
-from app.tabs import pin
+from vibroscope.app.explorer.compute import frame_of
+from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.page.explore import pin
 
 SETTING = Explorer().setting()
 PINNED = SETTING._replace(K=3000.0)

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from app.cache import Cache
-from app.compute import frame_of
-from app.present import envelope, present, size_of
-from app.raster import raster
-from app.scenes import scenes
-from app.state import Explorer
+from vibroscope.app.explorer.compute import frame_of
+from vibroscope.app.explorer.present import envelope, present, size_of
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.studies.raster import raster
 
 KEPT = Cache(48)
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 from bokeh.document import Document
-
-from app.views.ranges import OwnedRange, extent, wanted
+from vibroscope.app.page.shared.ranges import OwnedRange, extent, wanted
 
 
 def column(low, high):

@@ -3,10 +3,9 @@
 import json
 
 import pytest
-
-from app.cli import main
-from engine import Newmark, Record, System, simulate
-from engine.divergence.error import Target
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import Newmark, Record, System, simulate
+from vibroscope.engine.divergence.error import Target
 
 QUICK = ["--tolerance", "0.5", "--steps-max", "32"]
 

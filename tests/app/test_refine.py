@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from app.refine import COARSEST, batches, interlaced, nearest
+from vibroscope.app.studies.refine import COARSEST, batches, interlaced, nearest
 
 
 @pytest.mark.parametrize("shape", [(1,), (37,), (8, 8), (13, 21)])

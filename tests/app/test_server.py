@@ -15,11 +15,11 @@ from bokeh.protocol import Protocol
 from bokeh.server.connection import ServerConnection
 from bokeh.server.protocol_handler import ProtocolHandler
 from tornado.websocket import WebSocketClosedError
+from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.limits import Bucket
+from vibroscope.app.server import admission
+from vibroscope.app.server.websocket import Socket
 
-import app.house
-from app import logs
-from app.limits import Bucket
-from app.websocket import Socket
 from tests.browserless import Client, changed, event, get, mapped, move, token_of
 from tests.served import served
 
@@ -295,8 +295,8 @@ def test_no_more_sessions_than_granted_and_no_setting_dearer_than_granted(tmp_pa
 
 
 def test_a_page_that_cannot_be_built_says_so_in_words(monkeypatch, caplog):
-    monkeypatch.setattr(app.house, "create_app", lambda: 1 / 0)
-    words = app.house.page_or_words()[0].object
+    monkeypatch.setattr(admission, "create_app", lambda: 1 / 0)
+    words = admission.page_or_words()[0].object
     assert "could not be built" in words
     assert "division" not in words
     assert "ZeroDivisionError" in caplog.text  # the log has it

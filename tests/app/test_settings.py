@@ -14,13 +14,14 @@ from bokeh.document import Document
 from bokeh.models import ColumnDataSource, Plot, Range1d
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from vibroscope.app.runtime import limits, logs, metrics
+from vibroscope.app.runtime.limits import Bucket, TooMuch, check_cost
+from vibroscope.app.runtime.settings import Settings, describe, from_environment, put_in_force, unknown, variable_of
+from vibroscope.app.server import validation as gate
+from vibroscope.app.server.housekeeping import bound_cache, drop_oldest
+from vibroscope.engine import Reference, System, sweep_eta
+from vibroscope.engine.sweeps import cache
 
-from app import gate, limits, logs, metrics
-from app.housekeeping import bound_cache, drop_oldest
-from app.limits import Bucket, TooMuch, check_cost
-from app.settings import Settings, describe, from_environment, put_in_force, unknown, variable_of
-from engine import Reference, System, sweep_eta
-from engine.sweeps import cache
 from tests.browserless import changed, event, mapped
 
 JSON = st.recursive(

@@ -8,9 +8,9 @@ import time
 import pytest
 from bokeh.document import Document
 from bokeh.models import Range1d
+from vibroscope.app.server import prewarmed as module
+from vibroscope.app.server.prewarmed import Spare
 
-from app import spare as module
-from app.spare import Spare
 from tests.browserless import Client
 from tests.served import served
 

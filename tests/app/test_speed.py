@@ -5,15 +5,15 @@ import math
 
 import numpy as np
 import pytest
-
-from app import bench, speed
-from app.speed import KINDS, Key, Question, SpeedStage, refine_speed, steps_around
-from app.state import Explorer
-from app.tabs.speed import Speed, told
-from app.tabs.timestep import TimeStepTab
-from app.takeaway import as_json
-from app.views.speed import SpeedView
-from engine import Cancelled, ExactPenalty, Reference, System
+from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.export.formats import as_json
+from vibroscope.app.page.speed.figure import SpeedView
+from vibroscope.app.page.speed.tab import Speed, told
+from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.app.performance import bench
+from vibroscope.app.studies import speed
+from vibroscope.app.studies.speed import KINDS, Key, Question, SpeedStage, refine_speed, steps_around
+from vibroscope.engine import Cancelled, ExactPenalty, Reference, System
 
 SETTING = Explorer().setting()._replace(eta=2.76, K=12000.0, D=18.0, steps=400)
 

@@ -4,11 +4,11 @@ import json
 from dataclasses import replace
 
 import pytest
-
-from app import cli, stability
-from engine import Status
-from engine.hardcases.cases import hard_cases
-from engine.hardcases.judgement import outcome
+from vibroscope.app.commands import cli
+from vibroscope.app.performance import stability
+from vibroscope.engine import Status
+from vibroscope.engine.hardcases.cases import hard_cases
+from vibroscope.engine.hardcases.judgement import outcome
 
 
 @pytest.fixture

@@ -7,10 +7,9 @@ from urllib.parse import quote
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from app.history import History
-from app.scenes import scene_of, scenes
-from app.state import (
+from vibroscope.app.explorer.history import History
+from vibroscope.app.explorer.scenes import scene_of, scenes
+from vibroscope.app.explorer.state import (
     MAIN_FIELDS,
     Explorer,
     Refused,

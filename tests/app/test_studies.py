@@ -4,14 +4,15 @@ import math
 
 import numpy as np
 import pytest
-
-from app import bifurcation, classes, plane, timestep
-from app.bifurcation import Diagram, refine_diagram
-from app.plane import Plane, refine_plane
-from app.state import Explorer
-from app.tabs.plane import told as told_of_plane
-from app.timestep import TimeStep, refine_step
-from engine import Cancelled, ExactPenalty, Newmark, Reference, System, motion, simulate
+from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.page.plane.tab import told as told_of_plane
+from vibroscope.app.studies import bifurcation, plane
+from vibroscope.app.studies import cell_classes as classes
+from vibroscope.app.studies import time_step as timestep
+from vibroscope.app.studies.bifurcation import Diagram, refine_diagram
+from vibroscope.app.studies.plane import Plane, refine_plane
+from vibroscope.app.studies.time_step import TimeStep, refine_step
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, motion, simulate
 
 SYSTEM = System()
 

@@ -3,14 +3,14 @@
 import json
 
 import pytest
-
-from app.state import Explorer
-from app.tabs import Move, study
-from app.tabs.bifurcation import Bifurcation
-from app.tabs.plane import PlaneTab
-from app.tabs.speed import Speed
-from app.tabs.taking import take
-from app.tabs.timestep import TimeStepTab
+from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.page.bifurcation.tab import Bifurcation
+from vibroscope.app.page.plane.tab import PlaneTab
+from vibroscope.app.page.speed.tab import Speed
+from vibroscope.app.page.study import tab as study
+from vibroscope.app.page.tabs import Move
+from vibroscope.app.page.taking import take
+from vibroscope.app.page.time_step.tab import TimeStepTab
 
 SETTING = Explorer().setting()
 

@@ -5,14 +5,13 @@ import sys
 import threading
 
 import pytest
-
-from app import suggestion
-from app.state import Explorer, Refused
-from app.suggestion import Search, question_of, told_of
-from app.tabs.suggesting import Suggesting
-from engine import Cancelled, Recommendation
-from engine.recommendation.trials import Setting as Chosen
-from engine.recommendation.trials import Trial
+from vibroscope.app.explorer import suggestion
+from vibroscope.app.explorer.state import Explorer, Refused
+from vibroscope.app.explorer.suggestion import Search, question_of, told_of
+from vibroscope.app.page.explore.suggesting import Suggesting
+from vibroscope.engine import Cancelled, Recommendation
+from vibroscope.engine.recommendation.trials import Setting as Chosen
+from vibroscope.engine.recommendation.trials import Trial
 
 SETTING = Explorer().setting()
 TRIAL = Trial(Chosen(10500.0, 15.8, 5793), 0.0486, 0.0494, 5793.0)

@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-
-from app.cli import main
+from vibroscope.app.commands.cli import main
 
 ROOT = Path(__file__).parents[2]
 ETA = ["sweep", "eta", "--from", "2.7", "--to", "3.2", "--count", "6", "--transient", "50", "--sample", "8"]
@@ -106,7 +105,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path, capsys):
     command = ["sweep", "eta", "--from", "1.6", "--to", "1.8", "--count", "40", "--solver", "newmark", "--K", "3000"]
     command += ["--D", "10", "--steps", "2000", "--transient", "20000", "--sample", "20"]
     ours, theirs = pty.openpty()
-    program = f"import sys; from app.cli import main; sys.exit(main({[*command, '--out', path]!r}))"
+    program = f"import sys; from vibroscope.app.commands.cli import main; sys.exit(main({[*command, '--out', path]!r}))"
     process = subprocess.Popen([sys.executable, "-c", program], cwd=ROOT, stderr=theirs, stdout=subprocess.DEVNULL)
     os.close(theirs)
     seen = b""

@@ -3,9 +3,8 @@
 import json
 
 import pytest
-
-from app.cli import main
-from engine import Reference, System, simulate, system_text
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import Reference, System, simulate, system_text
 
 SIMULATE = ["simulate", "--solver", "reference", "--eta", "2.76", "--periods", "20", "--json"]
 

@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given
-
-from app import takeaway, words
-from app.cache import Cache
-from app.compute import frame_of
-from app.present import present
-from app.report import as_report
-from app.scripts import as_command, as_python
-from app.state import Explorer, Setting, read
-from app.tables import FIGURES, table_of
+from vibroscope.app.explorer import words
+from vibroscope.app.explorer.compute import frame_of
+from vibroscope.app.explorer.present import present
+from vibroscope.app.explorer.state import Explorer, Setting, read
+from vibroscope.app.export import formats as takeaway
+from vibroscope.app.export.report import as_report
+from vibroscope.app.export.scripts import as_command, as_python
+from vibroscope.app.export.tables import FIGURES, table_of
+from vibroscope.app.runtime.cache import Cache
 
 from .test_state import settings
 

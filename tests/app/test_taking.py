@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-
-from app import bifurcation, plane, speed
-from app.compute import frame_of
-from app.live import KEPT
-from app.paper import CLAIMS
-from app.state import Explorer, print_address
-from app.tabs import TABS, Move, study
-from app.tabs.taking import offers, take
+from vibroscope.app.explorer.compute import frame_of
+from vibroscope.app.explorer.state import Explorer, print_address
+from vibroscope.app.page.study import tab as study
+from vibroscope.app.page.tabs import TABS, Move
+from vibroscope.app.page.taking import offers, take
+from vibroscope.app.paper import CLAIMS
+from vibroscope.app.studies import bifurcation, plane, speed
+from vibroscope.app.studies.live import KEPT
 
 from .test_study_tab import Asked, Desk
 
@@ -151,7 +151,7 @@ def test_the_script_of_a_bifurcation_diagram_finds_its_points(filled, capsys):
 
 def test_the_script_of_a_plane_finds_its_cells(filled, monkeypatch, capsys):
     tab = filled("plane")
-    monkeypatch.setattr("app.tabs.plane.COUNT", 6)
+    monkeypatch.setattr("vibroscope.app.page.plane.tab.COUNT", 6)
     monkeypatch.setattr(plane, "COUNT", 6)
     question = tab.question(SETTING)
     space = {}
@@ -185,17 +185,17 @@ def test_the_script_of_speed_and_error_finds_its_errors(filled, capsys):
 
 
 def test_the_script_of_the_paper_checks_the_claims(monkeypatch, capsys):
-    monkeypatch.setattr("app.paper.CLAIMS", {"4C": CLAIMS["4C"]})
+    monkeypatch.setattr("vibroscope.app.paper.CLAIMS", {"4C": CLAIMS["4C"]})
     exec(TABS["paper"](Desk()).python(SETTING), {})
     assert "Figure 4 [C]" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("key", ["bifurcation", "plane", "step"])
 def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_path, monkeypatch):
-    monkeypatch.setattr("app.tabs.plane.COUNT", 3)
+    monkeypatch.setattr("vibroscope.app.page.plane.tab.COUNT", 3)
     monkeypatch.setattr(plane, "COUNT", 3)
-    monkeypatch.setattr("app.tabs.bifurcation.COUNT", 3)
-    monkeypatch.setattr("app.tabs.timestep.STEPS", (500, 1000))
+    monkeypatch.setattr("vibroscope.app.page.bifurcation.tab.COUNT", 3)
+    monkeypatch.setattr("vibroscope.app.page.time_step.tab.STEPS", (500, 1000))
     commands = filled(key).command(SETTING)
     assert "kappa = 2.4" in commands
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"

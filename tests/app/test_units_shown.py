@@ -6,17 +6,17 @@ import math
 
 import numpy as np
 import pytest
-
-from app import takeaway, words
-from app.cache import Cache
-from app.compute import frame_of
-from app.present import present, quantity_of
-from app.scripts import as_command
-from app.state import Explorer, Refused, read
-from app.tables import table_of
-from app.views.controls import shown
-from engine import Units
-from engine.systemfile import parse_system
+from vibroscope.app.explorer import words
+from vibroscope.app.explorer.compute import frame_of
+from vibroscope.app.explorer.present import present, quantity_of
+from vibroscope.app.explorer.state import Explorer, Refused, read
+from vibroscope.app.export import formats as takeaway
+from vibroscope.app.export.scripts import as_command
+from vibroscope.app.export.tables import table_of
+from vibroscope.app.page.controls.controls import shown
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.engine import Units
+from vibroscope.engine.system_file import parse_system
 
 PLAIN = Explorer().setting()
 PHYSICAL = PLAIN._replace(units="physical", omega1=20.0, m1=3.0, amplitude=2.5)

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-
-from app.cache import Cache
-from app.compute import frame_of
-from app.present import present
-from app.scenes import scenes
-from app.state import Explorer, read
-from app.words import cause, explain, lines, tell
+from vibroscope.app.explorer.compute import frame_of
+from vibroscope.app.explorer.present import present
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.state import Explorer, read
+from vibroscope.app.explorer.words import cause, explain, lines, tell
+from vibroscope.app.runtime.cache import Cache
 
 KEPT = Cache(48)
 

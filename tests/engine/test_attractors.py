@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from engine import Cancelled, ExactPenalty, Newmark, Reference, System, attractors, simulate
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, attractors, simulate
 
 SYSTEM = System()
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from engine import (
+from vibroscope.engine import (
     STATUSES,
     Cancelled,
     Cells,
@@ -22,8 +21,8 @@ from engine import (
     run_cells,
     simulate,
 )
-from engine.drivers import cells as driver
-from engine.kernels import course
+from vibroscope.engine.drivers import batch as driver
+from vibroscope.engine.kernels.batch import course
 
 NUMBERS = (
     "impacts_per_period",

@@ -8,14 +8,13 @@ import pytest
 import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
-
-from engine import ExactPenalty, Newmark, Record, Reference, System, compare, motion, simulate
-from engine.divergence.compare import nearest_attractor
-from engine.divergence.encounters import encounters
-from engine.divergence.error import Target
-from engine.divergence.parts import PARTS
-from engine.divergence.regularisation import restitution_of, restitution_without_pull
-from engine.divergence.statistics import distance
+from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, compare, motion, simulate
+from vibroscope.engine.divergence.compare import nearest_attractor
+from vibroscope.engine.divergence.encounters import encounters
+from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.divergence.parts import PARTS
+from vibroscope.engine.divergence.regularisation import restitution_of, restitution_without_pull
+from vibroscope.engine.divergence.statistics import distance
 
 SYSTEM = System()
 EQUAL = 0.21545 * math.sqrt(2500 * SYSTEM.mass_share)  # D of equal restitution at K = 2500

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-
-from engine import Reference, System, sweep_eta
-from engine.sweeps import diagrams
+from vibroscope.engine import Reference, System, sweep_eta
+from vibroscope.engine.sweeps import diagrams
 
 
 @pytest.mark.parametrize("kind", ["table", "derived"])

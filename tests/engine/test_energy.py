@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, simulate
+from vibroscope.engine.energy.energy import energy
 
-from engine import ExactPenalty, Newmark, Record, Reference, System, simulate
-from engine.energy.energy import energy
 from tests import hard
 
 EPSILON = np.finfo(float).eps

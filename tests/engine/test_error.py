@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from engine import ExactPenalty, Newmark, Record, Reference, System, simulate
-from engine.divergence.error import Target
+from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, simulate
+from vibroscope.engine.divergence.error import Target
 
 DOUBLED = 3.25  # two periods
 PENALTY = Newmark(12000, 18, 2000)

@@ -4,9 +4,8 @@ import sys
 
 import numpy as np
 import pytest
-
-from engine import Measurement, Reference, System, fit, synthetic_measurement
-from engine.measurement.problem import Problem
+from vibroscope.engine import Measurement, Reference, System, fit, synthetic_measurement
+from vibroscope.engine.measurement.problem import Problem
 
 TRUE = System(restitution=0.43, d1=0.006, d2=0.018, d3=0.045)
 

@@ -5,9 +5,9 @@ What is allowed is what double precision can attain (engine/hardcases/condition.
 
 import numpy as np
 import pytest
+from vibroscope.engine import Reference, Status
+from vibroscope.engine.hardcases.condition import MARGIN, Run, at_the_edge, attainable
 
-from engine import Reference, Status
-from engine.hardcases.condition import MARGIN, Run, at_the_edge, attainable
 from tests import hard
 
 EPSILON = np.finfo(float).eps

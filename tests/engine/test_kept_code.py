@@ -5,8 +5,7 @@ import resource
 
 import numba
 import pytest
-
-from engine.kernels.kept import kept
+from vibroscope.engine.kernels.compile.code_cache import kept
 
 
 def twice(x):

@@ -13,22 +13,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp
 from scipy.linalg import expm
+from vibroscope.engine import Reference
+from vibroscope.engine.drivers import event_driven as closed
+from vibroscope.engine.kernels.compile.options import source_digest
+from vibroscope.engine.kernels.equations.motion import joined, pressed, separated
+from vibroscope.engine.kernels.linear import tables
+from vibroscope.engine.kernels.linear.cos_sin import circle
+from vibroscope.engine.kernels.linear.first_root import (
+    NEWTON_LIMIT,
+    NONE,
+    first_root,
+    in_interval,
+    open_interval,
+    to_bernstein,
+)
+from vibroscope.engine.kernels.linear.tables import POINTS, REACH, bend, full, make_scratch, tabulate
+from vibroscope.engine.simulate import simulate
 
-from engine import Reference
-from engine.drivers import closed
-from engine.kernels import phase as tables
-from engine.kernels.circle import circle
-from engine.kernels.jit import source_digest
-from engine.kernels.pendulums import joined, pressed, separated
-from engine.kernels.phase import POINTS, REACH, bend, full, make_scratch, tabulate
-from engine.kernels.root import NEWTON_LIMIT, NONE, first_root, in_interval, open_interval, to_bernstein
-from engine.simulate import simulate
 from tests import hard
 
 ROOT = Path(__file__).parents[2]
 PROBE = """
 import numpy as np
-from engine import *
+from vibroscope.engine import *
 for method in (Reference(), Reference(threshold=0), ExactPenalty(12000, 18), Newmark(12000, 18, 200)):
     for eta in (1.08, 2.76):
         r = simulate(System(), eta, method, periods=4, keep=4, record=Record(2, 50))
@@ -74,7 +81,8 @@ def test_a_read_only_cache_is_copied_not_ignored(tmp_path):
     run(PROBE, VIBROSCOPE_CACHE_DIR=str(cache))
     kept = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
     read_only = "import os\nos.access = lambda path, mode: mode != os.W_OK\n"
-    asked = "from engine.kernels.march import march; print(sum(march.stats.cache_hits.values()))"
+    asked = "from vibroscope.engine.kernels.event_driven.integrate import march\n"
+    asked += "print(sum(march.stats.cache_hits.values()))"
     asked = f"\n{asked}\nprint(numba.config.CACHE_DIR)"
     told = run(read_only + "import numba\n" + PROBE + asked, VIBROSCOPE_CACHE_DIR=str(cache))
     hits, folder = told.split()[-2:]
@@ -87,7 +95,7 @@ def test_a_read_only_cache_is_copied_not_ignored(tmp_path):
 def test_a_cache_folder_that_cannot_be_made_does_not_stop_the_engine(tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("no folder")
-    run("import engine", VIBROSCOPE_CACHE_DIR=str(blocked))
+    run("import vibroscope.engine", VIBROSCOPE_CACHE_DIR=str(blocked))
 
 
 # --------------------------------------------------------------------------------------------- the tables of a phase

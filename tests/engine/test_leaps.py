@@ -5,11 +5,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-
-from engine import Newmark, Record, Status, System, simulate
-from engine.drivers.newmark import pack
-from engine.kernels.newmark import step
-from engine.kernels.steps import FREE, HELD, PRESSED, SHAPES, Tables, fill_tables, ladder, step_map
+from vibroscope.engine import Newmark, Record, Status, System, simulate
+from vibroscope.engine.drivers.newmark import pack
+from vibroscope.engine.kernels.accelerated.step_map import (
+    FREE,
+    HELD,
+    PRESSED,
+    SHAPES,
+    Tables,
+    fill_tables,
+    ladder,
+    step_map,
+)
+from vibroscope.engine.kernels.time_stepping.newmark import step
 
 SETTINGS = [
     (1.08, 2500.0, 8.0, 2000),

@@ -5,12 +5,12 @@ import math
 
 import numpy as np
 import pytest
+from vibroscope.engine import Newmark, Record, Status, System, motion, simulate
+from vibroscope.engine.drivers.located import LocatedDriver, pack
+from vibroscope.engine.kernels.time_stepping import contact_location as landing
+from vibroscope.engine.kernels.time_stepping import located as kernel
+from vibroscope.engine.simulate import beginning
 
-from engine import Newmark, Record, Status, System, motion, simulate
-from engine.drivers.located import LocatedDriver, pack
-from engine.kernels import landing
-from engine.kernels import located as kernel
-from engine.simulate import beginning
 from tests import truth
 from tests.naive_located import newmark_located
 
@@ -128,8 +128,8 @@ def test_a_checkpoint_goes_on_bit_for_bit():
 def test_a_run_that_pauses_at_any_change_goes_on_bit_for_bit(monkeypatch):
     arguments = 1.08, 2500.0, 8.0, 100
     whole = run(*arguments, record=Record(10, 100))
-    monkeypatch.setattr("engine.drivers.base.CAPACITY", 1)
-    monkeypatch.setattr("engine.drivers.located.SOLVES_PER_CALL", 7)
+    monkeypatch.setattr("vibroscope.engine.drivers.base.CAPACITY", 1)
+    monkeypatch.setattr("vibroscope.engine.drivers.located.SOLVES_PER_CALL", 7)
     paused = run(*arguments, record=Record(10, 100))
     for name in ("section", "contacts"):
         np.testing.assert_array_equal(getattr(paused, name), getattr(whole, name))
@@ -201,7 +201,7 @@ def test_extremes_end(eta, stiffness, damping, n):
 
 
 def test_too_many_solves_in_one_step_have_a_status(monkeypatch):
-    monkeypatch.setattr("engine.drivers.located.kernel.SOLVES_PER_STEP", 500)
+    monkeypatch.setattr("vibroscope.engine.drivers.located.kernel.SOLVES_PER_STEP", 500)
     driver = located_driver(System(), 0.001, Newmark(1e9, 0.0, 4, located=True))
     march = getattr(kernel.march, "py_func", kernel.march)  # a constant is compiled into the kernel
     monkeypatch.setattr(kernel, "march", march)

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-
-from engine import Cancelled, ExactPenalty, Newmark, Reference, System, lyapunov, motion, simulate, steady
-from engine.motions.description import Kind
-from engine.motions.lyapunov import BATCHES, Lyapunov, _averaged
-from engine.motions.motion import _decided
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, lyapunov, motion, simulate, steady
+from vibroscope.engine.motions.description import Kind
+from vibroscope.engine.motions.lyapunov import BATCHES, Lyapunov, _averaged
+from vibroscope.engine.motions.motion import _decided
 
 SYSTEM = System()
 

@@ -6,8 +6,7 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 from hypothesis import given
-
-from engine import (
+from vibroscope.engine import (
     Measurement,
     Newmark,
     Record,
@@ -21,10 +20,10 @@ from engine import (
     simulate,
     synthetic_measurement,
 )
-from engine.measurement.alignment import align
-from engine.measurement.cycle import reference_cycle
-from engine.measurement.measured import FEWEST_SAMPLES, SIZE_LIMIT, parse_measurement
-from engine.measurement.recurrence import recurrence, sensor
+from vibroscope.engine.measurement.alignment import align
+from vibroscope.engine.measurement.cycle import reference_cycle
+from vibroscope.engine.measurement.measured import FEWEST_SAMPLES, SIZE_LIMIT, parse_measurement
+from vibroscope.engine.measurement.recurrence import recurrence, sensor
 
 UNITS = Units(omega1=5.0, m1=2.0, base_amplitude=0.5)
 ROWS = [f"{0.1 * i:.1f},{i},{-i}" for i in range(FEWEST_SAMPLES)]

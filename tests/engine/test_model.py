@@ -4,8 +4,7 @@ import dataclasses
 import math
 
 import pytest
-
-from engine import ExactPenalty, Newmark, Reference, System, simulate
+from vibroscope.engine import ExactPenalty, Newmark, Reference, System, simulate
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,28 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from engine import Cancelled, ExactPenalty, Newmark, Record, Reference, System, lyapunov, motion, simulate, steady
-from engine.drivers.newmark import pack
-from engine.motions.floquet import multipliers, nearest
-from engine.motions.section import TOLERANCE, band, irregularity, nearly_repeats_after, repeats_after, rotation
+from vibroscope.engine import (
+    Cancelled,
+    ExactPenalty,
+    Newmark,
+    Record,
+    Reference,
+    System,
+    lyapunov,
+    motion,
+    simulate,
+    steady,
+)
+from vibroscope.engine.drivers.newmark import pack
+from vibroscope.engine.motions.floquet import multipliers, nearest
+from vibroscope.engine.motions.section import (
+    TOLERANCE,
+    band,
+    irregularity,
+    nearly_repeats_after,
+    repeats_after,
+    rotation,
+)
 
 SYSTEM = System()
 # Found by a search at random: the cycle of one impact has lost its stability on the circle (Neimark–Sacker).

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from vibroscope.engine import Newmark, Record, Status, System, simulate
 
-from engine import Newmark, Record, Status, System, simulate
 from tests import naive
 
 CASES = [(1.08, 2500.0, 8.0, 500), (2.76, 12000.0, 18.0, 2000), (1.08, 100.0, 50.0, 300), (3.25, 1000.0, 0.0, 700)]

@@ -8,12 +8,21 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from engine import Cancelled, ExactPenalty, Newmark, Record, Reference, System, design_curve, recommend, simulate
-from engine.divergence.contact import damping_for, damping_ratio, damping_ratio_for, stiffness_for
-from engine.recommendation.front import falling, front_of
-from engine.recommendation.recommend import TOLERANCE_RANGE
-from engine.recommendation.trials import Setting, Trial, kept_to, neighbourhood
+from vibroscope.engine import (
+    Cancelled,
+    ExactPenalty,
+    Newmark,
+    Record,
+    Reference,
+    System,
+    design_curve,
+    recommend,
+    simulate,
+)
+from vibroscope.engine.divergence.contact import damping_for, damping_ratio, damping_ratio_for, stiffness_for
+from vibroscope.engine.recommendation.front import falling, front_of
+from vibroscope.engine.recommendation.recommend import TOLERANCE_RANGE
+from vibroscope.engine.recommendation.trials import Setting, Trial, kept_to, neighbourhood
 
 SYSTEM = System()
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from engine import Record, Reference, System, simulate
+from vibroscope.engine import Record, Reference, System, simulate
 
 etas = st.floats(0.5, 4.0)
 systems = st.builds(

@@ -5,8 +5,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-
-from engine import Cancelled, Newmark, Record, Reference, System, simulate
+from vibroscope.engine import Cancelled, Newmark, Record, Reference, System, simulate
 
 METHODS = [Reference(), Reference("derived"), Newmark(12000, 18, 500)]
 

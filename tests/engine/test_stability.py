@@ -8,11 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from engine import ExactPenalty, Newmark, Reference, Status, System, simulate
-from engine.hardcases.cases import Case, hard_cases
-from engine.hardcases.condition import EPSILON, Run, attainable, sensitivity
-from engine.hardcases.judgement import outcome
+from vibroscope.engine import ExactPenalty, Newmark, Reference, Status, System, simulate
+from vibroscope.engine.hardcases.cases import Case, hard_cases
+from vibroscope.engine.hardcases.condition import EPSILON, Run, attainable, sensitivity
+from vibroscope.engine.hardcases.judgement import outcome
 
 CASES = {case.name: case for case in hard_cases()}
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-
-from engine import Cancelled, ExactPenalty, Newmark, Record, Reference, System, motion, simulate, steady
-from engine.drivers.closed import pack
-from engine.kernels.march import DONE, prepare
-from engine.kernels.tangent import march_along
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Record, Reference, System, motion, simulate, steady
+from vibroscope.engine.drivers.event_driven import pack
+from vibroscope.engine.kernels.event_driven.integrate import DONE, prepare
+from vibroscope.engine.kernels.event_driven.tangent import march_along
 
 SYSTEM = System()
 WIDTH = 1e-6  # of a difference; the error of a central one is of the order of its square

@@ -12,8 +12,7 @@ import fsspec
 import numpy as np
 import pytest
 import xarray
-
-from engine import Reference, System, sweep_eta, sweep_plane
+from vibroscope.engine import Reference, System, sweep_eta, sweep_plane
 
 pytest.importorskip("distributed")
 ETAS = np.linspace(2.6, 3.3, 64)
@@ -81,7 +80,7 @@ def test_to_an_object_store_the_workers_write_themselves(cluster, tmp_path, monk
 
 def test_another_engine_on_a_worker_is_told(cluster, monkeypatch):
     address, _ = cluster
-    monkeypatch.setattr("engine.sweeps.cluster.engine_digest", lambda: "other")
+    monkeypatch.setattr("vibroscope.engine.sweeps.cluster.engine_digest", lambda: "other")
     with pytest.raises(ValueError, match="another engine"):
         swept(scheduler=address)
 
@@ -105,6 +104,6 @@ def test_a_worker_that_is_killed_changes_nothing(cluster, tmp_path):
 
 
 def test_nobody_at_the_address_is_told(monkeypatch):
-    monkeypatch.setattr("engine.sweeps.cluster.PATIENCE", 0.5)
+    monkeypatch.setattr("vibroscope.engine.sweeps.cluster.PATIENCE", 0.5)
     with pytest.raises(OSError, match="no Dask scheduler answers"):
         swept(scheduler="tcp://127.0.0.1:9")

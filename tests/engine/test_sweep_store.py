@@ -16,11 +16,10 @@ import pytest
 import xarray
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-
-from engine import Cancelled, Reference, System, sweep_eta, sweep_plane
-from engine.sweeps import cache, provenance
-from engine.sweeps.arrays import DAMAGE
-from engine.sweeps.eta import EtaStudy
+from vibroscope.engine import Cancelled, Reference, System, sweep_eta, sweep_plane
+from vibroscope.engine.sweeps import cache, provenance
+from vibroscope.engine.sweeps.arrays import DAMAGE
+from vibroscope.engine.sweeps.eta import EtaStudy
 
 ETAS = np.linspace(2.6, 3.3, 24)
 SHORT = {"transient": 60, "sample": 10}
@@ -87,7 +86,7 @@ def test_a_study_that_was_stopped_goes_on_to_the_very_same_bytes(tmp_path, more)
 KILLED = """
 import sys, os, signal
 import numpy as np
-from engine import Reference, System, sweep_eta
+from vibroscope.engine import Reference, System, sweep_eta
 # a chunk every 10 ms, so that the signal meets the process at any moment
 sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 160), transient=20, sample=10, cells_per_chunk=4,
           out=sys.argv[1],
@@ -158,7 +157,7 @@ def test_a_description_that_is_lost_is_written_anew(tmp_path):
 def test_another_study_another_engine_and_other_peoples_files_are_left_alone(tmp_path, whole, monkeypatch):
     with pytest.raises(ValueError, match="another study"):
         swept(whole, transient=61)
-    monkeypatch.setattr("engine.sweeps.study.engine_digest", lambda: "other")
+    monkeypatch.setattr("vibroscope.engine.sweeps.study.engine_digest", lambda: "other")
     with pytest.raises(ValueError, match="by another engine"):
         swept(whole)
     (tmp_path / "letter.partial").write_text("dear")
@@ -192,7 +191,7 @@ def test_too_small_a_disk_is_told_before_work_starts(tmp_path, monkeypatch):
 
 def test_a_disk_that_fills_up_stops_it_cleanly_and_the_rest_follows_later(tmp_path, whole):
     """The system itself refuses: no file may grow beyond some bytes, as on a full disk."""
-    from engine.sweeps.store import Store
+    from vibroscope.engine.sweeps.store import Store
 
     write, calls = Store.write, []
 
@@ -248,7 +247,7 @@ def test_the_cache_finds_a_study_by_every_number_and_the_engine(tmp_path, monkey
     again = cache.kept(study())
     assert (first.attrs["computed"], again.attrs["reused"]) == (24, 24)
     assert cache.kept(study(0.4)).attrs["computed"] == 24
-    monkeypatch.setattr("engine.sweeps.study.engine_digest", lambda: "other")
+    monkeypatch.setattr("vibroscope.engine.sweeps.study.engine_digest", lambda: "other")
     assert cache.kept(study()).attrs["computed"] == 24
 
 
@@ -275,7 +274,7 @@ def test_the_cache_drops_what_was_not_used_the_longest(tmp_path, monkeypatch):
 
 ASKED = """
 import numpy as np
-from engine import Reference, System, sweep_eta
+from vibroscope.engine import Reference, System, sweep_eta
 found = sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 24), transient=4000, sample=5, keep=True)
 print(found.attrs["computed"], float(found["xi2"].sum()))
 """
@@ -283,7 +282,7 @@ print(found.attrs["computed"], float(found["xi2"].sum()))
 
 def test_of_two_processes_that_want_the_same_study_one_computes_it(tmp_path):
     environment = {**os.environ, "VIBROSCOPE_CACHE_DIR": str(tmp_path)}
-    from engine.kernels.jit import cache_root, source_digest
+    from vibroscope.engine.kernels.compile.options import cache_root, source_digest
 
     name = f"kernels-{source_digest()}"
     (tmp_path / name).symlink_to(cache_root() / name)  # compiled already

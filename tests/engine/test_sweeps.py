@@ -4,8 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-
-from engine import (
+from vibroscope.engine import (
     ExactPenalty,
     Newmark,
     Reference,
@@ -18,10 +17,10 @@ from engine import (
     sweep_plane,
     sweep_step,
 )
-from engine.divergence.contact import equal_restitution_damping
-from engine.sweeps.chunks import chunk_shape, chunks, count
-from engine.sweeps.refinement import changes
-from engine.sweeps.step import observed_order
+from vibroscope.engine.divergence.contact import equal_restitution_damping
+from vibroscope.engine.sweeps.chunks import chunk_shape, chunks, count
+from vibroscope.engine.sweeps.refinement import changes
+from vibroscope.engine.sweeps.step import observed_order
 
 SHORT = {"transient": 300, "sample": 20}
 

@@ -5,9 +5,8 @@ import math
 import hypothesis.strategies as st
 import pytest
 from hypothesis import given
-
-from engine import System, SystemFile, Units, read_system, system_text
-from engine.systemfile import _SYSTEM, _UNITS, SIZE_LIMIT, parse_system
+from vibroscope.engine import System, SystemFile, Units, read_system, system_text
+from vibroscope.engine.system_file import _SYSTEM, _UNITS, SIZE_LIMIT, parse_system
 
 ratios = st.floats(0, 1, exclude_max=True)
 

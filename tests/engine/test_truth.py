@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from vibroscope.engine import Newmark, Reference, System, simulate
 
-from engine import Newmark, Reference, System, simulate
 from tests import naive, truth
 
 REFERENCES = [

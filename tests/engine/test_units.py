@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-
-from engine import QUANTITIES, ExactPenalty, Newmark, Record, Reference, System, Units, simulate
+from vibroscope.engine import QUANTITIES, ExactPenalty, Newmark, Record, Reference, System, Units, simulate
 
 UNITS = Units(omega1=37.0, m1=2.6, base_amplitude=0.43)
 ETA, METHOD = 2.76, ExactPenalty(300.0, 6.0)

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-
-from engine import Cancelled, ExactPenalty, Newmark, Reference, System, compare, motion, simulate, verdict
-from engine.divergence.error import Target
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, compare, motion, simulate, verdict
+from vibroscope.engine.divergence.error import Target
 
 SYSTEM = System()
 ZETA = math.log(2) / math.hypot(math.pi, math.log(2))

@@ -2,10 +2,11 @@
 
 import asyncio
 
-from app.opening import THEMES
-from app.scenes import scenes
-from app.state import VIEW_FIELDS, Setting
-from app.tabs import TABS
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.state import VIEW_FIELDS, Setting
+from vibroscope.app.page.opening import THEMES
+from vibroscope.app.page.tabs import TABS
+
 from tests.browserless import changed, event, mapped, move
 
 NO_NUMBERS = ("nan", "inf", "-inf", "1e999", "²", "", "0x10", "é" * 50, "NaN%", "+")

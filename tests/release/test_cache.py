@@ -7,8 +7,8 @@ import subprocess
 from contextlib import contextmanager, suppress
 
 import pytest
+from vibroscope.engine.kernels.compile.options import cache_root, source_digest
 
-from engine.kernels.jit import cache_root, source_digest
 from tests.browserless import Client, mapped
 from tests.release.odd import damaged, run
 from tests.served import served

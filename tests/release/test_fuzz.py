@@ -11,13 +11,13 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 from tornado.websocket import WebSocketClosedError
+from vibroscope.app.commands.cli import build_parser, main
+from vibroscope.app.explorer.state import Explorer, Refused
+from vibroscope.app.export.formats import as_toml, setting_of_toml
+from vibroscope.app.page.opening import read_opening
+from vibroscope.app.page.tabs import TABS
+from vibroscope.engine import read_measurement, read_system
 
-from app.cli import build_parser, main
-from app.opening import read_opening
-from app.state import Explorer, Refused
-from app.tabs import TABS
-from app.takeaway import as_toml, setting_of_toml
-from engine import read_measurement, read_system
 from tests.browserless import Client, get
 from tests.release.odd import NO_NUMBERS, ODD, forged, random_json, random_query, random_request, run
 from tests.served import ROOT
@@ -226,7 +226,7 @@ def ended(arguments):
 def test_command_line(command, tmp_path, monkeypatch, capsys, tell):
     """Every option with every odd value: a line of words and a status, and no number where none was given."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("app.server.serve", lambda *_, **__: None)
+    monkeypatch.setattr("vibroscope.app.server.server.serve", lambda *_, **__: None)
     tried, refused, wrong = 0, 0, []
     for option in options_of(command):
         for value in ODD:

@@ -5,7 +5,8 @@ import os
 import time
 from collections import Counter
 
-from app.tabs import TABS
+from vibroscope.app.page.tabs import TABS
+
 from tests.browserless import Client, mapped, move, plain
 from tests.release.odd import run
 from tests.served import served
@@ -19,7 +20,7 @@ TAKEN = ("json", "report", "python", "command", "toml")
 
 
 def _given(message):
-    """Files in a message, as `app.handout` gives them."""
+    """Files in a message, as `app.page.handout` gives them."""
     for change in message["content"].get("events", []) if message["msgtype"] == "PATCH-DOC" else []:
         if change.get("msg_type") == "bokeh_event" and change["msg_data"]["name"] == "esm_event":
             data = dict(change["msg_data"]["values"]["entries"])["data"]

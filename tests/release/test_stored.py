@@ -11,9 +11,9 @@ from contextlib import suppress
 import numpy as np
 import pytest
 import xarray
+from vibroscope.engine import Reference, System, sweep_eta
+from vibroscope.engine.sweeps.diagrams import Diagram, load_diagram, save_diagram
 
-from engine import Reference, System, sweep_eta
-from engine.sweeps.diagrams import Diagram, load_diagram, save_diagram
 from tests.release.odd import damaged
 from tests.release.test_cache import small_disk
 from tests.served import ROOT
@@ -88,7 +88,7 @@ def test_a_disk_that_fills_up_in_the_middle_of_a_sweep(tmp_path, tell):
 KILLED = """
 import sys
 import numpy as np
-from engine import Reference, System, sweep_eta
+from vibroscope.engine import Reference, System, sweep_eta
 sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 400), transient=40, sample=10, cells_per_chunk=4,
           out=sys.argv[1], progress=lambda now: print(now.computed, now.reused, flush=True))
 """

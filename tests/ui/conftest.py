@@ -69,11 +69,12 @@ def server(tmp_path_factory):
     """Address of a running explorer."""
     port = free_port()
     log = tmp_path_factory.mktemp("server") / "log.txt"
-    command = [
-        sys.executable,
-        "-c",
-        f"from app.server import serve; from app.settings import Settings; serve(Settings(port={port}))",
-    ]
+    program = (
+        "from vibroscope.app.runtime.settings import Settings\n"
+        "from vibroscope.app.server.server import serve\n"
+        f"serve(Settings(port={port}))"
+    )
+    command = [sys.executable, "-c", program]
     with log.open("w") as output:
         process = subprocess.Popen(command, cwd=ROOT, stdout=output, stderr=subprocess.STDOUT, env=os.environ)
         try:

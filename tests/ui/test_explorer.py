@@ -4,7 +4,7 @@ import json
 from urllib.parse import parse_qs, quote
 from urllib.request import urlopen
 
-from app.state import Setting
+from vibroscope.app.explorer.state import Setting
 
 from .conftest import SOURCES, wait_until
 

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import axe_playwright_python
 import pytest
-
-from app.tabs import TABS
+from vibroscope.app.page.tabs import TABS
 
 from .conftest import Explorer, wait_until
 from .test_explorer import address, in_address

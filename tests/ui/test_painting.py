@@ -1,4 +1,4 @@
-"""What Bokeh does for each paint and our figures leave out (`app/views/painting.js`); what fails to, complains.
+"""What Bokeh does for each paint and our figures leave out (`app/page/shared/painting.js`); what fails to, complains.
 
 And which frames the page asks the browser for.
 """

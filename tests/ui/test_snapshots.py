@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from PIL import Image
-
-from app.scenes import scenes
-from engine import Newmark, System, simulate
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.engine import Newmark, System, simulate
 
 from . import snapshots as module
 from .conftest import wait_until

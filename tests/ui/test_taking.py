@@ -8,8 +8,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
-
-from app.tabs import TABS
+from vibroscope.app.page.tabs import TABS
 
 from .conftest import wait_until
 

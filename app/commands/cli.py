@@ -1,0 +1,100 @@
+"""The command line: ``vibroscope COMMAND``; each command is a file in `app.commands`."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+
+from vibroscope.app.commands import (
+    bench,
+    compare,
+    diagram,
+    measured,
+    motion,
+    paper,
+    recommend,
+    serve,
+    simulate,
+    stability,
+    sweep,
+    system,
+    warm,
+)
+from vibroscope.app.commands.options import OneLineParser
+
+COMMANDS = (
+    simulate,
+    motion,
+    compare,
+    recommend,
+    serve,
+    bench,
+    stability,
+    paper,
+    diagram,
+    sweep,
+    system,
+    measured,
+    warm,
+)
+
+DESCRIPTION = """\
+Is what a penalty contact model shows the motion, or an artefact of K, D or the time step?
+Two pendulums on a shaken base hit, chatter, stick and part; a semi-analytical reference
+and the penalty model (Newmark, constant step) are solved and compared."""
+
+EXAMPLES = """\
+examples:
+  vibroscope serve                                  open the explorer on this machine
+  vibroscope simulate --solver reference --eta 1.08
+  vibroscope simulate --solver newmark --eta 2.76 --K 12000 --D 18 --steps 8000 --json
+  vibroscope simulate --solver exact --eta 2.76 --K 12000 --D 18
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    parser = OneLineParser(
+        prog="vibroscope",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"vibroscope {version('vibroscope')}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=OneLineParser)
+    for command in COMMANDS:
+        command.add(commands)
+    return parser
+
+
+def with_signs(arguments: Sequence[str]) -> list[str]:
+    """The arguments with ``--initial -1,0,0,0`` as one word, since argparse takes -1,0,0,0 for an option."""
+    words: list[str] = []
+    for word in arguments:
+        if words and words[-1] == "--initial":
+            words[-1] = f"--initial={word}"
+        else:
+            words.append(word)
+    return words
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point; returns the exit status."""
+    options = build_parser().parse_args(with_signs(sys.argv[1:] if arguments is None else arguments))
+    try:
+        status = options.run(options)
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read the output has enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as problem:
+        print(f"vibroscope {options.command}: {problem.strerror or problem}", file=sys.stderr)
+        return 1
+    except ValueError as problem:
+        print(f"vibroscope {options.command}: {problem}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return status or 0

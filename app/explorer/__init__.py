@@ -1,0 +1,1 @@
+"""State, computing and presenting of one setting; no page import."""

@@ -1,0 +1,20 @@
+"""The bifurcation diagrams of the default system, loaded once per process. No panel import."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future
+
+from vibroscope.app.explorer.compute import workers
+from vibroscope.engine import Diagram, Reference, System, diagram
+
+_futures: dict[str, Future[Diagram]] = {}
+_lock = threading.Lock()
+
+
+def kept(joint_damping: str) -> Future[Diagram]:
+    """The diagram, shipped or cached; where it is neither, a worker computes it (some ten seconds)."""
+    with _lock:
+        if joint_damping not in _futures:
+            _futures[joint_damping] = workers().submit(diagram, System(), Reference(joint_damping))
+        return _futures[joint_damping]

@@ -1,0 +1,1 @@
+"""What a user takes away: parameters, tables, scripts, reports; no page import."""

@@ -1,0 +1,138 @@
+"""The page's numbers again without the page: the equivalent script and the equivalent commands. No panel import.
+
+That they give the numbers of the page is held by tests that run them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.export.formats import units_table
+from vibroscope.app.studies.speed import Question
+from vibroscope.engine import ExactPenalty, Method, Newmark, Reference, System
+
+# ---- one setting ----------------------------------------------------------------------------------------------------
+
+
+def as_python(setting: Setting) -> str:
+    """A script that runs both solvers as the page did, and compares them."""
+    p, r = setting.penalty, setting.reference
+    located = ", located=True" if p.located else ""
+    return f"""from vibroscope.engine import PARTS, Newmark, Reference, System, compare, motion, simulate, verdict
+
+system = {_system(setting.system)}
+reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}))
+penalty = simulate(
+    system, {setting.eta!r}, Newmark(stiffness={p.stiffness!r}, damping={p.damping!r}, steps={p.steps}{located})
+)
+
+for response in (reference, penalty):
+    print(motion(response) if response.ok else response.message)
+    print("xi1, xi1', xi2, xi2' at the end:", *response.section[-1:])
+
+found = compare(system, {setting.eta!r}, penalty.method, reference=reference.method, responses=(reference, penalty))
+told = verdict(found)
+print(told.headline, *told.details, sep="\\n")
+if found.pointwise:
+    for name in ("total", *PARTS):
+        print(name, getattr(found, name))
+print("change first:", told.change or "nothing")
+"""
+
+
+def as_command(setting: Setting) -> str:
+    """The same as commands for a shell; constants other than the paper's go into a file that they read."""
+    file, given = _system_file(setting.system, units_table(setting) if setting.scale else [])
+    given += " --units" if setting.scale else ""
+    eta = print_number(setting.eta)
+    reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
+    return (
+        f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{given}\n"
+        f"vibroscope simulate --solver newmark --eta {eta}{newmark}{given}\n"
+        f"vibroscope compare --eta {eta}{newmark}{reference}{given}\n"
+    )
+
+
+# ---- a study --------------------------------------------------------------------------------------------------------
+
+
+def sweep_python(calls: Mapping[str, str], system: System, *names: str) -> str:
+    """A script that makes each study, a call of `engine`, and prints what was found; ``names`` are imported too."""
+    imported = sorted({"System", *names, *(call.partition("(")[0] for call in calls.values())}, key=_as_isort)
+    made = "\n".join(f"{name} = {call}" for name, call in calls.items())
+    numpy = "import numpy as np\n\n" if "np." in made else ""
+    return (
+        f"{numpy}from vibroscope.engine import {', '.join(imported)}\n\nsystem = {_system(system)}\n{made}\n\n"
+        f"print({', '.join(calls)}, sep='\\n')\n"
+    )
+
+
+def speed_python(asked: Question) -> str:
+    """A script that measures cost and error as the page does."""
+    numbers = ", ".join(repr(number) for number in (asked.eta, asked.K, asked.D, asked.steps))
+    return f"""from vibroscope.app.studies.speed import Question, refine_speed
+from vibroscope.engine import Reference, System
+
+question = Question({_system(asked.system)}, {numbers}, {asked.reference!r})
+*_, found = refine_speed(question, None, lambda: False)
+for solver in found.turns:
+    print(*solver, found.cost(solver), "µs per period, error", found.errors.get(solver))
+"""
+
+
+PAPER_PYTHON = """from vibroscope.app.paper import CLAIMS, as_dict
+
+for claim in CLAIMS.values():
+    print(as_dict(claim, claim.find()))
+"""
+PAPER_COMMAND = "vibroscope paper\n"
+
+
+def sweep_command(study: str, system: System, *options: str) -> str:
+    """``vibroscope sweep`` with each of these options, each kept under a number of its own where there are several."""
+    file, given = _system_file(system, [])
+    kept = [f"{study}{number if len(options) > 1 else ''}.zarr" for number in range(1, len(options) + 1)]
+    return file + "".join(
+        f"vibroscope sweep {study}{each}{given} --out {out}\n" for each, out in zip(options, kept, strict=True)
+    )
+
+
+def method_options(method: Method) -> str:
+    """``--solver`` and what it takes."""
+    solver = {Reference: "reference", ExactPenalty: "exact", Newmark: "newmark"}[type(method)]
+    return f" --solver {solver}{_method_options(method)}"
+
+
+def _method_options(method: Method) -> str:
+    if isinstance(method, Reference):
+        usual = vars(Reference())
+        return "".join(f" --{n.replace('_', '-')} {v}" for n, v in vars(method).items() if v != usual[n])
+    numbers = f" --K {print_number(method.stiffness)} --D {print_number(method.damping)}"
+    if isinstance(method, ExactPenalty):
+        return numbers
+    return f"{numbers} --steps {method.steps}{' --located' if method.located else ''}"
+
+
+# ---- what both need -------------------------------------------------------------------------------------------------
+
+
+def _system(system: System) -> str:
+    return f"System({_differing(system.as_dict(), System().as_dict())})"
+
+
+def _system_file(system: System, units: list[str]) -> tuple[str, str]:
+    """The lines that write what differs from the paper's system into a file, and the option that reads it."""
+    differing = _differing(system.as_dict(), System().as_dict()).replace(", ", "\n").replace("=", " = ")
+    tables = ([f"[system]\n{differing}"] if differing else []) + (["\n".join(units)] if units else [])
+    if not tables:
+        return "", ""
+    return "cat > system.toml <<'END'\n" + "\n".join(tables) + "\nEND\n", " --system system.toml"
+
+
+def _differing(values: Mapping, usual: Mapping) -> str:
+    return ", ".join(f"{name}={value!r}" for name, value in values.items() if value != usual[name])
+
+
+def _as_isort(name: str) -> tuple[bool, str]:
+    return name.islower(), name

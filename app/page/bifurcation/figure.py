@@ -1,0 +1,185 @@
+"""The bifurcation diagram and, below it, what period the motion has; a cursor that the browser moves.
+
+A few thousand points are drawn as points: at the same sharpness a picture of them would be several times the bytes.
+The cursor is an overlay, which is repainted without the points below it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from bokeh.events import RangesUpdate, Tap
+from bokeh.models import ColumnDataSource, Label, Range1d, Span
+from bokeh.plotting import figure
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.page.shared.figure import BLUE, FONT, GHOST, INK, VERMILLION, empty, make_figure, write
+from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, TRANSIENT, DiagramStage
+from vibroscope.app.studies.cell_classes import PERIODS, period_class
+from vibroscope.engine import Newmark, Reference
+
+SYMBOLS = {"xi1": "ξ₁", "v1": "ξ₁′", "xi2": "ξ₂", "v2": "ξ₂′"}
+# Bokeh's hatch, and what the key in `study.css` calls it: colour is not the only sign.
+HATCHES = (" ", " ", "horizontal_line", "dot", "cross", "right_diagonal_line", "left_diagonal_line")
+PATTERNS = ("", "", "lines", "dots", "grid", "slant", "back")
+_ENDED = ("ended early", "#FFFFFF", "diagonal_cross", "cross")
+_DIRECTION = {"rest": "from rest", "up": "upwards", "down": "downwards"}
+_COLOURS = {"reference": BLUE, "penalty": VERMILLION}
+_ETA = Explorer.param["eta"].bounds
+
+
+class BifurcationView:
+    """Two figures over the same η."""
+
+    def __init__(self, on_eta: Callable[[float], None], on_zoom: Callable[[], None]) -> None:
+        self._on_eta = on_eta
+        self.ranges = {"eta": OwnedRange(*_ETA), "value": OwnedRange(-10, 10)}
+        self._drawn: tuple[str, str] | None = None  # solver and coordinate
+        self.points = {solver: empty(f"bifurcation_{solver}", "eta", "value") for solver in _COLOURS}
+        self.other = empty("bifurcation_other", "eta", "value")
+        self.strip_source = ColumnDataSource(
+            {name: [] for name in ("left", "right", "colour", "hatch", "period")}, name="bifurcation_periods"
+        )
+        self.figure = self._cloud()
+        self.strip = self._strip()
+        for plot in (self.figure, self.strip):
+            plot.on_event(Tap, self._tapped)
+        self.figure.on_event(RangesUpdate, lambda event: on_zoom())
+
+    def _cloud(self) -> figure:
+        plot = make_figure(
+            "Being computed …",
+            "excitation frequency η = Ω/ω₁",
+            "ξ₂ at τ ≡ 0 (mod T) / base amplitude",
+            name="bifurcation",
+            x_range=self.ranges["eta"].range,
+            y_range=self.ranges["value"].range,
+        )
+        plot.scatter("eta", "value", source=self.other, marker="square", size=2.2, color=GHOST, line_color=None)
+        for solver, colour in _COLOURS.items():
+            glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
+            plot.scatter("eta", "value", source=self.points[solver], **glyph)
+        for scene in scenes().values():
+            if scene.group == "motion":
+                plot.add_layout(Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted"))
+        self.cursor = Span(dimension="height", line_color=INK, line_width=2, level="overlay", name="bifurcation_cursor")
+        self.label = Label(
+            x=0,
+            y=6,
+            y_units="screen",
+            x_offset=6,
+            text="",
+            text_font=FONT,
+            text_font_size="12px",
+            text_color=INK,
+            background_fill_color="#FFFFFF",
+            background_fill_alpha=0.85,
+            level="overlay",
+            name="bifurcation_label",
+        )
+        plot.add_layout(self.cursor)
+        plot.add_layout(self.label)
+        return plot
+
+    def _strip(self) -> figure:
+        plot = make_figure(
+            "",
+            "",
+            "",
+            name="bifurcation_strip",
+            x_range=self.ranges["eta"].range,
+            y_range=Range1d(0, 1),
+            tools="",
+            active_drag=None,
+            height=60,
+        )
+        plot.title.visible = plot.yaxis.visible = plot.ygrid.visible = plot.xgrid.visible = False
+        plot.background_fill_color = "#F1F3F5"
+        plot.toolbar_location = None
+        plot.min_border_bottom = 22
+        plot.quad(
+            left="left",
+            right="right",
+            bottom=0,
+            top=1,
+            source=self.strip_source,
+            fill_color="colour",
+            line_color=None,
+            hatch_pattern="hatch",
+            hatch_color=INK,
+            hatch_alpha=0.55,
+            hatch_scale=8,
+        )
+        return plot
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """η in view, within what can be set, rounded so that the same view is the same question."""
+        low, high = (round(float(np.clip(end, *_ETA)), 6) for end in self.ranges["eta"].ends)
+        return (low, high) if high - low > 1e-5 else _ETA
+
+    def update(
+        self, setting: Setting, stage: DiagramStage | None, coordinate: str, beside: DiagramStage | None
+    ) -> None:
+        """Move the cursor; draw what is known, and in grey what it is compared with."""
+        self.cursor.location = self.label.x = setting.eta
+        self.label.text = f"η = {setting.eta:g}"
+        self.figure.yaxis[0].axis_label = f"{SYMBOLS[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
+        if stage is None:
+            return
+        self._title(stage)
+        values = _columns(stage, coordinate)
+        none = dict.fromkeys(values, values["eta"][:0])
+        drawn = "reference" if isinstance(stage.question.method, Reference) else "penalty"
+        for solver, source in self.points.items():
+            write(source, values if solver == drawn else none)
+        write(self.other, none if beside is None else _columns(beside, coordinate, MOST_BESIDE))
+        fresh = self._drawn != (drawn, coordinate)
+        self.ranges["value"].follow([values["value"]], fresh=fresh, complete=stage.share >= 1)
+        self._drawn = drawn, coordinate
+        self._write_strip(stage)
+
+    def _title(self, stage: DiagramStage) -> None:
+        question = stage.question
+        periods = f"{int(stage.known.sum())} η × ({TRANSIENT} + {SAMPLE}) T"
+        self.figure.title.text = f"{name_of(question.method)} {_DIRECTION[question.direction]}, {periods}"
+
+    def _write_strip(self, stage: DiagramStage) -> None:
+        left, right, period = stage.stretches()
+        kinds = np.where(period < 0, len(PERIODS), period_class(period))
+        colours = [colour for _, colour in PERIODS] + [_ENDED[1]]
+        hatches = [*HATCHES, _ENDED[2]]
+        self.strip_source.data = {
+            "left": left.astype(np.float32),
+            "right": right.astype(np.float32),
+            "colour": [colours[kind] for kind in kinds],
+            "hatch": [hatches[kind] for kind in kinds],
+            "period": period.astype(np.float32),
+        }
+
+    def _tapped(self, event: Tap) -> None:
+        if event.x is not None and np.isfinite(event.x):
+            self._on_eta(float(np.clip(round(event.x, 4), *_ETA)))
+
+
+def name_of(method) -> str:
+    """A solver as the figures call it."""
+    if isinstance(method, Newmark):
+        return f"Newmark T/{method.steps}{', located' if method.located else ''}"
+    return "Reference" if isinstance(method, Reference) else "Exact penalty"
+
+
+def legend() -> list[list[str]]:
+    """Colour, name and pattern of each period."""
+    rows = [
+        [colour, text if text == "aperiodic" else f"period {text}", pattern]
+        for (text, colour), pattern in zip(PERIODS, PATTERNS, strict=True)
+    ]
+    return [*rows, [_ENDED[1], _ENDED[0], _ENDED[3]]]
+
+
+def _columns(stage: DiagramStage, coordinate: str, most: int = MOST_POINTS) -> dict[str, np.ndarray]:
+    eta, value = stage.points(coordinate, most)
+    return {"eta": eta.astype(np.float32), "value": value.astype(np.float32)}

@@ -1,0 +1,164 @@
+"""The bifurcation diagram, live: of each solver, from rest or continued, at the range that is in view."""
+
+from __future__ import annotations
+
+import numpy as np
+import panel as pn
+from vibroscope.app.explorer.link import LINEAR
+from vibroscope.app.explorer.state import Explorer, Setting, print_number
+from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
+from vibroscope.app.page.bifurcation.figure import SYMBOLS, BifurcationView, legend, name_of
+from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.studies.bifurcation import (
+    COORDINATES,
+    COUNT,
+    SAMPLE,
+    TRANSIENT,
+    Diagram,
+    DiagramStage,
+    refine_diagram,
+)
+from vibroscope.app.studies.live import KEPT
+from vibroscope.engine import ExactPenalty, Method
+
+_DIRECTION_NAMES = {"rest": "from rest", "up": "continued upwards", "down": "continued downwards"}
+_SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
+
+
+class Bifurcation(StudyTab):
+    """Figure 3 of the paper, at any K, D and step."""
+
+    key = "bifurcation"
+    title = "Bifurcation"
+    refine = staticmethod(refine_diagram)
+    chosen = {"solver": "reference", "direction": "rest", "coordinate": "xi2"}  # noqa: RUF012 - read only
+    axes = {"eta": LINEAR, "value": LINEAR}  # noqa: RUF012 - read only
+    pictures = (
+        Figure("bifurcation", "Bifurcation diagram", "A coordinate at τ ≡ 0 (mod T) over the excitation frequency η."),
+        Figure("bifurcation_strip", "Periods over η", "Period of the motion over η: the colours of the page's key."),
+    )
+
+    def build(self) -> pn.viewable.Viewable:
+        """The diagram, the strip of periods below it, the panel."""
+        self.view = BifurcationView(self._set, self._zoomed)
+        return self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
+
+    @classmethod
+    def spec(cls) -> dict:
+        """What can be chosen, and the line that can be dragged."""
+        low, high = Explorer.param["eta"].bounds
+        return {
+            "title": "Bifurcation diagram",
+            "switches": [
+                {"name": "solver", "label": "Solver", "choices": _SOLVERS},
+                {"name": "direction", "label": "Start", "choices": _DIRECTION_NAMES},
+                {"name": "coordinate", "label": "Coordinate", "choices": SYMBOLS},
+            ],
+            "limits": [],
+            "hint": "Drag the line, click, or use the slider to set η. A zoom is computed anew at its own range. "
+            "In grey, once computed: the other direction (motions coexist where they differ), or the reference.",
+            "cursor": {
+                "figure": "bifurcation",
+                "span": "bifurcation_cursor",
+                "label": "bifurcation_label",
+                "name": "eta",
+                "symbol": "η",
+                "low": low,
+                "high": high,
+            },
+        }
+
+    def question(self, setting: Setting) -> Diagram:
+        """All but η itself."""
+        chosen = self.panel.chosen
+        return Diagram(setting.system, _method(setting, chosen["solver"]), chosen["direction"], self.view.span)
+
+    def draw(self, setting: Setting, stage: DiagramStage | None) -> None:
+        """The diagram and what stands beside it."""
+        beside = None if stage is None else _beside(setting, stage.question)
+        self.view.update(setting, stage, self.panel.chosen["coordinate"], beside)
+        self.panel.key = legend()
+
+    def tell(self, setting: Setting, stage: DiagramStage) -> list[list[str]]:
+        """The nearest η, and the whole range."""
+        return told(setting, stage)
+
+    def table(self, name: str) -> list[Series]:
+        """All points of the diagram, also of what is drawn in grey; or the stretches of η with one period."""
+        if name == "bifurcation_strip":
+            columns = dict(zip(("from_eta", "to_eta", "period"), self._stage.stretches(), strict=True))
+            return [Series(_label(self._stage.question), columns)]
+        beside = _beside(self._of, self._stage.question)
+        return [_points(stage, self.panel.chosen["coordinate"]) for stage in (self._stage, beside) if stage is not None]
+
+    def python(self, setting: Setting) -> str:
+        """`sweep_eta` over the range in view."""
+        asked = self.asked(setting)
+        how = f"direction={asked.direction!r}, coordinates={tuple(COORDINATES)}"
+        call = f"sweep_eta(\n    system, {asked.method!r}, np.linspace({asked.eta[0]!r}, {asked.eta[1]!r}, {COUNT}),\n"
+        call += f"    {how}, transient={TRANSIENT}, sample={SAMPLE},\n)"
+        return sweep_python({"diagram": call}, asked.system, type(asked.method).__name__)
+
+    def command(self, setting: Setting) -> str:
+        """``vibroscope sweep eta`` over the range in view."""
+        asked = self.asked(setting)
+        options = f" --from {asked.eta[0]!r} --to {asked.eta[1]!r} --count {COUNT}{method_options(asked.method)}"
+        options += f" --direction {asked.direction} --coordinates {','.join(COORDINATES)}"
+        return sweep_command("eta", asked.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")
+
+    def _set(self, eta: float) -> None:
+        self.desk.set({"eta": print_number(eta)})
+
+    def _zoomed(self) -> None:
+        if self._visible:
+            self.ask()
+            self.push()
+
+
+def _method(setting: Setting, solver: str) -> Method:
+    if solver == "exact":
+        return ExactPenalty(setting.K, setting.D)
+    return setting.reference if solver == "reference" else setting.penalty
+
+
+def _beside(setting: Setting, question: Diagram) -> DiagramStage | None:
+    """What was computed to compare with: the other direction, or the reference beside a penalty solver."""
+    if question.direction == "rest":
+        reference = question._replace(method=setting.reference)
+        return KEPT.get(reference) if reference != question else None
+    return KEPT.get(question._replace(direction="down" if question.direction == "up" else "up"))
+
+
+def _label(question: Diagram) -> str:
+    return f"{name_of(question.method)} {_DIRECTION_NAMES[question.direction]}"
+
+
+def _points(stage: DiagramStage, coordinate: str) -> Series:
+    eta, values = stage.points(coordinate, stage.section.size)
+    return Series(_label(stage.question), {"eta": eta, coordinate: values})
+
+
+def told(setting: Setting, stage: DiagramStage) -> list[list[str]]:
+    """Head and text of what the diagram says."""
+    known = np.flatnonzero(stage.known)
+    axis = stage.question.axis
+    nearest = known[np.argmin(np.abs(axis[known] - setting.eta))]
+    low, high = stage.question.eta
+    lines = []
+    if low <= setting.eta <= high:
+        lines.append([f"Near η = {axis[nearest]:.4g}", _motion(stage, nearest)])
+    periods = stage.period[known]
+    share = {n: 100 * (periods == n).mean() for n in (1, 2, 0)}
+    text = f"From η = {low:g} to {high:g}: period one in {share[1]:.0f} %, two in {share[2]:.0f} %, "
+    text += f"no period found in {share[0]:.0f} % of the values"
+    ended = int(stage.ended.sum())
+    return [*lines, ["The whole range", f"{text}; {ended} ended early." if ended else f"{text}."]]
+
+
+def _motion(stage: DiagramStage, index: int) -> str:
+    if stage.ended[index]:
+        return "the run ended early."
+    period = stage.period[index]
+    kind = f"period {period:.0f}" if period else "does not repeat itself"
+    return f"{kind}, impacts per period {stage.impacts[index]:.3g}."

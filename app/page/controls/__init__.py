@@ -1,0 +1,1 @@
+"""Sliders, typed values, switches and scene buttons."""

@@ -1,0 +1,120 @@
+"""Contact force over two periods; impulses, which have no height as a force, on an axis of their own."""
+
+from __future__ import annotations
+
+from bokeh.models import LegendItem, Line, LinearAxis, Range1d, Scatter, Segment
+from vibroscope.app.explorer.present import Columns, factor_of
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.shared.figure import (
+    BLUE,
+    PENALTY,
+    PINNED,
+    REFERENCE,
+    RIGHT,
+    VERMILLION,
+    Ghost,
+    draw,
+    legend,
+    make_figure,
+    sources,
+    style,
+    time_label,
+    tips,
+)
+from vibroscope.app.page.shared.ranges import OwnedRange, extent
+
+
+class ForceView:
+    """λ of both solvers as lines; the reference's impulses and the penalty's, over each contact, as stems."""
+
+    def __init__(self, time: Range1d) -> None:
+        self.sources = sources(
+            {
+                "force_reference": ("t", "force"),
+                "force_penalty": ("t", "force"),
+                "impulse_reference": ("t", "impulse"),
+                "impulse_penalty": ("t", "impulse"),
+            }
+        )
+        self.ghost = Ghost("force_reference", "force_penalty")
+        self.force = OwnedRange(-1, 20, headroom=0.22)
+        self.impulse = OwnedRange(-0.5, 10)
+        self.figure = self._build(time)
+
+    def _build(self, time: Range1d):
+        plot = make_figure(
+            "Contact force",
+            "",
+            "",
+            name="force",
+            x_range=time,
+            y_range=self.force.range,
+            min_border_right=RIGHT,
+        )
+        plot.extra_y_ranges = {"impulse": self.impulse.range}
+        plot.add_layout(LinearAxis(y_range_name="impulse", axis_label=""), "right")
+        style(plot)
+        ghosts = [
+            draw(plot, Line(x="t", y="force", **look), self.ghost.of(self.sources[f"force_{solver}"]))
+            for solver, look in PINNED.items()
+        ]
+        lines = [
+            draw(plot, Line(x="t", y="force", **look), self.sources[f"force_{solver}"])
+            for solver, look in (("penalty", PENALTY), ("reference", REFERENCE))
+        ]
+        stems = [self._stems(plot, "penalty", VERMILLION), self._stems(plot, "reference", BLUE)]
+        plot.add_layout(
+            legend(
+                [
+                    LegendItem(label="λ reference", renderers=[lines[1]]),
+                    LegendItem(label="its impulses", renderers=stems[1]),
+                    LegendItem(label="λ penalty", renderers=[lines[0]]),
+                    LegendItem(label="its impulses", renderers=stems[0]),
+                    self.ghost.item(ghosts),
+                ],
+                5,
+            )
+        )
+        plot.add_tools(
+            tips(lines, {"time": "@t", "force": "@force"}),
+            tips([stem[1] for stem in stems], {"time": "@t", "impulse": "@impulse"}),
+        )
+        return plot
+
+    def _stems(self, plot, solver: str, colour: str) -> list:
+        source = self.sources[f"impulse_{solver}"]
+        exact = solver == "reference"
+        line = {"line_width": 2, "line_dash": "solid"} if exact else {"line_width": 1, "line_dash": "dotted"}
+        stem = Segment(x0="t", y0=0, x1="t", y1="impulse", line_color=colour, **line)
+        head = Scatter(
+            x="t",
+            y="impulse",
+            marker="circle" if exact else "diamond",
+            size=7 if exact else 11,
+            line_color=colour,
+            fill_color=colour if exact else None,
+            line_width=1.4,
+        )
+        return [draw(plot, glyph, source, y_range_name="impulse") for glyph in (stem, head)]
+
+    def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
+        """Of columns that the sources hold by now: the force scale keeps its zero in view, labels say the units."""
+        physical = setting.scale is not None
+        self.figure.xaxis[0].axis_label = time_label(setting)
+        self.figure.yaxis[0].axis_label = "contact force / N" if physical else "contact force λ"
+        self.figure.right[0].axis_label = "impulse / (N·s)" if physical else "impulse ∫λ dτ"
+        forces = [columns[f"force_{solver}"]["force"] for solver in ("reference", "penalty")]
+        impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
+        self.force.follow(forces, fresh=fresh, always=(0.0, factor_of("force", setting)))
+        self._follow_impulses(impulses, fresh)
+
+    def _follow_impulses(self, impulses: list, fresh: bool) -> None:
+        """Put the zero of both scales at one height: a stem then stands on the force's zero line."""
+        low, high = self.force.home
+        largest = extent(impulses)
+        if largest is None:
+            return
+        top = self.impulse.home[1]
+        if not 0.4 * top <= largest[1] <= 0.82 * top:
+            top = 1.26 * largest[1]
+        self.impulse.put(top * low / high, top, fresh=fresh)

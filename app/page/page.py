@@ -1,0 +1,47 @@
+"""The page."""
+
+from __future__ import annotations
+
+import panel as pn
+from bokeh.document import Document
+from panel.io.resources import LOCAL_DIST
+from vibroscope.app.page.files import script, style, template
+from vibroscope.app.page.session import Session
+from vibroscope.app.page.shared.figure import THEME
+
+TITLE = "Vibroscope"
+_SUBTITLE = "where a penalty contact departs from the exact impact motion"
+
+# The style sheet gives the desk its height: no guessing from what lies in it.
+pn.extension(respect_explicit_sizing=True)
+
+
+def create_app() -> pn.Column:
+    """The page for the session that is being opened."""
+    doc = pn.state.curdoc
+    html = template("shared/page.html").replace("TOKENS", style("shared/tokens"))
+    doc.template = html.replace("FIRST", script("shared/legend", "shared/painting"))
+    # Panel says so only where the session is built with the page; else its style sheets come from another host.
+    doc.template_variables["dist_url"] = LOCAL_DIST
+    doc.theme = THEME
+    doc.config.update(reconnect_session=False, notify_connection_status=False)  # page.html says what is done instead
+    doc.title = f"{TITLE}: {_SUBTITLE}"
+    session = Session(_query(doc))
+    pn.state.onload(session.start)
+    pn.state.on_session_destroyed(lambda context: session.close())
+    return pn.Column(
+        session.header,
+        session.controls,
+        session.stage.view,
+        css_classes=["page"],
+        stylesheets=[style("shared/page")],
+        sizing_mode="stretch_width",
+    )
+
+
+def _query(doc: Document | None) -> str:
+    """The address's query as it was sent; Panel's own parser fails on some."""
+    context = doc.session_context if doc is not None else None
+    request = getattr(context, "request", None)
+    uri = getattr(request, "uri", "") or ""
+    return uri.partition("?")[2]

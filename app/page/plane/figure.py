@@ -1,0 +1,135 @@
+"""The K–D plane: the penalty model with its step at the left, without one at the right; a click sets K and D."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from bokeh.events import RangesUpdate, Tap
+from bokeh.models import ColumnDataSource, LegendItem, LinearColorMapper
+from bokeh.plotting import figure
+from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, empty, legend, make_figure, write
+from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.studies import cell_classes as classes
+from vibroscope.app.studies.plane import SIDES, Plane, PlaneStage
+from vibroscope.engine import equal_restitution_damping
+
+_VEIL = ["#00000000", classes.VEIL]  # drawn as stripes: some columns of a finer picture
+_STRIPES = 4
+_LIMITS = {name: Explorer.param[name].bounds for name in ("K", "D")}
+
+
+class PlaneView:
+    """Two figures with the same axes and colours."""
+
+    def __init__(self, on_cell: Callable[[float, float], None], on_zoom: Callable[[], None]) -> None:
+        self._on_cell = on_cell
+        self.ranges = {name: OwnedRange(*limits) for name, limits in _LIMITS.items()}
+        self.sources = {
+            side: ColumnDataSource({name: [] for name in ("image", "x", "y", "dw", "dh")}, name=f"plane_{side}_cells")
+            for side in SIDES
+        }
+        self.veils = {side: ColumnDataSource(dict(source.data)) for side, source in self.sources.items()}
+        self.blown = {side: empty(f"plane_{side}_diverged", "K", "D") for side in SIDES}
+        self.mark = empty("plane_mark", "K", "D")
+        self.curve = empty("plane_curve", "K", "D")
+        self.figures = {side: self._figure(side) for side in SIDES}
+        for plot in self.figures.values():
+            plot.on_event(Tap, self._tapped)
+        # Both figures hold the same ranges, so one of them tells.
+        self.figures["penalty"].on_event(RangesUpdate, lambda event: on_zoom())
+
+    def _figure(self, side: str) -> figure:
+        plot = make_figure(
+            "Being computed …",
+            "contact stiffness K (non-dimensional)",
+            "contact damping D (non-dimensional)",
+            name=f"plane_{side}",
+            x_axis_type="log",
+            y_axis_type="log",
+            x_range=self.ranges["K"].range,
+            y_range=self.ranges["D"].range,
+            tools="pan,box_zoom,wheel_zoom,reset,save",
+        )
+        plot.xgrid.visible = plot.ygrid.visible = False
+        palette = classes.PALETTE
+        colours = LinearColorMapper(palette=palette, low=-0.5, high=len(palette) - 0.5)
+        where = {"image": "image", "x": "x", "y": "y", "dw": "dw", "dh": "dh"}
+        plot.image(**where, source=self.sources[side], color_mapper=colours)
+        plot.image(**where, source=self.veils[side], color_mapper=LinearColorMapper(palette=_VEIL, low=0, high=1))
+        plot.scatter("K", "D", source=self.blown[side], marker="x", size=5, line_color=INK, line_width=0.8)
+        halo = plot.line("K", "D", source=self.curve, line_color="#FFFFFF", line_width=4, line_alpha=0.8)
+        curve = plot.line("K", "D", source=self.curve, line_color=BLUE, line_width=2, line_dash="dashed")
+        mark = plot.scatter(
+            "K",
+            "D",
+            source=self.mark,
+            marker="diamond_cross",
+            size=17,
+            fill_color="#FFFFFF",
+            fill_alpha=0.85,
+            line_color=VERMILLION,
+            line_width=2.2,
+            level="overlay",
+        )
+        entries = [
+            LegendItem(label="restitution as the reference's", renderers=[halo, curve]),
+            LegendItem(label="set now", renderers=[mark]),
+        ]
+        key = legend(entries)
+        key.location = "top_left"
+        plot.add_layout(key, "above")
+        return plot
+
+    @property
+    def spans(self) -> dict[str, tuple[float, float]]:
+        """K and D that are in view, within what can be set."""
+        return {name: _within(self.ranges[name].ends, *_LIMITS[name]) for name in _LIMITS}
+
+    def update(self, setting: Setting, stage: PlaneStage | None, quantity: str, limit: float | None) -> None:
+        """Move the mark; draw the cells as far as they are known."""
+        write(self.mark, {"K": np.array([setting.K], np.float32), "D": np.array([setting.D], np.float32)})
+        curve_K = np.geomspace(*_LIMITS["K"], 41)
+        curve_D = equal_restitution_damping(setting.system, curve_K)
+        write(self.curve, {"K": curve_K.astype(np.float32), "D": curve_D.astype(np.float32)})
+        if stage is None:
+            return
+        self._titles(stage.question, classes.QUANTITIES[quantity].label)
+        for side in SIDES:
+            self._draw(stage, side, quantity, limit)
+
+    def _titles(self, question: Plane, label: str) -> None:
+        step = f"T/{question.steps}{' located' if question.located else ''}"
+        self.figures["penalty"].title.text = f"Newmark {step}, η {question.eta:g}: {label}"
+        self.figures["exact"].title.text = f"No time step, η {question.eta:g}: {label}"
+
+    def _draw(self, stage: PlaneStage, side: str, quantity: str, limit: float | None) -> None:
+        _write_picture(self.sources[side], classes.picture(stage, side, quantity), stage.question)
+        veil = np.zeros((1, 1), np.uint8)
+        if limit is not None:
+            veil = np.repeat(classes.sudden(stage, side, limit), _STRIPES, axis=1)
+            veil[:, np.arange(veil.shape[1]) % _STRIPES != 1] = 0
+        _write_picture(self.veils[side], veil, stage.question)
+        row, column = np.nonzero(stage.diverged(side) & stage.known)
+        K, D = stage.question.axis("K")[column], stage.question.axis("D")[row]
+        write(self.blown[side], {"K": K.astype(np.float32), "D": D.astype(np.float32)})
+
+    def _tapped(self, event: Tap) -> None:
+        if event.x and event.y and np.isfinite([event.x, event.y]).all():
+            self._on_cell(*(float(f"{np.clip(v, *_LIMITS[n]):.3g}") for n, v in (("K", event.x), ("D", event.y))))
+
+
+def _within(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
+    """What of an axis is shown, rounded so that the same view is the same question; all of it where nothing is left."""
+    ends = [float(f"{np.clip(end, low, high):.4g}") for end in shown]
+    return tuple(ends) if ends[0] < ends[1] * 0.999 else (low, high)
+
+
+def _write_picture(source: ColumnDataSource, picture: np.ndarray, question: Plane) -> None:
+    (left, right), (low, high) = question.K, question.D
+    place = {"x": left, "y": low, "dw": right - left, "dh": high - low}
+    old = source.data["image"]
+    same = len(old) and old[0].shape == picture.shape and (old[0] == picture).all()
+    if not same or any(source.data[name] != [value] for name, value in place.items()):
+        source.data = {"image": [picture], **{name: [value] for name, value in place.items()}}

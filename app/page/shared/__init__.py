@@ -1,0 +1,1 @@
+"""What all tabs use: figures, axis ranges, muting, and components that run in the browser."""

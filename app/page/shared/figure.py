@@ -1,0 +1,197 @@
+"""What all figures share: colours, fonts, margins, and writing a source in place."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+import numpy as np
+from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem
+from bokeh.plotting import figure
+from bokeh.themes import Theme
+from vibroscope.app.explorer.state import Setting
+
+# Okabe–Ito: told apart by colour-blind readers. Width, dash and marker differ too.
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+INK = "#22303C"
+GREEN, VIOLET = "#007A5A", "#8A5A9E"
+GHOST = "#76818C"  # what is pinned
+FONT = "'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif"
+
+REFERENCE = {"line_color": BLUE, "line_width": 4, "line_alpha": 0.5}
+PENALTY = {"line_color": VERMILLION, "line_width": 1.3, "line_dash": "solid"}
+# The parts of the difference, in the order in which they arise.
+PARTS = {
+    "total": {"line_color": INK, "line_width": 2.4},
+    "time_step": {"line_color": VERMILLION, "line_width": 1.4},
+    "regularisation": {"line_color": GREEN, "line_width": 1.4, "line_dash": "dashed"},
+    "joint_damping": {"line_color": VIOLET, "line_width": 1.8, "line_dash": "dotdash"},
+}
+PINNED = {
+    "reference": {"line_color": GHOST, "line_width": 2.4, "line_alpha": 0.35},
+    "penalty": {"line_color": GHOST, "line_width": 0.9},
+}
+
+# The least margin of all time figures; `phase.js` gives all of them what the widest needs.
+LEFT, RIGHT = 60, 64
+
+
+# Colours of figures come from here alone: `theme.js` knows each and what it is in the dark.
+THEME = Theme(
+    json={
+        "attrs": {
+            "Plot": {
+                "background_fill_color": "#FFFFFF",
+                "border_fill_color": "#FFFFFF",
+                "outline_line_color": "#C6CDD4",
+            },
+            "Title": {
+                "text_font": FONT,
+                "text_font_size": "13px",
+                "text_font_style": "bold",
+                "text_color": INK,
+                "standoff": 5,
+            },
+            "BasicTickFormatter": {"power_limit_low": -5},  # 0.002, not 2.000e-3
+            "Grid": {"grid_line_color": "#E4E8EC"},
+            "Axis": {
+                "axis_label_text_font": FONT,
+                "axis_label_text_font_size": "12px",
+                "axis_label_text_font_style": "normal",
+                "axis_label_text_color": INK,
+                "axis_label_standoff": 3,
+                "axis_line_color": "#8A97A3",
+                "major_label_text_font": FONT,
+                "major_label_text_font_size": "11px",
+                "major_label_text_color": INK,
+                "major_tick_line_color": "#8A97A3",
+                "major_tick_in": 0,
+                "major_tick_out": 4,
+                "minor_tick_line_color": None,
+            },
+            "Legend": {
+                "label_text_font": FONT,
+                "label_text_font_size": "11px",
+                "label_text_color": INK,
+                "border_line_color": None,
+                "background_fill_color": "#FFFFFF",
+                "background_fill_alpha": 0.8,
+                "padding": 2,
+                "margin": 3,
+                "spacing": 8,
+                "glyph_width": 18,
+                "glyph_height": 12,
+                "label_standoff": 3,
+                "label_height": 12,
+            },
+        }
+    }
+)
+
+
+def make_figure(title: str, x: str, y: str, **more) -> figure:
+    """A figure in the page's style that fills the cell it is put in."""
+    options = {
+        "title": title,
+        "x_axis_label": x,
+        "y_axis_label": y,
+        "sizing_mode": "stretch_both",
+        "output_backend": "canvas",
+        "tools": "pan,box_zoom,wheel_zoom,reset,save",
+        "active_drag": "box_zoom",
+        "toolbar_location": "above",
+        "min_border_left": LEFT,
+        "min_border_right": 12,
+        "min_border_bottom": 40,
+        "min_border_top": 4,
+        "height": 160,
+        "width": 300,
+        "lod_threshold": None,
+    }
+    return style(figure(**(options | more)))
+
+
+def style(plot: figure) -> figure:
+    """What a theme cannot say."""
+    # Else the enclosing grid gives all frames the widest margin among them.
+    plot.frame_align = False
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
+    return plot
+
+
+def draw(plot: figure, glyph: Glyph, source: ColumnDataSource, **more) -> GlyphRenderer:
+    """Add a glyph alone: `figure`'s own methods make two more of each, for a selection that there is none of here."""
+    return plot.add_glyph(source, glyph, nonselection_glyph=None, **more)
+
+
+def legend(items: list, columns: int = 2) -> Legend:
+    """A legend inside the frame, quiet enough to lie over data."""
+    return Legend(items=items, location="top_right", ncols=columns, click_policy="mute")
+
+
+def tips(renderers: list, tooltips: Mapping[str, str], **more) -> HoverTool:
+    """A hover tool; each ``@column`` is told with four digits, whatever its unit."""
+    columns = dict.fromkeys(column for text in tooltips.values() for column in re.findall(r"@\w+", text))
+    rows = [(head, re.sub(r"(@\w+)", r"\1{%.4g}", text)) for head, text in tooltips.items()]
+    return HoverTool(renderers=renderers, tooltips=rows, formatters=dict.fromkeys(columns, "printf"), **more)
+
+
+def time_label(setting: Setting) -> str:
+    """What stands at an axis of time."""
+    return f"time {'τ/T' if setting.scale is None else 't / s'} in the last two excitation periods"
+
+
+class Ghost:
+    """The pinned result: one source of the same columns for each source that has one, and what its legend says."""
+
+    def __init__(self, *names: str) -> None:
+        self.sources = {name: ColumnDataSource({}, name=f"pinned_{name}") for name in names}
+        self._items: list[LegendItem] = []
+
+    def of(self, source: ColumnDataSource) -> ColumnDataSource:
+        """The ghost of one source."""
+        ghost = self.sources[source.name]
+        ghost.data = {name: np.empty(0, np.float32) for name in source.data}
+        return ghost
+
+    def item(self, renderers: list) -> LegendItem:
+        """A legend entry that is seen only while something is pinned."""
+        self._items.append(LegendItem(label="pinned", renderers=renderers, visible=False))
+        return self._items[-1]
+
+    def update(self, columns: Mapping[str, Mapping[str, np.ndarray]] | None) -> None:
+        """Show these columns, or nothing."""
+        for name, source in self.sources.items():
+            shown = {n: np.empty(0, np.float32) for n in source.data}
+            write(source, {n: columns[name][n] for n in source.data} if columns else shown)
+        for item in self._items:
+            item.visible = columns is not None
+
+
+def empty(name: str, *columns: str) -> ColumnDataSource:
+    """A named source with these columns and no rows."""
+    return ColumnDataSource({column: np.empty(0, np.float32) for column in columns}, name=name)
+
+
+def sources(shape: Mapping[str, tuple[str, ...]]) -> dict[str, ColumnDataSource]:
+    """Empty sources by name."""
+    return {name: empty(name, *columns) for name, columns in shape.items()}
+
+
+def write(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> None:
+    """Put ``columns`` into ``source``, sending no more than what changed."""
+    new = changed(source, columns)
+    if new:
+        # All at once: the browser redraws for each event, and must never see columns of unequal length.
+        source.data.update(new)
+
+
+def changed(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Those of ``columns`` that ``source`` does not hold yet."""
+    return {name: column for name, column in columns.items() if not _same(source.data[name], column)}
+
+
+def _same(old: np.ndarray, new: np.ndarray) -> bool:
+    return old.shape == new.shape and old.tobytes() == new.tobytes()

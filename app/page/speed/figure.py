@@ -1,0 +1,172 @@
+"""Speed against error: cost to the right, error up, both logarithmic; what is set is ringed and named."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from bokeh.models import ColumnDataSource, LabelSet, Legend, LegendItem
+from bokeh.plotting import figure
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.shared.figure import (
+    BLUE,
+    GHOST,
+    GREEN,
+    INK,
+    VERMILLION,
+    VIOLET,
+    empty,
+    make_figure,
+    tips,
+    write,
+)
+from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.studies.speed import SWEPT, Key, SpeedStage
+
+_NAMES = {
+    "reference": "reference",
+    "exact": "exact penalty",
+    "fixed": "Newmark by leaps",
+    "plain": "Newmark, plain loop",
+    "located": "Newmark located",
+}
+_LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
+_MARKS = {
+    "fixed": (VERMILLION, "diamond", "solid"),
+    "plain": (GHOST, "square", "dotted"),
+    "located": (GREEN, "circle", "dashed"),
+}
+_FLOOR = 1e-16  # of a double; an error of 0 lies here
+_ALL = (1e-30, 1e30)  # a cost without an error: a line over any error that is shown
+
+
+class SpeedView:
+    """One figure."""
+
+    def __init__(self) -> None:
+        self._stage: SpeedStage | None = None
+        self.ranges = {"cost": OwnedRange(0.1, 1e3), "error": OwnedRange(1e-10, 1.0)}
+        self.closed = {kind: empty(f"speed_{kind}", "cost", "error") for kind in _LINES}
+        self.swept = {kind: empty(f"speed_{kind}", "cost", "error", "n", "solves") for kind in SWEPT}
+        self.present = ColumnDataSource({"cost": [], "error": [], "text": []}, name="speed_present")
+        self.figure = self._make()
+
+    def _make(self) -> figure:
+        plot = make_figure(
+            "Being measured …",
+            "processor time per period / µs (further left: faster)",
+            "error after 10 periods (further down: more exact)",
+            name="speed",
+            x_axis_type="log",
+            y_axis_type="log",
+            x_range=self.ranges["cost"].range,
+            y_range=self.ranges["error"].range,
+        )
+        items, hovered = [], []
+        for kind, (colour, dash, width) in _LINES.items():
+            drawn = plot.line(
+                "cost",
+                "error",
+                source=self.closed[kind],
+                line_color=colour,
+                line_dash=dash,
+                line_width=width,
+                line_alpha=0.6,
+            )
+            items.append(LegendItem(label=_NAMES[kind], renderers=[drawn]))
+        for kind, (colour, marker, dash) in _MARKS.items():
+            source = self.swept[kind]
+            line = plot.line("cost", "error", source=source, line_color=colour, line_width=1.5, line_dash=dash)
+            marks = plot.scatter(
+                "cost", "error", source=source, marker=marker, size=10, fill_color=colour, line_color=colour
+            )
+            items.append(LegendItem(label=_NAMES[kind], renderers=[line, marks]))
+            hovered.append(marks)
+        plot.add_tools(
+            tips(hovered, {"steps per period": "@n", "solves": "@solves", "µs per period": "@cost", "error": "@error"})
+        )
+        self._mark(plot)
+        plot.add_layout(Legend(items=items, orientation="horizontal", ncols=2, click_policy="mute"), "above")
+        return plot
+
+    def _mark(self, plot: figure) -> None:
+        plot.scatter(
+            "cost",
+            "error",
+            source=self.present,
+            marker="circle",
+            size=22,
+            fill_color=None,
+            line_color=INK,
+            line_width=2.2,
+        )
+        plot.add_layout(
+            LabelSet(
+                x="cost",
+                y="error",
+                text="text",
+                source=self.present,
+                # Above and to the right: there a curve of errors that fall as costs rise has no points.
+                x_offset=7,
+                y_offset=10,
+                background_fill_color="#FFFFFF",
+                background_fill_alpha=0.8,
+                text_color=INK,
+                text_font_size="12px",
+                text_font_style="bold",
+            )
+        )
+
+    def update(self, setting: Setting, stage: SpeedStage | None) -> None:
+        """Draw what is known; the ring follows the switch between fixed and located steps."""
+        if stage is None:
+            return
+        fresh = self._stage is None or self._stage.question != stage.question
+        self._stage = stage
+        turns = f"{stage.rounds} turn{'s' if stage.rounds > 1 else ''}"
+        self.figure.title.text = f"T/{stage.question.steps} set: median of {turns}"
+        for kind, source in self.closed.items():
+            write(source, {"cost": np.full(2, stage.closed_form(kind)), "error": np.array(_ALL)})
+        for kind, source in self.swept.items():
+            write(source, _columns(stage, stage.curve(kind)))
+        self._ring(setting, stage)
+        self._follow(fresh)
+
+    def _ring(self, setting: Setting, stage: SpeedStage) -> None:
+        n = stage.question.steps
+        if setting.located == "yes":
+            named = {Key("located", n): "set"}
+        else:
+            named = {Key("fixed", n): "set", Key("plain", n): "in an FE code"}
+        shown = [key for key in named if math.isfinite(stage.errors[key])]
+        columns = _columns(stage, shown)
+        now = {
+            "cost": columns["cost"].tolist(),
+            "error": columns["error"].tolist(),
+            "text": [named[key] for key in shown],
+        }
+        if now != self.present.data:
+            self.present.data = now
+
+    def _follow(self, fresh: bool) -> None:
+        swept = self.swept.values()
+        costs = np.concatenate([source.data["cost"] for source in (*self.closed.values(), *swept)])
+        errors = np.concatenate([source.data["error"] for source in swept])
+        for owned, sizes in zip(self.ranges.values(), (costs, errors), strict=True):
+            if len(sizes):
+                owned.put(*_decades(sizes), fresh=fresh)
+
+
+def _columns(stage: SpeedStage, keys: list[Key]) -> dict[str, np.ndarray]:
+    return {
+        "cost": np.array([stage.cost(key) for key in keys]),
+        "error": np.array([max(stage.errors[key], _FLOOR) for key in keys]),
+        "n": np.array([float(key.steps) for key in keys]),
+        "solves": np.array([stage.solves[key] for key in keys]),
+    }
+
+
+def _decades(sizes: np.ndarray) -> tuple[float, float]:
+    """Whole decades that hold all sizes, with room for a mark at either end."""
+    low, high = np.log10([sizes.min(), sizes.max()])
+    return float(10.0 ** (math.floor(low - 0.15))), float(10.0 ** (math.ceil(high + 0.15)))

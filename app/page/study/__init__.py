@@ -1,0 +1,1 @@
+"""What the tabs of studies share: a question, a picture that grows, and the panel beside it."""

@@ -1,0 +1,147 @@
+"""The time step: phase plots with it fixed and located, and how scatter and error fade with more steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from bokeh.events import Tap
+from bokeh.models import LegendItem, Span
+from bokeh.plotting import figure
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.shared.figure import INK, VERMILLION, empty, legend, make_figure, write
+from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.studies.time_step import SCHEMES, STEPS, TimeStepStage
+
+GREEN = "#009E73"  # the located step is neither of the two solutions that have a colour in Explore
+_COLOURS = {"fixed": VERMILLION, "located": GREEN}
+_MARKERS = {"fixed": "diamond", "located": "circle"}
+_NAMES = {"fixed": "fixed step", "located": "located step"}
+_SIZES = {
+    "spread": ("Scatter of the section (drawn down to 10⁻¹⁰)", "standard deviation of ξ₂ / base amplitude"),
+    "error_time_step": ("Error by the time step alone", "rms difference from exact penalty, relative"),
+}
+# What is smaller is rounding; a line of it would only stretch the axis.
+_FLOOR = 1e-10
+_SPAN = STEPS[0] / 1.4, STEPS[-1] * 1.4
+
+
+class TimeStepView:
+    """Two phase plots and two logarithmic plots over n."""
+
+    def __init__(self, on_steps: Callable[[int], None]) -> None:
+        self._on_steps = on_steps
+        self._stage: TimeStepStage | None = None
+        self.orbits = {scheme: empty(f"step_orbit_{scheme}", "xi2", "v2") for scheme in SCHEMES}
+        self.sections = {scheme: empty(f"step_section_{scheme}", "xi2", "v2") for scheme in SCHEMES}
+        self.sizes = {
+            (name, scheme): empty(f"step_{name}_{scheme}", "n", "size") for name in _SIZES for scheme in SCHEMES
+        }
+        self.ranges = {"xi2": OwnedRange(-8, 8), "v2": OwnedRange(-8, 8), "n": OwnedRange(*_SPAN)}
+        self.ranges |= {name: OwnedRange(_FLOOR, 1.0) for name in _SIZES}
+        self._cursors: list[Span] = []
+        self.phases = {scheme: self._phase(scheme) for scheme in SCHEMES}
+        self.curves = {name: self._curve(name) for name in _SIZES}
+
+    @property
+    def figures(self) -> list[figure]:
+        """Phase plots above, curves below."""
+        return [*self.phases.values(), *self.curves.values()]
+
+    def _phase(self, scheme: str) -> figure:
+        plot = make_figure(
+            "Being computed …",
+            "displacement ξ₂ / base amplitude",
+            "velocity ξ₂′",
+            name=f"step_phase_{scheme}",
+            x_range=self.ranges["xi2"].range,
+            y_range=self.ranges["v2"].range,
+        )
+        plot.line("xi2", "v2", source=self.orbits[scheme], line_color=_COLOURS[scheme], line_width=1.3)
+        plot.scatter(
+            "xi2",
+            "v2",
+            source=self.sections[scheme],
+            marker=_MARKERS[scheme],
+            size=8,
+            fill_color=None if scheme == "fixed" else _COLOURS[scheme],
+            line_color=_COLOURS[scheme],
+            line_width=1.3,
+        )
+        return plot
+
+    def _curve(self, name: str) -> figure:
+        title, label = _SIZES[name]
+        plot = make_figure(
+            title,
+            "steps per period n = T/Δτ",
+            label,
+            name=f"step_{name}",
+            x_axis_type="log",
+            y_axis_type="log",
+            x_range=self.ranges["n"].range,
+            y_range=self.ranges[name].range,
+            tools="pan,box_zoom,wheel_zoom,reset,save",
+        )
+        items = []
+        for scheme in SCHEMES:
+            source, colour = self.sizes[name, scheme], _COLOURS[scheme]
+            dash = "solid" if scheme == "fixed" else "dashed"
+            drawn = [
+                plot.line("n", "size", source=source, line_color=colour, line_width=1.5, line_dash=dash),
+                plot.scatter("n", "size", source=source, marker=_MARKERS[scheme], size=10, color=colour),
+            ]
+            items.append(LegendItem(label=_NAMES[scheme], renderers=drawn))
+        plot.add_layout(legend(items))
+        cursor = Span(dimension="height", line_color=INK, line_width=1.5, level="overlay", name=f"step_cursor_{name}")
+        plot.add_layout(cursor)
+        self._cursors.append(cursor)
+        plot.on_event(Tap, self._tapped)
+        return plot
+
+    def update(self, setting: Setting, stage: TimeStepStage | None) -> None:
+        """Move the cursors; draw what is known, the phase plots with the n that is nearest to the one set."""
+        for cursor in self._cursors:
+            cursor.location = setting.steps
+        if stage is None:
+            return
+        fresh = self._stage is None or self._stage.question != stage.question
+        self._stage = stage
+        index = stage.nearest(setting.steps)
+        for scheme in SCHEMES:
+            self._draw(stage, index, scheme)
+        for name in _SIZES:
+            sizes = np.concatenate([self.sizes[name, scheme].data["size"] for scheme in SCHEMES])
+            if len(sizes):
+                self.ranges[name].put(*(10.0**end for end in _decades(sizes)), fresh=fresh)
+        drawn = [*self.orbits.values(), *self.sections.values()]
+        for name in ("xi2", "v2"):
+            columns = [source.data[name] for source in drawn]
+            self.ranges[name].follow(columns, fresh=fresh, complete=stage.share >= 1)
+
+    def _draw(self, stage: TimeStepStage, index: int, scheme: str) -> None:
+        question = stage.question
+        self.phases[
+            scheme
+        ].title.text = f"T/{stage.steps[index]:.0f} {scheme}: η {question.eta:g}, K {question.K:g}, D {question.D:g}"
+        write(self.orbits[scheme], _narrow(stage.orbit(index, scheme)))
+        write(self.sections[scheme], _narrow(stage.section(index, scheme)))
+        for name in _SIZES:
+            sizes = stage.sizes(name, scheme)
+            fine = np.isfinite(sizes)
+            shown = {"n": stage.steps[fine], "size": np.maximum(sizes[fine], _FLOOR)}
+            write(self.sizes[name, scheme], _narrow(shown))
+
+    def _tapped(self, event: Tap) -> None:
+        if event.x is not None and 0 < event.x < np.inf and self._stage is not None:
+            self._on_steps(int(self._stage.steps[self._stage.nearest(event.x)]))
+
+
+def _decades(sizes: np.ndarray) -> tuple[int, int]:
+    """Whole decades that hold all sizes, and one above for the legend."""
+    low, high = np.log10([sizes.min(), sizes.max()])
+    return int(np.ceil(low)) - 1, int(np.ceil(high)) + 1
+
+
+def _narrow(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: np.asarray(column, np.float32) for name, column in columns.items()}

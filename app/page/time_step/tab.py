@@ -1,0 +1,125 @@
+"""The time step: what n steps per period make of one motion, and what a step that lands on the contacts makes of it."""
+
+from __future__ import annotations
+
+import math
+
+import panel as pn
+from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
+from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export.scripts import sweep_command, sweep_python
+from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.time_step.figure import TimeStepView
+from vibroscope.app.studies.time_step import SAMPLE, SCHEMES, STEPS, TRANSIENT, TimeStep, TimeStepStage, refine_step
+
+
+class TimeStepTab(StudyTab):
+    """Figure 14 of the paper, at any η, K and D."""
+
+    key = "step"
+    title = "Time step"
+    refine = staticmethod(refine_step)
+    chosen = {}  # noqa: RUF012 - nothing to choose
+    pictures = (
+        *(
+            Figure(f"step_phase_{scheme}", f"Phase plot, {scheme} step", f"ξ₂′ over ξ₂ with the {scheme} step.")
+            for scheme in SCHEMES
+        ),
+        Figure("step_spread", "Scatter over n", "Scatter of the section over the steps per period."),
+        Figure("step_error_time_step", "Error over n", "Error by the time step alone over the steps per period."),
+    )
+    axes = {"xi2": LINEAR, "v2": LINEAR, "n": LOGARITHMIC, "spread": LOGARITHMIC, "error_time_step": LOGARITHMIC}  # noqa: RUF012 - read only
+    legends = dict.fromkeys(("step_spread", "step_error_time_step"), SCHEMES)
+
+    def build(self) -> pn.viewable.Viewable:
+        """Two phase plots, two curves over n, the panel."""
+        self.view = TimeStepView(self._set)
+        return self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("halves",))
+
+    @classmethod
+    def spec(cls) -> dict:
+        """Nothing to choose but n, and that is a slider."""
+        return {
+            "title": "Time step",
+            "switches": [],
+            "limits": [],
+            "hint": "A click in the lower figures sets n to the nearest of the study; so does the slider T/Δτ. "
+            f"Each motion is run from rest over {TRANSIENT} periods, then {SAMPLE} are kept.",
+        }
+
+    def question(self, setting: Setting) -> TimeStep:
+        """All but n itself."""
+        return TimeStep(setting.system, setting.eta, setting.K, setting.D)
+
+    def draw(self, setting: Setting, stage: TimeStepStage | None) -> None:
+        """The figures."""
+        self.view.update(setting, stage)
+
+    def tell(self, setting: Setting, stage: TimeStepStage) -> list[list[str]]:
+        """The n that is shown, and how scatter and error fade."""
+        return told(setting, stage)
+
+    def table(self, name: str) -> list[Series]:
+        """Orbit and section of the n that is shown, or a size over n."""
+        stage, what = self._stage, name.removeprefix("step_")
+        if what in ("spread", "error_time_step"):
+            return [Series(scheme, {"n": stage.steps, what: stage.sizes(what, scheme)}) for scheme in SCHEMES]
+        scheme, index = what.removeprefix("phase_"), stage.nearest(self._of.steps)
+        return [Series("orbit", stage.orbit(index, scheme)), Series("section", stage.section(index, scheme))]
+
+    def python(self, setting: Setting) -> str:
+        """`sweep_step` of the same steps."""
+        system, eta, K, D = self.asked(setting)
+        call = f"sweep_step(system, {eta!r}, {K!r}, {D!r}, {STEPS}, transient={TRANSIENT}, sample={SAMPLE})"
+        return sweep_python({"study": call}, system)
+
+    def command(self, setting: Setting) -> str:
+        """``vibroscope sweep step`` of the same steps."""
+        system, *numbers = self.asked(setting)
+        options = "".join(f" --{name} {print_number(x)}" for name, x in zip(("eta", "K", "D"), numbers, strict=True))
+        options += f" --steps {','.join(map(str, STEPS))} --transient {TRANSIENT} --sample {SAMPLE}"
+        return sweep_command("step", system, options)
+
+    def _set(self, steps: int) -> None:
+        self.desk.set({"steps": str(steps)})
+
+
+def told(setting: Setting, stage: TimeStepStage) -> list[list[str]]:
+    """Head and text: the n that is shown, and how scatter and error fade."""
+    index = stage.nearest(setting.steps)
+    lines = [[f"T/{stage.steps[index]:.0f}, {scheme} step", _motion(stage, index, scheme)] for scheme in SCHEMES]
+    for name, head in (("spread", "Scatter"), ("error_time_step", "Error by the time step")):
+        lines.append([f"{head}, observed order", _orders(stage, name)])
+    return lines
+
+
+def _motion(stage: TimeStepStage, index: int, scheme: str) -> str:
+    place = {"steps": index, "scheme": SCHEMES.index(scheme)}
+    cell = stage.found.isel(place)
+    if int(cell["status"]) != 0:
+        return "blown up."
+    period = int(cell["period"])
+    kind = f"period {period}" if period else "does not repeat itself"
+    text = f"{kind}; ξ₂ scatters by {float(cell['spread']):.2g}"
+    steps = float(cell["longest_contact_steps"])
+    error = float(cell["error"])
+    text += f"; longest contact {steps:.3g} steps"
+    return f"{text}; error against the reference {100 * error:.2g} %." if math.isfinite(error) else f"{text}."
+
+
+def _orders(stage: TimeStepStage, name: str) -> str:
+    said = []
+    for scheme in SCHEMES:
+        sizes = stage.sizes(name, scheme)
+        order, error = stage.order(name, scheme)
+        if sizes.max(initial=0.0) < 1e-10:
+            said.append(f"{scheme} step: none beyond rounding")
+        elif order <= 0:
+            said.append(f"{scheme} step: does not fall with n")
+        elif math.isfinite(order):
+            sure = f" ± {error:.1g}" if math.isfinite(error) else ""
+            said.append(f"{scheme} step: falls as n to the power of −{order:.2f}{sure}")
+        else:
+            said.append(f"{scheme} step: no number, since the motions do not keep step")
+    return f"{'; '.join(said)}."

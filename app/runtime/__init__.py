@@ -1,0 +1,1 @@
+"""Worker threads, caches, settings, logs and metrics of one process."""

@@ -1,0 +1,16 @@
+"""Where the data files lie: scenes, shipped figures and diagrams, 60-digit solutions."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.resources import files
+
+from vibroscope import assets
+
+ASSETS = files(assets)
+
+
+@cache
+def asset(name: str) -> str:
+    """The text of one file in ``assets``."""
+    return (ASSETS / name).read_text(encoding="utf-8")

@@ -1,0 +1,1 @@
+"""Serving: admission of sessions, the websocket, validation of messages, security, limits."""

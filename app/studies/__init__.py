@@ -1,0 +1,1 @@
+"""Sweeps that grow while one watches; no page import."""

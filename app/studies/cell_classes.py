@@ -1,0 +1,104 @@
+"""What a cell of the K–D plane is coloured by: few classes that the eye can tell apart. No panel import.
+
+Periods have colours of their own in all figures of studies (after Okabe and Ito, Tol); quantities with more and less go
+from dark to light (cividis, which reads the same to the colour-blind). All colours stand in one palette, so that it
+never changes and only the numbers of the classes are sent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from vibroscope.app.studies.plane import PlaneStage
+
+VEIL = "#F5F5F5"  # stripes over what lies below a limit: the classes there are the dark ones
+# The first classes of the palette: colours that `theme.js` knows, in light and dark.
+UNKNOWN, DIVERGED, NO_NUMBER = 0, 1, 2
+_SPECIAL = ("#F1F3F5", "#FFFFFF", "#C6CDD4")
+_CIVIDIS = ("#00224E", "#35456C", "#666970", "#948E77", "#C8B866", "#FEE838")
+
+PERIODS = (
+    ("aperiodic", "#4D4D4D"),
+    ("1", "#BBD7EE"),
+    ("2", "#009E73"),
+    ("3", "#E69F00"),
+    ("4", "#CC79A7"),
+    ("5 to 8", "#F0E442"),
+    ("above 8", "#882255"),
+)
+_PERIOD_EDGES = (1, 2, 3, 4, 5, 9)
+
+
+def period_class(period: np.ndarray) -> np.ndarray:
+    """Index into `PERIODS`."""
+    return np.digitize(period, _PERIOD_EDGES)
+
+
+class Quantity(NamedTuple):
+    """One way to colour the plane: edges between the classes, their names and colours."""
+
+    label: str
+    edges: tuple[float, ...]
+    classes: tuple[tuple[str, str], ...]
+    read: Callable[[PlaneStage, str], np.ndarray]
+
+
+def _more_or_less(*names: str) -> tuple[tuple[str, str], ...]:
+    return tuple(zip(names, _CIVIDIS, strict=False))
+
+
+QUANTITIES = {
+    "period": Quantity("period", _PERIOD_EDGES, PERIODS, lambda stage, side: stage.shown(side, "period")),
+    "near_period": Quantity(
+        "period, scatter forgiven", _PERIOD_EDGES, PERIODS, lambda stage, side: stage.shown(side, "near_period")
+    ),
+    "contact": Quantity(
+        "longest contact (steps)",
+        (10, 30, 100, 300, 1000),
+        _more_or_less("below 10", "10 to 30", "30 to 100", "100 to 300", "300 to 1000", "above 1000"),
+        PlaneStage.contact_steps,
+    ),
+    "impacts": Quantity(
+        "impacts per period",
+        (1e-9, 1 - 1e-6, 1 + 1e-6, 2 + 1e-6, 4 + 1e-6),
+        _more_or_less("none", "below 1", "1", "above 1, to 2", "above 2, to 4", "above 4"),
+        lambda stage, side: stage.shown(side, "impacts_per_period"),
+    ),
+    "error": Quantity(
+        "error against reference",
+        (0.01, 0.03, 0.1, 0.3, 1.0),
+        _more_or_less("below 1 %", "1 to 3 %", "3 to 10 %", "10 to 30 %", "30 to 100 %", "above 100 %"),
+        lambda stage, side: stage.shown(side, "error"),
+    ),
+}
+
+PALETTE = [*_SPECIAL, *(colour for _, colour in PERIODS), *_CIVIDIS]
+_FIRST_PERIOD = len(_SPECIAL)
+_FIRST_OTHER = _FIRST_PERIOD + len(PERIODS)
+
+
+def picture(stage: PlaneStage, side: str, name: str) -> np.ndarray:
+    """Index into `PALETTE` of each cell, (rows over D, columns over K) of uint8."""
+    quantity = QUANTITIES[name]
+    values = quantity.read(stage, side)
+    first = _FIRST_PERIOD if quantity.classes is PERIODS else _FIRST_OTHER
+    classes = np.where(np.isfinite(values), first + np.digitize(values, quantity.edges), NO_NUMBER)
+    classes = np.where(stage.diverged(side), DIVERGED, classes)
+    return np.where(np.isfinite(stage.shown(side, "status")), classes, UNKNOWN).astype(np.uint8)
+
+
+def sudden(stage: PlaneStage, side: str, limit: float) -> np.ndarray:
+    """Where the longest contact lasts fewer than ``limit`` steps, the paper's "one sudden impact": uint8, 0 or 1."""
+    steps = stage.contact_steps(side)
+    return (~stage.diverged(side) & (steps > 0) & (steps < limit)).astype(np.uint8)
+
+
+def legend(name: str, limit: float | None = None) -> list[list[str]]:
+    """Colour, name and pattern of each class, for the key beside the figures."""
+    rows = [[colour, text, ""] for text, colour in QUANTITIES[name].classes]
+    rows += [[_SPECIAL[NO_NUMBER], "no number", ""]] if name == "error" else []
+    rows += [[_SPECIAL[DIVERGED], "blown up", "cross"]]
+    rows += [[VEIL, f"fewer than {limit:g} steps in contact", "veil"]] if limit is not None else []
+    return rows

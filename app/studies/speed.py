@@ -1,0 +1,186 @@
+"""Speed against error of the present setting, measured while one watches. No panel import.
+
+Error and cost are those of the shipped figure (`app.performance.bench`): the largest difference of the four state
+components after 10 periods from rest, and processor time per period over 200 periods. Newmark's and the
+located step's error is that against the exact penalty model, to which both tend as Δτ → 0. The two solvers in closed
+form have no time step and are no approximation of one another: they have a cost alone here, and their errors stand in
+the shipped figure.
+
+All take turns, and medians over the turns count: a machine that is slower for a while is slower for all.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from vibroscope.app.performance.bench import CHECKED, PERIODS, engine_seconds
+from vibroscope.app.performance.peers import plain_loop
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, simulate
+
+FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)  # of the n that is set
+SWEPT = ("fixed", "plain", "located")  # have a time step
+KINDS = ("reference", "exact", *SWEPT)
+ROUNDS = (1, 3, 6, 10, 15)  # turns after which a stage is shown; the last ends the measuring
+_FEWEST = 4  # steps that Newmark takes
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is measured: a class, since a tuple would equal another study's of the same numbers."""
+
+    system: System
+    eta: float
+    K: float
+    D: float
+    steps: int
+    reference: Reference
+
+
+class Key(NamedTuple):
+    """A solver: one of `KINDS`, and n, which is 0 where there is no time step."""
+
+    kind: str
+    steps: int
+
+
+class Run(NamedTuple):
+    """Processor seconds, the last state (4,) (nan where it blew up), and time steps solved for."""
+
+    seconds: float
+    state: np.ndarray
+    solves: int
+
+
+Solve = Callable[[int, Callable[[], bool]], Run]  # periods from rest, and whether it was withdrawn
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedStage:
+    """What is known after some turns, by solver: error, solves per period, µs per period of each turn."""
+
+    question: Question
+    errors: dict[Key, float]
+    solves: dict[Key, float]
+    turns: dict[Key, tuple[float, ...]]
+
+    @property
+    def rounds(self) -> int:
+        """Turns that are done."""
+        return len(next(iter(self.turns.values())))
+
+    @property
+    def share(self) -> float:
+        """Of all turns."""
+        return self.rounds / ROUNDS[-1]
+
+    def cost(self, key: Key) -> float:
+        """Microseconds per period, the median of the turns."""
+        return float(np.median(self.turns[key]))
+
+    def closed_form(self, kind: str) -> float:
+        """Microseconds per period of ``reference`` or ``exact``."""
+        return self.cost(Key(kind, 0))
+
+    def curve(self, kind: str) -> list[Key]:
+        """Solvers of one kind that did not blow up, by ascending n."""
+        return sorted(key for key in self.errors if key.kind == kind and math.isfinite(self.errors[key]))
+
+    def times(self, dear: Key, cheap: Key) -> float:
+        """How many times as long ``dear`` takes: the median of the turns' own ratios."""
+        return float(np.median(np.divide(self.turns[dear], self.turns[cheap])))
+
+    def data(self) -> dict[str, object]:
+        """What is known, for a file: columns over the solvers, and what was asked."""
+        asked = {name: getattr(self.question, name) for name in ("eta", "K", "D", "steps")}
+        keys = list(self.turns)
+        return asked | {
+            "periods": PERIODS,
+            "error_after_periods": CHECKED,
+            "rounds": self.rounds,
+            "solver": [key.kind for key in keys],
+            "solver_steps": [key.steps for key in keys],
+            "us_per_period": [self.cost(key) for key in keys],
+            "solves_per_period": [self.solves[key] for key in keys],
+            "error": np.array([self.errors.get(key, math.nan) for key in keys]),
+        }
+
+
+def steps_around(steps: int) -> list[int]:
+    """n/4 to 4n, whole and at least 4, ascending."""
+    return sorted({max(_FEWEST, round(factor * steps)) for factor in FACTORS})
+
+
+def solvers(question: Question) -> dict[Key, Solve]:
+    """All that take turns; those that are compared stand next to each other."""
+    system, eta, K, D = question.system, question.eta, question.K, question.D
+    found = {
+        Key("reference", 0): _of_engine(system, eta, question.reference),
+        Key("exact", 0): _of_engine(system, eta, ExactPenalty(K, D)),
+    }
+    for n in steps_around(question.steps):
+        found[Key("fixed", n)] = _of_engine(system, eta, Newmark(K, D, n))
+        found[Key("plain", n)] = _of_plain(system, eta, K, D, n)
+        found[Key("located", n)] = _of_engine(system, eta, Newmark(K, D, n, located=True))
+    return found
+
+
+def _of_engine(system: System, eta: float, method: Reference | ExactPenalty | Newmark) -> Solve:
+    def solve(periods, cancelled):
+        seconds, response = engine_seconds(
+            lambda: simulate(system, eta, method, periods=periods, keep=1, cancelled=cancelled)
+        )
+        state = response.section[-1] if response.ok else np.full(4, math.nan)
+        return Run(seconds, state, response.cost.steps)
+
+    return solve
+
+
+def _of_plain(system: System, eta: float, K: float, D: float, steps: int) -> Solve:
+    """The loop that an FE code walks; once begun it runs to its end, a third of a second at the most."""
+    run = plain_loop(system, eta, K, D, steps)
+
+    def solve(periods, cancelled):
+        if cancelled():
+            raise Cancelled
+        begin = time.thread_time()
+        state = run(periods)
+        return Run(time.thread_time() - begin, state, steps * periods)
+
+    return solve
+
+
+def refine_speed(question: Question, last: SpeedStage | None, cancelled: Callable[[], bool]) -> Iterator[SpeedStage]:
+    """Stages of the measuring, from ``last`` on: errors and one turn first, then more turns. Raises `Cancelled`."""
+    if last is not None:
+        yield last
+    done = 0 if last is None else last.rounds
+    if done >= ROUNDS[-1]:
+        return
+    asked = solvers(question)
+    errors = _errors(asked, cancelled) if last is None else last.errors
+    turns = {key: () if last is None else last.turns[key] for key in asked}
+    for wanted in (count for count in ROUNDS if count > done):
+        for _ in range(wanted - done):
+            runs = {key: _timed(solve, cancelled) for key, solve in asked.items()}
+            turns = {key: (*turns[key], runs[key].seconds / PERIODS * 1e6) for key in asked}
+        done = wanted
+        yield SpeedStage(question, errors, {key: run.solves / PERIODS for key, run in runs.items()}, turns)
+
+
+def _timed(solve: Solve, cancelled: Callable[[], bool]) -> Run:
+    """One run; a short one before it brings code and tables into the caches."""
+    solve(CHECKED, cancelled)
+    return solve(PERIODS, cancelled)
+
+
+def _errors(asked: dict[Key, Solve], cancelled: Callable[[], bool]) -> dict[Key, float]:
+    """Largest difference from the exact penalty model after `CHECKED` periods; nan where either gave up."""
+    right = asked[Key("exact", 0)](CHECKED, cancelled).state
+    swept = {key: solve for key, solve in asked.items() if key.kind in SWEPT}
+    wrong = {key: float(np.abs(solve(CHECKED, cancelled).state - right).max()) for key, solve in swept.items()}
+    return {key: error if math.isfinite(error) else math.nan for key, error in wrong.items()}

@@ -1,1 +1,0 @@
-"""The figures, one a file: each is built once per session, then its sources are written in place."""

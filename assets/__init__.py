@@ -1,0 +1,1 @@
+"""Data files: scenes, shipped diagrams, 60-digit solutions, figures."""

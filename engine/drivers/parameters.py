@@ -1,0 +1,25 @@
+"""A system, an η and a method as the row of numbers from which compiled code sets up a solver."""
+
+from ..kernels.event_driven.setup import Cell
+from ..methods import Method, Newmark, Reference
+from ..model import System
+
+
+def numbers_of(system: System, eta: float, method: Method) -> Cell:
+    """The numbers of one cell; those that its method does not know are 0."""
+    rigid = isinstance(method, Reference)
+    return Cell(
+        eta=float(eta),
+        kappa=system.kappa,
+        d1=system.d1,
+        d2=system.d2,
+        steps=float(method.steps) if isinstance(method, Newmark) else 0.0,
+        kappa3=system.kappa3,
+        d3=system.joint_damping(method.joint_damping) if rigid else 0.0,
+        mu=system.mass_ratio,
+        mass_share=system.mass_share,
+        stiffness=0.0 if rigid else method.stiffness,
+        damping=0.0 if rigid else method.damping,
+        restitution=system.restitution,
+        threshold=method.threshold if rigid else 0.0,
+    )

@@ -1,0 +1,1 @@
+"""The same discrete solutions without walking through every step."""

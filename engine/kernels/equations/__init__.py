@@ -1,0 +1,1 @@
+"""The equations of motion and the contact law: the only place that has them."""

@@ -1,0 +1,1 @@
+"""Linear motions in closed form: matrices, tables, the first root with its certificate."""

@@ -1,0 +1,100 @@
+"""Small matrices, written out as loops: at this size a library call costs more than the sums.
+
+All of them move a state of four coordinates and the two of the excitation, which turns by itself: (6, 6) with zeros in
+the lower left, [B C; 0 R]. A product leaves them out, and with them near half of its sums.
+"""
+
+import numpy as np
+
+from ..compile.options import bare, inlined, jit
+
+
+@jit
+def unit(i):
+    """Row i of the unit matrix, (6,)."""
+    row = np.zeros(6)
+    row[i] = 1.0
+    return row
+
+
+@inlined
+def row_image(row, a):
+    """A row times a matrix, as six numbers.
+
+    In numbers, since what is written to an array the compiler must reckon to change the matrix.
+    """
+    s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(4):
+        r = row[k]
+        s0 += r * a[k, 0]
+        s1 += r * a[k, 1]
+        s2 += r * a[k, 2]
+        s3 += r * a[k, 3]
+        s4 += r * a[k, 4]
+        s5 += r * a[k, 5]
+    for k in range(4, 6):
+        r = row[k]
+        s4 += r * a[k, 4]
+        s5 += r * a[k, 5]
+    return s0, s1, s2, s3, s4, s5
+
+
+@inlined
+def multiply(out, a, b):
+    """Write the product of two matrices to ``out``, which is neither and holds zeros in the lower left."""
+    for i in range(4):
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = row_image(a[i], b)
+    for i in range(4, 6):
+        c, s = a[i, 4], a[i, 5]
+        out[i, 4], out[i, 5] = c * b[4, 4] + s * b[5, 4], c * b[4, 5] + s * b[5, 5]
+
+
+@bare
+def fill_powers(out, a):
+    """Write aʲ for j = 1 … len(out), by products of two that are known, so that rounding adds up but log₂ j times.
+
+    ``out``, (n, 6, 6), holds zeros in the lower left of each.
+    """
+    for i in range(6):
+        for j in range(6):
+            out[0, i, j] = a[i, j]
+    for j in range(2, out.shape[0] + 1):
+        multiply(out[j - 1], out[j // 2 - 1], out[j - j // 2 - 1])
+
+
+@jit
+def row_times(row, a):
+    """A row times a matrix."""
+    out = np.empty(6)
+    out[0], out[1], out[2], out[3], out[4], out[5] = row_image(row, a)
+    return out
+
+
+@bare
+def rows_times(out, row, tables):
+    """Write a row times each matrix of a table, (n, 6, 6), to (n, 6)."""
+    for j in range(out.shape[0]):
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = row_image(row, tables[j])
+
+
+@bare
+def raise_along(bound, row, tables):
+    """Raise a row of bounds to the sizes of a row and of what each matrix of a table makes of it, in place."""
+    b0, b1, b2 = max(bound[0], abs(row[0])), max(bound[1], abs(row[1])), max(bound[2], abs(row[2]))
+    b3, b4, b5 = max(bound[3], abs(row[3])), max(bound[4], abs(row[4])), max(bound[5], abs(row[5]))
+    for j in range(tables.shape[0]):
+        s0, s1, s2, s3, s4, s5 = row_image(row, tables[j])
+        b0, b1, b2 = max(b0, abs(s0)), max(b1, abs(s1)), max(b2, abs(s2))
+        b3, b4, b5 = max(b3, abs(s3)), max(b4, abs(s4)), max(b5, abs(s5))
+    bound[0], bound[1], bound[2], bound[3], bound[4], bound[5] = b0, b1, b2, b3, b4, b5
+
+
+@jit
+def spread(bound, a, h):
+    """Raise a row of bounds to what they may become within h, by exp(|a|h), whose eigenvalues may be some e at most."""
+    sizes, term = np.abs(a), bound.copy()
+    for k in range(1, 24):
+        term[0], term[1], term[2], term[3], term[4], term[5] = row_image(term, sizes)
+        for i in range(6):
+            term[i] *= h / k
+            bound[i] += term[i]

@@ -1,0 +1,241 @@
+"""One linear phase of the motion, tabulated: where a state gets to, and what a watched quantity does on the way.
+
+In flight, joined, or squeezed by a contact spring, the state
+
+    z = (ξ₁, ξ₁′, g, g′, C, S),    C = cos ητ,  S = sin ητ,
+
+obeys z′ = A z with a constant generator A, whatever the dampings, at resonance too. (The gap g = ξ₂ − ξ₁ stands for ξ₂,
+so that a short flight keeps its digits.) So z(s) = E(s) z(0), E(s) = exp(As), and every quantity f = w·z, such as the
+gap or the contact force, is one row of numbers times z(0). Nothing here knows a mode or a steady amplitude, which
+cancel where a pendulum is hardly damped and its excitation resonant.
+
+The tables hold, for POINTS instants s = jh, the rows w·E(jh) and the moves E(jh), and for the interval between two
+instants the coefficients of f and of ξ₁ as polynomials in u = s/h. With |λ|h ≤ REACH for every eigenvalue λ of A,
+TERMS of them are exact to rounding, derivatives included.
+
+Between two instants f″ is bounded: |f″| ≤ Σᵢ sup|(w A² E)ᵢ| |zᵢ|. The supremum is taken over the instants and carried
+to the points between them by the matrix exp(|A|h/2), which has no negative element and majorises exp(Aδ) for |δ| ≤ h/2.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compile.options import inlined, jit
+from . import double_double as twofold
+from .matrices import raise_along, row_times, rows_times, spread, unit
+
+POINTS = 64
+TERMS = 12
+REACH = 0.15  # REACH¹²/12! and, for derivatives, REACH¹¹/11! are below rounding
+_SERIES = 16  # terms of exp(Ah): the rest is far below rounding
+
+# columns of the rows of a phase, and of the products that a kernel works with
+VALUES = 0  # f at jh, j = 1 … POINTS
+BERNSTEIN = VALUES + POINTS  # f over (0, h) as a polynomial in u = s/h: its Bernstein coefficients …
+POWERS = BERNSTEIN + TERMS  # … and its powers
+FIRST = POWERS + TERMS  # ξ₁ in powers of u
+GAP = FIRST + TERMS  # g in powers of u
+BEND = GAP + TERMS  # sup|(w A² E)| h²/8
+INTEGRAL = BEND + 1  # ∫f dτ = row·Δz, where asked for
+TERMS_LEFT = INTEGRAL + 1  # (of the products only) a polynomial that is worked on
+WIDTH = TERMS_LEFT + TERMS
+DEEPEST = 48  # halvings of an interval
+LOW, SPAN = TERMS, TERMS + 1
+
+
+class Phase(NamedTuple):
+    """Tables of one phase."""
+
+    spacing: float  # h
+    rows: np.ndarray  # (6, INTEGRAL + 1)
+    moves: np.ndarray  # (POINTS, 6, 6) E(jh)
+
+
+class Scratch(NamedTuple):
+    """Room to work in, so that no kernel allocates."""
+
+    products: np.ndarray  # (WIDTH,) the state times the rows of a phase, as far as they were asked for
+    stack: np.ndarray  # (DEEPEST, TERMS + 2) right halves: Bernstein coefficients, LOW and SPAN
+
+
+PHASE_SHAPES = (), (6, INTEGRAL + 1), (POINTS, 6, 6)
+SCRATCH_SHAPES = (WIDTH,), (DEEPEST, TERMS + 2)
+
+
+def make_scratch() -> Scratch:
+    """Room for one march."""
+    return Scratch(np.zeros(WIDTH), np.zeros((DEEPEST, TERMS + 2)))
+
+
+# Σ powers[k] uᵏ has the coefficients powers @ TO_BERNSTEIN in Bernstein's basis on (0, 1)
+_N = TERMS - 1
+TO_BERNSTEIN = np.array([[math.comb(j, k) / math.comb(_N, k) for j in range(TERMS)] for k in range(TERMS)])
+
+
+@jit
+def full(generator, eta):
+    """The (6, 6) generator: the phase of the excitation turns by itself."""
+    a = np.zeros((6, 6))
+    for i in range(4):
+        for j in range(6):
+            a[i, j] = generator[i, j]
+    a[4, 5], a[5, 4] = -eta, eta
+    return a
+
+
+@jit
+def fill_polynomial(out, begin, row, a, h):
+    """Write w·z(s) as a polynomial in s/h: column begin + k of ``out`` becomes w Aᵏ hᵏ/k!."""
+    for k in range(TERMS):
+        for i in range(6):
+            out[i, begin + k] = row[i]
+        row = row_times(row, a) * (h / (k + 1))
+
+
+@jit
+def moves_of(a, eta, h):
+    """E(jh) for j = 1 … POINTS."""
+    moves = twofold.powers(twofold.exponential(a, h, _SERIES), POINTS)
+    for j in range(1, POINTS + 1):
+        turn = j * h * eta
+        moves[j - 1, 4, 4] = moves[j - 1, 5, 5] = math.cos(turn)
+        moves[j - 1, 5, 4] = math.sin(turn)
+        moves[j - 1, 4, 5] = -math.sin(turn)
+    return moves
+
+
+@jit
+def tabulate(generator, eta, row, h):
+    """Tables of the phase z′ = A z in which f = ``row``·z is watched.
+
+    Parameters
+    ----------
+    generator : (4, 6) float64
+        Upper rows of A.
+    eta : float
+    row : (6,) float64
+    h : float
+        At most REACH over the largest |eigenvalue|.
+
+    Returns
+    -------
+    Phase
+    """
+    a = full(generator, eta)
+    moves = moves_of(a, eta, h)
+    rows = np.zeros((6, INTEGRAL + 1))
+    fill_polynomial(rows, POWERS, row, a, h)
+    fill_polynomial(rows, FIRST, unit(0), a, h)
+    fill_polynomial(rows, GAP, unit(2), a, h)
+    for i in range(6):
+        for j in range(TERMS):
+            for k in range(j + 1):
+                rows[i, BERNSTEIN + j] += rows[i, POWERS + k] * TO_BERNSTEIN[k, j]
+    curve = row_times(row_times(row, a), a)
+    bound = np.zeros(6)
+    raise_along(bound, curve, moves)
+    values = np.empty((POINTS, 6))
+    rows_times(values, row, moves)
+    for j in range(POINTS):
+        for i in range(6):
+            rows[i, VALUES + j] = values[j, i]
+    spread(bound, a, h / 2)
+    for i in range(6):
+        rows[i, BEND] = bound[i] * (h * h / 8)
+    return Phase(h, rows, moves)
+
+
+def _product(begin, end):
+    # begin and end are constants of each, so that the compiler makes a handful of vector instructions of the loop
+    @inlined
+    def product(phase, z, scratch):
+        z0, z1, z2, z3, z4, z5 = z
+        t0, t1, t2, t3, t4, t5 = (
+            phase.rows[0, begin:end],
+            phase.rows[1, begin:end],
+            phase.rows[2, begin:end],
+            phase.rows[3, begin:end],
+            phase.rows[4, begin:end],
+            phase.rows[5, begin:end],
+        )
+        out = scratch.products[begin:end]
+        for k in range(end - begin):
+            out[k] = t0[k] * z0 + t1[k] * z1 + t2[k] * z2 + t3[k] * z3 + t4[k] * z4 + t5[k] * z5
+
+    return product
+
+
+find_values = _product(VALUES, BERNSTEIN)
+find_watched = _product(BERNSTEIN, FIRST)
+find_first = _product(FIRST, GAP)
+find_gap = _product(GAP, BEND)
+
+
+@inlined
+def bend(phase, z):
+    """h²/8 times a bound of |f″| over the block that begins at z."""
+    level = 0.0
+    for i in range(6):
+        level += phase.rows[i, BEND] * abs(z[i])
+    return level
+
+
+@inlined
+def dot(row, z):
+    """A row times z."""
+    return row[0] * z[0] + row[1] * z[1] + row[2] * z[2] + row[3] * z[3] + row[4] * z[4] + row[5] * z[5]
+
+
+@inlined
+def carried(moves, z, j):
+    """z moved on by entry j of a table of maps, 0 for none."""
+    if j == 0:
+        return z
+    m = moves[j - 1]
+    z0, z1, z2, z3, z4, z5 = z
+    return (
+        m[0, 0] * z0 + m[0, 1] * z1 + m[0, 2] * z2 + m[0, 3] * z3 + m[0, 4] * z4 + m[0, 5] * z5,
+        m[1, 0] * z0 + m[1, 1] * z1 + m[1, 2] * z2 + m[1, 3] * z3 + m[1, 4] * z4 + m[1, 5] * z5,
+        m[2, 0] * z0 + m[2, 1] * z1 + m[2, 2] * z2 + m[2, 3] * z3 + m[2, 4] * z4 + m[2, 5] * z5,
+        m[3, 0] * z0 + m[3, 1] * z1 + m[3, 2] * z2 + m[3, 3] * z3 + m[3, 4] * z4 + m[3, 5] * z5,
+        m[4, 4] * z4 + m[4, 5] * z5,
+        m[5, 4] * z4 + m[5, 5] * z5,
+    )
+
+
+@inlined
+def moved(phase, z, j):
+    """z after j spacings."""
+    return carried(phase.moves, z, j)
+
+
+@inlined
+def polynomial_at(terms, u):
+    """Σ terms[k] uᵏ and its derivative.
+
+    Even and odd powers apart, which are two short chains of sums in place of a long one.
+    """
+    w = u * u
+    even, odd, even1, odd1 = terms[_N - 1], terms[_N], 0.0, 0.0
+    for k in range(_N - 3, -1, -2):
+        even1, odd1 = even1 * w + even, odd1 * w + odd
+        even, odd = even * w + terms[k], odd * w + terms[k + 1]
+    return even + u * odd, 2.0 * u * even1 + odd + 2.0 * w * odd1
+
+
+@inlined
+def first_at(phase, z, u, scratch):
+    """ξ₁ and ξ₁′ at s = uh."""
+    find_first(phase, z, scratch)
+    x, v = polynomial_at(scratch.products[FIRST:GAP], u)
+    return x, v / phase.spacing
+
+
+@inlined
+def gap_at(phase, z, u, scratch):
+    """The gap and its rate at s = uh."""
+    find_gap(phase, z, scratch)
+    g, rate = polynomial_at(scratch.products[GAP:BEND], u)
+    return g, rate / phase.spacing

@@ -1,0 +1,1 @@
+"""Time stepping, step by step: Newmark's method, plain and with located contact changes."""

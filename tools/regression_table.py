@@ -1,0 +1,224 @@
+"""The numbers of the whole engine before and after a change: same bits, or how far apart.
+
+    .venv/bin/python tools/regression_table.py --write build/before.npz     # on the commit before
+    .venv/bin/python tools/regression_table.py --against build/before.npz   # after the change
+
+The table holds every solver on the scenes and the hard cases, 300 random systems, 20 sweeps, 20 comparisons and 20
+recommendations. Runs are short (``PERIODS``) where a motion may be chaotic: a difference in the last bit grows by the
+largest Lyapunov exponent, and would say nothing about the change after a hundred periods. The limits of what is
+compared are those of floating point: machine code may fuse a product and a sum on one version and not on the other.
+"""
+
+import argparse
+import sys
+import time
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+try:
+    from vibroscope import engine
+    from vibroscope.engine.hardcases.cases import hard_cases
+except ImportError:  # before the package had a name of its own
+    import engine
+    from engine.hardcases.cases import hard_cases
+
+ROOT = Path(__file__).resolve().parents[1]
+PERIODS = 12
+RANDOM_SYSTEMS = 300
+SEED = 20261122
+SAME = 1e-13  # relative to the largest number of an array: a sum in another order
+
+
+def run(system, eta, method, periods=PERIODS, initial=(0.0, 0.0, 0.0, 0.0), record=None):
+    """The numbers of one response."""
+    found = engine.simulate(system, eta, method, periods=periods, keep=periods, initial=initial, record=record)
+    impacts = found.impacts
+    out = {
+        "section": found.section,
+        "contacts": found.contacts,
+        "impacts": np.column_stack([impacts.time, impacts.position, impacts.velocity_before, impacts.velocity_after]),
+        "impulse": impacts.impulse,
+        "closing": impacts.closing_speed,
+    }
+    if found.trajectory is not None:
+        out["trajectory"] = np.vstack([found.trajectory.displacement, found.trajectory.velocity])
+        out["force"] = found.trajectory.force
+    return out
+
+
+def penalty_methods(stiffness, damping, steps):
+    """The four solvers of the penalty model."""
+    newmark = engine.Newmark(stiffness, damping, steps)
+    return {
+        "exact": engine.ExactPenalty(stiffness, damping),
+        "newmark": newmark,
+        "every step": replace(newmark, every_step=True),
+        "located": replace(newmark, located=True),
+    }
+
+
+def scenes():
+    """Every solver on every scene of the page, sampled."""
+    rows = tomllib.loads(next(ROOT.rglob("scenes.toml")).read_text(encoding="utf-8"))["scene"]
+    record = engine.Record(2, 200)
+    for row in rows:
+        methods = penalty_methods(row["K"], row["D"], row["steps"])
+        methods |= {f"reference {kind}": engine.Reference(kind) for kind in ("table", "derived")}
+        methods["reference limit"] = engine.Reference(threshold=0.0)
+        for name, method in methods.items():
+            yield f"{row['key']}|{name}", run(engine.System(), row["eta"], method, record=record)
+
+
+def hard():
+    """The hard cases that take less than a second each."""
+    for case in hard_cases():
+        if case.kind == "states":
+            task = case.run
+            yield case.name, run(task.system, task.eta, task.method, min(task.periods, 60), task.initial)
+
+
+def random_systems():
+    """κ on both sides of 1, e from 0 to 1, starts apart; every solver on each."""
+    rng = np.random.default_rng(SEED)
+    for i in range(RANDOM_SYSTEMS):
+        kappa = float(np.exp(rng.uniform(np.log(1.1), np.log(5)))) ** (1 if i % 2 else -1)
+        low, high = sorted((1.0, kappa))
+        system = engine.System(
+            kappa=kappa,
+            kappa3=float(low + (high - low) * rng.uniform(0.1, 0.9)),
+            d1=float(rng.uniform(0, 0.1)),
+            d2=float(rng.uniform(0, 0.1)),
+            d3=float(rng.uniform(0, 0.1)),
+            restitution=float(rng.choice([0.0, 1.0, rng.uniform()])),
+        )
+        eta = float(rng.uniform(0.3, 2.5) * max(1.0, kappa))
+        x, v = rng.normal(size=2).tolist()
+        initial = (x, v, x + float(rng.exponential()), float(rng.normal()))
+        stiffness = float(10 ** rng.uniform(1, 5))
+        methods = penalty_methods(
+            stiffness, float(np.sqrt(stiffness) * rng.uniform(0, 0.5)), int(rng.integers(50, 3000))
+        )
+        methods["reference"] = engine.Reference("derived", float(rng.choice([0.0, 0.002])))
+        for name, method in methods.items():
+            yield f"{i}|{name}", run(system, eta, method, initial=initial)
+
+
+def sweeps():
+    """Cells of one call over η, over K and D, over the step and over a system's constant; continued ones too."""
+    methods = {"reference": engine.Reference(), **penalty_methods(12000.0, 18.0, 2000)}
+    etas = np.linspace(0.6, 3.9, 24)
+    for name, method in methods.items():
+        for direction in ("rest", "up"):
+            how = {"transient": 30, "sample": 12, "direction": direction}
+            yield f"eta {direction}|{name}", numbers(engine.sweep_eta(engine.System(), method, etas, **how))
+    K, D = np.geomspace(100, 6e4, 6), np.geomspace(1, 100, 6)
+    for eta in (1.08, 2.76):
+        for steps in (2000, None):
+            found = engine.sweep_plane(engine.System(), eta, K, D, steps=steps, transient=30, sample=12)
+            yield f"plane {eta}|{steps}", numbers(found)
+    for eta in (1.08, 2.76, 3.25):
+        found = engine.sweep_step(engine.System(), eta, 12000.0, 18.0, [500, 1000, 2000], transient=30, sample=12)
+        yield f"step {eta}", numbers(found)
+    for over, values in (("restitution", np.linspace(0, 1, 9)), ("kappa", np.linspace(1.9, 4, 9))):
+        found = engine.sweep_eta(
+            engine.System(), engine.Reference(), values, over=over, eta=2.76, transient=30, sample=12
+        )
+        yield f"over {over}", numbers(found)
+    found = engine.sweep_eta(engine.System(), engine.Reference(), etas, transient=30, sample=12, lyapunov=256)
+    yield "eta exponents", numbers(found)
+
+
+def numbers(dataset):
+    """The variables of a study."""
+    return {str(name): np.asarray(dataset[name].values) for name in dataset.variables}
+
+
+def comparisons():
+    """Parts, statistics and words at 20 settings whose motion repeats or does not."""
+    for eta in (1.08, 1.35, 1.70, 2.76, 3.25):
+        for K, D, steps in ((2500.0, 8.0, 2000), (12000.0, 18.0, 2000), (12000.0, 18.0, 8000), (100.0, 50.0, 500)):
+            found = engine.compare(engine.System(), eta, engine.Newmark(K, D, steps), periods=60, keep=24)
+            parts = {name: getattr(found, name) for name in ("total", "time_step", "regularisation", "joint_damping")}
+            out = {name: np.array(value) for name, value in parts.items()}
+            if found.parts is not None:
+                out["series"] = found.parts.total
+            out["headline"] = np.array(engine.verdict(found).headline)
+            yield f"{eta}|{K:g},{D:g},{steps}", out
+
+
+def recommendations():
+    """The front of 20 searches."""
+    for eta in np.linspace(2.3, 3.3, 10):
+        for located in (False, True):
+            found = engine.recommend(engine.System(), float(eta), tolerance=0.1, located=located, steps_max=2048)
+            rows = [[*trial.setting, trial.error, trial.robust, trial.cost] for trial in found.front]
+            yield f"{eta:.3f}|{located}", {"front": np.array(rows).reshape(-1, 6), "reason": np.array(found.reason)}
+
+
+GROUPS = {f.__name__: f for f in (scenes, hard, random_systems, sweeps, comparisons, recommendations)}
+
+
+def table(groups):
+    """All numbers by "group/case/quantity"."""
+    found = {}
+    for group in groups:
+        begin = time.perf_counter()
+        for case, values in GROUPS[group]():
+            found |= {f"{group}/{case.replace('/', ':')}/{name}": value for name, value in values.items()}
+        print(f"{group}: {time.perf_counter() - begin:.0f} s", file=sys.stderr)
+    return found
+
+
+def distance(now, before):
+    """0 for the same bits; else the largest difference relative to the largest number, inf if it means nothing."""
+    if now.dtype.kind in "US" or now.shape != before.shape:
+        return 0.0 if now.shape == before.shape and (now == before).all() else np.inf
+    if np.array_equal(now, before, equal_nan=True):
+        return 0.0
+    if not np.array_equal(np.isfinite(now), np.isfinite(before)):
+        return np.inf
+    finite = np.isfinite(before)
+    size = max(float(np.abs(before[finite]).max(initial=0.0)), 1e-300)
+    return float(np.abs(now[finite].astype(float) - before[finite]).max(initial=0.0)) / size
+
+
+def report(now, before):
+    """Print how many arrays of each group have the same bits, and the ones that differ most."""
+    print(f"{'group':16}{'arrays':>8}{'same bits':>11}{'to 1e-13':>10}{'further':>9}{'largest':>11}")
+    far = []
+    for group in GROUPS:
+        names = [name for name in before.files if name.startswith(f"{group}/")]
+        if not names or not any(name.startswith(f"{group}/") for name in now):
+            continue
+        apart = {name: distance(now[name], before[name]) if name in now else np.inf for name in names}
+        values = np.array(list(apart.values()))
+        same, near = int((values == 0).sum()), int(((values > 0) & (values <= SAME)).sum())
+        row = f"{group:16}{len(values):8}{same:11}{near:10}{len(values) - same - near:9}{values.max():11.1e}"
+        print(row)
+        far += [(value, name) for name, value in apart.items() if value > SAME]
+    for value, name in sorted(far, reverse=True)[:60]:
+        print(f"  {value:9.1e}  {name}")
+    return not far
+
+
+def main():
+    """Write the table, or compare with one."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    way = parser.add_mutually_exclusive_group(required=True)
+    way.add_argument("--write", metavar="FILE", type=Path)
+    way.add_argument("--against", metavar="FILE", type=Path)
+    parser.add_argument("--groups", default=",".join(GROUPS), help="some of %(default)s")
+    asked = parser.parse_args()
+    found = table(asked.groups.split(","))
+    if asked.write:
+        asked.write.parent.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(asked.write, **found)
+        return 0
+    return 0 if report(found, np.load(asked.against)) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
