@@ -1,14 +1,16 @@
-"""A system, an η and a method as the row of numbers from which compiled code sets up a solver."""
+"""A system, an η and a method as the parameters from which compiled code sets up a solver."""
 
-from ..kernels.event_driven.setup import Cell
+from ..kernels.equations.contact_law import KELVIN_VOIGT, LAWS
+from ..kernels.parameters import Parameters
 from ..methods import Method, Newmark, Reference
 from ..model import System
 
 
-def numbers_of(system: System, eta: float, method: Method) -> Cell:
-    """The numbers of one cell; those that its method does not know are 0."""
+def parameters_of(system: System, eta: float, method: Method) -> Parameters:
+    """The parameters of one run; 0 for those that its method does not have."""
     rigid = isinstance(method, Reference)
-    return Cell(
+    law = LAWS.index(method.law) if isinstance(method, Newmark) else KELVIN_VOIGT
+    return Parameters(
         eta=float(eta),
         kappa=system.kappa,
         d1=system.d1,
@@ -22,4 +24,5 @@ def numbers_of(system: System, eta: float, method: Method) -> Cell:
         damping=0.0 if rigid else method.damping,
         restitution=system.restitution,
         threshold=method.threshold if rigid else 0.0,
+        law=float(law),
     )

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels.equations import motion as pendulums
+from ..drivers.parameters import parameters_of
+from ..kernels.equations.motion import joined_generator, pressed_generator, separated_generator
 from ..methods import Reference
 from ..result import Response
 
@@ -37,16 +38,17 @@ def law_of(response: Response) -> Law:
     work = eta**2 * _square(_COSINE, _V1 + mu * v2)
     own = 2 * c.d1 * _square(_V1) + 2 * mu * c.d2 * c.kappa * _square(v2)
     none = np.zeros((6, 6))
-    flight = pendulums.separated(eta, c.kappa, c.d1, c.d2)
-    chatter = pendulums.joined(eta, c.kappa3, c.derived_joint_damping)
+    p = parameters_of(c, eta, method)
+    flight = separated_generator(p)
+    chatter = joined_generator(eta, c.kappa3, c.derived_joint_damping)
     rigid = isinstance(method, Reference)
     if rigid:
         d3 = c.joint_damping(method.joint_damping)
-        touching = pendulums.joined(eta, c.kappa3, d3)
+        touching = joined_generator(eta, c.kappa3, d3)
         taken = np.array([2 * (1 + mu) * d3 * c.kappa3 * _square(_V1), none])
         ends = _GAP, flight[3]  # the contact force is proportional to the free gap's acceleration
     else:
-        touching = pendulums.pressed(eta, c.kappa, c.d1, c.d2, mu, method.stiffness, method.damping)
+        touching = pressed_generator(p)
         taken = np.array([own, 2 * method.damping * _square(_RATE)])
         ends = _GAP, _GAP
     return Law(

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta, whole
-from ..simulate import beginning
+from ..simulate import starting_checkpoint
 from .poincare_map import PoincareMap, coordinates, displacements
 from .section import bump, irregularity
 
@@ -110,7 +110,7 @@ def lyapunov(
     eta = check_eta(eta, system)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
     poincare = PoincareMap(system, eta, method, cancelled)
-    y, v = coordinates(beginning(initial, system, eta, method).state), np.full(4, 0.5)
+    y, v = coordinates(starting_checkpoint(initial, system, eta, method).state), np.full(4, 0.5)
     growth, section = np.empty(periods), np.empty((periods, 4))
     for n in range(-SETTLING, periods):
         back = poincare(y)

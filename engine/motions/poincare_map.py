@@ -1,13 +1,16 @@
-"""The Poincaré map of the solvers in closed form, with its exact Jacobian (:mod:`..kernels.event_driven.tangent`)."""
+"""The Poincaré map of the solvers in closed form, with its exact Jacobian (:mod:`..kernels.event_driven.saltation`)."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.event_driven import pack
-from ..kernels.event_driven import integrate as kernel
-from ..kernels.event_driven.tangent import march_along
+from ..drivers.event_driven import set_up
+from ..kernels.compile.record import make_buffers
+from ..kernels.event_driven.integrate import integrate
+from ..kernels.event_driven.saltation import make_variation
+from ..kernels.event_driven.state import STATE, start_state, write_state
+from ..kernels.status import OK
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Cancelled
@@ -22,6 +25,9 @@ def coordinates(state: Sequence[float]) -> np.ndarray:
 def displacements(y: np.ndarray) -> np.ndarray:
     """ξ₁, ξ₁′, ξ₂, ξ₂′ of ξ₁, ξ₁′, g, g′."""
     return y + y[..., [0, 1, 0, 1]] * np.array([0, 0, 1, 1])
+
+
+_NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
 
 
 class Return(NamedTuple):
@@ -39,22 +45,28 @@ class PoincareMap:
     def __init__(
         self, system: System, eta: float, method: Reference | ExactPenalty, cancelled: Callable[[], bool] | None
     ):
-        self.packed = pack(system, eta, method)
+        self.system = set_up(system, eta, method)
         self.cancelled = cancelled
         self.periods = 0
 
-    def start(self, y):
-        """The anchor at y; a reference has no penetration."""
+    def start(self, y) -> np.ndarray:
+        """The packed hybrid state at y; the bodies of a reference do not penetrate each other."""
         x1, v1, gap, rate = map(float, y)
-        return kernel.prepare(self.packed, x1, v1, max(gap, 0.0) if self.packed.rigid else gap, rate)
+        gap = max(gap, 0.0) if self.system.views.rigid else gap
+        state = STATE.zeros()
+        write_state.py_func(state, start_state(x1, v1, gap, rate))
+        return state
 
     def __call__(self, y, count: int = 1) -> Return | None:
-        """None if the march ends early, or has no derivative."""
+        """The return after ``count`` periods; None if the run ends early, or has no derivative."""
         if self.cancelled is not None and self.cancelled():
             raise Cancelled
-        end, jacobian, course, code = march_along(self.packed, self.start(y), float(count))
+        variation, nothing = make_variation(), _NO_BUFFERS
+        status, _, _ = integrate(
+            self.system.packed, self.start(y), float(count), (0.0, 0.0), nothing.flat, nothing.sizes, variation
+        )
         self.periods += count
-        end = np.array(end)
-        if code != kernel.DONE or not (np.isfinite(end).all() and np.isfinite(jacobian).all()):
+        end, jacobian = variation.end, variation.state
+        if status != OK or not (np.isfinite(end).all() and np.isfinite(jacobian).all()):
             return None
-        return Return(end, jacobian, course, float(np.abs(end - y).max()))
+        return Return(end, jacobian, int(variation.course[0]), float(np.abs(end - y).max()))

@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..drivers.event_driven import ClosedDriver
+from ..drivers.event_driven import EventDriver
 from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta, whole
 from ..result import Checkpoint, Record, Response, Status
-from ..simulate import beginning, simulate
+from ..simulate import simulate, starting_checkpoint
 from .floquet import largest_first
 from .orbit import Orbit, OrbitSearch
 from .poincare_map import PoincareMap, displacements
@@ -125,10 +125,11 @@ def steady(
     if isinstance(initial, Checkpoint):
         raise ValueError("steady motion is looked for from τ = 0: start from a state of four numbers, not a checkpoint")
     max_period = whole("max_period", max_period, 1, MAX_PERIOD_LIMIT, "give the longest cycle to look for")
-    driver = ClosedDriver(system, eta, method, beginning(initial, system, eta, method), STAGES[-1], 0, None)
+    start = starting_checkpoint(initial, system, eta, method)
+    driver = EventDriver(system, eta, method, start, STAGES[-1], 0, None)
     search = OrbitSearch(PoincareMap(system, eta, method, cancelled), max_period, stable_only)
     for reached in STAGES:
-        status, _ = driver.advance(reached, cancelled, kept=True)
+        status, _ = driver.advance(reached, cancelled, record=True)
         search.periods = driver.periods
         if status is not Status.OK:
             break
@@ -148,8 +149,7 @@ def steady(
 
 def _written_down(system, eta, method, orbit: Orbit, search: OrbitSearch, record) -> Steady:
     """The orbit as a Steady; the run begins one cycle earlier, so that open contacts have their beginning."""
-    *numbers, touch = search.map.start(orbit.state)
-    start = Checkpoint(system, eta, method, 0, (*numbers, *touch))
+    start = Checkpoint(system, eta, method, 0, tuple(search.map.start(orbit.state).tolist()))
     response = simulate(
         system,
         eta,
