@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.event_driven import integrate as kernel
 from ..kernels.event_driven.output import record_open_contact
@@ -15,9 +16,6 @@ from ..kernels.event_driven.state import (
     HybridSystem,
     in_contact,
     start_state,
-    unpack_state,
-    unpack_system,
-    write_state,
 )
 from ..kernels.linear.tables import INTEGRAL
 from ..kernels.parameters import no_keys
@@ -41,14 +39,16 @@ class EventDrivenSystem(NamedTuple):
     views: HybridSystem
 
 
-def set_up(system: System, eta: float, method: Reference | ExactPenalty) -> EventDrivenSystem:
-    """Phases and laws of a run (:mod:`engine.kernels.event_driven.setup`)."""
+def set_up(
+    system: System, eta: float, method: Reference | ExactPenalty, completion: float | None = None
+) -> EventDrivenSystem:
+    """Phases and laws of a run; ``completion``: how far a chatter must have come to be summed (COMPLETION)."""
     parameters, rigid = parameters_of(system, eta, method), isinstance(method, Reference)
     row = np.array(parameters)
     circle = np.zeros(2) if rigid else separating_circles(row[None])[0]
     packed = SYSTEM.zeros()
-    set_up_events(packed, no_keys(), row, rigid, circle, COMPLETION)
-    views = unpack_system.py_func(packed)
+    set_up_events(packed, no_keys(), row, rigid, circle, COMPLETION if completion is None else completion)
+    views = SYSTEM.read(packed)
     if not rigid:
         # z′ = A z gives ∫z dτ = A⁻¹ Δz; only single runs ask for impulses
         generator = full_pressed_generators(row[None])[0]
@@ -88,7 +88,7 @@ class EventDriver(Driver):
 
     @property
     def _now(self) -> HybridState:
-        return unpack_state.py_func(self._state)
+        return STATE.read(self._state)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         code, events, evaluations = kernel.integrate(
@@ -121,7 +121,7 @@ class EventDriver(Driver):
         return f"over {kernel.MOST_EVENTS} impacts and contacts in period {period}: the chatter does not end; {change}"
 
     def record_open_contact(self, buffers: Buffers) -> None:
-        if in_contact.py_func(self._now) and self.periods > self.kept_from:
+        if uncompiled(in_contact)(self._now) and self.periods > self.kept_from:
             record_open_contact(self._system.views, self._now, float(self.periods), self._window, buffers)
 
     def section_rows_done(self) -> int:
@@ -149,6 +149,4 @@ def packed_start(system: HybridSystem, start: Checkpoint) -> np.ndarray:
         raise ValueError(
             f"initial gap ξ₂ − ξ₁ = {x2 - x1:g} is negative: the reference knows no penetration, start with ξ₂ ≥ ξ₁"
         )
-    state = STATE.zeros()
-    write_state.py_func(state, start_state(x1, v1, x2 - x1, v2 - v1))
-    return state
+    return STATE.pack(start_state(x1, v1, x2 - x1, v2 - v1))

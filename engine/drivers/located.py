@@ -1,5 +1,8 @@
 """Driver of Newmark's method with its step cut at each contact change."""
 
+import numpy as np
+
+from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import located as kernel
@@ -16,11 +19,10 @@ class LocatedDriver(SteppingDriver):
     def begin(self, start: Checkpoint) -> None:
         self._scheme = kernel.located_scheme(parameters_of(*self.run))
         self._cosines = self.cosines_of_steps()
-        self._state = kernel.STATE.zeros()
         if len(start.state) == kernel.STATE.size:
-            self._state[:] = start.state
+            self._state = np.array(start.state)
         else:
-            kernel.write_state.py_func(self._state, kernel.start_state(self._scheme, start.state, self.kept_from == 0))
+            self._state = kernel.STATE.pack(kernel.start_state(self._scheme, start.state, self.kept_from == 0))
         self._started = self._now.solves
         if not getattr(kernel.integrate_located, "signatures", True):  # compile or load outside the measured seconds
             state, self._state = self._state, self._state.copy()
@@ -29,7 +31,7 @@ class LocatedDriver(SteppingDriver):
 
     @property
     def _now(self) -> kernel.LocatedState:
-        return kernel.unpack_state.py_func(self._state)
+        return kernel.STATE.read(self._state)
 
     def periods_per_call(self) -> int:
         return max(1, SOLVES_PER_CALL // self._method.steps)
@@ -57,7 +59,7 @@ class LocatedDriver(SteppingDriver):
         now = self._now
         if now.pressed and now.step > self._window[0]:
             time = now.step * self._scheme.h + now.offset
-            kernel.end_contact(now.contact, time, kernel.motion_of.py_func(now), buffers)
+            kernel.end_contact(now.contact, time, uncompiled(kernel.motion_of)(now), buffers)
 
     def section_rows_done(self) -> int:
         return max(0, (self._now.step - self._window[0]) // self._method.steps)

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..kernels.accelerated import skip
 from ..kernels.accelerated.step_map import FREE, REACHES, SKIPPING, set_up_skipping
+from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import no_keys
@@ -38,11 +39,10 @@ class NewmarkDriver(SteppingDriver):
             set_up_skipping(self._packed, no_keys(), np.array(parameters))
         else:
             self._cosines = self.cosines_of_steps()
-        self._state = kernel.STATE.zeros()
         if len(start.state) == kernel.STATE.size:
-            self._state[:] = start.state
+            self._state = np.array(start.state)
         else:
-            kernel.write_state.py_func(self._state, kernel.start_state(self._scheme, parameters, start.state))
+            self._state = kernel.STATE.pack(kernel.start_state(self._scheme, parameters, start.state))
         self._started = start.periods * method.steps
         self._load()
 
@@ -56,7 +56,7 @@ class NewmarkDriver(SteppingDriver):
 
     @property
     def _now(self) -> kernel.StepState:
-        return kernel.unpack_state.py_func(self._state)
+        return kernel.STATE.read(self._state)
 
     def periods_per_call(self) -> int:
         return max(1, STEPS_PER_CALL // self._method.steps)
@@ -81,7 +81,8 @@ class NewmarkDriver(SteppingDriver):
         if self._packed is not None:
             skip.record_open_contact(self._packed, self._state, last, buffers)
         else:
-            kernel.end_contact(self._scheme, now.contact, last, kernel.motion_of(self._scheme, now), buffers)
+            motion = uncompiled(kernel.motion_of)(self._scheme, now)
+            kernel.end_contact(self._scheme, now.contact, last, motion, buffers)
 
     def _steps_done(self) -> int:
         # a skip stops short of where a run is cut; a run that diverged stands where it did

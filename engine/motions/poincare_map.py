@@ -9,7 +9,7 @@ from ..drivers.event_driven import set_up
 from ..kernels.compile.record import make_buffers
 from ..kernels.event_driven.integrate import integrate
 from ..kernels.event_driven.saltation import make_variation
-from ..kernels.event_driven.state import STATE, start_state, write_state
+from ..kernels.event_driven.state import STATE, start_state
 from ..kernels.status import OK
 from ..methods import ExactPenalty, Reference
 from ..model import System
@@ -53,9 +53,7 @@ class PoincareMap:
         """The packed hybrid state at y; the bodies of a reference do not penetrate each other."""
         x1, v1, gap, rate = map(float, y)
         gap = max(gap, 0.0) if self.system.views.rigid else gap
-        state = STATE.zeros()
-        write_state.py_func(state, start_state(x1, v1, gap, rate))
-        return state
+        return STATE.pack(start_state(x1, v1, gap, rate))
 
     def __call__(self, y, count: int = 1) -> Return | None:
         """The return after ``count`` periods; None if the run ends early, or has no derivative."""

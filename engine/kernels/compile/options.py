@@ -80,3 +80,8 @@ jit_no_alloc = functools.partial(jit, _nrt=False)
 # that return views, so that no array passes between functions.
 jit_inlined = functools.partial(jit_no_alloc, forceinline=True)
 jit_spliced = functools.partial(jit_no_alloc, inline="always")
+
+
+def uncompiled(kernel):
+    """The Python function of a kernel, for calls that are not worth compiling."""
+    return getattr(kernel, "py_func", kernel)

@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from .options import uncompiled
+
 LANES = 8  # numbers in a cache line and in the longest vector register
 
 
@@ -54,6 +56,16 @@ class Layout:
     def zeros(self) -> np.ndarray:
         """A packed array of zeros."""
         return aligned_zeros(self.size)
+
+    def read(self, packed: np.ndarray) -> NamedTuple:
+        """As ``unpack``, from Python."""
+        return uncompiled(self.unpack)(packed)
+
+    def pack(self, value: NamedTuple) -> np.ndarray:
+        """A packed array that holds a NamedTuple."""
+        packed = self.zeros()
+        uncompiled(self.write)(packed, value)
+        return packed
 
     def writer(self, *names: str):
         """A compiled function (packed, *values) that writes the fields of these names alone."""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .options import jit, jit_inlined, jit_spliced
+from .options import jit, jit_inlined, jit_spliced, uncompiled
 
 IMPACT_COLUMNS = 8  # τ, ξ, ξ₁′ and ξ₂′ before, ξ₁′ and ξ₂′ after, impulse, closing speed
 
@@ -41,7 +41,7 @@ def make_buffers(periods: int, phases: np.ndarray, sampled_periods: int, capacit
     samples = sampled_periods * len(phases) + 1 if sampled_periods else 0
     sizes = np.array([periods, capacity, capacity, len(phases), samples, 0, 0], dtype=np.int64)
     flat = np.zeros(int(sizes[:5] @ _COLUMNS))
-    views = Buffers(*unpack_buffers.py_func(flat, sizes))
+    views = uncompiled(unpack_buffers)(flat, sizes)
     views.phases[:] = phases
     return PackedBuffers(flat, sizes, views)
 
