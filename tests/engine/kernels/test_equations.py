@@ -71,7 +71,7 @@ def test_the_law_that_is_cut_never_pulls(eta, stiffness, damping, n, located):
 
 @pytest.mark.parametrize(("eta", "stiffness", "damping", "n"), CUT)
 def test_every_step_with_the_law_that_is_cut_is_that_of_the_textbook(eta, stiffness, damping, n):
-    periods = 6
+    periods = 3  # many bounces in a period amplify rounding
     method = Newmark(stiffness, damping, n, law="cut")
     response = simulate(System(), eta, method, periods=periods, keep=periods, record=Record(periods, n))
     states, _ = naive.newmark(System(), eta, stiffness, damping, n, periods * n, cut=True)
