@@ -12,12 +12,12 @@ IMPACTS = 0.05  # per period, and relative: smaller differences in number are no
 VISIBLE = 1e-3  # of the section's size: smaller scatter is not mentioned
 
 
-def agreement(found: Comparison, total: float) -> tuple[str, str]:
+def agreement(comparison: Comparison, total: float) -> tuple[str, str]:
     """Return how far the solutions agree, as in :class:`.verdict.Verdict`, and a sentence about it."""
-    if not found.motions.reference.period:
-        return _agreement_of_sections(found)
-    impacts = _impacts_clause(found.motions.reference, found.motions.penalty)
-    periods = _periods_clause(found)
+    if not comparison.motions.reference.period:
+        return _agreement_of_sections(comparison)
+    impacts = _impacts_clause(comparison.motions.reference, comparison.motions.penalty)
+    periods = _periods_clause(comparison)
     amount = f"the displacements differ by {percent(total)} (rms)"
     if periods:
         return ("partly" if total <= CLOSE else "no"), f"They disagree: {periods}, and {amount}{impacts}."
@@ -28,28 +28,28 @@ def agreement(found: Comparison, total: float) -> tuple[str, str]:
     return "no", f"They disagree: {amount}{impacts}."
 
 
-def time_step_scatter(found: Comparison) -> float:
+def time_step_scatter(comparison: Comparison) -> float:
     """Return the standard deviation σ of ξ₂ about the points of a cycle that the exact penalty solution has, too."""
-    period, penalty = found.motions.exact.period, found.motions.penalty
+    period, penalty = comparison.motions.exact.period, comparison.motions.penalty
     if not period or penalty.period == period:
         return 0.0
-    xi2 = found.runs.penalty.section[:, 2]
+    xi2 = comparison.runs.penalty.section[:, 2]
     cycles = len(xi2) // period
     return float(np.sqrt(np.mean(np.var(xi2[: cycles * period].reshape(cycles, period), axis=0))))
 
 
-def is_visible(scatter: float, found: Comparison) -> bool:
+def is_visible(scatter: float, comparison: Comparison) -> bool:
     """Whether a scatter is large enough to be mentioned."""
-    return scatter > VISIBLE * _section_size(found)
+    return scatter > VISIBLE * _section_size(comparison)
 
 
-def _agreement_of_sections(found: Comparison) -> tuple[str, str]:
-    statistics = found.statistics
-    repeats = "Neither repeats" if not found.motions.penalty.near_period else "The reference does not repeat"
+def _agreement_of_sections(comparison: Comparison) -> tuple[str, str]:
+    statistics = comparison.statistics
+    repeats = "Neither repeats" if not comparison.motions.penalty.near_period else "The reference does not repeat"
     head = f"{repeats}, so that only statistics can be compared: the sections differ by {percent(statistics.total)}"
     if statistics.alike:
         return "yes", f"{head}, no more than chance ({percent(statistics.floor)})."
-    impacts = _impacts_clause(found.motions.reference, found.motions.penalty)
+    impacts = _impacts_clause(comparison.motions.reference, comparison.motions.penalty)
     agree = "partly" if statistics.total <= CLOSE and not impacts else "no"
     return agree, f"{head} (chance: {percent(statistics.floor)}){impacts}."
 
@@ -62,16 +62,16 @@ def _impacts_clause(reference: Motion, penalty: Motion) -> str:
     return f", with {counted(contacts, 'contact')} a period for {counted(impacts, 'impact')}"
 
 
-def _periods_clause(found: Comparison) -> str:
+def _periods_clause(comparison: Comparison) -> str:
     """Periods of the two motions, if they differ by more than the time-step scatter explains; else empty."""
-    reference, limit = found.motions.reference.period, found.motions.exact.period
-    scattered = limit and time_step_scatter(found) <= SCATTER * _section_size(found)
-    penalty = limit if scattered else found.motions.penalty.near_period
+    reference, limit = comparison.motions.reference.period, comparison.motions.exact.period
+    scattered = limit and time_step_scatter(comparison) <= SCATTER * _section_size(comparison)
+    penalty = limit if scattered else comparison.motions.penalty.near_period
     if penalty == reference:
         return ""
     other = f"repeats after {counted(penalty, 'period')}" if penalty else "does not repeat"
     return f"the penalty solution {other}, the reference after {counted(reference, 'period')}"
 
 
-def _section_size(found: Comparison) -> float:
-    return float(np.abs(found.runs.penalty.section).max())
+def _section_size(comparison: Comparison) -> float:
+    return float(np.abs(comparison.runs.penalty.section).max())

@@ -14,7 +14,7 @@ MOST_STEPS = 10_000_000
 
 
 def best_experiment(
-    found: Comparison, experiments: list[Experiment], total: float, scatter: float
+    comparison: Comparison, experiments: list[Experiment], total: float, scatter: float
 ) -> Experiment | None:
     """Return the experiment that leaves least of the difference, None if none helps.
 
@@ -22,16 +22,16 @@ def best_experiment(
     other values of K and D leave is partly chance, and the section stays blurred.
     """
     without_step = [each for each in experiments if each.changed == "steps"]
-    if without_step and is_visible(scatter, found):
+    if without_step and is_visible(scatter, comparison):
         remaining = without_step[0].remaining
         if remaining <= min(NEARLY * experiments[0].remaining, total):
             return without_step[0]
     return experiments[0] if experiments and experiments[0].remaining <= HELPS * total else None
 
 
-def blame_sentence(found: Comparison, total: float, best: Experiment | None) -> tuple[str, dict]:
+def blame_sentence(comparison: Comparison, total: float, best: Experiment | None) -> tuple[str, dict]:
     """Return what is to blame and what to change first, as a sentence and as numbers."""
-    if not found.motions.reference.period and found.statistics.alike:
+    if not comparison.motions.reference.period and comparison.statistics.alike:
         return "Nothing is to blame.", {}
     if best is None:
         return "No single number is to blame: parts of it cancel; change K, D and the step together.", {}
@@ -44,21 +44,21 @@ def blame_sentence(found: Comparison, total: float, best: Experiment | None) -> 
         "K": _stiffness_sentence,
         "D": _damping_sentence,
     }
-    return sentences[best.changed](found, best)
+    return sentences[best.changed](comparison, best)
 
 
-def _time_step_sentence(found: Comparison, best: Experiment) -> tuple[str, dict]:
-    method = found.runs.penalty.method
-    part = found.time_step if found.motions.reference.period else found.statistics.time_step
+def _time_step_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
+    method = comparison.runs.penalty.method
+    part = comparison.time_step if comparison.motions.reference.period else comparison.statistics.time_step
     steps = _rounded_up(method.steps * max(2.0, THIRD * part / max(best.remaining, 1e-6)))
     way = f"about {steps:,} steps" if method.located else f"the located step, or about {steps:,} steps"
     change = {"steps": steps} if method.located else {"located": True}
-    helps = best.remaining <= HELPS * total_difference(found)
+    helps = best.remaining <= HELPS * total_difference(comparison)
     blame = "is to blame" if helps else "comes first, since it hides what K and D do"
     return f"The time step {blame}: without it {percent(best.remaining)} would be left; take {way}.", change
 
 
-def _joint_damping_sentence(found: Comparison, best: Experiment) -> tuple[str, dict]:
+def _joint_damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     return (
         f"The joint damping is to blame: without it {percent(best.remaining)} would be left; the penalty model has no "
         "place for it, so no K, D or time step mends it.",
@@ -66,14 +66,14 @@ def _joint_damping_sentence(found: Comparison, best: Experiment) -> tuple[str, d
     )
 
 
-def _stiffness_sentence(found: Comparison, best: Experiment) -> tuple[str, dict]:
-    old, new = found.runs.penalty.method, best.method
+def _stiffness_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
+    old, new = comparison.runs.penalty.method, best.method
     along = "" if new.damping == old.damping else f" with D = {new.damping:.3g}"
     text = f"K is to blame: K = {new.stiffness:g}{along} leaves {percent(best.remaining)}."
     return text, {"K": new.stiffness} | ({"D": new.damping} if along else {})
 
 
-def _damping_sentence(found: Comparison, best: Experiment) -> tuple[str, dict]:
+def _damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     value = best.method.damping
     return f"D is to blame: D = {value:.3g}, of equal restitution, leaves {percent(best.remaining)}.", {"D": value}
 

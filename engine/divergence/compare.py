@@ -185,7 +185,7 @@ def _four_runs(system, eta, penalty, reference, periods, keep, responses, cancel
     return PerSolution(*(known[method] for method in methods))
 
 
-def error_from_penalty_state(found: Comparison, cancelled: Callable[[], bool] | None = None) -> float:
+def error_from_penalty_state(comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> float:
     """Return the error of the penalty solution against the reference that starts from the penalty's final state.
 
     The reference may have several motions at the same parameters. A penalty solution that agrees with one of them is
@@ -196,11 +196,11 @@ def error_from_penalty_state(found: Comparison, cancelled: Callable[[], bool] | 
     float
         As ``total``; inf if the reference does not repeat itself from there, or a run ended early.
     """
-    run = found.runs.reference
-    if not found.runs.penalty.ok:
+    run = comparison.runs.reference
+    if not comparison.runs.penalty.ok:
         return np.inf
-    start = without_penetration(found.runs.penalty.section[-1])
+    start = without_penetration(comparison.runs.penalty.section[-1])
     options = {"periods": run.periods, "keep": run.keep, "initial": start, "cancelled": cancelled}
     there = simulate(run.system, run.eta, run.method, **options)
     target = Target(there) if there.ok else None
-    return target.error(found.runs.penalty) if target and target.periodic else np.inf
+    return target.error(comparison.runs.penalty) if target and target.periodic else np.inf

@@ -49,40 +49,41 @@ class Experiment:
     method: Newmark | None = None
 
 
-def run_experiments(found: Comparison, cancelled: Callable[[], bool] | None = None) -> list[Experiment]:
+def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> list[Experiment]:
     """Change every number alone, by three runs of Newmark; the experiment that leaves least comes first.
 
     Parameters
     ----------
-    found : Comparison
+    comparison : Comparison
         With ``parts``: Newmark and the reference reached their ends.
     """
     experiments = [
-        Experiment("steps", _remaining_without(found, "time_step")),
-        Experiment("joint damping", _remaining_without(found, "joint_damping")),
+        Experiment("steps", _remaining_without(comparison, "time_step")),
+        Experiment("joint damping", _remaining_without(comparison, "joint_damping")),
     ]
     experiments += [
-        Experiment(name, _remaining_with(found, method, cancelled), method) for name, method in _changed_methods(found)
+        Experiment(name, _remaining_with(comparison, method, cancelled), method)
+        for name, method in _changed_methods(comparison)
     ]
     known = [experiment for experiment in experiments if np.isfinite(experiment.remaining)]
     return sorted(known, key=lambda experiment: experiment.remaining)
 
 
-def total_difference(found: Comparison) -> float:
+def total_difference(comparison: Comparison) -> float:
     """Return what the experiments reduce: ``total``, or if the reference does not repeat itself, that of statistics."""
-    return found.total if found.motions.reference.period else found.statistics.total
+    return comparison.total if comparison.motions.reference.period else comparison.statistics.total
 
 
-def equal_damping(found: Comparison, stiffness: float) -> float:
+def equal_damping(comparison: Comparison, stiffness: float) -> float:
     """Return the D with which a contact of stiffness K delivers the reference's restitution."""
-    return float(equal_restitution_damping(found.runs.reference.system, stiffness))
+    return float(equal_restitution_damping(comparison.runs.reference.system, stiffness))
 
 
-def _remaining_without(found: Comparison, part: str) -> float:
+def _remaining_without(comparison: Comparison, part: str) -> float:
     """What remains without the time step, or without the joint damping."""
-    if found.motions.reference.period:
-        return found.parts.without(part)
-    sections = found.statistics.sections
+    if comparison.motions.reference.period:
+        return comparison.parts.without(part)
+    sections = comparison.statistics.sections
     pairs = {
         "time_step": (sections.exact, sections.reference),
         "joint_damping": (sections.penalty, sections.derived),
@@ -90,10 +91,10 @@ def _remaining_without(found: Comparison, part: str) -> float:
     return wasserstein_distance(*pairs[part]) / rms(sections.reference)
 
 
-def _changed_methods(found: Comparison) -> Iterator[tuple[str, Newmark]]:
+def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark]]:
     """Yield the name of a number, and Newmark's method with this number changed."""
-    method = found.runs.penalty.method
-    equal = equal_damping(found, method.stiffness)
+    method = comparison.runs.penalty.method
+    equal = equal_damping(comparison, method.stiffness)
     if abs(method.damping - equal) > EQUAL * equal:
         yield "D", replace(method, damping=equal)
     stiffer = STIFFER * method.stiffness
@@ -102,12 +103,12 @@ def _changed_methods(found: Comparison) -> Iterator[tuple[str, Newmark]]:
         yield "K", replace(method, stiffness=stiffer, damping=STIFFER**0.5 * method.damping)
 
 
-def _remaining_with(found: Comparison, method: Newmark, cancelled) -> float:
+def _remaining_with(comparison: Comparison, method: Newmark, cancelled) -> float:
     """What remains with another method; nan or inf if its run ends early."""
-    run, period = found.runs.penalty, found.motions.reference.period
+    run, period = comparison.runs.penalty, comparison.motions.reference.period
     record = Record(run.keep, SAMPLES) if period else None
     options = {"periods": run.periods, "keep": run.keep, "record": record, "cancelled": cancelled}
     changed = simulate(run.system, run.eta, method, **options)
     if period:
-        return Target(found.runs.reference, period).error(changed)
-    return found.statistics.total_of(long_section(changed))
+        return Target(comparison.runs.reference, period).error(changed)
+    return comparison.statistics.total_of(long_section(changed))

@@ -56,7 +56,7 @@ class Verdict:
         return {**vars(self), "left": left, "details": list(self.details)}
 
 
-def verdict(found: Comparison, *, cancelled: Callable[[], bool] | None = None) -> Verdict:
+def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = None) -> Verdict:
     """Say what a comparison means, by some more runs of Newmark and the reference.
 
     Raises
@@ -64,18 +64,18 @@ def verdict(found: Comparison, *, cancelled: Callable[[], bool] | None = None) -
     Cancelled
         If ``cancelled`` returned true.
     """
-    if found.parts is None:
-        return _of_early_end(found, cancelled)
-    total, scatter = total_difference(found), time_step_scatter(found)
-    if found.motions.reference.period and total > CLOSE:
-        elsewhere = error_from_penalty_state(found, cancelled)
+    if comparison.parts is None:
+        return _of_early_end(comparison, cancelled)
+    total, scatter = total_difference(comparison), time_step_scatter(comparison)
+    if comparison.motions.reference.period and total > CLOSE:
+        elsewhere = error_from_penalty_state(comparison, cancelled)
         if elsewhere < min(CLOSE, total / 2):
-            return _of_other_motion(found, elsewhere, total, scatter)
-    experiments = run_experiments(found, cancelled)
-    agree, first = agreement(found, total)
-    best = best_experiment(found, experiments, total, scatter)
-    second, change = blame_sentence(found, total, best)
-    visible = is_visible(scatter, found)
+            return _of_other_motion(comparison, elsewhere, total, scatter)
+    experiments = run_experiments(comparison, cancelled)
+    agree, first = agreement(comparison, total)
+    best = best_experiment(comparison, experiments, total, scatter)
+    second, change = blame_sentence(comparison, total, best)
+    visible = is_visible(scatter, comparison)
     third = f" The section's scatter (σ of ξ₂ = {scatter:.2g}) is the time step's." if visible else ""
     return Verdict(
         f"{first} {second}{third}",
@@ -84,36 +84,36 @@ def verdict(found: Comparison, *, cancelled: Callable[[], bool] | None = None) -
         change,
         best.remaining if best else np.nan,
         scatter,
-        detail_sentences(found, experiments),
+        detail_sentences(comparison, experiments),
     )
 
 
-def _of_other_motion(found: Comparison, elsewhere: float, total: float, scatter: float) -> Verdict:
+def _of_other_motion(comparison: Comparison, elsewhere: float, total: float, scatter: float) -> Verdict:
     """Return the verdict on a penalty solution that agrees with another motion of the reference."""
     headline = (
         "The penalty solution shows another motion, yet no wrong one: started from its state, the reference moves "
         f"so too, {percent(elsewhere)} apart. From rest they are {percent(total)} apart: mind the start."
     )
-    return Verdict(headline, "partly", left=elsewhere, scatter=scatter, details=detail_sentences(found, []))
+    return Verdict(headline, "partly", left=elsewhere, scatter=scatter, details=detail_sentences(comparison, []))
 
 
-def _of_early_end(found: Comparison, cancelled) -> Verdict:
+def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
     """Return the verdict where Newmark or the reference did not reach its end."""
-    runs = found.runs
+    runs = comparison.runs
     if not runs.reference.ok:
         message = runs.reference.message
         return Verdict(f"The reference ended early, so there is nothing to compare: {message}.", "unknown")
     fact = "The penalty solution blew up, so there is nothing to compare."
     if runs.penalty.status is not Status.DIVERGED or not runs.exact.ok:
         return Verdict(f"{fact} K and D are to blame: take a smaller K.", "unknown", "K")
-    advice, change = _sufficient_steps(found, cancelled)
+    advice, change = _sufficient_steps(comparison, cancelled)
     text = f"{fact} The time step is to blame: the same K and D without one stay bounded."
     return Verdict(f"{text} {advice}", "unknown", "steps", change, details=(runs.penalty.message,))
 
 
-def _sufficient_steps(found: Comparison, cancelled) -> tuple[str, dict]:
+def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
     """Find by trying with how many steps the run reaches its end."""
-    run = found.runs.penalty
+    run = comparison.runs.penalty
     options = {"periods": run.periods, "keep": run.keep, "cancelled": cancelled}
     for doubling in range(1, DOUBLINGS + 1):
         steps = run.method.steps * 2**doubling

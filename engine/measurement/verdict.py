@@ -14,13 +14,13 @@ OTHER_FRAME = 0.5  # times the difference: if less remains in the other frame, t
 SENSOR = 0.2  # of the closings per period
 
 
-def measured_verdict(found: MeasuredComparison) -> str:
+def measured_verdict(compared: MeasuredComparison) -> str:
     """Say whether a measurement shows this motion at all, and how close each solution is to it."""
-    return " ".join(_sentences(found))
+    return " ".join(_sentences(compared))
 
 
-def _sentences(found: MeasuredComparison) -> Iterator[str]:
-    own, eta = found.recurrence, found.reference.response.eta
+def _sentences(compared: MeasuredComparison) -> Iterator[str]:
+    own, eta = compared.recurrence, compared.reference.response.eta
     if own.period == 0:
         yield (
             f"The measurement is not in step with an excitation at eta = {eta:g}; its strongest frequency is "
@@ -28,23 +28,23 @@ def _sentences(found: MeasuredComparison) -> Iterator[str]:
             "periodic, or noise hides it, and only statistics can be compared."
         )
         return
-    drift = abs(own.eta - eta) * found.measurement.span
+    drift = abs(own.eta - eta) * compared.measurement.span
     if drift > DRIFT:
         yield (
             f"The measurement was excited at eta = {own.eta:.6g}, not {eta:g}: it runs out of step by "
             f"{drift:.2g} rad. Give that eta before anything else is judged."
         )
         return
-    yield _solution_sentence("reference", found.reference, found)
-    yield _solution_sentence("penalty solution", found.penalty, found)
-    aligned = found.reference.alignment
-    if aligned is not None and aligned.rms > ALIKE and found.other_frame < OTHER_FRAME * aligned.rms:
-        names = "xi1, xi2 (relative to the base)" if found.measurement.frame == "absolute" else "x1, x2 (absolute)"
-        yield f"If the columns are {names}, the reference is {found.other_frame:.1%} off: name them so."
+    yield _solution_sentence("reference", compared.reference, compared)
+    yield _solution_sentence("penalty solution", compared.penalty, compared)
+    aligned = compared.reference.alignment
+    if aligned is not None and aligned.rms > ALIKE and compared.other_frame < OTHER_FRAME * aligned.rms:
+        names = "xi1, xi2 (relative to the base)" if compared.measurement.frame == "absolute" else "x1, x2 (absolute)"
+        yield f"If the columns are {names}, the reference is {compared.other_frame:.1%} off: name them so."
 
 
-def _solution_sentence(name: str, solved: Solved, found: MeasuredComparison) -> str:
-    own, aligned = found.recurrence, solved.alignment
+def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) -> str:
+    own, aligned = compared.recurrence, solved.alignment
     if solved.response.status is not Status.OK:
         return f"The {name} ended early ({solved.response.status})."
     if aligned is None:
