@@ -134,10 +134,7 @@ def recommend(
         trials = Trials(found, located, pool, cancelled)
         contact = ContactSearch(trials, system, eta, stiffness_max, tolerance)
         search = StepSearch(contact, tolerance, steps_max, progress)
-        search.search_levels()
-        search.bisect()
-        search.confirm_best_of_levels()
-        search.check_every_step()
+        search.run()
         front, met = search.front(), search.met
     best = met[0] if met else _cheapest_near_least(front)
     joint_damping, reason = joint_damping_error(trials.target, reference, cancelled), ""

@@ -53,7 +53,18 @@ class StepSearch:
         good = [trial for trial in self._confirmed.values() if trial.robust <= self.tolerance]
         return sorted(good, key=lambda trial: (trial.cost, trial.robust))
 
-    def search_levels(self) -> None:
+    def run(self) -> None:
+        """Search the levels and between two of them, and confirm what is shown and recommended."""
+        self._search_levels()
+        self._bisect()
+        self._confirm_best_of_levels()
+        self._check_every_step()
+
+    def front(self) -> list[Trial]:
+        """Return the Pareto front of all confirmed settings."""
+        return pareto_front(trial for trial in self._confirmed.values() if not self._is_lucky(trial))
+
+    def _search_levels(self) -> None:
         """Go up the levels to a little above the first that meets the tolerance, or until nothing is gained."""
         least, without_gain, above = math.inf, 0, 0
         for n in self.levels:
@@ -68,7 +79,7 @@ class StepSearch:
             if without_gain >= PATIENCE and not self.met:
                 return
 
-    def bisect(self) -> None:
+    def _bisect(self) -> None:
         """Bisect log n between the cheapest setting that meets the tolerance and the level below it."""
         if not self.met:
             return
@@ -81,12 +92,12 @@ class StepSearch:
             self._search(middle)
             low, high = (low, middle) if self._meets(middle) else (middle, high)
 
-    def confirm_best_of_levels(self) -> None:
+    def _confirm_best_of_levels(self) -> None:
         """Confirm the best settings of every level, for the front."""
         for n in self.levels:
             self._confirm(self._judged_with(n)[:SHOWN])
 
-    def check_every_step(self) -> None:
+    def _check_every_step(self) -> None:
         """Compute every step of the cheapest setting, and of the next one if it misses the tolerance then."""
         while not self.contact.trials.located and self.met:
             cheapest = self.met[0]
@@ -94,10 +105,6 @@ class StepSearch:
             self._confirmed[cheapest.setting] = cheapest._replace(robust=max(cheapest.robust, error))
             if error <= self.tolerance:
                 return
-
-    def front(self) -> list[Trial]:
-        """Return the Pareto front of all confirmed settings."""
-        return pareto_front(trial for trial in self._confirmed.values() if not self._is_lucky(trial))
 
     def _is_lucky(self, trial: Trial) -> bool:
         """Whether its own error says nothing about that of its neighbours, or of half the step."""
