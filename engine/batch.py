@@ -10,9 +10,8 @@ import numpy as np
 
 from .cells import STATUSES, CellResults, Cells
 from .drivers import batch as driver
-from .drivers.statistics import section_numbers
+from .drivers.section import describe_section, name_numbers
 from .drivers.threads import share_out
-from .kernels import section_statistics as statistics
 from .methods import Newmark, Reference
 from .model import require, whole
 from .result import Cancelled, Response
@@ -119,7 +118,7 @@ def write_response(response: Response, task: driver.Task, results, i: int) -> No
     results.periods[i] = response.periods
     if not response.ok:
         return
-    results.numbers[i] = section_numbers(response)
+    results.numbers[i] = describe_section(response)
     results.section[i] = response.section[:, list(task.coordinates)]
     results.end[i] = response.section[-1]
     if isinstance(response.method, Reference):  # a run that starts from there must not penetrate, not even by rounding
@@ -128,21 +127,18 @@ def write_response(response: Response, task: driver.Task, results, i: int) -> No
 
 def cell_results(cells: Cells, results) -> CellResults:
     """The results as named columns."""
-    numbers = results.numbers
+    numbers = name_numbers(results.numbers)
+    periods = {name: np.nan_to_num(numbers.pop(name)).astype(np.int32) for name in ("period", "near_period")}
+    share, phase = numbers.pop("longest_contact"), numbers.pop("impact_phase")
     n = cells.steps_each() if isinstance(cells.method, Newmark) else np.nan
     return CellResults(
         status=results.status.astype(np.int8),
         section=results.section,
-        period=np.nan_to_num(numbers[:, statistics.PERIOD]).astype(np.int32),
-        near_period=np.nan_to_num(numbers[:, statistics.NEAR_PERIOD]).astype(np.int32),
-        impacts_per_period=numbers[:, statistics.IMPACTS_PER_PERIOD],
-        contacts_per_period=numbers[:, statistics.CONTACTS_PER_PERIOD],
-        contact_share=numbers[:, statistics.SHARE_IN_CONTACT],
-        spread=numbers[:, statistics.SPREAD],
-        scatter=numbers[:, statistics.SCATTER],
-        longest_contact=numbers[:, statistics.LONGEST] * 2 * np.pi / cells.eta,
-        longest_contact_steps=np.round(numbers[:, statistics.LONGEST] * n, 6),
-        phase=numbers[:, statistics.IMPACT_PHASE],
+        **periods,
+        **numbers,
+        longest_contact=share * 2 * np.pi / cells.eta,
+        longest_contact_steps=np.round(share * n, 6),
+        phase=phase,
         end=results.end,
         periods=results.periods,
     )

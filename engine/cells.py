@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .drivers.parameters import parameters_of
-from .kernels.parameters import Parameters
+from .drivers.parameters import parameter_rows, parameters_of
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System, check_eta, require
 from .result import STATUSES, Status
@@ -102,17 +101,16 @@ class Cells:
 
     def steps_each(self) -> np.ndarray:
         """n of each cell, (n,); zeros for methods without."""
-        return self.parameters()[:, Parameters._fields.index("steps")]
+        steps = getattr(self.method, "steps", 0) if self.steps is None else self.steps
+        return np.broadcast_to(np.asarray(steps, dtype=float), len(self))
 
     def parameters(self) -> np.ndarray:
-        """A row of :class:`engine.kernels.parameters.Parameters` for each cell, (n, len(Parameters))."""
+        """A row of :class:`engine.kernels.parameters.Parameters` for each cell."""
         if isinstance(self.system, System):
             rows = np.tile(parameters_of(self.system, 1.0, self.method), (len(self), 1))
         else:
             rows = np.array([parameters_of(system, 1.0, self.method) for system in self.system])
-        for name, values in {"eta": self.eta, **self._own()}.items():
-            rows[:, Parameters._fields.index(name)] = values
-        return rows
+        return parameter_rows(rows, {"eta": self.eta, **self._own()})
 
     def __len__(self) -> int:
         return len(self.eta)

@@ -37,7 +37,7 @@ def row(outcome: Outcome) -> str:
         outcome.status,
         *(number(value) for value in (outcome.error, outcome.allowed)),
         *(number(value) for value in (outcome.residual, outcome.balanced)),
-        number(outcome.penetration) if outcome.case.run.method.name == "reference" else "",
+        number(outcome.penetration) if outcome.case.setup.method.name == "reference" else "",
         f"{outcome.microseconds:.1f}",
     )
     return "\n".join([line.rstrip(), *(f"    ✗ {failure}" for failure in outcome.failures)])

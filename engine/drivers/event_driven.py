@@ -1,13 +1,15 @@
 """Driver of the event-driven solvers in closed form: the reference and the exact penalty solution."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import Buffers, PackedBuffers
+from ..kernels.compile.record import Buffers, PackedBuffers, make_buffers
 from ..kernels.event_driven import integrate as kernel
 from ..kernels.event_driven.output import record_open_contact
+from ..kernels.event_driven.saltation import make_variation
 from ..kernels.event_driven.setup import full_pressed_generators, set_up_events, watched_in_contact
 from ..kernels.event_driven.state import (
     STATE,
@@ -19,7 +21,7 @@ from ..kernels.event_driven.state import (
 )
 from ..kernels.linear.tables import INTEGRAL
 from ..kernels.parameters import no_keys
-from ..kernels.status import FULL, PAUSED, STATUSES
+from ..kernels.status import FULL, OK, PAUSED, STATUSES
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
@@ -29,6 +31,7 @@ from .slow_subspace import separating_circles
 
 PERIODS_PER_CALL = 2000
 MOST_PAUSES = 8  # in one period
+_NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
 COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
 
 
@@ -134,6 +137,36 @@ class EventDriver(Driver):
         return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
 
 
+def start_at(y: Sequence[float]) -> np.ndarray:
+    """The packed hybrid state at τ = 0 with y = (ξ₁, ξ₁′, g, g′)."""
+    return STATE.pack(start_state(*map(float, y)))
+
+
+def integrate_variation(
+    system: EventDrivenSystem, start: np.ndarray, periods: float
+) -> tuple[np.ndarray, np.ndarray, int] | None:
+    """Integrate the motion with its derivative with respect to its start.
+
+    Parameters
+    ----------
+    system : EventDrivenSystem
+    start : ndarray
+        Packed hybrid state at τ = 0.
+    periods : float
+
+    Returns
+    -------
+    (4,) ndarray, (4, 4) ndarray, int
+        y = (ξ₁, ξ₁′, g, g′) at the end; its Jacobian; a number that differs between different sequences of events.
+        None if the integration ends early.
+    """
+    variation = make_variation()
+    status, _, _ = kernel.integrate(
+        system.packed, start, periods, (0.0, 0.0), _NO_BUFFERS.flat, _NO_BUFFERS.sizes, variation
+    )
+    return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
+
+
 def packed_start(system: HybridSystem, start: Checkpoint) -> np.ndarray:
     """The packed hybrid state of a checkpoint.
 
@@ -149,4 +182,4 @@ def packed_start(system: HybridSystem, start: Checkpoint) -> np.ndarray:
         raise ValueError(
             f"initial gap ξ₂ − ξ₁ = {x2 - x1:g} is negative: the reference knows no penetration, start with ξ₂ ≥ ξ₁"
         )
-    return STATE.pack(start_state(x1, v1, x2 - x1, v2 - v1))
+    return start_at((x1, v1, x2 - x1, v2 - v1))
