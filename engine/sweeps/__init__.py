@@ -21,6 +21,7 @@ from .batches import COARSEST, nearest_known
 from .cache import cached_dataset, grow_cached
 from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
 from .growth import Partial, RunOptions, grow, run
+from .memory import empty_values
 from .plane_study import PlaneStudy
 from .progress import Progress
 from .step_study import SCHEMES, StepStudy
@@ -43,6 +44,7 @@ __all__ = [
     "Progress",
     "RunOptions",
     "StepStudy",
+    "empty_values",
     "grow",
     "grow_cached",
     "nearest_known",

@@ -97,7 +97,7 @@ def run(study: Study, options: RunOptions) -> "xarray.Dataset":
 def grow(
     study: Study, options: RunOptions | None = None, *, picture: bool = False, known: Mapping | None = None
 ) -> Iterator[Partial]:
-    """Compute a study batch by batch; after each there is a partial result, and at the end the whole.
+    """Compute a study batch by batch; after each computed batch comes a partial result, and at the end the whole.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def grow(
         In memory, in batches of some tenths of a second, coarse cells first (a continued study: in its direction), for
         a picture that refines while one watches; else in chunks.
     known : mapping of str to ndarray, optional
-        With ``picture``: the values of an earlier partial result, from which to go on. The first result holds them.
+        The values of an earlier partial result in memory, from which to go on.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def _results(study: Study, options: RunOptions, known: Mapping | None) -> Iterat
         yield store
 
 
-# Computes the batches that the results lack, has them written and counted, and yields after each.
+# Computes the batches that the results lack, has them written, counts all, and yields after each that it computed.
 Executor = Callable[[Study, Memory | Store, Iterable[Batch], ProgressCounter], Iterator[None]]
 
 
@@ -176,7 +176,8 @@ def _compute_here(
             results.write(batch, values)
         before = values if study.sequential else None
         counter.add(values["status"], reused=reused)
-        yield
+        if not reused:
+            yield
 
 
 def _grow_grid(

@@ -15,6 +15,15 @@ if TYPE_CHECKING:
     import xarray
 
 
+def empty_values(study: Study) -> dict[str, np.ndarray]:
+    """The variables of a study of which no cell is known."""
+    lengths = study.lengths
+    return {
+        name: np.full(tuple(lengths[dim] for dim in variable.dims), variable.fill, variable.dtype)
+        for name, variable in study.variables.items()
+    }
+
+
 class Memory:
     """One study's results; the same methods as `Store`.
 
@@ -34,11 +43,8 @@ class Memory:
 
     def create(self, study: Study, sides: tuple[int, ...]) -> tuple[int, ...]:
         """Create every array that is missing; returns the sides of the chunks."""
-        self._study, lengths = study, study.lengths  # of the claimed one, refined: all its cells
-        for name, variable in study.variables.items():
-            if name not in self._values:
-                shape = tuple(lengths[dim] for dim in variable.dims)
-                self._values[name] = np.full(shape, variable.fill, variable.dtype)
+        self._study = study  # a refined study: with all its cells, which were not known when it was claimed
+        self._values = self._values or empty_values(study)
         return sides
 
     def part(self, name: str) -> "Memory":

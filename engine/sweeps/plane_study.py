@@ -78,7 +78,7 @@ class PlaneStudy(Study):
             }
             found["exact_status"] = status_variable(dims, words.EXACT.format(words.STATUS))
         if self.only:
-            found = {name: found[name] for name in self.only}
+            found = {name: found[name] for name in self.only if name != "status"}
         return found | {"status": status_variable(dims, f"{words.STATUS}; diverged: blown up")}
 
     @cached_property
