@@ -121,7 +121,7 @@ def grow(
     """
     options = options or RunOptions()
     if picture and options.out is not None:
-        raise ValueError("a picture grows in memory: leave out away")
+        raise ValueError("a picture grows in memory: give no out")
     study.check()
     counter = ProgressCounter(options.progress)
     with _results(study, options, known) as results, _executor(options) as execute:

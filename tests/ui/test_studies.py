@@ -53,8 +53,8 @@ def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
     explorer = opened(visit, "plane")
     assert explorer.figure("plane_penalty")["title"] == "Newmark T/2000, η 2.76: period"
     assert explorer.figure("plane_exact")["title"] == "No time step, η 2.76: period"
-    told = panel(explorer).locator(".told").text_content()
-    assert "period 1" in told.split("Exact penalty, cell at")[1]
+    text = panel(explorer).locator(".statements").text_content()
+    assert "period 1" in text.split("Exact penalty, cell at")[1]
     explorer.page.mouse.click(*place(explorer, "plane_exact", 1000, 5))
     wait_until(lambda: abs(explorer.source("plane_mark")["K"][0] - 1000) < 30, what="the mark at the click")
     assert explorer.source("plane_mark")["D"][0] == pytest.approx(5, rel=0.03)
@@ -174,7 +174,7 @@ def test_a_click_on_the_time_step_figure_sets_n(visit):
     explorer.page.mouse.click(*place(explorer, "step_error_time_step", 8300, 1e-3))
     wait_until(lambda: "T/8000 fixed" in explorer.figure("step_phase_fixed")["title"], what="the motion of T/8000")
     in_address(explorer, steps="8000", tab="step")
-    assert "power of −2.0" in panel(explorer).locator(".told").text_content()
+    assert "power of −2.0" in panel(explorer).locator(".statements").text_content()
 
 
 def put(explorer, **texts):
