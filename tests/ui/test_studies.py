@@ -112,7 +112,7 @@ def test_a_finger_drags_the_line_and_does_not_scroll(visit):
     page = explorer.page
     page.evaluate("""Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("bifurcation").id)
         .el.scrollIntoView({ block: "center" })""")
-    page.wait_for_timeout(300)
+    explorer.settle()  # once it has scrolled
     tools, scrolled = page.context.new_cdp_session(page), page.evaluate("scrollY")
     low, high = explorer.figure("bifurcation")["y"]
 
@@ -134,7 +134,7 @@ def test_a_tap_marks_the_time_in_all_figures(visit):
     page = explorer.page
     box = page.locator(".displacement").first
     box.scroll_into_view_if_needed()
-    page.wait_for_timeout(300)
+    explorer.settle()  # once it has scrolled
     frame = box.bounding_box()
     page.touchscreen.tap(frame["x"] + 0.7 * frame["width"], frame["y"] + 0.5 * frame["height"])
     readout = page.locator(".player output")
@@ -199,7 +199,7 @@ def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab
     explorer.settle()
     received = count_messages(explorer.page)
     put(explorer, K="3000", kappa="2.38")
-    explorer.page.wait_for_timeout(400)
+    explorer.page.wait_for_timeout(400)  # long enough for what must not come
     assert received() < 4_000
     put(explorer, K="12000", kappa=change.get("kappa", "2.41"))
     before = received()
