@@ -74,7 +74,7 @@ class PartialDiagram:
 
     @property
     def known(self) -> np.ndarray:
-        """Which cells hold something, be it of the preview: (COUNT,) of bool."""
+        """Which cells are computed, in the study or in its preview: (COUNT,) of bool."""
         return self._shown["status"] != MISSING
 
     @property

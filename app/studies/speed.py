@@ -95,10 +95,10 @@ class PartialSpeed:
         return float(np.median(np.divide(self.turns[dear], self.turns[cheap])))
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file: columns over the solvers, and what was asked."""
-        asked = {name: getattr(self.question, name) for name in ("eta", "K", "D", "steps")}
+        """What is known, for a file: columns over the solvers, and the question."""
+        question = {name: getattr(self.question, name) for name in ("eta", "K", "D", "steps")}
         keys = list(self.turns)
-        return asked | {
+        return question | {
             "periods": PERIODS,
             "error_after_periods": CHECKED,
             "rounds": self.rounds,

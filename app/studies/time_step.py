@@ -63,11 +63,11 @@ class PartialStep:
 
     def data(self) -> dict[str, object]:
         """What is known, for a file: the variables as `engine.sweep_step` names them."""
-        asked = {"eta": self.question.eta, "K": self.question.K, "D": self.question.D, "steps": self.steps}
+        question = {"eta": self.question.eta, "K": self.question.K, "D": self.question.D, "steps": self.steps}
         of_study = {"error_joint_damping": self.study.arrays["error_joint_damping"]}
         of_study |= self.study.conclusions(self.values)
         return (
-            asked
+            question
             | {name: column[: self._count] for name, column in self.values.items()}
             | {name: np.asarray(item.values) for name, item in of_study.items()}
         )
@@ -86,7 +86,7 @@ class PartialStep:
 
 
 def grow_step(question: StepQuestion, last: PartialStep | None, cancelled: Callable[[], bool]) -> Iterator[PartialStep]:
-    """Partial results of the study, which is kept on disk; the last one again if it is whole. Raises `Cancelled`."""
+    """Partial results of the study, which is kept on disk; of a complete one the same again. Raises `Cancelled`."""
     if last is not None and last.share == 1:
         yield last
         return

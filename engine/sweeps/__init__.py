@@ -1,14 +1,14 @@
 """Studies over many cells: the bifurcation diagram, the K–D plane, the time step.
 
-`study` says what a study is, and `eta_study`, `plane_study`, `step_study` what each of the three computes. `growth`
-runs a study batch by batch (`batches`), on this machine or on a `cluster`, and holds the results in `memory` or in a
-`store` at its `place`; `cache` keeps studies for the explorer. `digest` and `provenance` say which code and which
-numbers a result comes from. Results are xarray Datasets.
+`study` defines a study, and `eta_study`, `plane_study` and `step_study` are the three. `growth` runs a study batch by
+batch (`batches`), on this machine or on a `cluster`, and holds the results in `memory` or in a `store` at a `place`;
+`cache` keeps studies for the explorer. `digest` and `provenance` identify the code and the numbers that a result comes
+from. Results are xarray Datasets.
 
-All three functions take further keywords that do not change the result: those of `RunOptions`, which say where to keep
-it and on which machines to run it. Or ``keep=True``: it is kept in the user's cache, under every number and the digest
-of the engine's code, the least recently used dropped; then only ``progress`` and ``cancelled`` beside it. What they
-raise :func:`.sweeps.growth.grow` says.
+All three functions take further keywords that do not change the result: those of `RunOptions`, for where to keep the
+result and on which machines to run the study. With ``keep=True`` it goes to the user's cache, under every number and
+the digest of the engine's code; the least recently used result is dropped, and the only further keywords are
+``progress`` and ``cancelled``. The functions raise what :func:`.sweeps.growth.grow` raises.
 """
 
 from collections.abc import Sequence

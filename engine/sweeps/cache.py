@@ -105,7 +105,7 @@ def _size(folder: Path) -> int:
 
 
 def _drop(folder: Path) -> None:
-    # renamed first: nobody must find half of it
+    # renamed first: no process must find half of it
     away = folder.with_name(f".dropped-{os.getpid()}-{folder.name}")
     folder.rename(away)
     shutil.rmtree(away, ignore_errors=True)

@@ -76,7 +76,7 @@ def _diagram_of(found) -> Diagram:
 
 
 def shipped_path(method: Reference) -> Path:
-    """Where the diagram of the default system lies in the source tree."""
+    """The file with the diagram of the default system in the source tree."""
     return SHIPPED / f"{method.joint_damping}.npz"
 
 

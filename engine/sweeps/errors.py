@@ -9,7 +9,7 @@ each as the root mean square of both displacements relative to that of reference
 :mod:`..divergence.error`. The last is the same for all cells of one η.
 
 There is an error wherever the reference repeats itself: a cell that does not repeat is far from it at most instants,
-and the number says so (`period` says why). The parts exist where exact penalty and both references repeat after as
+and the error shows it (`period` is the reason). The parts exist where exact penalty and both references repeat after as
 many periods, scatter forgiven; elsewhere a difference at each instant means nothing, and they are nan.
 """
 
@@ -92,7 +92,7 @@ class ReferenceMotion:
         found : CellResults
             Of these cells.
         exact : CellResults or None
-            Of the same by the exact penalty method, which may be theirs; None: the parts are not wanted.
+            Of the same by the exact penalty method, which may be ``found`` itself; None: only the error, not its parts.
 
         Raises
         ------

@@ -19,13 +19,13 @@ from ..cells import CellResults, Cells
 from ..methods import ExactPenalty, Newmark, Reference
 from ..model import require, whole
 from ..motions.lyapunov import PERIODS_RANGE, Lyapunov, lyapunov
-from . import variables as words
+from . import variables as vocabulary
 from .axis import ascending_values
 from .refinement import midpoints
 from .study import CELL_PARAMETERS, CELLS_LIMIT, Study
 from .variables import MOTIONS, StudyArray, Variable, status_variable, variables_of
 
-OVER = tuple(words.SWEPT)
+OVER = tuple(vocabulary.SWEPT)
 DIRECTIONS = ("rest", "up", "down")
 COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
 LEVELS = 20  # of refinement
@@ -106,7 +106,7 @@ class EtaStudy(Study):
     @cached_property
     def arrays(self) -> dict[str, StudyArray]:
         """The axis and the periods of the sample."""
-        return super().arrays | {"sample": StudyArray(("sample",), np.arange(self.sample), words.SAMPLE)}
+        return super().arrays | {"sample": StudyArray(("sample",), np.arange(self.sample), vocabulary.SAMPLE)}
 
     @property
     def inner_lengths(self) -> dict[str, int]:
@@ -117,15 +117,15 @@ class EtaStudy(Study):
     def variables(self) -> dict[str, Variable]:
         """What is computed of each cell."""
         cell = (self.over,)
-        found = variables_of(words.MOTION, cell)
+        found = variables_of(vocabulary.MOTION, cell)
         if not isinstance(self.method, Newmark):
             del found["longest_contact_steps"]
-        found |= {name: Variable((*cell, "sample"), "f8", words.SECTION.format(name)) for name in self.coordinates}
+        found |= {name: Variable((*cell, "sample"), "f8", vocabulary.SECTION.format(name)) for name in self.coordinates}
         if self.lyapunov:
-            found |= variables_of(words.EXPONENT, cell)
-        found["motion"] = Variable(cell, "i1", words.KIND, MOTIONS)
-        found |= variables_of(words.IMPACT_PHASE, cell)
-        found["end"] = Variable((*cell, "component"), "f8", words.END)
+            found |= variables_of(vocabulary.EXPONENT, cell)
+        found["motion"] = Variable(cell, "i1", vocabulary.KIND, MOTIONS)
+        found |= variables_of(vocabulary.IMPACT_PHASE, cell)
+        found["end"] = Variable((*cell, "component"), "f8", vocabulary.END)
         return found | {"status": status_variable(cell)}
 
     @property
@@ -159,7 +159,7 @@ class EtaStudy(Study):
             progress=progress,
             cancelled=cancelled,
         )
-        values = {name: getattr(found, name) for name in words.MOTION} | {"impact_phase": found.phase}
+        values = {name: getattr(found, name) for name in vocabulary.MOTION} | {"impact_phase": found.phase}
         values |= {"end": found.end, "status": found.status}
         values["motion"] = np.where(found.period > 0, MOTIONS["periodic"], MOTIONS["aperiodic"])
         if self.lyapunov:
@@ -202,7 +202,7 @@ class EtaStudy(Study):
         super().check()
         require("cells after refinement", self.cells * 2.0**self.refine, 1, CELLS_LIMIT, "refine less")
         if self.lyapunov and isinstance(self.method, Newmark):
-            raise ValueError("a Lyapunov exponent wants a closed form: sweep with the reference or exact solver")
+            raise ValueError("a Lyapunov exponent needs a closed form: sweep with the reference or exact solver")
 
     def refined(self, found: dict[str, np.ndarray]) -> "EtaStudy | None":
         """Cells in the middle of the intervals in which the motion changes; None if there are none.

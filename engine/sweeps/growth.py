@@ -41,10 +41,10 @@ class RunOptions:
     threads : int or None
         For a chunk: by default all of this machine, or one on a cluster, where Dask runs chunks side by side.
     cells_per_chunk : int or None
-        Most cells in a chunk; None: as `chunk_shape` says.
+        Most cells in a chunk; by default `chunk_shape` decides.
     progress, cancelled : callable or None
-        Called with the progress; polled many times a second, and where true, the study is left (`Cancelled`) with what
-        is complete kept.
+        Called with the progress; polled many times a second, and where true, the study ends
+        (`Cancelled`); what is complete is kept.
     wait : bool
         Wait for another process that works on the same result, instead of an error.
     """
@@ -112,7 +112,7 @@ def grow(
     Raises
     ------
     ValueError
-        Before any work, if a number is out of range, or something else lies at ``out``.
+        Before any work, if a number is out of range, or there is something else at ``out``.
     OSError
         Before any work, if ``out`` cannot be written or the scheduler does not answer; later, if the disk is full. What
         is complete is kept.

@@ -1,4 +1,4 @@
-"""Where a store lies, in a folder or at a URL: whether there is room, and which process works on it."""
+"""The place of a store, a folder or a URL: whether there is room, and which process works on it."""
 
 import contextlib
 import errno

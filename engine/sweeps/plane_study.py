@@ -17,7 +17,7 @@ from ..batch import run_cells
 from ..cells import CellResults
 from ..divergence.contact import equal_restitution_damping
 from ..methods import ExactPenalty, Newmark
-from . import variables as words
+from . import variables as vocabulary
 from .axis import ascending_values
 from .errors import reference_motion
 from .study import Study
@@ -34,7 +34,7 @@ class PlaneStudy(Study):
     parts : bool
         Also the exact penalty method beside Newmark, and the errors against the reference.
     only : tuple of str
-        Names of the variables to compute, beside ``status``; none: all. What no other variable needs is not run.
+        Names of the variables to compute, beside ``status``; empty: all. Runs that none of them needs are left out.
         ``exact_error``, the exact penalty method's own error, is computed only where it is named here, with ``error``.
     """
 
@@ -62,24 +62,24 @@ class PlaneStudy(Study):
     def variables(self) -> dict[str, Variable]:
         """What is computed of each cell."""
         dims = ("K", "D")
-        own = variables_of(words.PENALTY_MOTION | words.IMPACT_PHASE | words.PHASE_ERROR, dims)
+        own = variables_of(vocabulary.PENALTY_MOTION | vocabulary.IMPACT_PHASE | vocabulary.PHASE_ERROR, dims)
         found = dict(own)
         if not isinstance(self.method, Newmark):
             del found["longest_contact_steps"]
         if self.parts:
-            found |= variables_of(words.ERRORS, dims)
+            found |= variables_of(vocabulary.ERRORS, dims)
         if self.parts and isinstance(self.method, Newmark):
             del own["longest_contact_steps"]
             if "exact_error" in self.only:
                 own["error"] = found["error"]
             found |= {
-                f"exact_{name}": variable._replace(description=words.EXACT.format(variable.description))
+                f"exact_{name}": variable._replace(description=vocabulary.EXACT.format(variable.description))
                 for name, variable in own.items()
             }
-            found["exact_status"] = status_variable(dims, words.EXACT.format(words.STATUS))
+            found["exact_status"] = status_variable(dims, vocabulary.EXACT.format(vocabulary.STATUS))
         if self.only:
             found = {name: found[name] for name in self.only if name != "status"}
-        return found | {"status": status_variable(dims, f"{words.STATUS}; diverged: blown up")}
+        return found | {"status": status_variable(dims, f"{vocabulary.STATUS}; diverged: blown up")}
 
     @cached_property
     def arrays(self) -> dict[str, StudyArray]:
@@ -93,9 +93,9 @@ class PlaneStudy(Study):
         }
         return (
             super().arrays
-            | {"D_equal_restitution": StudyArray(("K",), curve, words.EQUAL_RESTITUTION)}
-            | {name: StudyArray((), value, words.REFERENCE[name]) for name, value in about_reference.items()}
-            | {"error_joint_damping": StudyArray((), reference.joint_damping, words.JOINT_DAMPING)}
+            | {"D_equal_restitution": StudyArray(("K",), curve, vocabulary.EQUAL_RESTITUTION)}
+            | {name: StudyArray((), value, vocabulary.REFERENCE[name]) for name, value in about_reference.items()}
+            | {"error_joint_damping": StudyArray((), reference.joint_damping, vocabulary.JOINT_DAMPING)}
         )
 
     def cut(self, chunk):
@@ -124,13 +124,13 @@ class PlaneStudy(Study):
         if "error" in names:
             errors = reference_motion(self.system, self.eta).errors
             found_errors = errors(cells, found, exact if split else None, **common, progress=passes.next())
-            values |= dict(zip(words.ERRORS, found_errors, strict=True))
+            values |= dict(zip(vocabulary.ERRORS, found_errors, strict=True))
             if "exact_error" in names:
                 values["exact_error"] = errors(without_step, exact, None, **common, progress=passes.next())[0]
         return {name: values[name].reshape(points["K"].shape) for name in names}
 
     def _described(self, found: CellResults) -> dict[str, np.ndarray]:
-        values = {name: getattr(found, name) for name in words.PENALTY_MOTION}
+        values = {name: getattr(found, name) for name in vocabulary.PENALTY_MOTION}
         values |= {"impact_phase": found.phase, "status": found.status}
         if "impact_phase_error" in self.variables:
             apart = found.phase - reference_motion(self.system, self.eta).first_impact

@@ -17,7 +17,7 @@ from ..cells import CellResults, Cells
 from ..methods import ExactPenalty
 from ..result import Record
 from ..simulate import simulate
-from . import variables as words
+from . import variables as vocabulary
 from .axis import ascending_values
 from .errors import reference_motion
 from .study import Study
@@ -66,9 +66,9 @@ class StepStudy(Study):
         """The axes and the reference."""
         joint_damping = reference_motion(self.system, self.eta).joint_damping
         return super().arrays | {
-            "scheme": StudyArray(("scheme",), np.array([0, 1], dtype=np.int8), words.SCHEME),
-            "sample": StudyArray(("sample",), np.arange(self.sample), words.SAMPLE),
-            "error_joint_damping": StudyArray((), joint_damping, words.JOINT_DAMPING),
+            "scheme": StudyArray(("scheme",), np.array([0, 1], dtype=np.int8), vocabulary.SCHEME),
+            "sample": StudyArray(("sample",), np.arange(self.sample), vocabulary.SAMPLE),
+            "error_joint_damping": StudyArray((), joint_damping, vocabulary.JOINT_DAMPING),
         }
 
     @property
@@ -80,11 +80,11 @@ class StepStudy(Study):
     def variables(self) -> dict[str, Variable]:
         """What is computed of each cell."""
         dims = ("steps", "scheme")
-        found = variables_of(words.PENALTY_MOTION | words.ERRORS, dims)
-        found |= {name: Variable((*dims, "instant"), "f8", words.PHASE_PLOT.format(name)) for name in COLUMNS}
-        found["tau"] = Variable((*dims, "instant"), "f8", words.TIME)
+        found = variables_of(vocabulary.PENALTY_MOTION | vocabulary.ERRORS, dims)
+        found |= {name: Variable((*dims, "instant"), "f8", vocabulary.PHASE_PLOT.format(name)) for name in COLUMNS}
+        found["tau"] = Variable((*dims, "instant"), "f8", vocabulary.TIME)
         for name in ("xi2", "v2"):
-            found[f"{name}_section"] = Variable((*dims, "sample"), "f8", words.SECTION.format(name))
+            found[f"{name}_section"] = Variable((*dims, "sample"), "f8", vocabulary.SECTION.format(name))
         return found | {"status": status_variable(dims)}
 
     def cut(self, chunk):
@@ -94,11 +94,11 @@ class StepStudy(Study):
     def conclusions(self, values) -> dict[str, StudyArray]:
         """Observed orders over the steps that are known."""
         found = {}
-        for name, text in words.ORDERED.items():
+        for name, text in vocabulary.ORDERED.items():
             pairs = [observed_order(self.steps, values[name][:, scheme]) for scheme in SCHEMES.values()]
             order, error = np.array(pairs).T
-            found[f"order_of_{name}"] = StudyArray(("scheme",), order, words.ORDER.format(text))
-            found[f"order_of_{name}_error"] = StudyArray(("scheme",), error, words.ORDER_ERROR)
+            found[f"order_of_{name}"] = StudyArray(("scheme",), order, vocabulary.ORDER.format(text))
+            found[f"order_of_{name}_error"] = StudyArray(("scheme",), error, vocabulary.ORDER_ERROR)
         return found
 
     def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
@@ -114,9 +114,9 @@ class StepStudy(Study):
             scheme = replace(self, method=replace(self.method, located=located))
             cells = scheme.cells_at(points)
             found = run_cells(cells, **periods, **common)
-            values = {name: getattr(found, name) for name in (*words.PENALTY_MOTION, "status")}
+            values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, "status")}
             errors = reference_motion(self.system, self.eta).errors(cells, found, exact, **common)
-            values |= dict(zip(words.ERRORS, errors, strict=True))
+            values |= dict(zip(vocabulary.ERRORS, errors, strict=True))
             values |= {f"{name}_section": found.section[:, :, COLUMNS.index(name)] for name in ("xi2", "v2")}
             columns.append(values | phase_plots(cells, found))
             if progress is not None:

@@ -56,7 +56,7 @@ class Store:
         Raises
         ------
         ValueError
-            If something else lies there: another study, one of another engine, or no study at all.
+            If there is something else: another study, one of another engine, or no study at all.
         OSError
             If nothing can be written there.
         """
@@ -105,7 +105,7 @@ class Store:
         return zarr.open_group(self.place.root, path=self.group, mode="r+", use_consolidated=False)
 
     def attributes(self) -> dict[str, object] | None:
-        """The attributes of the results that lie there; None if there are none."""
+        """The attributes of the results at this place; None if there are none."""
         import zarr
 
         try:

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
-from vibroscope.engine.sweeps.digest import ENGINE, code_digest, engine_digest, numerical_modules
+from vibroscope.engine.sweeps.digest import ENGINE, code_digest, engine_digest, numerical_modules, remembered_digest
 
 STUDY = '''"""A study."""
 from typing import TYPE_CHECKING
@@ -137,6 +137,20 @@ def test_an_import_within_a_function_counts(engine):
     before = code_digest(engine)
     edit(engine / "kernels" / "hidden.py", "k * x\n", "k / x\n")
     assert code_digest(engine) != before
+
+
+def test_it_is_remembered_until_a_source_changes_and_a_damaged_file_is_ignored(engine, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cache") / "digests"
+    assert remembered_digest(engine, folder) == code_digest(engine)
+    (file,) = folder.iterdir()
+    file.write_text("0123456789ab")
+    assert remembered_digest(engine, folder) == "0123456789ab"
+    for damaged in (b"", b"0123", b"\xff" * 12):
+        file.write_bytes(damaged)
+        assert remembered_digest(engine, folder) == code_digest(engine)
+    edit(engine / "kernels" / "springs.py", "12_000.0", "12_001.0")
+    assert remembered_digest(engine, folder) == code_digest(engine)
+    assert remembered_digest(engine, folder / "cannot" / "be") == code_digest(engine)
 
 
 @pytest.fixture(scope="module")

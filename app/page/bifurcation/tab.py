@@ -93,18 +93,21 @@ class Bifurcation(StudyTab):
 
     def python(self, setting: Setting) -> str:
         """`sweep_eta` over the range in view."""
-        asked = self.asked(setting)
-        how = f"direction={asked.direction!r}, coordinates={tuple(COORDINATES)}"
-        call = f"sweep_eta(\n    system, {asked.method!r}, np.linspace({asked.eta[0]!r}, {asked.eta[1]!r}, {COUNT}),\n"
+        question = self.script_question(setting)
+        how = f"direction={question.direction!r}, coordinates={tuple(COORDINATES)}"
+        values = f"np.linspace({question.eta[0]!r}, {question.eta[1]!r}, {COUNT})"
+        call = f"sweep_eta(\n    system, {question.method!r}, {values},\n"
         call += f"    {how}, transient={TRANSIENT}, sample={SAMPLE},\n)"
-        return sweep_python({"diagram": call}, asked.system, type(asked.method).__name__)
+        return sweep_python({"diagram": call}, question.system, type(question.method).__name__)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep eta`` over the range in view."""
-        asked = self.asked(setting)
-        options = f" --from {asked.eta[0]!r} --to {asked.eta[1]!r} --count {COUNT}{method_options(asked.method)}"
-        options += f" --direction {asked.direction} --coordinates {','.join(COORDINATES)}"
-        return sweep_command("eta", asked.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")
+        question = self.script_question(setting)
+        options = (
+            f" --from {question.eta[0]!r} --to {question.eta[1]!r} --count {COUNT}{method_options(question.method)}"
+        )
+        options += f" --direction {question.direction} --coordinates {','.join(COORDINATES)}"
+        return sweep_command("eta", question.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")
 
     def _set(self, eta: float) -> None:
         self.desk.set({"eta": print_number(eta)})

@@ -82,24 +82,24 @@ class PlaneTab(StudyTab):
 
     def python(self, setting: Setting) -> str:
         """`sweep_plane` over the rectangle in view, with and without a time step."""
-        asked = self.asked(setting)
-        axes = ", ".join(f"np.geomspace({a!r}, {b!r}, {COUNT})" for a, b in map(asked.ends, ("K", "D")))
-        how = f"transient={TRANSIENT}, sample={SAMPLE}, parts={asked.errors}"
-        steps = {"penalty": f"steps={asked.steps}, located={asked.located}", "exact": "steps=None"}
+        question = self.script_question(setting)
+        axes = ", ".join(f"np.geomspace({a!r}, {b!r}, {COUNT})" for a, b in map(question.ends, ("K", "D")))
+        how = f"transient={TRANSIENT}, sample={SAMPLE}, parts={question.errors}"
+        steps = {"penalty": f"steps={question.steps}, located={question.located}", "exact": "steps=None"}
         calls = {
-            side: f"sweep_plane(\n    system, {asked.eta!r}, {axes},\n    {own}, {how},\n)"
+            side: f"sweep_plane(\n    system, {question.eta!r}, {axes},\n    {own}, {how},\n)"
             for side, own in steps.items()
         }
-        return sweep_python(calls, asked.system)
+        return sweep_python(calls, question.system)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep plane`` over the rectangle in view, with and without a time step."""
-        asked = self.asked(setting)
-        axes = "".join(f" --{name} {':'.join(map(repr, asked.ends(name)))}:{COUNT}" for name in ("K", "D"))
-        how = f"{'' if asked.errors else ' --no-error'} --transient {TRANSIENT} --sample {SAMPLE}"
-        newmark = f" --steps {asked.steps}{' --located' if asked.located else ''}"
-        given = f" --eta {print_number(asked.eta)}{axes}"
-        return sweep_command("plane", asked.system, *(given + own + how for own in (newmark, " --solver exact")))
+        question = self.script_question(setting)
+        axes = "".join(f" --{name} {':'.join(map(repr, question.ends(name)))}:{COUNT}" for name in ("K", "D"))
+        how = f"{'' if question.errors else ' --no-error'} --transient {TRANSIENT} --sample {SAMPLE}"
+        newmark = f" --steps {question.steps}{' --located' if question.located else ''}"
+        given = f" --eta {print_number(question.eta)}{axes}"
+        return sweep_command("plane", question.system, *(given + own + how for own in (newmark, " --solver exact")))
 
     def _set(self, K: float, D: float) -> None:
         self.desk.set({"K": print_number(K), "D": print_number(D)})

@@ -89,7 +89,7 @@ class Speed(StudyTab):
 
     def python(self, setting: Setting) -> str:
         """The same measurement: of this machine, and so with other numbers each time."""
-        return speed_python(self.asked(setting))
+        return speed_python(self.script_question(setting))
 
     def draw(self, setting: Setting, result: PartialSpeed | None) -> None:
         """The figure."""

@@ -39,15 +39,15 @@ class StudyPanel(Lean, pn.custom.JSComponent):
         if isinstance(data.get("choose"), dict):
             self._on_choice(self.allowed(data["choose"]))
 
-    def allowed(self, asked: dict) -> dict:
-        """What is chosen now, with as much of what is asked as the switches and limits allow."""
+    def allowed(self, wanted: dict) -> dict:
+        """The present choices, changed as far as the switches and limits allow the wanted ones."""
         chosen = dict(self.chosen)
         for switch in self.spec["switches"]:
-            value = asked.get(switch["name"])
+            value = wanted.get(switch["name"])
             if isinstance(value, str) and value in switch["choices"]:
                 chosen[switch["name"]] = value
         for limit in self.spec["limits"]:
-            value = asked.get(limit["name"])
+            value = wanted.get(limit["name"])
             if type(value) in (int, float) and limit["low"] <= value <= limit["high"]:
                 chosen[limit["name"]] = round(value)
         return chosen

@@ -46,7 +46,7 @@ class StudyTab(Tab):
         self._stopped = False  # by the user, or since its time is over
         self._failed = ""
 
-    # -- what a study says ---------------------------------------------------
+    # -- what a study defines ---------------------------------------------------
 
     @classmethod
     @abstractmethod
@@ -111,7 +111,7 @@ class StudyTab(Tab):
         return {name: value for name, value in self.panel.chosen.items() if value != self.chosen[name]}
 
     def summary(self, setting: Setting) -> str:
-        """What the panel says of the whole picture; of a part of it nothing yet."""
+        """The statements of the panel once the picture is complete; until then, that it is computed."""
         question = self.question(setting)
         result = self.result if self._answers(question) else RESULTS.get(question)
         if result is None or result.share < 1:
@@ -201,8 +201,8 @@ class StudyTab(Tab):
         """The setting of the picture: not the present one while that is being computed, or after it failed."""
         return self._result_setting
 
-    def asked(self, setting: Setting) -> object:
-        """The question that a script has to answer: that of the picture, or of ``setting`` while there is none."""
+    def script_question(self, setting: Setting) -> object:
+        """The question that a script answers: that of the picture, or of ``setting`` while there is none."""
         return self.question(setting) if self.result is None else self.result.question
 
     def _statements(self) -> list[list[str]]:

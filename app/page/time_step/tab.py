@@ -71,13 +71,13 @@ class TimeStepTab(StudyTab):
 
     def python(self, setting: Setting) -> str:
         """`sweep_step` of the same steps."""
-        system, eta, K, D = self.asked(setting)
+        system, eta, K, D = self.script_question(setting)
         call = f"sweep_step(system, {eta!r}, {K!r}, {D!r}, {STEPS}, transient={TRANSIENT}, sample={SAMPLE})"
         return sweep_python({"study": call}, system)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep step`` of the same steps."""
-        system, *numbers = self.asked(setting)
+        system, *numbers = self.script_question(setting)
         options = "".join(f" --{name} {print_number(x)}" for name, x in zip(("eta", "K", "D"), numbers, strict=True))
         options += f" --steps {','.join(map(str, STEPS))} --transient {TRANSIENT} --sample {SAMPLE}"
         return sweep_command("step", system, options)
