@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 import xarray
 from vibroscope.engine import Newmark, System
-from vibroscope.engine.sweeps.chunks import chunk_shape, chunks
+from vibroscope.engine.sweeps.batches import chunk_shape, chunks
 from vibroscope.engine.sweeps.place import Place
-from vibroscope.engine.sweeps.plane import PlaneStudy
+from vibroscope.engine.sweeps.plane_study import PlaneStudy
 from vibroscope.engine.sweeps.store import Store
 
 REPEATS = 3
@@ -37,8 +37,8 @@ def as_zarr(plane, order, results, folder):
     """Seconds to write all chunks, to look through them as a resumed run does, and to open them as a Dataset."""
     store = Store(Place(folder))
     store.claim(plane)
-    store.frame(plane, tuple(part.stop for part in order[0]))
-    write = timed(lambda: [store.write(chunk, values) for chunk, values in zip(order, results, strict=True)])
+    store.create(plane, tuple(part.stop for part in order[0]))
+    write = timed(lambda: [store.write_now(chunk, values) for chunk, values in zip(order, results, strict=True)])
     look = timed(lambda: [store.read(chunk) for chunk in order])
     return write, look, timed(lambda: xarray.open_zarr(folder).load())
 

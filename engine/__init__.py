@@ -25,7 +25,6 @@ from .simulate import simulate
 from .sweeps import COORDINATES, DIRECTIONS, OVER, Progress, sweep_eta, sweep_plane, sweep_step
 from .sweeps.axis import spaced
 from .sweeps.diagrams import Diagram, diagram, ship_diagrams
-from .sweeps.errors import parts_of
 from .system_file import SystemFile, parse_system, read_system, system_text, toml_tables
 from .units import QUANTITIES, Units
 
@@ -81,7 +80,6 @@ __all__ = [
     "measurement_text",
     "motion",
     "parse_system",
-    "parts_of",
     "read_measurement",
     "read_system",
     "recommend",

@@ -15,6 +15,6 @@ def add(commands) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Write the shipped diagrams anew."""
+    """Compute the shipped diagrams again and write them."""
     for path in ship_diagrams():
         print(path)

@@ -1,4 +1,4 @@
-"""``vibroscope sweep``: the bifurcation diagram, the K-D plane, the time-step study; kept, and resumed when killed."""
+"""``vibroscope sweep``: the bifurcation diagram, the K-D plane, the time-step study; stored, resumed when killed."""
 
 import argparse
 import contextlib
@@ -34,7 +34,7 @@ from vibroscope.engine import (
     sweep_step,
 )
 
-_EVERY = 0.2  # seconds between two lines of progress
+_REDRAW_SECONDS = 0.2  # between two lines of progress
 
 
 def add(commands) -> None:
@@ -62,8 +62,8 @@ def _study(studies, name: str, run: Callable, sweep: Callable, text: str) -> arg
     add("--threads", type=int, metavar="N", help="on this machine, or for a chunk on the cluster")
     add("--json", action="store_true", help="print one JSON object")
     add_system_option(command)
-    command.set_defaults(run=lambda options: _kept(options, run))
-    command.set_defaults(**{name: default_of(sweep, name) for name in ("transient", "sample")})
+    defaults = {name: default_of(sweep, name) for name in ("transient", "sample")}
+    command.set_defaults(run=lambda options: _run(options, run), **defaults)
     return command
 
 
@@ -113,7 +113,6 @@ def _add_step(studies) -> None:
 
 
 def _span(text: str) -> tuple[float, float, float]:
-    """``a:b:n``."""
     try:
         low, high, count = (float(part) for part in text.split(":"))
     except ValueError:
@@ -143,7 +142,7 @@ def _eta(options: argparse.Namespace, **how):
 
 
 def _method(options: argparse.Namespace) -> Method:
-    """The solver; what is swept stands in for its own number, which need not be given."""
+    """The solver; the number that is swept need not be given."""
     note_unused(options)
     if options.solver == "reference":
         return reference_of(options)
@@ -172,10 +171,10 @@ def _step(options: argparse.Namespace, **how):
     return sweep_step(system_of(options), options.eta, options.K, options.D, options.steps, **how)
 
 
-def _kept(options: argparse.Namespace, run: Callable) -> int:
-    """Run the study, with progress and a way out; print the summary."""
-    bar = _Bar(options.out) if sys.stderr.isatty() else None
-    with _interrupted() as cancelled, bar or contextlib.nullcontext():
+def _run(options: argparse.Namespace, run: Callable) -> int:
+    """Run the study with a line of progress until it is done or interrupted; print the summary."""
+    bar = _ProgressLine() if sys.stderr.isatty() else None
+    with _watch_interrupt() as cancelled, bar or contextlib.nullcontext():
         try:
             found = run(
                 options,
@@ -194,22 +193,23 @@ def _kept(options: argparse.Namespace, run: Callable) -> int:
                 file=sys.stderr,
             )
             return 130
-    told = {name: found.attrs[name] for name in ("seconds", "computed", "reused", "failed")}
-    told = {"seconds": told.pop("seconds"), "cells": told["computed"] + told["reused"], **told, "path": options.out}
-    print(json.dumps(told) if options.json else _text(told))
+    counts = {name: found.attrs[name] for name in ("computed", "reused", "failed")}
+    cells = {"seconds": found.attrs["seconds"], "cells": counts["computed"] + counts["reused"]}
+    summary = cells | counts | {"path": options.out}
+    print(json.dumps(summary) if options.json else _as_text(summary))
     return 0
 
 
-def _text(told: dict) -> str:
+def _as_text(summary: dict) -> str:
     return (
-        f"{told['cells']} cells in {told['seconds']:.2f} s: {told['computed']} computed, {told['reused']} reused, "
-        f"{told['failed']} ended early\n{told['path']} (xarray.open_zarr reads it)"
-    )
+        "{cells} cells in {seconds:.2f} s: {computed} computed, {reused} reused, {failed} ended early\n"
+        "{path} (xarray.open_zarr reads it)"
+    ).format_map(summary)
 
 
 @contextlib.contextmanager
-def _interrupted() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed: the first asks the study to stop, the second ends the process as ever."""
+def _watch_interrupt() -> Iterator[Callable[[], bool]]:
+    """Gives whether Ctrl-C was pressed: the first one stops the study, the second ends the process as usual."""
     pressed = []
 
     def note(*_) -> None:
@@ -223,23 +223,23 @@ def _interrupted() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
-class _Bar:
+class _ProgressLine:
     """One line of progress on the terminal, written over."""
 
-    def __init__(self, out: str):
-        self._out, self._told = out, 0.0
+    def __init__(self) -> None:
+        self._written = 0.0
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        if self._told:
+        if self._written:
             print(file=sys.stderr)
 
     def __call__(self, now: Progress) -> None:
-        if time.monotonic() < self._told + _EVERY and now.done < now.total:
+        if time.monotonic() < self._written + _REDRAW_SECONDS and now.done < now.total:
             return
-        self._told = time.monotonic()
+        self._written = time.monotonic()
         left = f", {_duration(now.seconds_left)} left" if now.done < now.total and now.computed else ""
         line = f"{now.done} of {now.total} cells, {now.rate:.3g} a second{left}"
         print(f"\r{line:<78}", end="", file=sys.stderr, flush=True)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import units_table
-from vibroscope.app.studies.speed import Question
+from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import ExactPenalty, Method, Newmark, Reference, System
 
 # ---- one setting ----------------------------------------------------------------------------------------------------
@@ -68,14 +68,14 @@ def sweep_python(calls: Mapping[str, str], system: System, *names: str) -> str:
     )
 
 
-def speed_python(asked: Question) -> str:
+def speed_python(asked: SpeedQuestion) -> str:
     """A script that measures cost and error as the page does."""
     numbers = ", ".join(repr(number) for number in (asked.eta, asked.K, asked.D, asked.steps))
-    return f"""from vibroscope.app.studies.speed import Question, refine_speed
+    return f"""from vibroscope.app.studies.speed import SpeedQuestion, grow_speed
 from vibroscope.engine import Reference, System
 
-question = Question({_system(asked.system)}, {numbers}, {asked.reference!r})
-*_, found = refine_speed(question, None, lambda: False)
+question = SpeedQuestion({_system(asked.system)}, {numbers}, {asked.reference!r})
+*_, found = grow_speed(question, None, lambda: False)
 for solver in found.turns:
     print(*solver, found.cost(solver), "µs per period, error", found.errors.get(solver))
 """

@@ -10,8 +10,8 @@ from functools import partial
 from vibroscope.app.explorer.words import cause
 from vibroscope.app.page.tabs import Desk
 from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.job import stand_back
 from vibroscope.app.runtime.workers import pool
-from vibroscope.app.studies.live import stand_back
 
 File = dict[str, str]
 

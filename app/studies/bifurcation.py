@@ -1,30 +1,30 @@
-"""The bifurcation diagram, growing: from rest coarse points first, continued from one end to the other.
+"""The bifurcation diagram while it grows. No panel import.
 
-A diagram that is continued has no coarse picture that could be refined: where a motion goes on from depends on how far
-its neighbour is. So it is run coarsely from end to end, and then again at the full resolution over it.
-No panel import.
+From rest its cells come in a coarse-to-fine order. A continued diagram has no coarse picture that could be refined: how
+far a motion can be followed depends on how far apart the cells are. So a coarse study is run from end to end for a
+preview, and then the study itself.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.studies.refine import COARSEST, batches, interlaced
-from vibroscope.engine import Cells, Method, System, run_cells
+from vibroscope.engine import COORDINATES, Method, System
+from vibroscope.engine.sweeps import COARSEST, MISSING, EtaStudy, RunOptions, empty_values, grow
 
 COUNT = 480  # values of η
 TRANSIENT, SAMPLE = 1000, 48
-COORDINATES = {"xi1": 0, "v1": 1, "xi2": 2, "v2": 3}
 # What one update sends is bounded: so many points are drawn at most, and so many of what it is compared with.
 MOST_POINTS, MOST_BESIDE = 4200, 1500
 _EQUAL = 1e-5  # points nearer than this share of the picture's height are one
 
 
-class Diagram(NamedTuple):
-    """What is asked."""
+class DiagramQuestion(NamedTuple):
+    """A diagram to compute."""
 
     system: System
     method: Method
@@ -36,39 +36,73 @@ class Diagram(NamedTuple):
         """η of the cells: (COUNT,), ascending."""
         return np.linspace(*self.eta, COUNT)
 
+    def study(self) -> EtaStudy:
+        """The study that answers it."""
+        choices = {"values": self.axis, "direction": self.direction, "coordinates": COORDINATES}
+        return EtaStudy(self.system, self.method, self.eta[0], TRANSIENT, SAMPLE, **choices)
+
+    @property
+    def preview_cells(self) -> np.ndarray:
+        """The cells of the preview of a continued diagram, ascending, from the one that comes first."""
+        return np.sort(np.arange(COUNT)[:: -COARSEST if self.direction == "down" else COARSEST])
+
 
 @dataclass(frozen=True, eq=False)
-class DiagramStage:
-    """As far as it has come.
+class PartialDiagram:
+    """A diagram so far: the values of its study, and those of the preview of a continued one."""
 
-    ``section`` is (COUNT, SAMPLE, 4), ``period`` and ``impacts`` (COUNT,), nan where nothing is known; ``settled`` says
-    which cells are final.
-    """
-
-    question: Diagram
-    settled: np.ndarray
-    section: np.ndarray
-    period: np.ndarray
-    impacts: np.ndarray
-    ended: np.ndarray  # which cells ended early
+    question: DiagramQuestion
+    values: dict[str, np.ndarray]
+    preview: dict[str, np.ndarray] | None = None
 
     @property
     def share(self) -> float:
-        """Of all cells that are done."""
-        return float(self.settled.mean())
+        """Of all cells that are done; a preview does not count."""
+        return float((self.values["status"] != MISSING).mean())
+
+    @cached_property
+    def _shown(self) -> dict[str, np.ndarray]:
+        """The values, those of the preview where no others are known."""
+        if self.preview is None:
+            return self.values
+        shown = {name: array.copy() for name, array in self.values.items()}
+        cells = self.question.preview_cells
+        missing = shown["status"][cells] == MISSING
+        for name, array in self.preview.items():
+            shown[name][cells[missing]] = array[missing]
+        return shown
 
     @property
     def known(self) -> np.ndarray:
-        """Which cells hold something, final or coarse."""
-        return np.isfinite(self.period) | self.ended
+        """Which cells are computed, in the study or in its preview: (COUNT,) of bool."""
+        return self._shown["status"] != MISSING
 
-    def points(self, coordinate: str, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
-        """η and the coordinate at τ ≡ 0 mod T, each motion's points once; some of them where there are too many."""
-        values = np.sort(self.section[:, :, COORDINATES[coordinate]], axis=1)
+    @property
+    def ended(self) -> np.ndarray:
+        """Which cells ended early: (COUNT,) of bool."""
+        return self.known & (self._shown["status"] != 0)
+
+    @property
+    def period(self) -> np.ndarray:
+        """Period of the motion, (COUNT,): 0 if it does not repeat itself, nan where none is known."""
+        return np.where(self.known & ~self.ended, self._shown["period"], np.nan)
+
+    @property
+    def impacts(self) -> np.ndarray:
+        """Impacts per period, (COUNT,), nan where nothing is known."""
+        return self._shown["impacts_per_period"]
+
+    def section(self, coordinate: str) -> np.ndarray:
+        """A coordinate at τ ≡ 0 mod T, (COUNT, SAMPLE), nan where nothing is known."""
+        return self._shown[coordinate]
+
+    def points(self, coordinate: str, most: int | None = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
+        """η and the coordinate at τ ≡ 0 mod T, each motion's points once; at most so many (None: all)."""
+        values = np.sort(self.section(coordinate), axis=1)
         height = np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf)
-        new = np.isfinite(values)
-        new[:, 1:] &= np.diff(values, axis=1) > _EQUAL * height
-        row, column = np.nonzero(_thinned(new, most))
+        distinct = np.isfinite(values)
+        distinct[:, 1:] &= np.diff(values, axis=1) > _EQUAL * height
+        row, column = np.nonzero(distinct if most is None else _thinned(distinct, most))
         return self.question.axis[row], values[row, column]
 
     def data(self) -> dict[str, object]:
@@ -78,7 +112,7 @@ class DiagramStage:
             "eta": self.question.axis[self.known],
             "period": self.period[self.known],
             "impacts_per_period": self.impacts[self.known],
-            **{name: self.section[self.known, :, column] for name, column in COORDINATES.items()},
+            **{name: self.section(name)[self.known] for name in COORDINATES},
         }
 
     def stretches(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -100,54 +134,16 @@ def _thinned(chosen: np.ndarray, most: int) -> np.ndarray:
     return chosen & (np.floor(rank * share + 1e-9) > np.floor((rank - 1) * share + 1e-9))
 
 
-def refine_diagram(
-    question: Diagram, last: DiagramStage | None, cancelled: Callable[[], bool]
-) -> Iterator[DiagramStage]:
-    """Stages of the diagram, from ``last`` on; raises `Cancelled`."""
-    if last is not None:
-        yield last
-        if last.share == 1:
-            return
-    grown = _Growing(question, last if question.direction == "rest" else None, cancelled)
-    if question.direction == "rest":
-        order = interlaced((COUNT,))
-        for chosen in batches(order[~grown.settled[order]]):
-            yield grown.run(chosen)
-        return
-    every = np.arange(COUNT)[:: -1 if question.direction == "down" else 1]
-    for stride in (COARSEST, 1):
-        start = np.zeros(4)
-        for chosen in batches(every[::stride]):
-            stage = grown.run(chosen, start, settled=stride == 1)
-            start = grown.end[chosen[-1]]
-            yield stage
-
-
-class _Growing:
-    """The arrays that stages are copies of."""
-
-    def __init__(self, question: Diagram, last: DiagramStage | None, cancelled: Callable[[], bool]) -> None:
-        self.question = question
-        self.cancelled = cancelled
-        self.settled = np.zeros(COUNT, bool) if last is None else last.settled.copy()
-        self.section = np.full((COUNT, SAMPLE, 4), np.nan) if last is None else last.section.copy()
-        self.period = np.full(COUNT, np.nan) if last is None else last.period.copy()
-        self.impacts = np.full(COUNT, np.nan) if last is None else last.impacts.copy()
-        self.ended = np.zeros(COUNT, bool) if last is None else last.ended.copy()
-        self.end = np.zeros((COUNT, 4))  # where a neighbour goes on; at rest where a run ended early
-
-    def run(self, chosen: np.ndarray, start: np.ndarray | None = None, *, settled: bool = True) -> DiagramStage:
-        """Run some cells, from rest or each from the end of the one before, the first from ``start``."""
-        more = {}
-        if start is not None:
-            more = {"initial": np.tile(start, (len(chosen), 1)), "chain": np.zeros(len(chosen), int)}
-        cells = Cells(self.question.system, self.question.axis[chosen], self.question.method, **more)
-        found = run_cells(cells, transient=TRANSIENT, sample=SAMPLE, cancelled=self.cancelled)
-        self.section[chosen] = found.section
-        self.period[chosen] = np.where(found.ok, found.period, np.nan)
-        self.impacts[chosen] = found.impacts_per_period
-        self.ended[chosen] = ~found.ok
-        self.end[chosen] = np.where(found.ok[:, None], found.end, 0.0)
-        self.settled[chosen] |= settled
-        arrays = self.settled, self.section, self.period, self.impacts, self.ended
-        return DiagramStage(self.question, *(array.copy() for array in arrays))
+def grow_diagram(
+    question: DiagramQuestion, last: PartialDiagram | None, cancelled: Callable[[], bool]
+) -> Iterator[PartialDiagram]:
+    """Partial results of the diagram, from ``last`` on; raises `Cancelled`."""
+    study, options = question.study(), RunOptions(cancelled=cancelled)
+    values, preview = (last.values, last.preview) if last else (empty_values(study), None)
+    if study.sequential:
+        coarse = replace(study, values=study.values[question.preview_cells])
+        for partial in grow(coarse, options, picture=True, known=preview):
+            preview = partial.values()
+            yield PartialDiagram(question, values, preview)
+    for partial in grow(study, options, picture=True, known=values):
+        yield PartialDiagram(question, partial.values(), preview)

@@ -1,8 +1,8 @@
-"""What a cell of the K–D plane is coloured by: few classes that the eye can tell apart. No panel import.
+"""Classes and colours of the cells of the K–D plane: few, so that the eye can tell them apart. No panel import.
 
-Periods have colours of their own in all figures of studies (after Okabe and Ito, Tol); quantities with more and less go
-from dark to light (cividis, which reads the same to the colour-blind). All colours stand in one palette, so that it
-never changes and only the numbers of the classes are sent.
+Periods have the same colours in all figures of studies (after Okabe and Ito, Tol); other quantities go from dark to
+light (cividis, which looks the same to the colour-blind). All colours stand in one palette that never changes, so that
+only the numbers of the classes are sent.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.studies.plane import PlaneStage
+from vibroscope.app.studies.plane import PartialPlane
 
 VEIL = "#F5F5F5"  # stripes over what lies below a limit: the classes there are the dark ones
 # The first classes of the palette: colours that `theme.js` knows, in light and dark.
@@ -42,35 +42,35 @@ class Quantity(NamedTuple):
     label: str
     edges: tuple[float, ...]
     classes: tuple[tuple[str, str], ...]
-    read: Callable[[PlaneStage, str], np.ndarray]
+    read: Callable[[PartialPlane, str], np.ndarray]
 
 
-def _more_or_less(*names: str) -> tuple[tuple[str, str], ...]:
+def _graded(*names: str) -> tuple[tuple[str, str], ...]:
     return tuple(zip(names, _CIVIDIS, strict=False))
 
 
 QUANTITIES = {
-    "period": Quantity("period", _PERIOD_EDGES, PERIODS, lambda stage, side: stage.shown(side, "period")),
+    "period": Quantity("period", _PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
     "near_period": Quantity(
-        "period, scatter forgiven", _PERIOD_EDGES, PERIODS, lambda stage, side: stage.shown(side, "near_period")
+        "period, scatter forgiven", _PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "near_period")
     ),
     "contact": Quantity(
         "longest contact (steps)",
         (10, 30, 100, 300, 1000),
-        _more_or_less("below 10", "10 to 30", "30 to 100", "100 to 300", "300 to 1000", "above 1000"),
-        PlaneStage.contact_steps,
+        _graded("below 10", "10 to 30", "30 to 100", "100 to 300", "300 to 1000", "above 1000"),
+        PartialPlane.contact_steps,
     ),
     "impacts": Quantity(
         "impacts per period",
         (1e-9, 1 - 1e-6, 1 + 1e-6, 2 + 1e-6, 4 + 1e-6),
-        _more_or_less("none", "below 1", "1", "above 1, to 2", "above 2, to 4", "above 4"),
-        lambda stage, side: stage.shown(side, "impacts_per_period"),
+        _graded("none", "below 1", "1", "above 1, to 2", "above 2, to 4", "above 4"),
+        lambda plane, side: plane.shown(side, "impacts_per_period"),
     ),
     "error": Quantity(
         "error against reference",
         (0.01, 0.03, 0.1, 0.3, 1.0),
-        _more_or_less("below 1 %", "1 to 3 %", "3 to 10 %", "10 to 30 %", "30 to 100 %", "above 100 %"),
-        lambda stage, side: stage.shown(side, "error"),
+        _graded("below 1 %", "1 to 3 %", "3 to 10 %", "10 to 30 %", "30 to 100 %", "above 100 %"),
+        lambda plane, side: plane.shown(side, "error"),
     ),
 }
 
@@ -79,20 +79,20 @@ _FIRST_PERIOD = len(_SPECIAL)
 _FIRST_OTHER = _FIRST_PERIOD + len(PERIODS)
 
 
-def picture(stage: PlaneStage, side: str, name: str) -> np.ndarray:
+def class_image(plane: PartialPlane, side: str, name: str) -> np.ndarray:
     """Index into `PALETTE` of each cell, (rows over D, columns over K) of uint8."""
     quantity = QUANTITIES[name]
-    values = quantity.read(stage, side)
+    values = quantity.read(plane, side)
     first = _FIRST_PERIOD if quantity.classes is PERIODS else _FIRST_OTHER
     classes = np.where(np.isfinite(values), first + np.digitize(values, quantity.edges), NO_NUMBER)
-    classes = np.where(stage.diverged(side), DIVERGED, classes)
-    return np.where(np.isfinite(stage.shown(side, "status")), classes, UNKNOWN).astype(np.uint8)
+    classes = np.where(plane.diverged(side), DIVERGED, classes)
+    return np.where(np.isfinite(plane.shown(side, "status")), classes, UNKNOWN).astype(np.uint8)
 
 
-def sudden(stage: PlaneStage, side: str, limit: float) -> np.ndarray:
+def sudden_contacts(plane: PartialPlane, side: str, limit: float) -> np.ndarray:
     """Where the longest contact lasts fewer than ``limit`` steps, the paper's "one sudden impact": uint8, 0 or 1."""
-    steps = stage.contact_steps(side)
-    return (~stage.diverged(side) & (steps > 0) & (steps < limit)).astype(np.uint8)
+    steps = plane.contact_steps(side)
+    return (~plane.diverged(side) & (steps > 0) & (steps < limit)).astype(np.uint8)
 
 
 def legend(name: str, limit: float | None = None) -> list[list[str]]:

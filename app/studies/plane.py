@@ -1,25 +1,26 @@
-"""The K–D plane, growing: the penalty model with its step, and beside it without one. No panel import."""
+"""The K–D plane while it grows: the penalty model with its time step, and beside it without one. No panel import."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.studies.refine import batches, interlaced, nearest
-from vibroscope.engine import STATUSES, CellResults, Cells, ExactPenalty, Newmark, Status, System, parts_of, run_cells
+from vibroscope.engine import STATUSES, Newmark, Status, System
+from vibroscope.engine.sweeps import MISSING, PlaneStudy, RunOptions, grow, nearest_known
 
 COUNT = 64  # cells along each axis
 TRANSIENT, SAMPLE = 450, 50
-SIDES = ("penalty", "exact")
-_DESCRIBED = ("status", "period", "near_period", "impacts_per_period", "longest_contact")
+SIDES = {"penalty": "", "exact": "exact_"}  # and how the names of their variables begin
+_SHOWN = ("status", "period", "near_period", "impacts_per_period", "longest_contact")
 _DIVERGED = STATUSES.index(Status.DIVERGED)
 
 
-class Plane(NamedTuple):
-    """What is asked: the rectangle of K and D, and what holds in all of it."""
+class PlaneQuestion(NamedTuple):
+    """A plane to compute: the rectangle of K and D, and what holds in all of it."""
 
     system: System
     eta: float
@@ -39,30 +40,57 @@ class Plane(NamedTuple):
         axis = self.axis(name)
         return float(axis[0]), float(axis[-1])
 
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Names of what is computed on both sides."""
+        return (*_SHOWN, "error") if self.errors else _SHOWN
+
+    def study(self) -> PlaneStudy:
+        """The study that answers it."""
+        K, D = self.axis("K"), self.axis("D")
+        method = Newmark(K[0], D[0], self.steps, located=self.located)
+        only = tuple(prefix + name for prefix in SIDES.values() for name in self.quantities)
+        return PlaneStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, K=K, D=D, only=only)
+
 
 @dataclass(frozen=True, eq=False)
-class PlaneStage:
-    """As far as it has come; tables are (COUNT, COUNT), rows over D, columns over K, nan where nothing is known.
+class PartialPlane:
+    """A plane so far: the values of its study, (K, D); as pictures they are (COUNT, COUNT), rows over D."""
 
-    ``known`` says which cells are computed; ``tables[side][name]`` has the names of `CellResults` and ``error``.
-    """
+    question: PlaneQuestion
+    values: dict[str, np.ndarray]
 
-    question: Plane
-    known: np.ndarray
-    tables: dict[str, dict[str, np.ndarray]]
+    @cached_property
+    def known(self) -> np.ndarray:
+        """Which cells are computed."""
+        return (self.values["status"] != MISSING).T
+
+    @cached_property
+    def tables(self) -> dict[str, dict[str, np.ndarray]]:
+        """Each quantity of both sides, nan where nothing is known."""
+        return {
+            side: {name: self._table(prefix + name) for name in self.question.quantities}
+            for side, prefix in SIDES.items()
+        }
+
+    def _table(self, name: str) -> np.ndarray:
+        return np.where(self.known, self.values[name].T, np.nan)
 
     @property
     def share(self) -> float:
         """Of all cells that are done."""
         return float(self.known.mean())
 
+    @cached_property
+    def _sources(self) -> np.ndarray:
+        return nearest_known(self.known)
+
     def shown(self, side: str, name: str) -> np.ndarray:
         """A table with the coarser cells in place of those that are not known yet; nan where there is none at all."""
-        source = nearest(self.known)
-        return np.where(source >= 0, self.tables[side][name].ravel()[source], np.nan)
+        return np.where(self._sources >= 0, self.tables[side][name].ravel()[self._sources], np.nan)
 
     def diverged(self, side: str) -> np.ndarray:
-        """Cells that blew up, (COUNT, COUNT) of bool."""
+        """Which cells diverged, of bool."""
         return self.shown(side, "status") == _DIVERGED
 
     def contact_steps(self, side: str) -> np.ndarray:
@@ -72,9 +100,9 @@ class PlaneStage:
 
     def data(self) -> dict[str, object]:
         """What is known, for a file."""
-        asked = self.question
-        numbers = {"eta": asked.eta, "steps": asked.steps, "located": asked.located}
-        return {**numbers, "K": asked.axis("K"), "D": asked.axis("D"), **self.tables}
+        question = self.question
+        numbers = {"eta": question.eta, "steps": question.steps, "located": question.located}
+        return {**numbers, "K": question.axis("K"), "D": question.axis("D"), **self.tables}
 
     def cell(self, K: float, D: float) -> tuple[int, int] | None:
         """Row and column of the cell that holds K and D; None outside."""
@@ -88,49 +116,15 @@ class PlaneStage:
 
     def centre(self, place: tuple[int, int]) -> tuple[float, float]:
         """K and D that the numbers shown of a cell were computed with: of the coarser cell while that stands for it."""
-        source = int(nearest(self.known)[place])
+        source = int(self._sources[place])
         row, column = np.unravel_index(source, self.known.shape) if source >= 0 else place
         return float(self.question.axis("K")[column]), float(self.question.axis("D")[row])
 
 
-def refine_plane(question: Plane, last: PlaneStage | None, cancelled: Callable[[], bool]) -> Iterator[PlaneStage]:
-    """Stages of the plane, from ``last`` on; raises `Cancelled`."""
-    order = interlaced((COUNT, COUNT))
-    known = np.zeros(COUNT * COUNT, bool) if last is None else last.known.ravel().copy()
-    names = (*_DESCRIBED, "error") if question.errors else _DESCRIBED
-    tables = {
-        side: {n: np.full(known.shape, np.nan) if last is None else last.tables[side][n].ravel().copy() for n in names}
-        for side in SIDES
-    }
-    stiffness, damping = (grid.ravel() for grid in np.meshgrid(question.axis("K"), question.axis("D")))
-    if known.all():
-        yield last
-    for chosen in batches(order[~known[order]]):
-        for side, found in _run(question, stiffness[chosen], damping[chosen], cancelled).items():
-            for name, values in found.items():
-                tables[side][name][chosen] = values
-        known[chosen] = True
-        yield PlaneStage(
-            question,
-            known.reshape(COUNT, COUNT).copy(),
-            {s: {n: t.reshape(COUNT, COUNT).copy() for n, t in own.items()} for s, own in tables.items()},
-        )
-
-
-def _run(question: Plane, stiffness: np.ndarray, damping: np.ndarray, cancelled) -> dict[str, dict[str, np.ndarray]]:
-    """Both sides of some cells."""
-    eta = np.full(len(stiffness), question.eta)
-    methods = Newmark(1.0, 1.0, question.steps, located=question.located), ExactPenalty(1.0, 1.0)
-    cells = [Cells(question.system, eta, m, stiffness=stiffness, damping=damping) for m in methods]
-    how = {"transient": TRANSIENT, "sample": SAMPLE, "coordinates": (2,), "cancelled": cancelled}
-    penalty, exact = (run_cells(own, **how) for own in cells)
-    told = {"penalty": _told(penalty), "exact": _told(exact)}
-    if question.errors:
-        parts = parts_of(question.system, question.eta)
-        told["penalty"]["error"] = parts.errors(cells[0], penalty, exact, cancelled=cancelled)[0]
-        told["exact"]["error"] = parts.errors(cells[1], exact, exact, cancelled=cancelled)[0]
-    return told
-
-
-def _told(found: CellResults) -> dict[str, np.ndarray]:
-    return {name: getattr(found, name).astype(float) for name in _DESCRIBED}
+def grow_plane(
+    question: PlaneQuestion, last: PartialPlane | None, cancelled: Callable[[], bool]
+) -> Iterator[PartialPlane]:
+    """Partial results of the plane, from ``last`` on; raises `Cancelled`."""
+    options = RunOptions(cancelled=cancelled)
+    for partial in grow(question.study(), options, picture=True, known=last and last.values):
+        yield PartialPlane(question, partial.values())

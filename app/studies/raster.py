@@ -1,4 +1,4 @@
-"""The bifurcation diagram as a picture of counts: so many points move too slowly as circles."""
+"""The bifurcation diagram as a picture of counts: drawn as circles, so many points would be slow to move."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def raster(
 
 
 def _thicken(shades: np.ndarray) -> np.ndarray:
-    """Every point two pixels high and wide: a line one pixel thin is lost beside the grid."""
+    """Make every point two pixels high and wide: a line of one pixel is hard to see beside the grid."""
     thick = shades.copy()
     thick[1:] = np.maximum(thick[1:], shades[:-1])
     thick[:, 1:] = np.maximum(thick[:, 1:], thick[:, :-1])

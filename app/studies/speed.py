@@ -1,12 +1,12 @@
-"""Speed against error of the present setting, measured while one watches. No panel import.
+"""Speed against error of the present setting, measured while a user watches. No panel import.
 
 Error and cost are those of the shipped figure (`app.performance.bench`): the largest difference of the four state
-components after 10 periods from rest, and processor time per period over 200 periods. Newmark's and the
-located step's error is that against the exact penalty model, to which both tend as Δτ → 0. The two solvers in closed
-form have no time step and are no approximation of one another: they have a cost alone here, and their errors stand in
-the shipped figure.
+components after 10 periods from rest, and processor time per period over 200 periods. The error of Newmark's fixed and
+located step is that against the exact penalty model, to which both tend as Δτ → 0. The two solvers in closed form have
+no time step and do not approximate one another: here they have a cost alone, and their errors stand in the shipped
+figure.
 
-All take turns, and medians over the turns count: a machine that is slower for a while is slower for all.
+All solvers take turns, and medians over the turns count: a machine that is slower for a while is slower for all.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, Syste
 FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)  # of the n that is set
 SWEPT = ("fixed", "plain", "located")  # have a time step
 KINDS = ("reference", "exact", *SWEPT)
-ROUNDS = (1, 3, 6, 10, 15)  # turns after which a stage is shown; the last ends the measuring
+ROUNDS = (1, 3, 6, 10, 15)  # turns after which there is a partial result; the last ends the measurement
 _FEWEST = 4  # steps that Newmark takes
 
 
 @dataclass(frozen=True)
-class Question:
-    """What is measured: a class, since a tuple would equal another study's of the same numbers."""
+class SpeedQuestion:
+    """A measurement to make: a class, since a tuple would equal another study's of the same numbers."""
 
     system: System
     eta: float
@@ -48,22 +48,22 @@ class Key(NamedTuple):
     steps: int
 
 
-class Run(NamedTuple):
-    """Processor seconds, the last state (4,) (nan where it blew up), and time steps solved for."""
+class TimedRun(NamedTuple):
+    """Processor seconds, the last state (4,) (nan where it diverged), and time steps solved for."""
 
     seconds: float
     state: np.ndarray
     solves: int
 
 
-Solve = Callable[[int, Callable[[], bool]], Run]  # periods from rest, and whether it was withdrawn
+Solve = Callable[[int, Callable[[], bool]], TimedRun]  # of so many periods from rest, and whether it was cancelled
 
 
 @dataclass(frozen=True, eq=False)
-class SpeedStage:
-    """What is known after some turns, by solver: error, solves per period, µs per period of each turn."""
+class PartialSpeed:
+    """A measurement after some turns, by solver: error, solves per period, µs per period of each turn."""
 
-    question: Question
+    question: SpeedQuestion
     errors: dict[Key, float]
     solves: dict[Key, float]
     turns: dict[Key, tuple[float, ...]]
@@ -87,7 +87,7 @@ class SpeedStage:
         return self.cost(Key(kind, 0))
 
     def curve(self, kind: str) -> list[Key]:
-        """Solvers of one kind that did not blow up, by ascending n."""
+        """Solvers of one kind that did not diverge, by ascending n."""
         return sorted(key for key in self.errors if key.kind == kind and math.isfinite(self.errors[key]))
 
     def times(self, dear: Key, cheap: Key) -> float:
@@ -95,10 +95,10 @@ class SpeedStage:
         return float(np.median(np.divide(self.turns[dear], self.turns[cheap])))
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file: columns over the solvers, and what was asked."""
-        asked = {name: getattr(self.question, name) for name in ("eta", "K", "D", "steps")}
+        """What is known, for a file: columns over the solvers, and the question."""
+        question = {name: getattr(self.question, name) for name in ("eta", "K", "D", "steps")}
         keys = list(self.turns)
-        return asked | {
+        return question | {
             "periods": PERIODS,
             "error_after_periods": CHECKED,
             "rounds": self.rounds,
@@ -115,33 +115,33 @@ def steps_around(steps: int) -> list[int]:
     return sorted({max(_FEWEST, round(factor * steps)) for factor in FACTORS})
 
 
-def solvers(question: Question) -> dict[Key, Solve]:
-    """All that take turns; those that are compared stand next to each other."""
+def solvers(question: SpeedQuestion) -> dict[Key, Solve]:
+    """All solvers, in the order of their turns; those that are compared stand next to each other."""
     system, eta, K, D = question.system, question.eta, question.K, question.D
     found = {
-        Key("reference", 0): _of_engine(system, eta, question.reference),
-        Key("exact", 0): _of_engine(system, eta, ExactPenalty(K, D)),
+        Key("reference", 0): _engine_solver(system, eta, question.reference),
+        Key("exact", 0): _engine_solver(system, eta, ExactPenalty(K, D)),
     }
     for n in steps_around(question.steps):
-        found[Key("fixed", n)] = _of_engine(system, eta, Newmark(K, D, n))
-        found[Key("plain", n)] = _of_plain(system, eta, K, D, n)
-        found[Key("located", n)] = _of_engine(system, eta, Newmark(K, D, n, located=True))
+        found[Key("fixed", n)] = _engine_solver(system, eta, Newmark(K, D, n))
+        found[Key("plain", n)] = _plain_solver(system, eta, K, D, n)
+        found[Key("located", n)] = _engine_solver(system, eta, Newmark(K, D, n, located=True))
     return found
 
 
-def _of_engine(system: System, eta: float, method: Reference | ExactPenalty | Newmark) -> Solve:
+def _engine_solver(system: System, eta: float, method: Reference | ExactPenalty | Newmark) -> Solve:
     def solve(periods, cancelled):
         seconds, response = engine_seconds(
             lambda: simulate(system, eta, method, periods=periods, keep=1, cancelled=cancelled)
         )
         state = response.section[-1] if response.ok else np.full(4, math.nan)
-        return Run(seconds, state, response.cost.steps)
+        return TimedRun(seconds, state, response.cost.steps)
 
     return solve
 
 
-def _of_plain(system: System, eta: float, K: float, D: float, steps: int) -> Solve:
-    """The loop that an FE code walks; once begun it runs to its end, a third of a second at the most."""
+def _plain_solver(system: System, eta: float, K: float, D: float, steps: int) -> Solve:
+    """The loop of an FE code; once begun it runs to its end, a third of a second at the most."""
     run = plain_loop(system, eta, K, D, steps)
 
     def solve(periods, cancelled):
@@ -149,38 +149,40 @@ def _of_plain(system: System, eta: float, K: float, D: float, steps: int) -> Sol
             raise Cancelled
         begin = time.thread_time()
         state = run(periods)
-        return Run(time.thread_time() - begin, state, steps * periods)
+        return TimedRun(time.thread_time() - begin, state, steps * periods)
 
     return solve
 
 
-def refine_speed(question: Question, last: SpeedStage | None, cancelled: Callable[[], bool]) -> Iterator[SpeedStage]:
-    """Stages of the measuring, from ``last`` on: errors and one turn first, then more turns. Raises `Cancelled`."""
+def grow_speed(
+    question: SpeedQuestion, last: PartialSpeed | None, cancelled: Callable[[], bool]
+) -> Iterator[PartialSpeed]:
+    """Partial results from ``last`` on: errors and one turn first, then more turns. Raises `Cancelled`."""
     if last is not None:
         yield last
     done = 0 if last is None else last.rounds
     if done >= ROUNDS[-1]:
         return
-    asked = solvers(question)
-    errors = _errors(asked, cancelled) if last is None else last.errors
-    turns = {key: () if last is None else last.turns[key] for key in asked}
+    by_key = solvers(question)
+    errors = _errors(by_key, cancelled) if last is None else last.errors
+    turns = {key: () if last is None else last.turns[key] for key in by_key}
     for wanted in (count for count in ROUNDS if count > done):
         for _ in range(wanted - done):
-            runs = {key: _timed(solve, cancelled) for key, solve in asked.items()}
-            turns = {key: (*turns[key], runs[key].seconds / PERIODS * 1e6) for key in asked}
+            runs = {key: _timed(solve, cancelled) for key, solve in by_key.items()}
+            turns = {key: (*turns[key], runs[key].seconds / PERIODS * 1e6) for key in by_key}
         done = wanted
-        yield SpeedStage(question, errors, {key: run.solves / PERIODS for key, run in runs.items()}, turns)
+        yield PartialSpeed(question, errors, {key: run.solves / PERIODS for key, run in runs.items()}, turns)
 
 
-def _timed(solve: Solve, cancelled: Callable[[], bool]) -> Run:
+def _timed(solve: Solve, cancelled: Callable[[], bool]) -> TimedRun:
     """One run; a short one before it brings code and tables into the caches."""
     solve(CHECKED, cancelled)
     return solve(PERIODS, cancelled)
 
 
-def _errors(asked: dict[Key, Solve], cancelled: Callable[[], bool]) -> dict[Key, float]:
+def _errors(by_key: dict[Key, Solve], cancelled: Callable[[], bool]) -> dict[Key, float]:
     """Largest difference from the exact penalty model after `CHECKED` periods; nan where either gave up."""
-    right = asked[Key("exact", 0)](CHECKED, cancelled).state
-    swept = {key: solve for key, solve in asked.items() if key.kind in SWEPT}
-    wrong = {key: float(np.abs(solve(CHECKED, cancelled).state - right).max()) for key, solve in swept.items()}
-    return {key: error if math.isfinite(error) else math.nan for key, error in wrong.items()}
+    exact = by_key[Key("exact", 0)](CHECKED, cancelled).state
+    swept = {key: solve for key, solve in by_key.items() if key.kind in SWEPT}
+    found = {key: float(np.abs(solve(CHECKED, cancelled).state - exact).max()) for key, solve in swept.items()}
+    return {key: error if math.isfinite(error) else math.nan for key, error in found.items()}

@@ -1,12 +1,14 @@
 """Studies over many cells: the bifurcation diagram, the K–D plane, the time step.
 
-`study` says what a study is and `eta`, `plane`, `step` what each of the three computes; `chunks` cuts it, `store`
-keeps it at its `place`, `runner` and `cluster` run it, `provenance` signs it. Results are xarray Datasets.
+`study` defines a study, and `eta_study`, `plane_study` and `step_study` are the three. `growth` runs a study batch by
+batch (`batches`), on this machine or on a `cluster`, and holds the results in `memory` or in a `store` at a `place`;
+`cache` keeps studies for the explorer. `digest` and `provenance` identify the code and the numbers that a result comes
+from. Results are xarray Datasets.
 
-All three functions take further keywords that do not change the result: those of `Run`, which say where to keep it and
-on which machines to run it. Or ``keep=True``: it is kept in the user's cache, under every number and the
-engine's sources, the least recently used dropped; then only ``progress`` and ``cancelled`` beside it. What they raise
-:func:`.sweeps.runner.run` says.
+All three functions take further keywords that do not change the result: those of `RunOptions`, for where to keep the
+result and on which machines to run the study. With ``keep=True`` it goes to the user's cache, under every number and
+the digest of the engine's code; the least recently used result is dropped, and the only further keywords are
+``progress`` and ``cancelled``. The functions raise what :func:`.sweeps.growth.grow` raises.
 """
 
 from collections.abc import Sequence
@@ -14,19 +16,42 @@ from typing import TYPE_CHECKING
 
 from ..methods import ExactPenalty, Method, Newmark
 from ..model import System
-from .axis import ascending
-from .cache import kept
-from .eta import COORDINATES, DIRECTIONS, OVER, EtaStudy
-from .plane import PlaneStudy
+from .axis import ascending_values
+from .batches import COARSEST, nearest_known
+from .cache import cached_dataset, grow_cached
+from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
+from .growth import Partial, RunOptions, grow, run
+from .memory import empty_values
+from .plane_study import PlaneStudy
 from .progress import Progress
-from .runner import Run, run
-from .step import StepStudy
+from .step_study import SCHEMES, StepStudy
 from .study import Study
+from .variables import MISSING
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["COORDINATES", "DIRECTIONS", "OVER", "Progress", "Run", "sweep_eta", "sweep_plane", "sweep_step"]
+__all__ = [
+    "COARSEST",
+    "COORDINATES",
+    "DIRECTIONS",
+    "MISSING",
+    "OVER",
+    "SCHEMES",
+    "EtaStudy",
+    "Partial",
+    "PlaneStudy",
+    "Progress",
+    "RunOptions",
+    "StepStudy",
+    "empty_values",
+    "grow",
+    "grow_cached",
+    "nearest_known",
+    "sweep_eta",
+    "sweep_plane",
+    "sweep_step",
+]
 
 
 def sweep_eta(
@@ -72,11 +97,11 @@ def sweep_eta(
     Returns
     -------
     xarray.Dataset
-        Dimensions (over, ``sample``); see :mod:`.sweeps.eta` for the variables.
+        Dimensions (over, ``sample``); see :mod:`.sweeps.eta_study` for the variables.
     """
     more = {"over": over, "values": values, "direction": direction, "coordinates": coordinates}
     study = EtaStudy(system, method, eta, transient, sample, **more, refine=refine, lyapunov=lyapunov)
-    return _found(study, **how)
+    return _run(study, **how)
 
 
 def sweep_plane(
@@ -116,14 +141,14 @@ def sweep_plane(
     Returns
     -------
     xarray.Dataset
-        Dimensions (``K``, ``D``); see :mod:`.sweeps.plane` for the variables.
+        Dimensions (``K``, ``D``); see :mod:`.sweeps.plane_study` for the variables.
     """
-    K, D = ascending("K", K), ascending("D", D)
+    K, D = ascending_values("K", K), ascending_values("D", D)
     if steps is None and located:
         raise ValueError("the exact penalty method has no step that could be located: give steps, or leave located out")
     first = float(K[0]), float(D[0])
     method = ExactPenalty(*first) if steps is None else Newmark(*first, steps, located=located)
-    return _found(PlaneStudy(system, method, eta, transient, sample, K=K, D=D, parts=parts), **how)
+    return _run(PlaneStudy(system, method, eta, transient, sample, K=K, D=D, parts=parts), **how)
 
 
 def sweep_step(
@@ -153,14 +178,14 @@ def sweep_step(
     Returns
     -------
     xarray.Dataset
-        Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step; see :mod:`.step`
-        for the variables.
+        Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step; see
+        :mod:`.sweeps.step_study` for the variables.
     """
-    steps = ascending("steps", steps)
-    return _found(StepStudy(system, Newmark(K, D, int(steps[0])), eta, transient, sample, steps=steps), **how)
+    steps = ascending_values("steps", steps)
+    return _run(StepStudy(system, Newmark(K, D, int(steps[0])), eta, transient, sample, steps=steps), **how)
 
 
-def _found(study: Study, *, keep: bool = False, **how) -> "xarray.Dataset":
+def _run(study: Study, *, keep: bool = False, **how) -> "xarray.Dataset":
     if keep:
-        return kept(study, **how)
-    return run(study, Run(**how))
+        return cached_dataset(study, **how)
+    return run(study, RunOptions(**how))

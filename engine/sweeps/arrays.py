@@ -4,16 +4,16 @@ import contextlib
 
 import numpy as np
 
-from .chunks import Chunk
-from .variables import Variable, Whole
+from .batches import Chunk
+from .variables import StudyArray, Variable
 
 LEVEL = 1  # of zstd: sections of periodic motion shrink a lot, those of chaotic motion hardly, at any level
 DAMAGE = (ValueError, RuntimeError, OSError)  # what the checksum, the decompressor and the disk raise
-# A chunk of nothing but fill values, too, becomes a file: one that is not there is missing.
+# A chunk of nothing but fill values becomes a file, too: a chunk without a file is missing.
 EVERY_CHUNK = {"write_empty_chunks": True}
 
 
-def array_of(group, name: str):
+def open_array(group, name: str):
     """The array of this name; None if there is none that can be opened."""
     try:
         return group[name]
@@ -21,8 +21,8 @@ def array_of(group, name: str):
         return None
 
 
-def make(group, name: str, variable: Variable, lengths: dict[str, int], sides: tuple[int, ...]) -> None:
-    """Have an array of nothing but missing values."""
+def create_array(group, name: str, variable: Variable, lengths: dict[str, int], sides: tuple[int, ...]) -> None:
+    """Create an array of nothing but missing values, in chunks of so many cells along each axis of the grid."""
     shape = tuple(lengths[dim] for dim in variable.dims)
     group.create_array(
         name,
@@ -37,10 +37,10 @@ def make(group, name: str, variable: Variable, lengths: dict[str, int], sides: t
     )
 
 
-def keep(group, name: str, item: Whole) -> None:
-    """Have an array in one piece; what is there already stays untouched."""
+def write_array(group, name: str, item: StudyArray) -> None:
+    """Write an array of the study in one piece, unless the same is there already."""
     values = np.asarray(item.values)
-    found = array_of(group, name)
+    found = open_array(group, name)
     if found is not None:
         with contextlib.suppress(*DAMAGE):
             if np.array_equal(found[...], values, equal_nan=True):
@@ -49,7 +49,7 @@ def keep(group, name: str, item: Whole) -> None:
     group.create_array(name, data=values, chunks=tuple(max(1, n) for n in values.shape), overwrite=True, **how)
 
 
-def is_there(array, chunk: Chunk) -> bool:
+def chunk_exists(array, chunk: Chunk) -> bool:
     """Whether the file of a chunk is there."""
     from zarr.core.sync import sync
 

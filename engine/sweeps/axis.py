@@ -9,8 +9,8 @@ from ..model import require, whole
 VALUES_LIMIT = 10_000_000  # along one axis, which is held in memory
 
 
-def ascending(name: str, values: Sequence[float]) -> np.ndarray:
-    """The values of an axis, if they are one.
+def ascending_values(name: str, values: Sequence[float]) -> np.ndarray:
+    """The values of an axis, checked.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Studies kept between runs for the explorer: each under its key, the least recently used dropped first.
 
-The key holds every number and a digest of the engine's sources, so that no study of another engine is ever found. One
+The key holds every number and the digest of the engine's code, so that no study of another engine is ever found. One
 that was cancelled goes on where it was when it is asked for again. Of several processes that want the same study one
 computes it, and the others wait for it.
 """
@@ -8,26 +8,33 @@ computes it, and the others wait for it.
 import contextlib
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
 
 from ..drivers.code_cache import cache_root
+from .growth import RunOptions, grow, run
 from .place import Place
-from .progress import Hook
-from .runner import Run, run
 from .study import Study
 
 if TYPE_CHECKING:
     import xarray
 
 BYTES_KEPT = 500_000_000
+Read = TypeVar("Read")
 
 
-def kept(
-    study: Study, *, progress: Hook | None = None, cancelled: Callable[[], bool] | None = None
-) -> "xarray.Dataset":
+def cached_dataset(study: Study, **options) -> "xarray.Dataset":
     """The result of a study in memory, from the cache as far as it is there.
+
+    Parameters
+    ----------
+    study : Study
+    **options
+        ``progress`` and ``cancelled`` of `RunOptions`.
 
     Raises
     ------
@@ -36,23 +43,31 @@ def kept(
     Cancelled
         If ``cancelled`` returned true; what is complete is kept for the next time.
     """
+    *_, dataset = _read_through(study, RunOptions(**options), lambda how: [run(study, how).load()])
+    return dataset
+
+
+def grow_cached(study: Study, options: RunOptions) -> Iterator[dict[str, np.ndarray]]:
+    """The values of each partial result of a study that grows in the cache (see `grow`)."""
+    return _read_through(study, options, lambda how: (partial.values() for partial in grow(study, how)))
+
+
+def _read_through(study: Study, options: RunOptions, results: Callable[[RunOptions], Iterable[Read]]) -> Iterator[Read]:
+    """What ``results`` reads of the study in the cache, or, where there can be no cache, in memory."""
     study.check()
     folder = cache_root() / "studies" / study.key
+    cached = replace(options, out=folder, wait=True)
     with contextlib.suppress(OSError, KeyError):  # a full, read-only or just dropped entry costs time, not the result
-        return _from(folder, study, progress, cancelled)
-    return run(study, Run(progress=progress, cancelled=cancelled)).load()
-
-
-def _from(folder: Path, study: Study, progress, cancelled) -> "xarray.Dataset":
-    how = Run(folder, progress=progress, cancelled=cancelled, wait=True)
-    try:
-        found = run(study, how).load()
-    except ValueError:  # the study was checked, so that it is the entry which is damaged
-        _drop(folder)
-        found = run(study, how).load()
-    os.utime(folder)  # used just now
-    drop_oldest(folder.parent, spare=folder)
-    return found
+        try:
+            yield from results(cached)
+        except ValueError:  # the study was checked, so that it is the entry which is damaged
+            _drop(folder)
+            yield from results(cached)
+        with contextlib.suppress(OSError):
+            os.utime(folder)  # used just now
+            drop_oldest(folder.parent, spare=folder)
+        return
+    yield from results(options)
 
 
 def drop_oldest(root: Path, *, spare: Path | None = None, most: int | None = None) -> None:
@@ -76,7 +91,7 @@ def drop_oldest(root: Path, *, spare: Path | None = None, most: int | None = Non
             return
         if entry == spare:
             continue
-        with contextlib.suppress(OSError), Place(entry).locked():  # not one that a process is at work on
+        with contextlib.suppress(OSError), Place(entry).lock():  # not one that a process is at work on
             _drop(entry)
             total -= size
 
@@ -90,7 +105,7 @@ def _size(folder: Path) -> int:
 
 
 def _drop(folder: Path) -> None:
-    # renamed first: nobody must find half of it
+    # renamed first: no process must find half of it
     away = folder.with_name(f".dropped-{os.getpid()}-{folder.name}")
     folder.rename(away)
     shutil.rmtree(away, ignore_errors=True)

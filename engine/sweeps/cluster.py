@@ -1,20 +1,22 @@
 """The chunks of a study on a Dask cluster.
 
-Results go to a folder by way of this process, since workers elsewhere do not see it; to an object store the workers
-write themselves, and look there themselves for what an earlier run left. A worker that dies loses the chunks in its
-hands, and Dask gives them to another.
+Results go to a folder or to memory by way of this process, since workers elsewhere do not see it; to an object store
+the workers write themselves, and look there themselves for what an earlier run left. A worker that dies loses the
+chunks in its hands, and Dask gives them to another.
 """
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+import itertools
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
 from ..result import Cancelled
-from .chunks import Chunk
+from .batches import Chunk
+from .digest import engine_digest
+from .memory import Memory
 from .place import Place
-from .progress import Tally
-from .provenance import engine_digest
+from .progress import ProgressCounter
 from .store import Store
 from .study import Study
 
@@ -36,21 +38,21 @@ def compute(study: Study, before: dict[str, np.ndarray] | None, digest: str, thr
     return study.compute(before=before, threads=threads)
 
 
-def ensure(study: Study, digest: str, threads: int, place: tuple) -> tuple[bool, np.ndarray]:
-    """On a worker: have a part of a study in the store; whether it was there, and the status of its cells."""
+def compute_into_store(study: Study, digest: str, threads: int, place: tuple) -> tuple[bool, np.ndarray]:
+    """On a worker: compute a part of a study unless the store has it; whether it has, and the status of the cells."""
     target, group, chunk = place
-    store = Store(Place(target), group).opened(study)
+    store = Store(Place(target), group).open(study)
     values = store.read(chunk)
     reused = values is not None
     if not reused:
         values = compute(study, None, digest, threads)
-        store.write(chunk, values)
+        store.write_now(chunk, values)
     return reused, values["status"]
 
 
 @contextlib.contextmanager
-def connected(scheduler: str, threads: int, cancelled: Callable[[], bool] | None) -> Iterator[Callable]:
-    """An executor of chunks (see :mod:`.runner`) on the cluster of a scheduler.
+def connect(scheduler: str, threads: int, cancelled: Callable[[], bool] | None) -> Iterator[Callable]:
+    """An executor of chunks (see :mod:`.growth`) on the cluster of a scheduler.
 
     Raises
     ------
@@ -74,49 +76,51 @@ def connected(scheduler: str, threads: int, cancelled: Callable[[], bool] | None
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise OSError(f"the scheduler at {scheduler} has no workers: start some") from None
-        cluster = _Cluster(client, threads, cancelled)
-        yield cluster.execute
+        yield _Cluster(client, threads, cancelled).execute
 
 
 class _Cluster:
-    def __init__(self, client, threads: int, cancelled: Callable[[], bool] | None):
+    def __init__(self, client, threads: int, cancelled: Callable[[], bool] | None) -> None:
         self._client, self._threads, self._cancelled = client, threads, cancelled
 
-    def execute(self, study: Study, store: Store, order: Sequence[Chunk], tally: Tally) -> None:
+    def execute(
+        self, study: Study, results: Memory | Store, chunks: Iterable[Chunk], counter: ProgressCounter
+    ) -> Iterator[None]:
         """All chunks in this order, some at a time; of a sequential study one after the other."""
-        waiting = iter(order)
         if study.sequential:
-            self._one_by_one(study, store, waiting, tally)
-        elif store.place.shared:
-            self._by_workers(study, store, waiting, tally)
-        else:
-            self._by_way_of_here(study, store, waiting, tally)
+            return self._one_by_one(study, results, chunks, counter)
+        if isinstance(results, Store) and results.place.shared:
+            return self._by_workers(study, results, chunks, counter)
+        return self._by_way_of_here(study, results, chunks, counter)
 
-    def _by_way_of_here(self, study: Study, store: Store, order: Iterator[Chunk], tally: Tally) -> None:
-        missing = (chunk for chunk in order if not _kept(store, chunk, tally))
+    def _by_way_of_here(self, study, results, chunks, counter) -> Iterator[None]:
+        missing = (chunk for chunk in chunks if not _count_if_there(results, chunk, counter))
         for chunk, values in self._results(missing, lambda chunk: self._compute(study.cut(chunk), None)):
-            store.write(chunk, values)
-            tally.add(values["status"], reused=False)
+            results.write(chunk, values)
+            counter.add(values["status"], reused=False)
+            yield
 
-    def _by_workers(self, study: Study, store: Store, order: Iterator[Chunk], tally: Tally) -> None:
+    def _by_workers(self, study, store, chunks, counter) -> Iterator[None]:
         def submit(chunk: Chunk):
             place = store.place.target, store.group, chunk
-            return self._submit(ensure, study.cut(chunk), engine_digest(), self._threads, place)
+            return self._submit(compute_into_store, study.cut(chunk), engine_digest(), self._threads, place)
 
-        for _, (reused, status) in self._results(order, submit):
-            tally.add(status, reused=reused)
+        for _, (reused, status) in self._results(chunks, submit):
+            counter.add(status, reused=reused)
+            yield
 
-    def _one_by_one(self, study: Study, store: Store, order: Iterator[Chunk], tally: Tally) -> None:
+    def _one_by_one(self, study, results, chunks, counter) -> Iterator[None]:
         before = None
-        for chunk in order:
-            values = store.read(chunk)
+        for chunk in chunks:
+            values = results.read(chunk)
             reused = values is not None
             if not reused:
-                link = before
-                ((_, values),) = self._results([chunk], lambda chunk: self._compute(study.cut(chunk), link))  # noqa: B023 - used at once
-                store.write(chunk, values)
-            tally.add(values["status"], reused=reused)
+                start = before
+                ((_, values),) = self._results([chunk], lambda chunk: self._compute(study.cut(chunk), start))  # noqa: B023 - used at once
+                results.write(chunk, values)
+            counter.add(values["status"], reused=reused)
             before = {name: values[name] for name in ("status", "end")}
+            yield
 
     def _compute(self, part: Study, before: dict[str, np.ndarray] | None):
         return self._submit(compute, part, before, engine_digest(), self._threads)
@@ -124,18 +128,16 @@ class _Cluster:
     def _submit(self, function, *arguments):
         return self._client.submit(function, *arguments, pure=False)
 
-    def _results(self, order, submit: Callable) -> Iterator[tuple[Chunk, object]]:
-        """Chunks and what became of them, as they come."""
+    def _results(self, chunks: Iterable[Chunk], submit: Callable) -> Iterator[tuple[Chunk, object]]:
+        """Chunks with what their workers return, as they come."""
         from distributed import wait
 
         ahead = AHEAD * max(1, sum(self._client.nthreads().values()))
-        order, running = iter(order), {}
+        waiting, running = iter(chunks), {}
         try:
             while True:
-                for chunk in order:
+                for chunk in itertools.islice(waiting, ahead - len(running)):
                     running[submit(chunk)] = chunk
-                    if len(running) >= ahead:
-                        break
                 if not running:
                     return
                 if self._cancelled is not None and self._cancelled():
@@ -148,8 +150,8 @@ class _Cluster:
             self._client.cancel(list(running))
 
 
-def _kept(store: Store, chunk: Chunk, tally: Tally) -> bool:
-    values = store.read(chunk)
+def _count_if_there(results: Memory | Store, chunk: Chunk, counter: ProgressCounter) -> bool:
+    values = results.read(chunk)
     if values is not None:
-        tally.add(values["status"], reused=True)
+        counter.add(values["status"], reused=True)
     return values is not None

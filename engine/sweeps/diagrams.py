@@ -16,10 +16,10 @@ from vibroscope import assets
 
 from ..methods import JOINT_DAMPINGS, Reference
 from ..model import System
-from .cache import kept
-from .eta import EtaStudy
-from .progress import Hook
-from .runner import Run, run
+from .cache import cached_dataset
+from .eta_study import EtaStudy
+from .growth import RunOptions, run
+from .progress import ProgressCallback
 
 SHIPPED = Path(str(files(assets))) / "diagrams"
 GRID = np.round(np.arange(0.5, 4.0 + 1e-9, 0.0025), 4)  # 1,401 values of η; the paper's four are among them
@@ -42,7 +42,7 @@ class Diagram:
 
 
 def diagram_study(system: System, method: Reference) -> EtaStudy:
-    """What the diagram is made of: its key changes with any number that goes in and with any line of the engine."""
+    """The study that the diagram is made of; its key changes with any number and any code that goes in."""
     return EtaStudy(system, method, float(GRID[0]), TRANSIENT, SAMPLE, values=GRID)
 
 
@@ -50,7 +50,7 @@ def diagram(
     system: System,
     method: Reference,
     *,
-    progress: Hook | None = None,
+    progress: ProgressCallback | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Diagram:
     """The bifurcation diagram over GRID: shipped, or cached, or computed now and cached.
@@ -67,16 +67,16 @@ def diagram(
     """
     study = diagram_study(system, method)
     shipped = load_diagram(shipped_path(method), study.key)
-    return shipped or _drawn(kept(study, progress=progress, cancelled=cancelled))
+    return shipped or _diagram_of(cached_dataset(study, progress=progress, cancelled=cancelled))
 
 
-def _drawn(found) -> Diagram:
+def _diagram_of(found) -> Diagram:
     points = np.stack([found[name].values for name in ("xi1", "xi2")])
     return Diagram(found["eta"].values, points.astype(np.float32))
 
 
 def shipped_path(method: Reference) -> Path:
-    """Where the diagram of the default system lies in the source tree."""
+    """The file with the diagram of the default system in the source tree."""
     return SHIPPED / f"{method.joint_damping}.npz"
 
 
@@ -85,7 +85,7 @@ def ship_diagrams() -> list[Path]:
     paths = []
     for kind in JOINT_DAMPINGS:
         study, path = diagram_study(System(), Reference(kind)), shipped_path(Reference(kind))
-        save_diagram(path, study.key, _drawn(run(study, Run())))
+        save_diagram(path, study.key, _diagram_of(run(study, RunOptions())))
         paths.append(path)
     return paths
 

@@ -1,4 +1,4 @@
-"""The error of many penalty cells and what it is made of (MODEL.md, "What the difference is made of").
+"""The error of many penalty cells and what it is made of.
 
 On the instants of Newmark's grid, over the periods that follow a cell's sample,
 
@@ -9,7 +9,7 @@ each as the root mean square of both displacements relative to that of reference
 :mod:`..divergence.error`. The last is the same for all cells of one η.
 
 There is an error wherever the reference repeats itself: a cell that does not repeat is far from it at most instants,
-and the number says so (`period` says why). The parts exist where exact penalty and both references repeat after as
+and the error shows it (`period` is the reason). The parts exist where exact penalty and both references repeat after as
 many periods, scatter forgiven; elsewhere a difference at each instant means nothing, and they are nan.
 """
 
@@ -33,8 +33,8 @@ SAMPLES = 200  # per period (see engine.divergence.grid)
 PERIODS = 12  # that are compared, or the next whole number of cycles: scatter evens out over them
 
 
-class Parts:
-    """The reference's motion with the joint damping as measured and as derived, and errors against both.
+class ReferenceMotion:
+    """The reference's motion with the joint damping as measured and as derived, and the errors of cells against both.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Parts:
         Whether that with derived joint damping repeats after as many: else the error has no parts.
     """
 
-    def __init__(self, system: System, eta: float):
+    def __init__(self, system: System, eta: float) -> None:
         self.system, self.eta = system, eta
         self.table, self.derived = (Target.find(system, eta, Reference(kind)) for kind in ("table", "derived"))
         self.period = self.table.period
@@ -57,7 +57,7 @@ class Parts:
         if not self.splits:
             return np.nan
         table, size = self.table.cycle(Record(1, SAMPLES))
-        return rms(self._beside(self.derived, Record(1, SAMPLES), table) - table) / size
+        return rms(self._in_step(self.derived, Record(1, SAMPLES), table) - table) / size
 
     @functools.cached_property
     def first_impact(self) -> float:
@@ -79,7 +79,7 @@ class Parts:
         self,
         cells: Cells,
         found: CellResults,
-        exact: CellResults,
+        exact: CellResults | None,
         *,
         threads: int | None = None,
         progress: Callable[[int], None] | None = None,
@@ -91,8 +91,10 @@ class Parts:
         ----------
         cells : Cells
             Of a penalty method, all of this system and η.
-        found, exact : CellResults
-            Of these cells, and of the same by the exact penalty method, which may be theirs.
+        found : CellResults
+            Of these cells.
+        exact : CellResults or None
+            Of the same by the exact penalty method, which may be ``found`` itself; None: only the error, not its parts.
 
         Raises
         ------
@@ -103,12 +105,14 @@ class Parts:
         if not self.period:
             return errors
 
-        in_step = exact.ok & (exact.near_period == self.period) & self.splits
+        has_parts = np.zeros(len(cells), bool)
+        if exact is not None and self.splits:
+            has_parts = exact.ok & (exact.near_period == self.period)
 
         def fill(i: int) -> None:
             if cancelled is not None and cancelled():
                 raise Cancelled
-            errors[:, i] = self._split(cells.method_of(i), found.end[i], exact.end[i] if in_step[i] else None)
+            errors[:, i] = self._split(cells.method_of(i), found.end[i], exact.end[i] if has_parts[i] else None)
 
         with ThreadPoolExecutor(threads) as pool:
             for done, _ in enumerate(pool.map(fill, np.flatnonzero(found.ok)), start=1):
@@ -121,33 +125,36 @@ class Parts:
         if penalty is None:
             return np.nan, np.nan, np.nan
         _, size = self.table.cycle(grid)
-        total = rms(penalty - self._beside(self.table, grid, penalty)) / size
+        total = rms(penalty - self._in_step(self.table, grid, penalty)) / size
         if exact_state is None:
             return total, np.nan, np.nan
         if isinstance(method, ExactPenalty):
-            return total, 0.0, rms(penalty - self._beside(self.derived, grid, penalty)) / size
+            return total, 0.0, rms(penalty - self._in_step(self.derived, grid, penalty)) / size
         exact, _ = self._sampled(ExactPenalty(method.stiffness, method.damping), exact_state, method.steps)
         if exact is None:
             return total, np.nan, np.nan
         exact = repeated(exact, exact.shape[1], self._lead(exact, penalty))
-        derived = self._beside(self.derived, grid, exact)
+        derived = self._in_step(self.derived, grid, exact)
         return total, rms(penalty - exact) / size, rms(exact - derived) / size
 
     def _sampled(self, method: Method, state: np.ndarray, steps: int | None = None):
+        """Displacements over whole cycles from a state on, (2, periods, m), and their grid; None if the run ends."""
         periods = self.period * -(-PERIODS // self.period)
         record = Record(periods, SAMPLES, steps)
         run = simulate(self.system, self.eta, method, periods=periods, keep=periods, initial=state, record=record)
         return (by_period(run)[:2], grid_of(run) if steps is None else None) if run.ok else (None, None)
 
-    def _beside(self, target: Target, grid: Record, displacement: np.ndarray) -> np.ndarray:
+    def _in_step(self, target: Target, grid: Record, displacement: np.ndarray) -> np.ndarray:
+        """The cycle of a reference, moved by whole periods to where it is closest to displacements."""
         cycle, _ = target.cycle(grid)
         return repeated(cycle, displacement.shape[1], best_shift(cycle, displacement))
 
     def _lead(self, one: np.ndarray, other: np.ndarray) -> int:
+        """Periods by which one motion is to begin later to come closest to another."""
         return min(range(self.period), key=lambda shift: rms(np.roll(one, -shift, axis=1) - other))
 
 
 @functools.lru_cache(maxsize=8)
-def parts_of(system: System, eta: float) -> Parts:
-    """The same, found once per process."""
-    return Parts(system, eta)
+def reference_motion(system: System, eta: float) -> ReferenceMotion:
+    """The reference's motion at one η, found once per process."""
+    return ReferenceMotion(system, eta)

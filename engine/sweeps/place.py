@@ -1,4 +1,4 @@
-"""Where a result lies, a folder, a URL or memory: whether there is room, and which process works on it."""
+"""The place of a store, a folder or a URL: whether there is room, and which process works on it."""
 
 import contextlib
 import errno
@@ -24,26 +24,26 @@ class Place:
 
     Parameters
     ----------
-    target : str, Path or None
-        A folder; ``protocol://…``, a URL that fsspec knows; None for memory.
+    target : str or Path
+        A folder, or ``protocol://…``, a URL that fsspec knows.
 
     Attributes
     ----------
     folder : Path or None
-        None unless it is one.
+        None for a URL.
     root : zarr.abc.store.Store
         What Zarr writes to.
     """
 
-    def __init__(self, target: str | Path | None) -> None:
+    def __init__(self, target: str | Path) -> None:
         self.target = target
-        self.folder = _folder(target)
-        self.root = _open(target, self.folder)
+        self.folder = _folder(str(target))
+        self.root = _root(target, self.folder)
 
     @property
     def shared(self) -> bool:
         """Whether another machine reaches it by the same name."""
-        return self.target is not None and self.folder is None
+        return self.folder is None
 
     def check_space(self, study: Study) -> None:
         """Refuse what cannot be written, before work starts.
@@ -70,16 +70,22 @@ class Place:
                 "sweep fewer cells, keep a smaller sample, or give another place",
             )
 
-    def refuse_what_is_not_ours(self) -> None:
-        """Raise a ValueError if the folder holds anything: it is asked for where no result was found."""
+    def refuse_foreign_files(self) -> None:
+        """Raise a ValueError if the folder holds anything; called where no result was found."""
         if self.folder is None or not self.folder.exists():
             return
         if not self.folder.is_dir() or any(self.folder.iterdir()):
             raise ValueError(f"{self.target} exists and is no result of a sweep: give a new place")
 
+    def remove_partial_files(self) -> None:
+        """Remove what a process left that was killed while it wrote."""
+        if self.folder is not None:
+            for path in self.folder.rglob("*.partial"):
+                path.unlink(missing_ok=True)
+
     @contextlib.contextmanager
-    def locked(self, *, wait: bool = False, cancelled: Callable[[], bool] | None = None) -> Iterator[None]:
-        """Hold the folder for this process; the system lets go of it however the process ends.
+    def lock(self, *, wait: bool = False, cancelled: Callable[[], bool] | None = None) -> Iterator[None]:
+        """Hold the folder for this process; the system releases it however the process ends.
 
         Raises
         ------
@@ -91,11 +97,11 @@ class Place:
         if self.folder is None:
             yield
             return
-        with self.errors():
+        with self.readable_errors():
             self.folder.mkdir(parents=True, exist_ok=True)
         handle = os.open(self.folder, os.O_RDONLY)
         try:
-            while not _lock(handle):
+            while not _try_lock(handle):
                 if not wait:
                     text = f"another process works on {self.target}: wait for it, or give another place"
                     raise BlockingIOError(errno.EAGAIN, text)
@@ -107,8 +113,8 @@ class Place:
             os.close(handle)
 
     @contextlib.contextmanager
-    def errors(self) -> Iterator[None]:
-        """Errors of the disk in one line that says what to do."""
+    def readable_errors(self) -> Iterator[None]:
+        """Raise errors of the disk with one line that says what to do."""
         try:
             yield
         except OSError as problem:
@@ -119,7 +125,7 @@ class Place:
             raise OSError(problem.errno, f"{self.target}: {problem.strerror or problem}; {advice}") from problem
 
 
-def _lock(handle: int) -> bool:
+def _try_lock(handle: int) -> bool:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -127,20 +133,15 @@ def _lock(handle: int) -> bool:
     return True
 
 
-def _folder(target: str | Path | None) -> Path | None:
-    if target is None:
-        return None
-    text = str(target)
-    if text.startswith("file://"):
-        return Path(text.removeprefix("file://"))
-    return None if "://" in text else Path(text)
+def _folder(target: str) -> Path | None:
+    if target.startswith("file://"):
+        return Path(target.removeprefix("file://"))
+    return None if "://" in target else Path(target)
 
 
-def _open(target: str | Path | None, folder: Path | None):
-    from zarr.storage import FsspecStore, LocalStore, MemoryStore
+def _root(target: str | Path, folder: Path | None):
+    from zarr.storage import FsspecStore, LocalStore
 
-    if target is None:
-        return MemoryStore()
     if folder is not None:
         return LocalStore(folder)
     try:

@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Progress:
-    """Told to the ``progress`` callable of a study.
+    """What the ``progress`` callable of a study is called with.
 
     Attributes
     ----------
@@ -39,33 +39,32 @@ class Progress:
         return (self.total - self.done) / self.rate if self.rate else float("inf")
 
 
-Hook = Callable[[Progress], None]
+ProgressCallback = Callable[[Progress], None]
 
 
-class Tally:
-    """Counts cells as they come, and tells."""
+class ProgressCounter:
+    """Counts the cells of a study and calls the callback after each batch."""
 
-    def __init__(self, hook: Hook | None = None):
-        self._hook = hook
+    def __init__(self, callback: ProgressCallback | None = None) -> None:
+        self._callback = callback
         self._begun = time.perf_counter()
         self.total = self.computed = self.reused = self.failed = 0
 
-    @property
-    def seconds(self) -> float:
-        """Since the study began."""
-        return time.perf_counter() - self._begun
+    def now(self, in_hand: int = 0) -> Progress:
+        """The progress, with so many cells done of the batch that is being computed."""
+        computed, seconds = self.computed + in_hand, time.perf_counter() - self._begun
+        return Progress(computed + self.reused, self.total, computed, self.reused, self.failed, seconds)
 
     def add(self, status: np.ndarray, *, reused: bool) -> None:
-        """A chunk with cells of such status is done."""
+        """Count a batch whose cells have these statuses."""
         if reused:
             self.reused += status.size
         else:
             self.computed += status.size
         self.failed += int(np.count_nonzero(status))
-        self.tell()
+        self.report()
 
-    def tell(self, in_hand: int = 0) -> None:
-        """Tell, with so many cells of the chunk in hand."""
-        if self._hook is not None:
-            computed = self.computed + in_hand
-            self._hook(Progress(computed + self.reused, self.total, computed, self.reused, self.failed, self.seconds))
+    def report(self, in_hand: int = 0) -> None:
+        """Call the callback."""
+        if self._callback is not None:
+            self._callback(self.now(in_hand))

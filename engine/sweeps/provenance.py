@@ -6,21 +6,14 @@ for byte, however often a run was killed and on how many machines it was taken u
 """
 
 import datetime
-import functools
 import importlib.metadata
 import json
 import platform
-from pathlib import Path
 
-from ..drivers.code_cache import source_digest
+from .progress import Progress
+from .study import Study
 
 SOURCE = "Penalty-regularization of a dissipative vibro-impacting system (the model and its Table 1)"
-
-
-@functools.cache
-def engine_digest() -> str:
-    """Digest of the engine's sources, as they were when this process first asked."""
-    return source_digest(Path(__file__).parents[1])
 
 
 def engine_version() -> str:
@@ -31,7 +24,7 @@ def engine_version() -> str:
         return "unknown"
 
 
-def origin(study) -> dict[str, object]:
+def origin(study: Study) -> dict[str, object]:
     """Attributes that are known before a study is run; groups of numbers as JSON, which every file format can hold."""
     numbers = study.numbers()
     return {
@@ -48,15 +41,22 @@ def origin(study) -> dict[str, object]:
     }
 
 
-def account(seconds: float, computed: int, reused: int, failed: int, where: str) -> dict[str, object]:
+def account(progress: Progress, where: str) -> dict[str, object]:
     """Attributes of the run that finished a result."""
     return {
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        "seconds": seconds,
-        "computed": computed,
-        "reused": reused,
-        "failed": failed,
+        **cost(progress),
         "computed_on": f"{where}, {platform.machine()}, Python {platform.python_version()}, "
         f"NumPy {importlib.metadata.version('numpy')}, Numba {importlib.metadata.version('numba')}",
         "complete": 1,
+    }
+
+
+def cost(progress: Progress) -> dict[str, object]:
+    """Seconds and cells of a run."""
+    return {
+        "seconds": progress.seconds,
+        "computed": progress.computed,
+        "reused": progress.reused,
+        "failed": progress.failed,
     }

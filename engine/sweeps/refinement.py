@@ -4,16 +4,16 @@ import numpy as np
 
 from .variables import MISSING
 
-CLEAR = 1e-6  # difference of impacts per period that is no rounding
+CLEAR = 1e-6  # difference of impacts per period that is more than rounding
 
 
-def middles(over: str, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def midpoints(over: str, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Where cells are to be put in.
 
     Parameters
     ----------
     over : str
-        Name of the axis; between two ``steps`` there is a middle only if they are not neighbours.
+        Name of the axis; between two ``steps`` there is a midpoint only if they are not neighbours.
     found : dict
         The axis and the variables of all cells so far, ascending along the axis.
 
@@ -25,7 +25,7 @@ def middles(over: str, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.nda
         Values of the axis between them and the next.
     """
     axis = found[over]
-    left = np.flatnonzero(changes(found))
+    left = np.flatnonzero(changed_intervals(found))
     middle = 0.5 * (axis[left] + axis[left + 1])
     if over == "steps":
         middle = np.floor(middle)
@@ -33,7 +33,7 @@ def middles(over: str, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.nda
     return left[inside], middle[inside]
 
 
-def changes(found: dict[str, np.ndarray]) -> np.ndarray:
+def changed_intervals(found: dict[str, np.ndarray]) -> np.ndarray:
     """Between which neighbours the motion changes: another period, other impacts in it, or one of them ended early.
 
     Returns

@@ -12,22 +12,24 @@ write all of them once more, which costs more than is saved.
 """
 
 import warnings
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from . import arrays, provenance
-from .chunks import Chunk
+from .batches import Chunk
 from .place import Place
+from .progress import Progress
 from .study import Study
-from .variables import MISSING, Whole
+from .variables import MISSING
 
 if TYPE_CHECKING:
     import xarray
 
 
 class Store:
-    """One study's result at a place.
+    """One study's results at a place.
 
     Parameters
     ----------
@@ -39,76 +41,71 @@ class Store:
     def __init__(self, place: Place, group: str = "") -> None:
         self.place, self.group = place, group
         self._arrays: dict[str, object] = {}
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="store")
+        self._writing: Future | None = None
 
-    def part(self, group: str) -> "Store":
-        """A result below this one."""
-        return Store(self.place, group)
+    def part(self, name: str) -> "Store":
+        """Results in a group below this one."""
+        return Store(self.place, name)
 
-    # -- the frame: what is there before any cell -----------------------------------------------------------------
+    # -- what is there before any cell ----------------------------------------------------------------------------
 
     def claim(self, study: Study) -> None:
-        """Make the place that of a study, or find that it is, from an earlier run.
+        """Make the place that of a study, or check that it is, from an earlier run.
 
         Raises
         ------
         ValueError
-            If something else lies there: another study, one of another engine, or no study at all.
+            If there is something else: another study, one of another engine, or no study at all.
         OSError
             If nothing can be written there.
         """
         import zarr
 
+        self._study = study
         found = self.attributes()
         if found is None:
             if not self.group:
-                self.place.refuse_what_is_not_ours()
-            with self.place.errors():
+                self.place.refuse_foreign_files()
+            with self.place.readable_errors():
                 zarr.create_group(self.place.root, path=self.group, attributes=provenance.origin(study))
         elif found.get("key") != study.key:
             raise ValueError(_difference(self.place.target, found, study))
-        elif self.place.folder is not None and not self.group:
-            for rest in self.place.folder.rglob("*.partial"):  # of a process that was killed while it wrote
-                rest.unlink(missing_ok=True)
+        elif not self.group:
+            self.place.remove_partial_files()
 
-    def frame(self, study: Study, sides: tuple[int, ...]) -> tuple[int, ...]:
-        """Have every array in place; the sides of the chunks, which are those of the first run, not those asked for.
+    def create(self, study: Study, sides: tuple[int, ...]) -> tuple[int, ...]:
+        """Create every array that is missing; returns the sides of the chunks: those of the first run.
 
         An array whose description was lost is made anew, so that its chunks, and with them all, count as missing.
         """
-        group = self._opened_group()
-        with self.place.errors():
-            status = arrays.array_of(group, "status")
+        group = self._open_group()
+        with self.place.readable_errors():
+            status = arrays.open_array(group, "status")
             if status is not None:
                 sides = tuple(status.chunks[: len(study.axes)])
-            for name, item in study.whole.items():
-                arrays.keep(group, name, item)
+            for name, item in study.arrays.items():
+                arrays.write_array(group, name, item)
             for name, variable in study.variables.items():  # status is the last of them
-                if arrays.array_of(group, name) is None:
-                    arrays.make(group, name, variable, study.lengths, sides)
+                if arrays.open_array(group, name) is None:
+                    arrays.create_array(group, name, variable, study.lengths, sides)
             self._consolidate()
-        self.opened(study)
+        self.open(study)
         return sides
 
-    def opened(self, study: Study) -> "Store":
-        """The same store, ready to read and write chunks of the study whose arrays it holds."""
-        group = self._opened_group()
+    def open(self, study: Study) -> "Store":
+        """Make the store ready to read and write chunks of a study whose arrays it holds."""
+        self._study, group = study, self._open_group()
         self._arrays = {name: group[name].with_config(arrays.EVERY_CHUNK) for name in study.variables}
         return self
 
-    def keep(self, pieces: dict[str, Whole]) -> None:
-        """Have these arrays in the result; what is there already stays untouched."""
-        group = self._opened_group()
-        with self.place.errors():
-            for name, item in pieces.items():
-                arrays.keep(group, name, item)
-
-    def _opened_group(self):
+    def _open_group(self):
         import zarr
 
         return zarr.open_group(self.place.root, path=self.group, mode="r+", use_consolidated=False)
 
     def attributes(self) -> dict[str, object] | None:
-        """The attributes of the result that lies there; None if there is none."""
+        """The attributes of the results at this place; None if there are none."""
         import zarr
 
         try:
@@ -122,7 +119,7 @@ class Store:
     # -- chunks ---------------------------------------------------------------------------------------------------
 
     def read(self, chunk: Chunk) -> dict[str, np.ndarray] | None:
-        """What a chunk holds; None if it is missing, incomplete or damaged."""
+        """The variables of a chunk; None if it is missing, incomplete or damaged."""
         found = {}
         try:
             for name in ("status", *self._arrays):
@@ -130,13 +127,24 @@ class Store:
                 found[name] = np.asarray(array[chunk])
                 if name == "status" and (found[name] == MISSING).any():
                     return None
-                if not arrays.is_there(array, chunk):  # a file that is gone would read as nan
+                if not arrays.chunk_exists(array, chunk):  # a file that is gone would read as nan
                     return None
         except arrays.DAMAGE:
             return None
         return found
 
     def write(self, chunk: Chunk, values: dict[str, np.ndarray]) -> None:
+        """Write a chunk in the background, once the one before is written; `flush` waits for it.
+
+        Raises
+        ------
+        OSError
+            If the one before could not be written, since the disk is full or gone.
+        """
+        self.flush()
+        self._writing = self._writer.submit(self.write_now, chunk, values)
+
+    def write_now(self, chunk: Chunk, values: dict[str, np.ndarray]) -> None:
         """Write a chunk.
 
         Raises
@@ -144,32 +152,61 @@ class Store:
         OSError
             If the disk is full or gone.
         """
-        with self.place.errors():
+        with self.place.readable_errors():
             for name in self._arrays:
                 if name != "status":
                     self._arrays[name][chunk] = values[name]
             self._arrays["status"][chunk] = values["status"]
 
-    def finish(self, account: dict[str, object]) -> None:
-        """Say that the result is complete, when and at what cost."""
-        with self.place.errors():
-            self._opened_group().attrs.update(account)
-            self._consolidate()
+    def flush(self) -> None:
+        """Wait until the last chunk is written.
+
+        Raises
+        ------
+        OSError
+            If it could not be.
+        """
+        if self._writing is not None:
+            self._writing.result()
+
+    def close(self) -> None:
+        """Wait until nothing is written any more."""
+        self._writer.shutdown()
+
+    # -- the whole ------------------------------------------------------------------------------------------------
+
+    def values(self) -> dict[str, np.ndarray]:
+        """All variables, read into memory."""
+        self.flush()
+        return {name: np.asarray(array[...]) for name, array in self._arrays.items()}
+
+    def finish(self, progress: Progress, where: str) -> None:
+        """Write what follows from all cells, and that the results are complete, when and at what cost."""
+        self.flush()
+        conclusions = self._study.conclusions(self._arrays)
+        group = self._open_group()
+        with self.place.readable_errors():
+            for name, item in conclusions.items():
+                arrays.write_array(group, name, item)
+            if not group.attrs["complete"]:
+                group.attrs.update(provenance.account(progress, where))
+                self._consolidate()
 
     def _consolidate(self) -> None:
-        # xarray looks for the metadata in one piece, and would warn each user if it had to gather them
+        # xarray looks for the metadata in one piece, and would warn each user if it had to collect them
         if self.group:
             return  # a round of a refined study is read by this class alone
         import zarr
 
-        with self.place.errors(), warnings.catch_warnings():
+        with self.place.readable_errors(), warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Consolidated metadata is currently not part")
             zarr.consolidate_metadata(self.place.root)
 
     def dataset(self) -> "xarray.Dataset":
-        """The result, read lazily."""
+        """The results as a labelled dataset, read lazily."""
         import xarray
 
+        self.flush()
         return xarray.open_zarr(self.place.root, group=self.group or None, chunks=None, consolidated=not self.group)
 
 

@@ -1,4 +1,4 @@
-"""The arrays of a result: what each of them is, and what the studies tell of a cell in the same words."""
+"""The arrays of a result and their descriptions: one place for the words, which the digest of the code leaves out."""
 
 from typing import NamedTuple
 
@@ -8,9 +8,22 @@ from ..cells import STATUSES
 
 MISSING = -1  # status and other flags of a cell that was not computed yet
 STATUS_FLAGS = {str(status): i for i, status in enumerate(STATUSES)} | {"missing": MISSING}
+MOTIONS = {"aperiodic": 0, "periodic": 1, "quasi-periodic": 2, "chaotic": 3, "ended-early": 4, "missing": MISSING}
 
-# What `engine.run_cells` tells of a motion: name, dtype, meaning.
-DESCRIBED = {
+SWEPT = {  # parameters that can be swept
+    "eta": "excitation frequency Ω/ω₁",
+    "K": "contact stiffness",
+    "D": "contact damping",
+    "steps": "steps per excitation period",
+    "kappa": "frequency ratio of pendulum 2",
+    "kappa3": "frequency ratio of the joined pendulums",
+    "d1": "damping ratio of pendulum 1",
+    "d2": "damping ratio of pendulum 2",
+    "d3": "damping ratio of the joined pendulums",
+    "restitution": "coefficient of restitution",
+}
+# Of each cell, by any method: dtype and description.
+MOTION = {
     "period": ("i4", "excitation periods until the motion repeats itself; 0: aperiodic"),
     "near_period": ("i4", "the same, scatter within 3 % of the section's size forgiven; 0: aperiodic"),
     "impacts_per_period": ("f8", "impacts per excitation period"),
@@ -20,22 +33,48 @@ DESCRIBED = {
     "longest_contact_steps": ("f8", "longest contact in time steps"),
     "spread": ("f8", "standard deviation of xi2 over the section"),
 }
-# The same of a penalty method, which knows no impacts but the beginnings of its contacts.
-OF_PENALTY = {name: told for name, told in DESCRIBED.items() if name != "contacts_per_period"}
-OF_PENALTY["impacts_per_period"] = ("f8", "contacts that begin per excitation period")
-ERRORS = {
-    "error": "penalty less reference: rms of both displacements over that of the reference",
-    "error_time_step": "its part by the time step, Newmark less exact penalty",
-    "error_regularisation": "its part by K and D, exact penalty less reference with derived joint damping",
+# The same of a penalty method, which has no impacts but the beginnings of its contacts.
+PENALTY_MOTION = {name: described for name, described in MOTION.items() if name != "contacts_per_period"}
+PENALTY_MOTION["impacts_per_period"] = ("f8", "contacts that begin per excitation period")
+IMPACT_PHASE = {"impact_phase": ("f8", "instant of the first impact in the last cycle, as a share of T")}
+PHASE_ERROR = {"impact_phase_error": ("f8", "the same less the reference's, between -1/2 and 1/2")}
+EXPONENT = {
+    "lyapunov": ("f8", "largest Lyapunov exponent per excitation period"),
+    "lyapunov_error": ("f8", "standard error of that"),
 }
+ERRORS = {
+    "error": ("f8", "penalty less reference: rms of both displacements over that of the reference"),
+    "error_time_step": ("f8", "its part by the time step, Newmark less exact penalty"),
+    "error_regularisation": ("f8", "its part by K and D, exact penalty less reference with derived joint damping"),
+}
+EXACT = "exact penalty: {}"
+SECTION = "{} at tau = 0 mod T, oldest first"
+PHASE_PLOT = "{} of the phase plot"
+TIME = "time of the phase plot from a section on; nan after its end"
+END = "xi1, v1, xi2, v2 at the end, where a neighbour goes on"
+KIND = "kind of motion"
+STATUS = "how the run ended"
+# Of the study as a whole.
+SAMPLE = "period of the sample"
+SCHEME = "0: fixed step, 1: located step"
+JOINT_DAMPING = "reference with derived less with table damping"
+EQUAL_RESTITUTION = "D at which a single contact returns the share e"
+REFERENCE = {
+    "reference_period": "period of the reference; 0: aperiodic",
+    "reference_impacts_per_period": "impacts per excitation period",
+    "reference_impact_phase": IMPACT_PHASE["impact_phase"][1],
+}
+ORDERED = {"spread": "the spread", "error_time_step": "the error by the time step"}
+ORDER = "p in n^-p for {}, by least squares"
+ORDER_ERROR = "standard error of that slope"
 
 
 class Variable(NamedTuple):
-    """One array of a result: its dimensions, dtype, meaning, and the names of whole numbers that are flags."""
+    """An array with an entry for each cell: dimensions, dtype, description, and the names of numbers that are flags."""
 
     dims: tuple[str, ...]
     dtype: str
-    meaning: str
+    description: str
     flags: dict[str, int] | None = None
 
     @property
@@ -45,21 +84,31 @@ class Variable(NamedTuple):
 
     @property
     def attributes(self) -> dict[str, object]:
-        """Units and meaning, by the CF conventions."""
-        named = {"units": "1", "long_name": self.meaning}
+        """Units and description, by the CF conventions."""
+        named = {"units": "1", "long_name": self.description}
         if self.flags:
             named |= {"flag_values": list(self.flags.values()), "flag_meanings": " ".join(self.flags)}
         return named
 
 
-class Whole(NamedTuple):
-    """An array that is known before any cell is computed, and kept in one piece: coordinates, curves, the reference."""
+class StudyArray(NamedTuple):
+    """An array of the study as a whole, not of its cells: a coordinate, a curve, the reference, an observed order."""
 
     dims: tuple[str, ...]
     values: np.ndarray
-    meaning: str
+    description: str
 
     @property
     def attributes(self) -> dict[str, object]:
-        """Units and meaning, by the CF conventions."""
-        return {"units": "1", "long_name": self.meaning}
+        """Units and description, by the CF conventions."""
+        return {"units": "1", "long_name": self.description}
+
+
+def status_variable(dims: tuple[str, ...], description: str = STATUS) -> Variable:
+    """How the run of each cell ended."""
+    return Variable(dims, "i1", description, STATUS_FLAGS)
+
+
+def variables_of(table: dict[str, tuple[str, str]], dims: tuple[str, ...]) -> dict[str, Variable]:
+    """A variable for each row of one of the tables above."""
+    return {name: Variable(dims, dtype, description) for name, (dtype, description) in table.items()}

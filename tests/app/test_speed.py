@@ -1,4 +1,4 @@
-"""Speed against error of a setting: errors against 60-digit solutions and slopes, turns, stages, figure, words."""
+"""Speed against error of a setting: errors against 60-digit solutions, slopes, turns, results, figure, words."""
 
 import json
 import math
@@ -8,11 +8,11 @@ import pytest
 from vibroscope.app.explorer.state import Explorer
 from vibroscope.app.export.formats import as_json
 from vibroscope.app.page.speed.figure import SpeedView
-from vibroscope.app.page.speed.tab import Speed, told
+from vibroscope.app.page.speed.tab import Speed, statements
 from vibroscope.app.page.time_step.tab import TimeStepTab
 from vibroscope.app.performance import bench
 from vibroscope.app.studies import speed
-from vibroscope.app.studies.speed import KINDS, Key, Question, SpeedStage, refine_speed, steps_around
+from vibroscope.app.studies.speed import KINDS, Key, PartialSpeed, SpeedQuestion, grow_speed, steps_around
 from vibroscope.engine import Cancelled, ExactPenalty, Reference, System
 
 SETTING = Explorer().setting()._replace(eta=2.76, K=12000.0, D=18.0, steps=400)
@@ -27,66 +27,66 @@ def question_of(setting):
 
 
 @pytest.fixture(scope="module")
-def stages():
-    """A whole measuring in two stages."""
+def results():
+    """A whole measurement in two parts."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(speed, "ROUNDS", (1, 3))
-        yield list(refine_speed(question_of(SETTING), None, never))
+        yield list(grow_speed(question_of(SETTING), None, never))
 
 
-def test_all_solvers_take_turns_from_a_quarter_to_four_times_n(stages):
-    assert [stage.rounds for stage in stages] == [1, 3]
-    keys = set(stages[-1].turns)
+def test_all_solvers_take_turns_from_a_quarter_to_four_times_n(results):
+    assert [result.rounds for result in results] == [1, 3]
+    keys = set(results[-1].turns)
     assert {key.steps for key in keys if key.kind == "located"} == {100, 200, 400, 800, 1600}
     assert {key.kind for key in keys} == set(speed.KINDS)
     assert len(keys) == 2 + 3 * 5
-    assert all(0 < spent < 1e5 for spents in stages[-1].turns.values() for spent in spents)
+    assert all(0 < spent < 1e5 for spents in results[-1].turns.values() for spent in spents)
     assert steps_around(8) == [4, 8, 16, 32]  # never fewer than Newmark takes
 
 
-def test_errors_are_those_of_the_truth_and_of_the_shipped_figure(stages):
+def test_errors_are_those_of_the_truth_and_of_the_shipped_figure(results):
     right = bench.truth(2.76, ExactPenalty(12000, 18))
     run = speed.solvers(question_of(SETTING))[Key("located", 400)](bench.CHECKED, never)
-    error = stages[-1].errors[Key("located", 400)]
+    error = results[-1].errors[Key("located", 400)]
     assert error == pytest.approx(np.abs(run.state - right).max(), rel=1e-5)  # exact penalty is as good as the truth
-    finest, coarsest = (stages[-1].errors[Key("located", n)] for n in (1600, 400))
+    finest, coarsest = (results[-1].errors[Key("located", n)] for n in (1600, 400))
     assert math.log(coarsest / finest, 4) == pytest.approx(2, abs=0.15)  # the located step is of second order
 
 
-def test_the_plain_loop_is_as_wrong_as_the_leaps_and_costs_each_step(stages):
-    stage = stages[-1]
+def test_the_plain_loop_has_the_error_of_the_skipped_steps_and_costs_each_step(results):
+    result = results[-1]
     for n in (400, 800, 1600):
         fixed, plain = Key("fixed", n), Key("plain", n)
-        assert stage.errors[plain] == pytest.approx(stage.errors[fixed], rel=1e-6)
-        assert stage.solves[plain] == stage.solves[fixed] == n
-        assert stage.solves[Key("located", n)] > n
-    assert stage.times(Key("plain", 1600), Key("fixed", 1600)) > 3
+        assert result.errors[plain] == pytest.approx(result.errors[fixed], rel=1e-6)
+        assert result.solves[plain] == result.solves[fixed] == n
+        assert result.solves[Key("located", n)] > n
+    assert result.times(Key("plain", 1600), Key("fixed", 1600)) > 3
 
 
-def test_medians_of_a_stopped_measuring_go_on_from_its_turns(stages, monkeypatch):
+def test_medians_of_a_stopped_measurement_go_on_from_its_turns(results, monkeypatch):
     monkeypatch.setattr(speed, "ROUNDS", (1, 3))
-    shown, finished = refine_speed(stages[0].question, stages[0], never)
-    assert shown is stages[0]
+    shown, finished = grow_speed(results[0].question, results[0], never)
+    assert shown is results[0]
     for key, turns in finished.turns.items():
-        assert turns[:1] == stages[0].turns[key]
+        assert turns[:1] == results[0].turns[key]
         assert finished.cost(key) == np.median(turns)
     assert finished.share == 1
-    assert list(refine_speed(finished.question, finished, never)) == [finished]
+    assert list(grow_speed(finished.question, finished, never)) == [finished]
 
 
-def test_a_withdrawn_measuring_ends_in_the_middle_of_a_turn():
+def test_a_cancelled_measurement_ends_in_the_middle_of_a_turn():
     calls = iter(range(1000))
     with pytest.raises(Cancelled):
-        list(refine_speed(question_of(SETTING), None, lambda: next(calls) > 20))
+        list(grow_speed(question_of(SETTING), None, lambda: next(calls) > 20))
     assert next(calls) < 60
 
 
 def made(errors=None, **more):
-    """A stage by hand: costs 1, 2, … µs, the errors as given."""
-    asked = Question(System(), 1.08, 2500.0, 8.0, 400, Reference())
+    """A result by hand: costs 1, 2, … µs, the errors as given."""
+    asked = SpeedQuestion(System(), 1.08, 2500.0, 8.0, 400, Reference())
     keys = list(speed.solvers(asked))
     errors = {key: 1.0 / key.steps for key in keys if key.steps} | (errors or {})
-    return SpeedStage(
+    return PartialSpeed(
         asked,
         errors,
         {key: 2.0 * key.steps if key.kind == "located" else float(key.steps) for key in keys},
@@ -95,40 +95,40 @@ def made(errors=None, **more):
 
 
 def test_the_setting_is_ringed_where_it_stands():
-    view, stage = SpeedView(), made()
-    view.update(SETTING._replace(located="no"), stage)
+    view, result = SpeedView(), made()
+    view.update(SETTING._replace(located="no"), result)
     ringed = view.present.data
     assert ringed["text"] == ["set", "in an FE code"]
-    assert ringed["cost"] == [stage.cost(Key("fixed", 400)), stage.cost(Key("plain", 400))]
+    assert ringed["cost"] == [result.cost(Key("fixed", 400)), result.cost(Key("plain", 400))]
     assert ringed["error"] == pytest.approx([1 / 400] * 2)
-    view.update(SETTING._replace(located="yes"), stage)
+    view.update(SETTING._replace(located="yes"), result)
     assert view.present.data["text"] == ["set"]
     assert view.figure.y_range.start < 1 / 1600 < 1 / 100 < view.figure.y_range.end
 
 
 def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
     gone = {Key(kind, 400): math.nan for kind in ("fixed", "plain")}
-    view, stage = SpeedView(), made(gone)
-    view.update(SETTING, stage)
+    view, result = SpeedView(), made(gone)
+    view.update(SETTING, result)
     assert view.present.data["text"] == []
     assert 400 not in view.swept["fixed"].data["n"]
-    assert "smaller step" in dict(told(SETTING, stage))["Set: T/400, fixed step"]
-    nothing = made(dict.fromkeys(stage.errors, math.nan))
+    assert "smaller step" in dict(statements(SETTING, result))["Set: T/400, fixed step"]
+    nothing = made(dict.fromkeys(result.errors, math.nan))
     SpeedView().update(SETTING, nothing)
-    assert told(SETTING, nothing)
+    assert statements(SETTING, nothing)
     tab = Speed(None)
-    tab._stage = nothing
+    tab.result = nothing
     assert set(json.loads(as_json(tab.data()))["error"]) == {None}
     assert [series.label for series in tab.table("speed")] == list(KINDS)
 
 
 def test_words_count_what_the_located_step_would_save():
     good = made({Key("located", 100): 1e-9})  # 200 solves instead of 400
-    text = dict(told(SETTING, good))["What the located step would"]
+    text = dict(statements(SETTING, good))["What the located step would"]
     assert text.startswith("T/100: error 1e-09")
     assert "200 solves per period beside 400, 2 times fewer" in text
     bad = made({key: 1.0 for key in good.errors if key.kind == "located"})
-    assert "None of those tried" in dict(told(SETTING, bad))["What the located step would"]
+    assert "None of those tried" in dict(statements(SETTING, bad))["What the located step would"]
 
 
 def test_the_question_holds_what_counts_and_equals_no_other_study_s():

@@ -1,8 +1,9 @@
-"""The tabs of studies without a browser: what they ask, when, and what they refuse."""
+"""The tabs of studies without a browser: which studies they start, when, and what they refuse."""
 
 import json
 
 import pytest
+from bokeh.events import Tap
 from vibroscope.app.explorer.state import Explorer
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import PlaneTab
@@ -44,13 +45,13 @@ class Desk:
 
 
 class Asked:
-    """Stands for `Live`: nothing is computed, and what is asked is kept."""
+    """Stands for `StudyJob`: nothing is computed, and every job is listed."""
 
     all = ()
 
-    def __init__(self, question, refine, deliver):
-        self.question, self.deliver, self.refine = question, deliver, refine
-        self.cancelled = self.exhausted = False
+    def __init__(self, question, grow, deliver):
+        self.question, self.deliver, self.grow = question, deliver, grow
+        self.cancelled = self.out_of_time = False
         Asked.all = (*Asked.all, self)
 
     def cancel(self):
@@ -61,7 +62,7 @@ class Asked:
 def opened(monkeypatch):
     """A function from a class of tabs to one that is open, and its desk."""
     Asked.all = ()
-    monkeypatch.setattr(study, "Live", Asked)
+    monkeypatch.setattr(study, "StudyJob", Asked)
 
     def open_tab(kind):
         tab = kind(desk := Desk())
@@ -96,10 +97,9 @@ def test_a_hidden_study_is_cancelled_and_asks_for_nothing(opened, kind):
     tab, desk = opened(kind)
     tab.hide()
     assert Asked.all[0].cancelled
-    tab._choose(dict(tab.panel.chosen))
-    tab._stop(False)
-    if hasattr(tab, "_zoomed"):
-        tab._zoomed()
+    tab.panel.receive({"choose": dict(tab.panel.chosen)})
+    tab.panel.receive({"stop": False})
+    tab.refresh()  # as after a zoom
     Asked.all[0].deliver(Asked.all[0], ValueError("late"))
     assert len(Asked.all) == 1
     assert desk.moves == [1]
@@ -108,13 +108,13 @@ def test_a_hidden_study_is_cancelled_and_asks_for_nothing(opened, kind):
 
 
 @pytest.mark.parametrize("kind", CASES)
-def test_a_failure_is_told_in_words_and_can_be_tried_again(opened, kind):
+def test_a_failure_is_shown_in_words_and_can_be_tried_again(opened, kind):
     tab, desk = opened(kind)
     Asked.all[0].deliver(Asked.all[0], ValueError("out of memory"))
     assert "out of memory" in desk.errors[0]
     assert "the last picture stays" in tab.panel.status["text"]
     assert not tab.panel.status["running"]
-    tab._stop(False)
+    tab.panel.receive({"stop": False})
     assert len(Asked.all) == 2
     assert tab.panel.status["running"]
 
@@ -123,9 +123,9 @@ def test_what_comes_late_from_another_question_is_not_shown(opened):
     tab, _ = opened(PlaneTab)
     tab.show(Move(2, SETTING._replace(eta=2.0)))
     first = Asked.all[0]
-    stage = next(first.refine(first.question._replace(K=(1e3, 1e4)), None, lambda: False))
-    first.deliver(first, stage)
-    assert tab._stage is not stage
+    result = next(first.grow(first.question._replace(K=(1e3, 1e4)), None, lambda: False))
+    first.deliver(first, result)
+    assert tab.result is not result
     assert tab.figures() == []
 
 
@@ -133,8 +133,8 @@ def test_a_study_says_what_it_shows_of_a_setting_once_all_is_known_and_that_it_c
     tab, desk = opened(Speed)
     assert tab.summary(SETTING) == "Computing."
     asked = Asked.all[0]
-    for stage in asked.refine(asked.question, None, lambda: False):
-        asked.deliver(asked, stage)
+    for result in asked.grow(asked.question, None, lambda: False):
+        asked.deliver(asked, result)
     assert desk.summary == tab.summary(SETTING)
     assert "Closed form: " in desk.summary
     assert tab.summary(SETTING._replace(K=100.0)) == "Computing."
@@ -143,7 +143,7 @@ def test_a_study_says_what_it_shows_of_a_setting_once_all_is_known_and_that_it_c
 def test_the_data_of_a_study_are_taken_away(opened):
     tab, _ = opened(PlaneTab)
     asked = Asked.all[0]
-    asked.deliver(asked, next(asked.refine(asked.question, None, lambda: False)))
+    asked.deliver(asked, next(asked.grow(asked.question, None, lambda: False)))
     taken = json.loads(take(tab, "json", SETTING, "?")()["text"])["data"]
     assert len(taken["K"]) == len(taken["penalty"]["period"][0]) == 64
     assert None in taken["exact"]["period"][1]  # not computed yet
@@ -162,9 +162,7 @@ def test_a_forged_choice_changes_nothing(opened, asked):
 
 def test_a_click_sets_what_can_be_set(opened):
     tab, desk = opened(PlaneTab)
-    event = type("Tap", (), {"x": 1e9, "y": 5.432})()
-    tab.view._tapped(event)
+    tab.view.on_tap(Tap(None, x=1e9, y=5.432))
     assert desk.settings == [{"K": "100000", "D": "5.43"}]
-    event.x = float("nan")
-    tab.view._tapped(event)
+    tab.view.on_tap(Tap(None, x=float("nan"), y=5.432))
     assert len(desk.settings) == 1

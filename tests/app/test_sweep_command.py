@@ -18,14 +18,14 @@ ETA = ["sweep", "eta", "--from", "2.7", "--to", "3.2", "--count", "6", "--transi
 PLANE = ["sweep", "plane", "--eta", "2.76", "--K", "100:10000:4", "--D", "1:50:3", "--transient", "50", "--sample", "8"]
 
 
-def told(capsys, *arguments):
+def summary(capsys, *arguments):
     assert main([*arguments, "--json"]) == 0
     return json.loads(capsys.readouterr().out)
 
 
 def test_a_diagram_as_the_contract_says(tmp_path, capsys):
     path = str(tmp_path / "eta.zarr")
-    answer = told(capsys, *ETA, "--solver", "reference", "--out", path)
+    answer = summary(capsys, *ETA, "--solver", "reference", "--out", path)
     assert answer["path"] == path
     assert {name: answer[name] for name in ("cells", "computed", "reused", "failed")} == {
         "cells": 6,
@@ -38,13 +38,13 @@ def test_a_diagram_as_the_contract_says(tmp_path, capsys):
     assert found["xi2"].sizes == {"eta": 6, "sample": 8}
     assert {"period", "impacts_per_period", "contact_share", "motion"} <= set(found)
     np.testing.assert_array_equal(found["eta"], np.linspace(2.7, 3.2, 6))
-    assert told(capsys, *ETA, "--solver", "reference", "--out", path)["reused"] == 6
+    assert summary(capsys, *ETA, "--solver", "reference", "--out", path)["reused"] == 6
 
 
 @pytest.mark.parametrize("solver", [["--steps", "500"], ["--steps", "100", "--located"], ["--solver", "exact"]])
 def test_a_plane_as_the_contract_says(tmp_path, capsys, solver):
     path = str(tmp_path / "plane.zarr")
-    assert told(capsys, *PLANE, *solver, "--out", path)["cells"] == 12
+    assert summary(capsys, *PLANE, *solver, "--out", path)["cells"] == 12
     found = xarray.open_zarr(path)
     assert {"period", "impacts_per_period", "error", "error_regularisation", "D_equal_restitution"} <= set(found)
     assert ("longest_contact_steps" in found) == ("--steps" in solver)
@@ -56,7 +56,7 @@ def test_a_time_step_study_as_the_contract_says(tmp_path, capsys):
     path = str(tmp_path / "step.zarr")
     command = ["sweep", "step", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500,1000"]
     assert (
-        told(capsys, *command, "--transient", "50", "--sample", "8", "--out", path)["cells"] == 4
+        summary(capsys, *command, "--transient", "50", "--sample", "8", "--out", path)["cells"] == 4
     )  # fixed and located
     found = xarray.open_zarr(path)
     assert found["spread"].sizes == {"steps": 2, "scheme": 2}
@@ -74,7 +74,7 @@ def test_a_time_step_study_as_the_contract_says(tmp_path, capsys):
         ([*PLANE], 2, "needs --steps"),
     ],
 )
-def test_bad_input_is_told_in_one_line(tmp_path, capsys, arguments, status, text):
+def test_bad_input_is_shown_in_one_line(tmp_path, capsys, arguments, status, text):
     assert main([*arguments, "--out", str(tmp_path / "a.zarr")]) == status
     said = capsys.readouterr().err
     assert text in said
@@ -83,7 +83,7 @@ def test_bad_input_is_told_in_one_line(tmp_path, capsys, arguments, status, text
 
 
 @pytest.mark.parametrize("axis", ["1:2", "a:b:c", "1:2:3:4"])
-def test_what_is_no_range_is_told(tmp_path, capsys, axis):
+def test_what_is_no_range_is_shown(tmp_path, capsys, axis):
     with pytest.raises(SystemExit, match="2"):
         main(
             ["sweep", "plane", "--eta", "2", "--K", axis, "--D", "1:2:3", "--steps", "9", "--out", str(tmp_path / "a")]
@@ -91,7 +91,7 @@ def test_what_is_no_range_is_told(tmp_path, capsys, axis):
     assert "a:b:n" in capsys.readouterr().err
 
 
-def test_what_cannot_be_written_is_told(tmp_path, capsys):
+def test_what_cannot_be_written_is_shown(tmp_path, capsys):
     (tmp_path / "file").write_text("mine")
     assert main([*ETA, "--solver", "reference", "--out", str(tmp_path / "file")]) == 1
     assert "give a place that can be written" in capsys.readouterr().err

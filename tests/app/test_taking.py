@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,9 @@ from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tabs import TABS, Move
 from vibroscope.app.page.taking import offers, take
 from vibroscope.app.paper import CLAIMS
-from vibroscope.app.studies import bifurcation, plane, speed
-from vibroscope.app.studies.live import KEPT
+from vibroscope.app.studies import plane, speed
+from vibroscope.app.studies.study_job import RESULTS
+from vibroscope.engine import COORDINATES
 
 from .test_study_tab import Asked, Desk
 
@@ -32,7 +34,7 @@ ADDRESS = f"?{print_address(SETTING)}"
 def filled():
     """A function from the key of a tab to one with data of a first stage in it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study, "Live", Asked)
+        patch.setattr(study, "StudyJob", Asked)
         patch.setattr(speed, "ROUNDS", (1,))
         kept = {}
 
@@ -59,9 +61,9 @@ def _filled(tab):
     tab.show(Move(1, SETTING))
     if isinstance(tab, study.StudyTab):
         asked = Asked.all[-1]
-        for stage in asked.refine(asked.question, None, lambda: False):
-            asked.deliver(asked, stage)
-            if tab.key != "bifurcation" or stage.share == 1:
+        for result in asked.grow(asked.question, None, lambda: False):
+            asked.deliver(asked, result)
+            if tab.key != "bifurcation" or result.share == 1:
                 break
     return tab
 
@@ -142,11 +144,11 @@ def test_the_script_of_a_bifurcation_diagram_finds_its_points(filled, capsys):
     tab = filled("bifurcation")
     space = {}
     exec(tab.python(SETTING), space)
-    found, stage = space["diagram"], tab._stage
-    np.testing.assert_array_equal(found["eta"], stage.question.axis)
-    np.testing.assert_array_equal(found["period"], stage.period)
-    for name, column in bifurcation.COORDINATES.items():
-        np.testing.assert_array_equal(found[name], stage.section[:, :, column].astype(found[name].dtype))
+    found, result = space["diagram"], tab.result
+    np.testing.assert_array_equal(found["eta"], result.question.axis)
+    np.testing.assert_array_equal(found["period"], result.period)
+    for name in COORDINATES:
+        np.testing.assert_array_equal(found[name], result.section(name))
 
 
 def test_the_script_of_a_plane_finds_its_cells(filled, monkeypatch, capsys):
@@ -158,30 +160,29 @@ def test_the_script_of_a_plane_finds_its_cells(filled, monkeypatch, capsys):
     exec(tab.python(SETTING), space)
     for name in ("K", "D"):
         np.testing.assert_allclose(space["exact"][name], question.axis(name), rtol=1e-14)
-    # The last digit of K is enough for another chaotic motion: the page's own cells at exactly the script's K and D.
-    K, D = np.meshgrid(space["exact"]["K"], space["exact"]["D"])
-    cells = plane._run(question, K.ravel(), D.ravel(), lambda: False)
-    for side in plane.SIDES:
+    # The last digit of K is enough for another chaotic motion: the page's own study at exactly the script's K and D.
+    axes = {name: space["exact"][name].values for name in ("K", "D")}
+    values = replace(question.study(), **axes).compute()
+    for side, prefix in plane.SIDES.items():
         for name in ("status", "period", "near_period", "impacts_per_period"):
-            found = space[side][name].transpose("D", "K").values
-            np.testing.assert_array_equal(found.ravel(), cells[side][name])
+            np.testing.assert_array_equal(space[side][name], values[prefix + name])
 
 
 def test_the_script_of_the_time_step_study_finds_its_motions(filled, capsys):
     tab = filled("step")
     space = {}
     exec(tab.python(SETTING).replace("8000, 16000, 32000", "8000"), space)
-    stage = tab._stage
-    shown = space["study"].isel(steps=slice(len(stage.steps)))
+    result = tab.result
+    shown = space["study"].isel(steps=slice(len(result.steps)))
     for name in ("period", "spread", "error_time_step", "xi2_section"):
-        np.testing.assert_array_equal(shown[name].values, stage.found[name].values)
+        np.testing.assert_array_equal(shown[name].values, result.data()[name])
 
 
 def test_the_script_of_speed_and_error_finds_its_errors(filled, capsys):
     tab = filled("speed")
     space = {}
     exec(tab.python(SETTING), space)
-    assert space["found"].errors == tab._stage.errors
+    assert space["found"].errors == tab.result.errors
 
 
 def test_the_script_of_the_paper_checks_the_claims(monkeypatch, capsys):
@@ -215,12 +216,10 @@ def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_pat
 
 def test_a_diagram_gives_also_what_it_is_compared_with(filled, monkeypatch):
     tab = filled("bifurcation")
-    asked = tab._stage.question
-    up, down = (asked._replace(direction=direction) for direction in ("up", "down"))
-    stage = type(tab._stage)(up, *list(vars(tab._stage).values())[1:])
-    other = type(tab._stage)(down, *list(vars(tab._stage).values())[1:])
-    monkeypatch.setattr(tab, "_stage", stage)
-    KEPT.put(down, other)
+    asked = tab.result.question
+    up, down = (replace(tab.result, question=asked._replace(direction=direction)) for direction in ("up", "down"))
+    monkeypatch.setattr(tab, "result", up)
+    RESULTS.put(down.question, down)
     assert [series.label for series in tab.table("bifurcation")] == [
         "Reference continued upwards",
         "Reference continued downwards",

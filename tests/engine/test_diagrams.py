@@ -34,11 +34,11 @@ def short(tmp_path, monkeypatch):
 
 
 def test_a_diagram_is_computed_once_and_kept(short):
-    told = []
-    first = diagrams.diagram(short, Reference(), progress=told.append)
-    again = diagrams.diagram(short, Reference(), progress=told.append)
-    assert (told[-1].computed, told[-1].reused) == (0, 2)
-    assert any(one.computed == 2 for one in told)
+    seen = []
+    first = diagrams.diagram(short, Reference(), progress=seen.append)
+    again = diagrams.diagram(short, Reference(), progress=seen.append)
+    assert (seen[-1].computed, seen[-1].reused) == (0, 2)
+    assert any(progress.computed == 2 for progress in seen)
     np.testing.assert_array_equal(first.displacement, again.displacement)
     assert first.displacement.shape == (2, 2, 50)
 

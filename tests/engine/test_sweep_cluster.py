@@ -1,11 +1,11 @@
 """The same chunks on a Dask cluster: a scheduler and two workers on this machine, one of which is killed."""
 
-import json
 import os
+import re
 import signal
 import subprocess
 import sys
-import time
+import threading
 from pathlib import Path
 
 import fsspec
@@ -13,37 +13,43 @@ import numpy as np
 import pytest
 import xarray
 from vibroscope.engine import Reference, System, sweep_eta, sweep_plane
+from vibroscope.engine.sweeps import MISSING, EtaStudy, RunOptions, grow
+
+from .store_files import files
 
 pytest.importorskip("distributed")
 ETAS = np.linspace(2.6, 3.3, 64)
 ROOT = Path(__file__).parents[2]
 
 
-def started(module, *arguments):
+def start(module, *arguments, **how):
     command = [sys.executable, "-m", f"distributed.cli.{module}", *arguments]
-    environment = {**os.environ, "FSSPEC_LOCAL_AUTO_MKDIR": "yes"}  # a bucket knows no folders that must be there first
-    return subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    environment = {**os.environ, "FSSPEC_LOCAL_AUTO_MKDIR": "yes"}  # a bucket has no folders that must be there first
+    return subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, **how)
 
 
 @pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
+def cluster():
     """Address of a scheduler, and its two workers."""
-    told = tmp_path_factory.mktemp("cluster") / "scheduler.json"
     where = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
-    processes = [started("dask_scheduler", *where, "--scheduler-file", str(told))]
+    scheduler = start("dask_scheduler", *where, stderr=subprocess.PIPE, text=True)
+    processes = [scheduler]
+    rest = threading.Thread(target=scheduler.stderr.read)  # else its pipe would fill up
     try:
-        deadline = time.monotonic() + 30
-        while not told.exists() or not told.read_text():
-            assert time.monotonic() < deadline, "the scheduler does not start"
-            time.sleep(0.05)
-        address = json.loads(told.read_text())["address"]
+        address = next(
+            found[1] for line in scheduler.stderr if (found := re.search(r"Scheduler at:\s*(tcp://\S+)", line))
+        )
+        rest.start()
         worker = ("dask_worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
-        processes += [started(*worker), started(*worker)]
+        processes += [start(*worker, stderr=subprocess.DEVNULL), start(*worker, stderr=subprocess.DEVNULL)]
         yield address, processes[1:]
     finally:
         for process in processes:
             process.kill()
             process.wait(10)
+        if rest.is_alive():
+            rest.join(10)
+        scheduler.stderr.close()
 
 
 def swept(out=None, **more):
@@ -51,18 +57,22 @@ def swept(out=None, **more):
     return sweep_eta(System(), Reference(), ETAS, out=out, **how | more)
 
 
-def files(folder):
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and path != folder / "zarr.json"
-    }
-
-
 def test_continuation_goes_chunk_by_chunk(cluster):
     address, _ = cluster
     how = {"direction": "down", "cells_per_chunk": 24, "transient": 20}
     xarray.testing.assert_equal(swept(scheduler=address, **how), swept(**how))
+
+
+def test_a_study_grows_on_a_cluster_as_it_does_here(cluster, tmp_path):
+    address, _ = cluster
+    study = EtaStudy(System(), Reference(), None, 400, 10, values=ETAS)
+    known = []
+    for partial in grow(study, RunOptions(tmp_path / "a.zarr", address, cells_per_chunk=16)):
+        known.append(int((partial.values()["status"] != MISSING).sum()))
+    assert known == sorted(known)
+    assert len(known) >= 2
+    assert known[-1] == len(ETAS)
+    xarray.testing.assert_equal(partial.dataset(), swept())
 
 
 def test_to_an_object_store_the_workers_write_themselves(cluster, tmp_path, monkeypatch):
@@ -78,7 +88,7 @@ def test_to_an_object_store_the_workers_write_themselves(cluster, tmp_path, monk
     assert (first.attrs["computed"], again.attrs["reused"]) == (16, 16)
 
 
-def test_another_engine_on_a_worker_is_told(cluster, monkeypatch):
+def test_another_engine_on_a_worker_is_refused(cluster, monkeypatch):
     address, _ = cluster
     monkeypatch.setattr("vibroscope.engine.sweeps.cluster.engine_digest", lambda: "other")
     with pytest.raises(ValueError, match="another engine"):
@@ -87,10 +97,9 @@ def test_another_engine_on_a_worker_is_told(cluster, monkeypatch):
 
 def test_a_worker_that_is_killed_changes_nothing(cluster, tmp_path):
     address, workers = cluster
-    victim, told = workers[0], []
+    victim = workers[0]
 
     def kill(now):
-        told.append(now)
         if now.done >= 8 and victim.poll() is None:
             os.kill(victim.pid, signal.SIGKILL)
             victim.wait(10)
@@ -103,7 +112,7 @@ def test_a_worker_that_is_killed_changes_nothing(cluster, tmp_path):
     assert swept(tmp_path / "here.zarr", scheduler=address).attrs["reused"] == 64
 
 
-def test_nobody_at_the_address_is_told(monkeypatch):
+def test_an_address_without_a_scheduler_is_refused(monkeypatch):
     monkeypatch.setattr("vibroscope.engine.sweeps.cluster.PATIENCE", 0.5)
     with pytest.raises(OSError, match="no Dask scheduler answers"):
         swept(scheduler="tcp://127.0.0.1:9")

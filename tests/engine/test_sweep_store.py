@@ -1,4 +1,4 @@
-"""What is kept of a study: killed, damaged, moved, full, of another engine."""
+"""The store of a study: killed, damaged, on a full disk, of another engine."""
 
 import errno
 import fcntl
@@ -8,7 +8,6 @@ import resource
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +16,11 @@ import xarray
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from vibroscope.engine import Cancelled, Reference, System, sweep_eta, sweep_plane
-from vibroscope.engine.sweeps import cache, provenance
 from vibroscope.engine.sweeps.arrays import DAMAGE
-from vibroscope.engine.sweeps.eta import EtaStudy
+from vibroscope.engine.sweeps.digest import engine_digest
+from vibroscope.engine.sweeps.store import Store
+
+from .store_files import files
 
 ETAS = np.linspace(2.6, 3.3, 24)
 SHORT = {"transient": 60, "sample": 10}
@@ -27,16 +28,6 @@ SHORT = {"transient": 60, "sample": 10}
 
 def swept(out=None, **more):
     return sweep_eta(System(), Reference(), ETAS, out=out, **{"cells_per_chunk": 4, **SHORT, **more})
-
-
-def files(folder):
-    """Bytes of all files but the one that holds date and cost."""
-    root = Path(folder)
-    return {
-        str(path.relative_to(root)): path.read_bytes()
-        for path in sorted(root.rglob("*"))
-        if path.is_file() and path != root / "zarr.json"
-    }
 
 
 @pytest.fixture(scope="module")
@@ -50,10 +41,10 @@ def test_the_result_is_a_labelled_dataset_that_says_where_it_comes_from(whole):
     found = xarray.open_zarr(whole)
     assert found["xi2"].dims == ("eta", "sample")
     assert all("units" in variable.attrs and "long_name" in variable.attrs for variable in found.variables.values())
-    told = found.attrs
-    assert (told["complete"], told["computed"], told["transient"]) == (1, 24, 60)
-    assert told["engine_digest"] == provenance.engine_digest()
-    assert {"system", "method", "engine_version", "date", "seconds"} <= set(told)
+    attributes = found.attrs
+    assert (attributes["complete"], attributes["computed"], attributes["transient"]) == (1, 24, 60)
+    assert attributes["engine_digest"] == engine_digest()
+    assert {"system", "method", "engine_version", "date", "seconds"} <= set(attributes)
 
 
 @pytest.mark.parametrize("direction", ["rest", "up", "down"])
@@ -178,22 +169,20 @@ def test_two_processes_do_not_work_on_one_result(whole):
         os.close(handle)
 
 
-def test_too_small_a_disk_is_told_before_work_starts(tmp_path, monkeypatch):
+def test_too_small_a_disk_is_refused_before_work_starts(tmp_path, monkeypatch):
     class Usage:
         free = 1000
 
     monkeypatch.setattr("shutil.disk_usage", lambda path: Usage)
-    with pytest.raises(OSError, match="are free") as told:
+    with pytest.raises(OSError, match="are free") as refused:
         swept(tmp_path / "a.zarr")
-    assert told.value.errno == errno.ENOSPC
+    assert refused.value.errno == errno.ENOSPC
     assert not (tmp_path / "a.zarr").exists()
 
 
 def test_a_disk_that_fills_up_stops_it_cleanly_and_the_rest_follows_later(tmp_path, whole):
     """The system itself refuses: no file may grow beyond some bytes, as on a full disk."""
-    from vibroscope.engine.sweeps.store import Store
-
-    write, calls = Store.write, []
+    write, calls = Store.write_now, []
 
     def full(store, chunk, values):
         calls.append(chunk)
@@ -207,7 +196,7 @@ def test_a_disk_that_fills_up_stops_it_cleanly_and_the_rest_follows_later(tmp_pa
             resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Store, "write", full)
+        patch.setattr(Store, "write_now", full)
         with pytest.raises(OSError, match="make room"):
             swept(tmp_path / "a.zarr")
     rest = swept(tmp_path / "a.zarr")
@@ -234,65 +223,6 @@ def test_progress_counts_up_to_the_end():
     assert seen[-1].seconds_left == 0
 
 
-# -- the cache ---------------------------------------------------------------------------------------------------------
-
-
-def study(e=0.5):
-    return EtaStudy(System(restitution=e), Reference(), 2.6, 20, 5, values=ETAS)
-
-
-def test_the_cache_finds_a_study_by_every_number_and_the_engine(tmp_path, monkeypatch):
-    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
-    first = cache.kept(study())
-    again = cache.kept(study())
-    assert (first.attrs["computed"], again.attrs["reused"]) == (24, 24)
-    assert cache.kept(study(0.4)).attrs["computed"] == 24
-    monkeypatch.setattr("vibroscope.engine.sweeps.study.engine_digest", lambda: "other")
-    assert cache.kept(study()).attrs["computed"] == 24
-
-
-def test_a_damaged_entry_of_the_cache_is_dropped(tmp_path, monkeypatch):
-    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
-    cache.kept(study())
-    (entry,) = (tmp_path / "studies").iterdir()
-    (entry / "zarr.json").write_text("{")
-    assert cache.kept(study()).attrs["computed"] == 24
-    assert cache.kept(study()).attrs["reused"] == 24
-
-
-def test_the_cache_drops_what_was_not_used_the_longest(tmp_path, monkeypatch):
-    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
-    for e in (0.3, 0.4, 0.5):
-        cache.kept(study(e))
-        time.sleep(0.02)
-    cache.kept(study(0.3))
-    root = tmp_path / "studies"
-    size = sum(path.stat().st_size for path in root.rglob("*")) // 3
-    cache.drop_oldest(root, most=int(2.5 * size))
-    assert {path.name for path in root.iterdir()} == {study(0.3).key, study(0.5).key}
-
-
-ASKED = """
-import numpy as np
-from vibroscope.engine import Reference, System, sweep_eta
-found = sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 24), transient=4000, sample=5, keep=True)
-print(found.attrs["computed"], float(found["xi2"].sum()))
-"""
-
-
-def test_of_two_processes_that_want_the_same_study_one_computes_it(tmp_path):
-    environment = {**os.environ, "VIBROSCOPE_CACHE_DIR": str(tmp_path)}
-    from vibroscope.engine.kernels.compile.options import cache_root, source_digest
-
-    name = f"kernels-{source_digest()}"
-    (tmp_path / name).symlink_to(cache_root() / name)  # compiled already
-    how = {"env": environment, "cwd": Path(__file__).parents[2], "stdout": subprocess.PIPE, "text": True}
-    processes = [subprocess.Popen([sys.executable, "-c", ASKED], **how) for _ in range(2)]
-    told = [process.communicate(timeout=60)[0].split() for process in processes]
-    assert sorted(int(computed) for computed, _ in told) == [0, 24]
-    assert told[0][1] == told[1][1]
-
-
 def test_a_plane_comes_back_from_its_store_as_it_was(tmp_path):
     K, D = np.geomspace(100, 1e4, 5), np.geomspace(1, 50, 3)
     how = {"steps": 500, "transient": 50, "sample": 10}
@@ -309,7 +239,7 @@ def test_a_chunk_in_which_nothing_reached_its_end_is_complete_too(tmp_path):
     assert sweep_plane(System(), 2.76, [500, 60_000], [1.0], **how).attrs["reused"] == 2
 
 
-def test_what_is_swept_is_not_told_as_fixed(whole):
+def test_what_is_swept_is_no_attribute(whole):
     found = xarray.open_zarr(whole).attrs
     assert "eta" not in found
     plane = sweep_plane(System(), 2.76, [100.0], [5.0], steps=100, transient=5, sample=5, keep=False)

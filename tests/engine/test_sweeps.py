@@ -18,9 +18,8 @@ from vibroscope.engine import (
     sweep_step,
 )
 from vibroscope.engine.divergence.contact import equal_restitution_damping
-from vibroscope.engine.sweeps.chunks import chunk_shape, chunks, count
-from vibroscope.engine.sweeps.refinement import changes
-from vibroscope.engine.sweeps.step import observed_order
+from vibroscope.engine.sweeps.refinement import changed_intervals
+from vibroscope.engine.sweeps.step_study import observed_order
 
 SHORT = {"transient": 300, "sample": 20}
 
@@ -31,14 +30,14 @@ def test_a_diagram_holds_what_single_runs_give(method):
     assert found["xi2"].dims == ("eta", "sample")
     for eta in found["eta"].values:
         cell, run = found.sel(eta=eta), simulate(System(), eta, method, periods=320, keep=20)
-        told = motion(run)
-        if told.period:  # irregular motion multiplies rounding, and the batch may round otherwise
+        alone = motion(run)
+        if alone.period:  # irregular motion multiplies rounding, and the batch may round otherwise
             np.testing.assert_allclose(cell["xi2"], run.section[:, 2], atol=1e-7)
             np.testing.assert_allclose(cell["v1"], run.section[:, 1], atol=1e-7)
-        assert (cell["period"], cell["status"]) == (told.period, 0)
-        if told.period:
-            assert cell["impacts_per_period"] == pytest.approx(told.impacts_per_period)
-            assert cell["contact_share"] == pytest.approx(told.contact_share, abs=1e-9)
+        assert (cell["period"], cell["status"]) == (alone.period, 0)
+        if alone.period:
+            assert cell["impacts_per_period"] == pytest.approx(alone.impacts_per_period)
+            assert cell["contact_share"] == pytest.approx(alone.contact_share, abs=1e-9)
 
 
 def test_a_continued_diagram_follows_a_motion_that_rest_does_not_lead_to():
@@ -62,7 +61,7 @@ def test_refinement_halves_the_intervals_where_the_motion_changes_and_leaves_the
     assert (np.diff(fine["eta"]) > 0).all()
     assert len(fine["eta"]) > len(etas)
     np.testing.assert_array_equal(fine["xi2"].sel(eta=etas), coarse["xi2"])
-    changed = np.flatnonzero(changes({name: column.values for name, column in coarse.variables.items()}))
+    changed = np.flatnonzero(changed_intervals({name: column.values for name, column in coarse.variables.items()}))
     for i, (left, right) in enumerate(itertools.pairwise(etas)):
         inside = ((fine["eta"] > left) & (fine["eta"] < right)).sum()
         assert (inside >= 3) == (i in changed)
@@ -94,9 +93,9 @@ def test_the_plane_holds_what_single_runs_give_and_the_parts_of_their_errors():
     for k in K:
         for d in D:
             cell = found.sel(K=k, D=d)
-            told = motion(simulate(System(), 1.08, Newmark(k, d, 2000), periods=170, keep=20))
-            assert cell["period"] == told.period
-            assert cell["impacts_per_period"] == pytest.approx(told.impacts_per_period)
+            newmark = motion(simulate(System(), 1.08, Newmark(k, d, 2000), periods=170, keep=20))
+            assert cell["period"] == newmark.period
+            assert cell["impacts_per_period"] == pytest.approx(newmark.impacts_per_period)
             exact = motion(simulate(System(), 1.08, ExactPenalty(k, d), periods=170, keep=20))
             assert cell["exact_contact_share"] == pytest.approx(exact.contact_share, abs=1e-9)
             # the parts add up as functions of time, so that no one is longer than the others together
@@ -149,20 +148,8 @@ def test_the_order_is_the_slope_of_a_power_law():
     assert np.isnan(observed_order(n[:1], n[:1])[0])
 
 
-@pytest.mark.parametrize("shape", [(1,), (7,), (64, 64), (1000, 3), (10_000, 10_000)])
-def test_chunks_cover_every_cell_once(shape):
-    sides = chunk_shape(shape, 500, 30)
-    assert 1 <= np.prod(sides) <= 16_384
-    if np.prod(shape) < 10**6:
-        seen = np.zeros(shape, int)
-        for chunk in chunks(shape, sides):
-            seen[chunk] += 1
-            assert count(chunk) == seen[chunk].size
-        assert (seen == 1).all()
-
-
 @pytest.mark.parametrize(
-    ("ask", "told"),
+    ("sweep", "text"),
     [
         (lambda: sweep_eta(System(), Reference(), []), "no value of eta"),
         (lambda: sweep_eta(System(), Reference(), [2, 1]), "do not ascend"),
@@ -188,6 +175,6 @@ def test_chunks_cover_every_cell_once(shape):
         (lambda: spaced("eta", 2, 1, 3), "empty range"),
     ],
 )
-def test_bad_input_is_refused_before_any_work(ask, told):
-    with pytest.raises(ValueError, match=told):
-        ask()
+def test_bad_input_is_refused_before_any_work(sweep, text):
+    with pytest.raises(ValueError, match=text):
+        sweep()

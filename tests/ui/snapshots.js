@@ -1,6 +1,6 @@
 // What stands on the page, read by `snapshots_page.py`: every figure as it is drawn, every text where it stands.
 () => {
-  const BOXES = "header.head, form.panel, div.told, section, article";
+  const BOXES = "header.head, form.panel, div.told, div.statements, section, article";
   const document_ = Bokeh.documents[0];
   const round = ({ x, y, width, height }) => [x, y, width, height].map(Math.round);
   const list = (values) => Array.from(values, (value) => (typeof value === "number" && !Number.isFinite(value) ? null : value));

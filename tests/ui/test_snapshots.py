@@ -195,7 +195,7 @@ def steady(page, measured=False):
 # Measured numbers are of unequal length, and so are the lines that hold them.
 LEVEL = """() => {
   const walk = (node) => {
-    if (node.matches?.(".told p")) node.textContent = "measured";
+    if (node.matches?.(".statements p")) node.textContent = "measured";
     for (const child of [...(node.shadowRoot?.children ?? []), ...node.children]) walk(child);
   };
   walk(document.body);

@@ -11,7 +11,7 @@ def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
     ringed = explorer.source("speed_present")
     assert ringed["cost"][0] in explorer.source("speed_fixed")["cost"]
     assert ringed["cost"][1] in explorer.source("speed_plain")["cost"]
-    assert "solves per period beside 2000" in panel(explorer).locator(".told").text_content()
+    assert "solves per period beside 2000" in panel(explorer).locator(".statements").text_content()
     explorer.moved(lambda: explorer.type("steps", "400"))
     wait_until(lambda: "T/400 set" in explorer.figure("speed")["title"], what="the figure of T/400")
     complete(explorer)
@@ -23,5 +23,5 @@ def test_hidden_speed_sends_nothing(counted, visit):  # noqa: F811 - the fixture
     explorer.open_tab("Help")
     explorer.settle()
     received = count_messages(explorer.page)
-    explorer.page.wait_for_timeout(1500)
+    explorer.page.wait_for_timeout(1500)  # long enough for what must not come
     assert received() < 500

@@ -53,8 +53,8 @@ def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
     explorer = opened(visit, "plane")
     assert explorer.figure("plane_penalty")["title"] == "Newmark T/2000, η 2.76: period"
     assert explorer.figure("plane_exact")["title"] == "No time step, η 2.76: period"
-    told = panel(explorer).locator(".told").text_content()
-    assert "period 1" in told.split("Exact penalty, cell at")[1]
+    text = panel(explorer).locator(".statements").text_content()
+    assert "period 1" in text.split("Exact penalty, cell at")[1]
     explorer.page.mouse.click(*place(explorer, "plane_exact", 1000, 5))
     wait_until(lambda: abs(explorer.source("plane_mark")["K"][0] - 1000) < 30, what="the mark at the click")
     assert explorer.source("plane_mark")["D"][0] == pytest.approx(5, rel=0.03)
@@ -112,7 +112,7 @@ def test_a_finger_drags_the_line_and_does_not_scroll(visit):
     page = explorer.page
     page.evaluate("""Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("bifurcation").id)
         .el.scrollIntoView({ block: "center" })""")
-    page.wait_for_timeout(300)
+    explorer.settle()  # once it has scrolled
     tools, scrolled = page.context.new_cdp_session(page), page.evaluate("scrollY")
     low, high = explorer.figure("bifurcation")["y"]
 
@@ -134,7 +134,7 @@ def test_a_tap_marks_the_time_in_all_figures(visit):
     page = explorer.page
     box = page.locator(".displacement").first
     box.scroll_into_view_if_needed()
-    page.wait_for_timeout(300)
+    explorer.settle()  # once it has scrolled
     frame = box.bounding_box()
     page.touchscreen.tap(frame["x"] + 0.7 * frame["width"], frame["y"] + 0.5 * frame["height"])
     readout = page.locator(".player output")
@@ -174,7 +174,7 @@ def test_a_click_on_the_time_step_figure_sets_n(visit):
     explorer.page.mouse.click(*place(explorer, "step_error_time_step", 8300, 1e-3))
     wait_until(lambda: "T/8000 fixed" in explorer.figure("step_phase_fixed")["title"], what="the motion of T/8000")
     in_address(explorer, steps="8000", tab="step")
-    assert "power of −2.0" in panel(explorer).locator(".told").text_content()
+    assert "power of −2.0" in panel(explorer).locator(".statements").text_content()
 
 
 def put(explorer, **texts):
@@ -199,7 +199,7 @@ def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab
     explorer.settle()
     received = count_messages(explorer.page)
     put(explorer, K="3000", kappa="2.38")
-    explorer.page.wait_for_timeout(400)
+    explorer.page.wait_for_timeout(400)  # long enough for what must not come
     assert received() < 4_000
     put(explorer, K="12000", kappa=change.get("kappa", "2.41"))
     before = received()

@@ -1,4 +1,4 @@
-"""The bifurcation diagram and, below it, what period the motion has; a cursor that the browser moves.
+"""The bifurcation diagram, below it the period of the motion, and a cursor that the browser moves.
 
 A few thousand points are drawn as points: at the same sharpness a picture of them would be several times the bytes.
 The cursor is an overlay, which is repainted without the points below it.
@@ -16,7 +16,7 @@ from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Explorer, Setting
 from vibroscope.app.page.shared.figure import BLUE, FONT, GHOST, INK, VERMILLION, empty, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, TRANSIENT, DiagramStage
+from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, TRANSIENT, PartialDiagram
 from vibroscope.app.studies.cell_classes import PERIODS, period_class
 from vibroscope.engine import Newmark, Reference
 
@@ -45,7 +45,7 @@ class BifurcationView:
         self.figure = self._cloud()
         self.strip = self._strip()
         for plot in (self.figure, self.strip):
-            plot.on_event(Tap, self._tapped)
+            plot.on_event(Tap, self.on_tap)
         self.figure.on_event(RangesUpdate, lambda event: on_zoom())
 
     def _cloud(self) -> figure:
@@ -121,33 +121,33 @@ class BifurcationView:
         return (low, high) if high - low > 1e-5 else _ETA
 
     def update(
-        self, setting: Setting, stage: DiagramStage | None, coordinate: str, beside: DiagramStage | None
+        self, setting: Setting, result: PartialDiagram | None, coordinate: str, other: PartialDiagram | None
     ) -> None:
-        """Move the cursor; draw what is known, and in grey what it is compared with."""
+        """Move the cursor; draw what is known, and in grey another diagram to compare with."""
         self.cursor.location = self.label.x = setting.eta
         self.label.text = f"η = {setting.eta:g}"
         self.figure.yaxis[0].axis_label = f"{SYMBOLS[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
-        if stage is None:
+        if result is None:
             return
-        self._title(stage)
-        values = _columns(stage, coordinate)
+        self._title(result)
+        values = _columns(result, coordinate)
         none = dict.fromkeys(values, values["eta"][:0])
-        drawn = "reference" if isinstance(stage.question.method, Reference) else "penalty"
+        drawn = "reference" if isinstance(result.question.method, Reference) else "penalty"
         for solver, source in self.points.items():
             write(source, values if solver == drawn else none)
-        write(self.other, none if beside is None else _columns(beside, coordinate, MOST_BESIDE))
+        write(self.other, none if other is None else _columns(other, coordinate, MOST_BESIDE))
         fresh = self._drawn != (drawn, coordinate)
-        self.ranges["value"].follow([values["value"]], fresh=fresh, complete=stage.share >= 1)
+        self.ranges["value"].follow([values["value"]], fresh=fresh, complete=result.share >= 1)
         self._drawn = drawn, coordinate
-        self._write_strip(stage)
+        self._write_strip(result)
 
-    def _title(self, stage: DiagramStage) -> None:
-        question = stage.question
-        periods = f"{int(stage.known.sum())} η × ({TRANSIENT} + {SAMPLE}) T"
+    def _title(self, result: PartialDiagram) -> None:
+        question = result.question
+        periods = f"{int(result.known.sum())} η × ({TRANSIENT} + {SAMPLE}) T"
         self.figure.title.text = f"{name_of(question.method)} {_DIRECTION[question.direction]}, {periods}"
 
-    def _write_strip(self, stage: DiagramStage) -> None:
-        left, right, period = stage.stretches()
+    def _write_strip(self, result: PartialDiagram) -> None:
+        left, right, period = result.stretches()
         kinds = np.where(period < 0, len(PERIODS), period_class(period))
         colours = [colour for _, colour in PERIODS] + [_ENDED[1]]
         hatches = [*HATCHES, _ENDED[2]]
@@ -159,7 +159,8 @@ class BifurcationView:
             "period": period.astype(np.float32),
         }
 
-    def _tapped(self, event: Tap) -> None:
+    def on_tap(self, event: Tap) -> None:
+        """Set η to the place of a tap."""
         if event.x is not None and np.isfinite(event.x):
             self._on_eta(float(np.clip(round(event.x, 4), *_ETA)))
 
@@ -180,6 +181,6 @@ def legend() -> list[list[str]]:
     return [*rows, [_ENDED[1], _ENDED[0], _ENDED[3]]]
 
 
-def _columns(stage: DiagramStage, coordinate: str, most: int = MOST_POINTS) -> dict[str, np.ndarray]:
-    eta, value = stage.points(coordinate, most)
+def _columns(result: PartialDiagram, coordinate: str, most: int = MOST_POINTS) -> dict[str, np.ndarray]:
+    eta, value = result.points(coordinate, most)
     return {"eta": eta.astype(np.float32), "value": value.astype(np.float32)}

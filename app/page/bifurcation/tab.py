@@ -1,4 +1,4 @@
-"""The bifurcation diagram, live: of each solver, from rest or continued, at the range that is in view."""
+"""The bifurcation diagram of each solver, from rest or continued, computed over the range that is in view."""
 
 from __future__ import annotations
 
@@ -11,16 +11,15 @@ from vibroscope.app.export.scripts import method_options, sweep_command, sweep_p
 from vibroscope.app.page.bifurcation.figure import SYMBOLS, BifurcationView, legend, name_of
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.studies.bifurcation import (
-    COORDINATES,
     COUNT,
     SAMPLE,
     TRANSIENT,
-    Diagram,
-    DiagramStage,
-    refine_diagram,
+    DiagramQuestion,
+    PartialDiagram,
+    grow_diagram,
 )
-from vibroscope.app.studies.live import KEPT
-from vibroscope.engine import ExactPenalty, Method
+from vibroscope.app.studies.study_job import RESULTS
+from vibroscope.engine import COORDINATES, ExactPenalty, Method
 
 _DIRECTION_NAMES = {"rest": "from rest", "up": "continued upwards", "down": "continued downwards"}
 _SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
@@ -31,7 +30,7 @@ class Bifurcation(StudyTab):
 
     key = "bifurcation"
     title = "Bifurcation"
-    refine = staticmethod(refine_diagram)
+    grow = staticmethod(grow_diagram)
     chosen = {"solver": "reference", "direction": "rest", "coordinate": "xi2"}  # noqa: RUF012 - read only
     axes = {"eta": LINEAR, "value": LINEAR}  # noqa: RUF012 - read only
     pictures = (
@@ -41,7 +40,7 @@ class Bifurcation(StudyTab):
 
     def build(self) -> pn.viewable.Viewable:
         """The diagram, the strip of periods below it, the panel."""
-        self.view = BifurcationView(self._set, self._zoomed)
+        self.view = BifurcationView(self._set, self.refresh)
         return self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
 
     @classmethod
@@ -69,51 +68,49 @@ class Bifurcation(StudyTab):
             },
         }
 
-    def question(self, setting: Setting) -> Diagram:
+    def question(self, setting: Setting) -> DiagramQuestion:
         """All but η itself."""
         chosen = self.panel.chosen
-        return Diagram(setting.system, _method(setting, chosen["solver"]), chosen["direction"], self.view.span)
+        return DiagramQuestion(setting.system, _method(setting, chosen["solver"]), chosen["direction"], self.view.span)
 
-    def draw(self, setting: Setting, stage: DiagramStage | None) -> None:
-        """The diagram and what stands beside it."""
-        beside = None if stage is None else _beside(setting, stage.question)
-        self.view.update(setting, stage, self.panel.chosen["coordinate"], beside)
+    def draw(self, setting: Setting, result: PartialDiagram | None) -> None:
+        """The diagram and the one to compare with."""
+        other = None if result is None else _compared(setting, result.question)
+        self.view.update(setting, result, self.panel.chosen["coordinate"], other)
         self.panel.key = legend()
 
-    def tell(self, setting: Setting, stage: DiagramStage) -> list[list[str]]:
+    def describe(self, setting: Setting, result: PartialDiagram) -> list[list[str]]:
         """The nearest η, and the whole range."""
-        return told(setting, stage)
+        return statements(setting, result)
 
     def table(self, name: str) -> list[Series]:
         """All points of the diagram, also of what is drawn in grey; or the stretches of η with one period."""
         if name == "bifurcation_strip":
-            columns = dict(zip(("from_eta", "to_eta", "period"), self._stage.stretches(), strict=True))
-            return [Series(_label(self._stage.question), columns)]
-        beside = _beside(self._of, self._stage.question)
-        return [_points(stage, self.panel.chosen["coordinate"]) for stage in (self._stage, beside) if stage is not None]
+            columns = dict(zip(("from_eta", "to_eta", "period"), self.result.stretches(), strict=True))
+            return [Series(_label(self.result.question), columns)]
+        other, coordinate = _compared(self._result_setting, self.result.question), self.panel.chosen["coordinate"]
+        return [_points(result, coordinate) for result in (self.result, other) if result is not None]
 
     def python(self, setting: Setting) -> str:
         """`sweep_eta` over the range in view."""
-        asked = self.asked(setting)
-        how = f"direction={asked.direction!r}, coordinates={tuple(COORDINATES)}"
-        call = f"sweep_eta(\n    system, {asked.method!r}, np.linspace({asked.eta[0]!r}, {asked.eta[1]!r}, {COUNT}),\n"
+        question = self.script_question(setting)
+        how = f"direction={question.direction!r}, coordinates={tuple(COORDINATES)}"
+        values = f"np.linspace({question.eta[0]!r}, {question.eta[1]!r}, {COUNT})"
+        call = f"sweep_eta(\n    system, {question.method!r}, {values},\n"
         call += f"    {how}, transient={TRANSIENT}, sample={SAMPLE},\n)"
-        return sweep_python({"diagram": call}, asked.system, type(asked.method).__name__)
+        return sweep_python({"diagram": call}, question.system, type(question.method).__name__)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep eta`` over the range in view."""
-        asked = self.asked(setting)
-        options = f" --from {asked.eta[0]!r} --to {asked.eta[1]!r} --count {COUNT}{method_options(asked.method)}"
-        options += f" --direction {asked.direction} --coordinates {','.join(COORDINATES)}"
-        return sweep_command("eta", asked.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")
+        question = self.script_question(setting)
+        options = (
+            f" --from {question.eta[0]!r} --to {question.eta[1]!r} --count {COUNT}{method_options(question.method)}"
+        )
+        options += f" --direction {question.direction} --coordinates {','.join(COORDINATES)}"
+        return sweep_command("eta", question.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")
 
     def _set(self, eta: float) -> None:
         self.desk.set({"eta": print_number(eta)})
-
-    def _zoomed(self) -> None:
-        if self._visible:
-            self.ask()
-            self.push()
 
 
 def _method(setting: Setting, solver: str) -> Method:
@@ -122,43 +119,43 @@ def _method(setting: Setting, solver: str) -> Method:
     return setting.reference if solver == "reference" else setting.penalty
 
 
-def _beside(setting: Setting, question: Diagram) -> DiagramStage | None:
-    """What was computed to compare with: the other direction, or the reference beside a penalty solver."""
+def _compared(setting: Setting, question: DiagramQuestion) -> PartialDiagram | None:
+    """A diagram that was computed before: in the other direction, or of the reference beside a penalty solver."""
     if question.direction == "rest":
         reference = question._replace(method=setting.reference)
-        return KEPT.get(reference) if reference != question else None
-    return KEPT.get(question._replace(direction="down" if question.direction == "up" else "up"))
+        return RESULTS.get(reference) if reference != question else None
+    return RESULTS.get(question._replace(direction="down" if question.direction == "up" else "up"))
 
 
-def _label(question: Diagram) -> str:
+def _label(question: DiagramQuestion) -> str:
     return f"{name_of(question.method)} {_DIRECTION_NAMES[question.direction]}"
 
 
-def _points(stage: DiagramStage, coordinate: str) -> Series:
-    eta, values = stage.points(coordinate, stage.section.size)
-    return Series(_label(stage.question), {"eta": eta, coordinate: values})
+def _points(result: PartialDiagram, coordinate: str) -> Series:
+    eta, values = result.points(coordinate, None)
+    return Series(_label(result.question), {"eta": eta, coordinate: values})
 
 
-def told(setting: Setting, stage: DiagramStage) -> list[list[str]]:
+def statements(setting: Setting, result: PartialDiagram) -> list[list[str]]:
     """Head and text of what the diagram says."""
-    known = np.flatnonzero(stage.known)
-    axis = stage.question.axis
+    known = np.flatnonzero(result.known)
+    axis = result.question.axis
     nearest = known[np.argmin(np.abs(axis[known] - setting.eta))]
-    low, high = stage.question.eta
+    low, high = result.question.eta
     lines = []
     if low <= setting.eta <= high:
-        lines.append([f"Near η = {axis[nearest]:.4g}", _motion(stage, nearest)])
-    periods = stage.period[known]
+        lines.append([f"Near η = {axis[nearest]:.4g}", _motion(result, nearest)])
+    periods = result.period[known]
     share = {n: 100 * (periods == n).mean() for n in (1, 2, 0)}
     text = f"From η = {low:g} to {high:g}: period one in {share[1]:.0f} %, two in {share[2]:.0f} %, "
     text += f"no period found in {share[0]:.0f} % of the values"
-    ended = int(stage.ended.sum())
+    ended = int(result.ended.sum())
     return [*lines, ["The whole range", f"{text}; {ended} ended early." if ended else f"{text}."]]
 
 
-def _motion(stage: DiagramStage, index: int) -> str:
-    if stage.ended[index]:
+def _motion(result: PartialDiagram, index: int) -> str:
+    if result.ended[index]:
         return "the run ended early."
-    period = stage.period[index]
+    period = result.period[index]
     kind = f"period {period:.0f}" if period else "does not repeat itself"
-    return f"{kind}, impacts per period {stage.impacts[index]:.3g}."
+    return f"{kind}, impacts per period {result.impacts[index]:.3g}."

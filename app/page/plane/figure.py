@@ -12,7 +12,7 @@ from vibroscope.app.explorer.state import Explorer, Setting
 from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, empty, legend, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies import cell_classes as classes
-from vibroscope.app.studies.plane import SIDES, Plane, PlaneStage
+from vibroscope.app.studies.plane import SIDES, PartialPlane, PlaneQuestion
 from vibroscope.engine import equal_restitution_damping
 
 _VEIL = ["#00000000", classes.VEIL]  # drawn as stripes: some columns of a finer picture
@@ -31,13 +31,13 @@ class PlaneView:
             for side in SIDES
         }
         self.veils = {side: ColumnDataSource(dict(source.data)) for side, source in self.sources.items()}
-        self.blown = {side: empty(f"plane_{side}_diverged", "K", "D") for side in SIDES}
+        self.diverged = {side: empty(f"plane_{side}_diverged", "K", "D") for side in SIDES}
         self.mark = empty("plane_mark", "K", "D")
         self.curve = empty("plane_curve", "K", "D")
         self.figures = {side: self._figure(side) for side in SIDES}
         for plot in self.figures.values():
-            plot.on_event(Tap, self._tapped)
-        # Both figures hold the same ranges, so one of them tells.
+            plot.on_event(Tap, self.on_tap)
+        # Both figures have the same ranges: the events of one are enough.
         self.figures["penalty"].on_event(RangesUpdate, lambda event: on_zoom())
 
     def _figure(self, side: str) -> figure:
@@ -58,7 +58,7 @@ class PlaneView:
         where = {"image": "image", "x": "x", "y": "y", "dw": "dw", "dh": "dh"}
         plot.image(**where, source=self.sources[side], color_mapper=colours)
         plot.image(**where, source=self.veils[side], color_mapper=LinearColorMapper(palette=_VEIL, low=0, high=1))
-        plot.scatter("K", "D", source=self.blown[side], marker="x", size=5, line_color=INK, line_width=0.8)
+        plot.scatter("K", "D", source=self.diverged[side], marker="x", size=5, line_color=INK, line_width=0.8)
         halo = plot.line("K", "D", source=self.curve, line_color="#FFFFFF", line_width=4, line_alpha=0.8)
         curve = plot.line("K", "D", source=self.curve, line_color=BLUE, line_width=2, line_dash="dashed")
         mark = plot.scatter(
@@ -87,46 +87,47 @@ class PlaneView:
         """K and D that are in view, within what can be set."""
         return {name: _within(self.ranges[name].ends, *_LIMITS[name]) for name in _LIMITS}
 
-    def update(self, setting: Setting, stage: PlaneStage | None, quantity: str, limit: float | None) -> None:
+    def update(self, setting: Setting, result: PartialPlane | None, quantity: str, limit: float | None) -> None:
         """Move the mark; draw the cells as far as they are known."""
         write(self.mark, {"K": np.array([setting.K], np.float32), "D": np.array([setting.D], np.float32)})
         curve_K = np.geomspace(*_LIMITS["K"], 41)
         curve_D = equal_restitution_damping(setting.system, curve_K)
         write(self.curve, {"K": curve_K.astype(np.float32), "D": curve_D.astype(np.float32)})
-        if stage is None:
+        if result is None:
             return
-        self._titles(stage.question, classes.QUANTITIES[quantity].label)
+        self._titles(result.question, classes.QUANTITIES[quantity].label)
         for side in SIDES:
-            self._draw(stage, side, quantity, limit)
+            self._draw(result, side, quantity, limit)
 
-    def _titles(self, question: Plane, label: str) -> None:
+    def _titles(self, question: PlaneQuestion, label: str) -> None:
         step = f"T/{question.steps}{' located' if question.located else ''}"
         self.figures["penalty"].title.text = f"Newmark {step}, η {question.eta:g}: {label}"
         self.figures["exact"].title.text = f"No time step, η {question.eta:g}: {label}"
 
-    def _draw(self, stage: PlaneStage, side: str, quantity: str, limit: float | None) -> None:
-        _write_picture(self.sources[side], classes.picture(stage, side, quantity), stage.question)
+    def _draw(self, result: PartialPlane, side: str, quantity: str, limit: float | None) -> None:
+        _write_picture(self.sources[side], classes.class_image(result, side, quantity), result.question)
         veil = np.zeros((1, 1), np.uint8)
         if limit is not None:
-            veil = np.repeat(classes.sudden(stage, side, limit), _STRIPES, axis=1)
+            veil = np.repeat(classes.sudden_contacts(result, side, limit), _STRIPES, axis=1)
             veil[:, np.arange(veil.shape[1]) % _STRIPES != 1] = 0
-        _write_picture(self.veils[side], veil, stage.question)
-        row, column = np.nonzero(stage.diverged(side) & stage.known)
-        K, D = stage.question.axis("K")[column], stage.question.axis("D")[row]
-        write(self.blown[side], {"K": K.astype(np.float32), "D": D.astype(np.float32)})
+        _write_picture(self.veils[side], veil, result.question)
+        row, column = np.nonzero(result.diverged(side) & result.known)
+        K, D = result.question.axis("K")[column], result.question.axis("D")[row]
+        write(self.diverged[side], {"K": K.astype(np.float32), "D": D.astype(np.float32)})
 
-    def _tapped(self, event: Tap) -> None:
+    def on_tap(self, event: Tap) -> None:
+        """Set K and D to the place of a tap."""
         if event.x and event.y and np.isfinite([event.x, event.y]).all():
             self._on_cell(*(float(f"{np.clip(v, *_LIMITS[n]):.3g}") for n, v in (("K", event.x), ("D", event.y))))
 
 
 def _within(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
-    """What of an axis is shown, rounded so that the same view is the same question; all of it where nothing is left."""
+    """The part of an axis in view, rounded so that the same view is the same question; all of it where none is left."""
     ends = [float(f"{np.clip(end, low, high):.4g}") for end in shown]
     return tuple(ends) if ends[0] < ends[1] * 0.999 else (low, high)
 
 
-def _write_picture(source: ColumnDataSource, picture: np.ndarray, question: Plane) -> None:
+def _write_picture(source: ColumnDataSource, picture: np.ndarray, question: PlaneQuestion) -> None:
     (left, right), (low, high) = question.K, question.D
     place = {"x": left, "y": low, "dw": right - left, "dh": high - low}
     old = source.data["image"]

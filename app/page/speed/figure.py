@@ -21,12 +21,12 @@ from vibroscope.app.page.shared.figure import (
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.studies.speed import SWEPT, Key, SpeedStage
+from vibroscope.app.studies.speed import SWEPT, Key, PartialSpeed
 
 _NAMES = {
     "reference": "reference",
     "exact": "exact penalty",
-    "fixed": "Newmark by leaps",
+    "fixed": "Newmark, steps skipped",
     "plain": "Newmark, plain loop",
     "located": "Newmark located",
 }
@@ -44,7 +44,7 @@ class SpeedView:
     """One figure."""
 
     def __init__(self) -> None:
-        self._stage: SpeedStage | None = None
+        self._result: PartialSpeed | None = None
         self.ranges = {"cost": OwnedRange(0.1, 1e3), "error": OwnedRange(1e-10, 1.0)}
         self.closed = {kind: empty(f"speed_{kind}", "cost", "error") for kind in _LINES}
         self.swept = {kind: empty(f"speed_{kind}", "cost", "error", "n", "solves") for kind in SWEPT}
@@ -117,29 +117,29 @@ class SpeedView:
             )
         )
 
-    def update(self, setting: Setting, stage: SpeedStage | None) -> None:
+    def update(self, setting: Setting, result: PartialSpeed | None) -> None:
         """Draw what is known; the ring follows the switch between fixed and located steps."""
-        if stage is None:
+        if result is None:
             return
-        fresh = self._stage is None or self._stage.question != stage.question
-        self._stage = stage
-        turns = f"{stage.rounds} turn{'s' if stage.rounds > 1 else ''}"
-        self.figure.title.text = f"T/{stage.question.steps} set: median of {turns}"
+        fresh = self._result is None or self._result.question != result.question
+        self._result = result
+        turns = f"{result.rounds} turn{'s' if result.rounds > 1 else ''}"
+        self.figure.title.text = f"T/{result.question.steps} set: median of {turns}"
         for kind, source in self.closed.items():
-            write(source, {"cost": np.full(2, stage.closed_form(kind)), "error": np.array(_ALL)})
+            write(source, {"cost": np.full(2, result.closed_form(kind)), "error": np.array(_ALL)})
         for kind, source in self.swept.items():
-            write(source, _columns(stage, stage.curve(kind)))
-        self._ring(setting, stage)
+            write(source, _columns(result, result.curve(kind)))
+        self._ring(setting, result)
         self._follow(fresh)
 
-    def _ring(self, setting: Setting, stage: SpeedStage) -> None:
-        n = stage.question.steps
+    def _ring(self, setting: Setting, result: PartialSpeed) -> None:
+        n = result.question.steps
         if setting.located == "yes":
             named = {Key("located", n): "set"}
         else:
             named = {Key("fixed", n): "set", Key("plain", n): "in an FE code"}
-        shown = [key for key in named if math.isfinite(stage.errors[key])]
-        columns = _columns(stage, shown)
+        shown = [key for key in named if math.isfinite(result.errors[key])]
+        columns = _columns(result, shown)
         now = {
             "cost": columns["cost"].tolist(),
             "error": columns["error"].tolist(),
@@ -157,12 +157,12 @@ class SpeedView:
                 owned.put(*_decades(sizes), fresh=fresh)
 
 
-def _columns(stage: SpeedStage, keys: list[Key]) -> dict[str, np.ndarray]:
+def _columns(result: PartialSpeed, keys: list[Key]) -> dict[str, np.ndarray]:
     return {
-        "cost": np.array([stage.cost(key) for key in keys]),
-        "error": np.array([max(stage.errors[key], _FLOOR) for key in keys]),
+        "cost": np.array([result.cost(key) for key in keys]),
+        "error": np.array([max(result.errors[key], _FLOOR) for key in keys]),
         "n": np.array([float(key.steps) for key in keys]),
-        "solves": np.array([stage.solves[key] for key in keys]),
+        "solves": np.array([result.solves[key] for key in keys]),
     }
 
 

@@ -1,4 +1,4 @@
-"""Speed against error: what a period costs at the present setting and how wrong it is, measured while one watches."""
+"""Speed against error: what a period costs at the present setting and its error, measured while a user watches."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vibroscope.app.export.scripts import speed_python
 from vibroscope.app.page.files import style
 from vibroscope.app.page.speed.figure import SpeedView
 from vibroscope.app.page.study.tab import StudyTab
-from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, Key, Question, SpeedStage, refine_speed
+from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, Key, PartialSpeed, SpeedQuestion, grow_speed
 
 # Served from assets/speed; `benchmarks/work_precision.py --write` renews it.
 FIGURE = "speed/work-precision.svg"
@@ -38,7 +38,7 @@ class Speed(StudyTab):
 
     key = "speed"
     title = "Speed against error"
-    refine = staticmethod(refine_speed)
+    grow = staticmethod(grow_speed)
     chosen = {}  # noqa: RUF012 - nothing to choose
     pictures = (Figure("speed", "Speed against error", "Error after ten periods over processor time per period."),)
     axes = {"cost": LOGARITHMIC, "error": LOGARITHMIC}  # noqa: RUF012 - read only
@@ -67,13 +67,13 @@ class Speed(StudyTab):
             "Vertical lines: closed form, without a time step and without this error.",
         }
 
-    def question(self, setting: Setting) -> Question:
+    def question(self, setting: Setting) -> SpeedQuestion:
         """All that costs or errors depend on; fixed or located, both are measured."""
-        return Question(setting.system, setting.eta, setting.K, setting.D, setting.steps, setting.reference)
+        return SpeedQuestion(setting.system, setting.eta, setting.K, setting.D, setting.steps, setting.reference)
 
     def table(self, name: str) -> list[Series]:
         """A row for each solver and n."""
-        found = self._stage.data()
+        found = self.result.data()
         columns = {"steps": found["solver_steps"]} | {
             n: found[n] for n in ("us_per_period", "solves_per_period", "error")
         }
@@ -83,60 +83,60 @@ class Speed(StudyTab):
             for kind in dict.fromkeys(found["solver"])
         ]
 
-    def tell(self, setting: Setting, stage: SpeedStage) -> list[list[str]]:
+    def describe(self, setting: Setting, result: PartialSpeed) -> list[list[str]]:
         """The figure in words."""
-        return told(setting, stage)
+        return statements(setting, result)
 
     def python(self, setting: Setting) -> str:
         """The same measurement: of this machine, and so with other numbers each time."""
-        return speed_python(self.asked(setting))
+        return speed_python(self.script_question(setting))
 
-    def draw(self, setting: Setting, stage: SpeedStage | None) -> None:
+    def draw(self, setting: Setting, result: PartialSpeed | None) -> None:
         """The figure."""
-        self.view.update(setting, stage)
+        self.view.update(setting, result)
 
 
-def told(setting: Setting, stage: SpeedStage) -> list[list[str]]:
+def statements(setting: Setting, result: PartialSpeed) -> list[list[str]]:
     """Head and text: the setting, what an FE code pays for it, what the located step would, the closed forms."""
-    n = stage.question.steps
+    n = result.question.steps
     kind = "located" if setting.located == "yes" else "fixed"
     return [
-        [f"Set: T/{n}, {kind} step", _said(stage, Key(kind, n))],
-        ["What an FE code pays", _walked(stage, n)],
-        ["What the located step would", _located(stage, n)],
-        ["Closed form", _closed(stage)],
+        [f"Set: T/{n}, {kind} step", _cost(result, Key(kind, n))],
+        ["What an FE code pays", _plain_cost(result, n)],
+        ["What the located step would", _located(result, n)],
+        ["Closed form", _closed(result)],
     ]
 
 
-def _said(stage: SpeedStage, key: Key) -> str:
-    if not math.isfinite(stage.errors[key]):
+def _cost(result: PartialSpeed, key: Key) -> str:
+    if not math.isfinite(result.errors[key]):
         return f"No error: this run or the exact penalty model's gave up within {CHECKED} periods. Take a smaller step."
-    return f"error {stage.errors[key]:.2g} after {CHECKED} periods, for {stage.cost(key):.3g} µs per period."
+    return f"error {result.errors[key]:.2g} after {CHECKED} periods, for {result.cost(key):.3g} µs per period."
 
 
-def _walked(stage: SpeedStage, n: int) -> str:
-    plain, leaps = Key("plain", n), Key("fixed", n)
+def _plain_cost(result: PartialSpeed, n: int) -> str:
+    plain, skipping = Key("plain", n), Key("fixed", n)
     return (
-        f"{n} steps per period, one by one: {stage.cost(plain):.3g} µs in a plain loop over two pendulums, "
-        f"{1000 * stage.cost(plain) / n:.3g} ns a step. The leaps of this page over the same steps are "
-        f"{stage.times(plain, leaps):.3g} times as fast, but an FE code does not leap. A code with more unknowns pays "
-        "more for each step: count steps."
+        f"{n} steps per period, one by one: {result.cost(plain):.3g} µs in a plain loop over two pendulums, "
+        f"{1000 * result.cost(plain) / n:.3g} ns a step. This page skips steps and finds the same solution "
+        f"{result.times(plain, skipping):.3g} times as fast, but an FE code cannot skip. A code with more unknowns "
+        "pays more for each step: count steps."
     )
 
 
-def _located(stage: SpeedStage, n: int) -> str:
+def _located(result: PartialSpeed, n: int) -> str:
     """The located step with the fewest solves that is as exact as the fixed step at n, or all there is to say."""
-    fixed = stage.errors[Key("fixed", n)]
+    fixed = result.errors[Key("fixed", n)]
     if not math.isfinite(fixed):
-        return f"T/{n}: {_said(stage, Key('located', n))}"
-    enough = [key for key in stage.curve("located") if stage.errors[key] <= fixed]
+        return f"T/{n}: {_cost(result, Key('located', n))}"
+    enough = [key for key in result.curve("located") if result.errors[key] <= fixed]
     if not enough:
-        return f"None of those tried is as exact as the fixed step of T/{n}. T/{n}: {_said(stage, Key('located', n))}"
-    best = min(enough, key=stage.solves.get)
+        return f"None of those tried is as exact as the fixed step of T/{n}. T/{n}: {_cost(result, Key('located', n))}"
+    best = min(enough, key=result.solves.get)
     return (
-        f"T/{best.steps}: {_said(stage, best)} That is no worse than the fixed step of T/{n}. Steps are cut at the "
-        f"contact changes, so it takes {stage.solves[best]:.0f} solves per period beside {n}, "
-        f"{_share(stage.solves[best] / n)}."
+        f"T/{best.steps}: {_cost(result, best)} That is no worse than the fixed step of T/{n}. Steps are cut at the "
+        f"contact changes, so it takes {result.solves[best]:.0f} solves per period beside {n}, "
+        f"{_share(result.solves[best] / n)}."
     )
 
 
@@ -144,8 +144,8 @@ def _share(ratio: float) -> str:
     return f"{1 / ratio:.2g} times fewer" if ratio < 1 else f"{ratio:.2g} times as many"
 
 
-def _closed(stage: SpeedStage) -> str:
+def _closed(result: PartialSpeed) -> str:
     return (
-        f"the reference takes {stage.closed_form('reference'):.3g} µs per period, the exact penalty model "
-        f"{stage.closed_form('exact'):.3g} µs; both without a time step."
+        f"the reference takes {result.closed_form('reference'):.3g} µs per period, the exact penalty model "
+        f"{result.closed_form('exact'):.3g} µs; both without a time step."
     )

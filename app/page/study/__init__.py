@@ -1,1 +1,1 @@
-"""What the tabs of studies share: a question, a picture that grows, and the panel beside it."""
+"""What the tabs of studies share: a question, a picture that refines, and the panel beside it."""

@@ -1,4 +1,4 @@
-"""The panel beside the figures of a study: what to show, how far it is, a key of the colours, and what it says."""
+"""The panel beside the figures of a study: choices, progress, a key of the colours, and statements in words."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from vibroscope.app.page.shared.lean import Lean
 
 
 class StudyPanel(Lean, pn.custom.JSComponent):
-    """Native inputs; what comes from them is checked here against ``spec`` before anybody hears of it."""
+    """Native inputs; every message from them is checked against ``spec``."""
 
     spec = param.Dict(doc="Title, hint, switches (name, label, choices), limits (name, label, low, high), cursor")
     chosen = param.Dict(doc="What is chosen, by name")
     status = param.Dict(default={}, doc="How far: text, share, running")
     key = param.List(default=[], doc="Colour, name and pattern of each class")
-    told = param.List(default=[], doc="Head and text of what the figures say")
+    statements = param.List(default=[], doc="Head and text of what the figures say")
 
     _esm = script("shared/dom", "study/study")
     _stylesheets = [style("study/study")]  # noqa: RUF012 - Panel reads it from the class
@@ -28,10 +28,10 @@ class StudyPanel(Lean, pn.custom.JSComponent):
         super().__init__(spec=spec, chosen=chosen, css_classes=["study"], sizing_mode="stretch_width", **params)
         self._on_choice = on_choice
         self._on_stop = on_stop
-        self.on_msg(self._message)
+        self.on_msg(lambda event: self.receive(event.data))
 
-    def _message(self, event) -> None:
-        data = event.data
+    def receive(self, data: object) -> None:
+        """Act on a message from the browser as far as it is valid."""
         if not isinstance(data, dict):
             return
         if isinstance(data.get("stop"), bool):
@@ -39,15 +39,15 @@ class StudyPanel(Lean, pn.custom.JSComponent):
         if isinstance(data.get("choose"), dict):
             self._on_choice(self.allowed(data["choose"]))
 
-    def allowed(self, asked: dict) -> dict:
-        """What is chosen now, with as much of what is asked as the switches and limits allow."""
+    def allowed(self, wanted: dict) -> dict:
+        """The present choices, changed as far as the switches and limits allow the wanted ones."""
         chosen = dict(self.chosen)
         for switch in self.spec["switches"]:
-            value = asked.get(switch["name"])
+            value = wanted.get(switch["name"])
             if isinstance(value, str) and value in switch["choices"]:
                 chosen[switch["name"]] = value
         for limit in self.spec["limits"]:
-            value = asked.get(limit["name"])
+            value = wanted.get(limit["name"])
             if type(value) in (int, float) and limit["low"] <= value <= limit["high"]:
                 chosen[limit["name"]] = round(value)
         return chosen

@@ -10,11 +10,11 @@ export function render({ model }) {
     ...model.spec.limits.map((spec) => limiter(root, spec, send)),
     progress(root, send),
     key(root),
-    told(root),
+    statements(root),
   ];
   if (model.spec.hint) root.append(element("p", "hint", model.spec.hint));
   const draw = () => shows.forEach((show) => show(model));
-  for (const name of ["chosen", "status", "key", "told"]) model.on(name, draw);
+  for (const name of ["chosen", "status", "key", "statements"]) model.on(name, draw);
   draw();
   whenThere(model.spec.figures, () => {
     if (model.spec.cursor) dragged(model.spec.cursor);
@@ -108,11 +108,11 @@ function key(root) {
   };
 }
 
-function told(root) {
-  const box = element("div", "told");
+function statements(root) {
+  const box = element("div", "statements");
   root.append(box);
   return (model) => {
-    box.replaceChildren(...model.told.flatMap(([head, text]) => [element("h2", "", head), element("p", "", text)]));
+    box.replaceChildren(...model.statements.flatMap(([head, text]) => [element("h2", "", head), element("p", "", text)]));
   };
 }
 

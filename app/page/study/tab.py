@@ -1,6 +1,6 @@
-"""What the tabs of studies share: a question that follows the setting, a picture that grows, one at a time.
+"""What the tabs of studies share: a question that follows the setting, a picture that refines, one study at a time.
 
-A study starts when its tab is open and its question has changed; the next question cancels it, and so do another tab
+A study starts when its tab is open and its question has changed. The next question cancels it, and so do another tab
 and the end of the session. A move that changes no question only moves the marks.
 """
 
@@ -20,27 +20,33 @@ from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
 from vibroscope.app.page.tab import COMPUTING, Desk, Move, Tab
-from vibroscope.app.studies.live import KEPT, Live, Refine, Stage
+from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult, StudyJob
 
 
 class StudyTab(Tab):
-    """Base of the studies."""
+    """Base of the studies.
 
-    refine: ClassVar[Refine]  # stages of the answer to a question
-    chosen: ClassVar[dict]  # what is chosen at first
+    Attributes
+    ----------
+    result : PartialResult or None
+        What is shown: of the present question, or of the last one until there is something of the present one.
+    """
+
+    grow: ClassVar[Grow]  # partial results of a question
+    chosen: ClassVar[dict]  # the choices at first
     pictures: ClassVar[tuple[Figure, ...]]  # that can be taken away
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        self._live: Live | None = None
+        self.result: PartialResult | None = None
+        self._result_setting: Setting | None = None  # the last one that the result answers
+        self._job: StudyJob | None = None
         self._move: Move | None = None
         self._visible = False
-        self._stage: Stage | None = None
-        self._of: Setting | None = None  # the last that the stage is the answer to
-        self._stopped = False  # by the user
+        self._stopped = False  # by the user, or since its time is over
         self._failed = ""
 
-    # -- what a study says ---------------------------------------------------
+    # -- what a study defines ---------------------------------------------------
 
     @classmethod
     @abstractmethod
@@ -52,12 +58,12 @@ class StudyTab(Tab):
         """What is to be computed."""
 
     @abstractmethod
-    def draw(self, setting: Setting, stage: Stage | None) -> None:
+    def draw(self, setting: Setting, result: PartialResult | None) -> None:
         """Write the marks of the setting and, if there is one, the picture."""
 
     @abstractmethod
-    def tell(self, setting: Setting, stage: Stage) -> list[list[str]]:
-        """Head and text of what the picture says of a setting that it is the answer to."""
+    def describe(self, setting: Setting, result: PartialResult) -> list[list[str]]:
+        """Head and text of what the picture says about a setting that it answers."""
 
     def stretch(self, plot: figure, *classes: str) -> pn.pane.Bokeh:
         """A figure that fills its cell."""
@@ -87,77 +93,86 @@ class StudyTab(Tab):
         return False
 
     def show(self, move: Move) -> None:
-        """Move the marks, and ask anew where the question has changed."""
+        """Move the marks, and start a study where the question has changed."""
         self._visible = True
         self._move = move
         if move.fresh:
             with pn.io.hold(self.desk.doc):  # both ends of a range at once
                 self.unzoom()
-        self.ask()
-        self.push()
+        self.refresh()
 
     def restore(self, view: View) -> None:
-        """See it so, the choices included."""
+        """Take a view from a link, the choices included."""
         super().restore(view)
         self.panel.chosen = self.panel.chosen | dict(view.choice)
 
     def choice(self) -> dict[str, str | int]:
-        """What is not chosen as at first."""
+        """The choices that differ from those at first."""
         return {name: value for name, value in self.panel.chosen.items() if value != self.chosen[name]}
 
     def summary(self, setting: Setting) -> str:
-        """What the panel says of the whole picture; of a part of it nothing yet."""
+        """The statements of the panel once the picture is complete; until then, that it is computed."""
         question = self.question(setting)
-        stage = self._stage if self._stage is not None and self._stage.question == question else KEPT.get(question)
-        return _in_one(self.tell(setting, stage)) if stage is not None and stage.share >= 1 else COMPUTING
+        result = self.result if self._answers(question) else RESULTS.get(question)
+        if result is None or result.share < 1:
+            return COMPUTING
+        return _as_text(self.describe(setting, result))
 
     def hide(self) -> None:
-        """What is under way is cancelled; it goes on from there when the tab is opened again."""
+        """Cancel what is under way; it goes on from there when the tab is opened again."""
         self._visible = False
-        if self._live is not None:
-            self._live.cancel()
-            self._live = None
+        if self._job is not None:
+            self._job.cancel()
+            self._job = None
 
-    def ask(self) -> None:
-        """Start what the setting and the choices call for, if that is not what is under way or done."""
+    def refresh(self) -> None:
+        """Start the study that the setting, the choices and the zoom call for, and draw; nothing while hidden."""
+        if self._visible:
+            self._ask()
+            self._push()
+
+    def _ask(self) -> None:
+        """Start what is called for, if that is not what is under way or done."""
         question = self.question(self._move.setting)
-        if self._live is None or question != self._live.question:
-            if self._live is not None:
-                self._live.cancel()
+        if self._job is None or question != self._job.question:
+            if self._job is not None:
+                self._job.cancel()
             self._stopped, self._failed = False, ""
-            self._stage = KEPT.get(question) or self._stage
-            self._live = Live(question, type(self).refine, self._delivered)
-        if self._stage is not None and self._stage.question == question:
-            self._of = self._move.setting
+            self.result = RESULTS.get(question) or self.result
+            self._job = StudyJob(question, type(self).grow, self._deliver)
+        if self._answers(question):
+            self._result_setting = self._move.setting
 
-    def push(self) -> None:
+    def _answers(self, question: object) -> bool:
+        return self.result is not None and self.result.question == question
+
+    def _push(self) -> None:
         """Send what has changed, when the browser is free."""
         self.desk.push(self._move.number, self._write)
 
-    def _delivered(self, live: Live, stage: Stage | Exception) -> None:
+    def _deliver(self, job: StudyJob, result: PartialResult | Exception) -> None:
         """In a worker thread."""
-        self.desk.later(partial(self._arrived, live, stage))
+        self.desk.later(partial(self._take, job, result))
 
-    def _arrived(self, live: Live, stage: Stage | Exception) -> None:
-        if live is not self._live or live.cancelled:
+    def _take(self, job: StudyJob, result: PartialResult | Exception) -> None:
+        if job is not self._job or job.cancelled:
             return
-        if isinstance(stage, Exception):
+        if isinstance(result, Exception):
             self._failed = (
-                f"This could not be computed ({cause(stage)}). Change what you moved last; the last picture stays."
+                f"This could not be computed ({cause(result)}). Change what you moved last; the last picture stays."
             )
             self.desk.tell(self._failed, self._move.number)
         else:
-            self._stage, self._of = stage, self._move.setting
-            self._stopped = live.exhausted
-        self.push()
+            self.result, self._result_setting = result, self._move.setting
+            self._stopped = job.out_of_time
+        self._push()
 
     def _write(self) -> None:
         if not self._visible:
             return
-        current = self._stage is not None and self._stage.question == self.question(self._move.setting)
-        self.draw(self._move.setting, self._stage)
-        self.panel.told = self._told()
-        share = self._stage.share if current else 0.0
+        self.draw(self._move.setting, self.result)
+        self.panel.statements = self._statements()
+        share = self.result.share if self._answers(self.question(self._move.setting)) else 0.0
         running = share < 1 and not self._stopped and not self._failed
         text = self._failed or ("complete" if share >= 1 else f"{100 * share:.0f} % computed")
         self.panel.status = {
@@ -165,52 +180,50 @@ class StudyTab(Tab):
             "running": running,
             "text": f"{text}, stopped" if self._stopped else text,
         }
-        if share >= 1:  # a screen reader is told once, when all is known
-            self.desk.summarise(_in_one(self.panel.told))
+        if share >= 1:  # a screen reader speaks once, when all is known
+            self.desk.summarise(_as_text(self.panel.statements))
 
     # -- what can be taken away ----------------------------------------------
 
     def figures(self) -> list[Figure]:
         """All, once there is anything in them."""
-        return list(self.pictures) if self._stage is not None else []
+        return list(self.pictures) if self.result is not None else []
 
     def data(self) -> dict[str, object]:
         """What is known."""
-        return self._stage.data()
+        return self.result.data()
 
     def words(self) -> dict[str, str]:
         """What stands in the panel."""
-        return dict(self._told())
+        return dict(self._statements())
 
     def shown(self) -> Setting | None:
-        """The one that the picture is of: while the next is computed, or after it failed, not the one that holds."""
-        return self._of
+        """The setting of the picture: not the present one while that is being computed, or after it failed."""
+        return self._result_setting
 
-    def asked(self, setting: Setting) -> object:
-        """What a script has to compute: the question of the picture, or of ``setting`` while there is none."""
-        return self.question(setting) if self._stage is None else self._stage.question
+    def script_question(self, setting: Setting) -> object:
+        """The question that a script answers: that of the picture, or of ``setting`` while there is none."""
+        return self.question(setting) if self.result is None else self.result.question
 
-    def _told(self) -> list[list[str]]:
-        return [] if self._stage is None else self.tell(self._of, self._stage)
+    def _statements(self) -> list[list[str]]:
+        return [] if self.result is None else self.describe(self._result_setting, self.result)
 
     # -- from the panel ------------------------------------------------------
 
     def _choose(self, chosen: dict) -> None:
         self.panel.chosen = chosen
-        if self._visible:
-            self.ask()
-            self.push()
+        self.refresh()
 
     def _stop(self, on: bool) -> None:
-        if self._live is None or not self._visible:
+        if self._job is None or not self._visible:
             return
-        self._live.cancel()
+        self._job.cancel()
         if not on:
-            self._live = None
-            self.ask()
+            self._job = None
+            self._ask()
         self._stopped = on
-        self.push()
+        self._push()
 
 
-def _in_one(told: list[list[str]]) -> str:
-    return " ".join(f"{head}: {said}" for head, said in told)
+def _as_text(statements: list[list[str]]) -> str:
+    return " ".join(f"{head}: {text}" for head, text in statements)

@@ -11,7 +11,8 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import INK, VERMILLION, empty, legend, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.studies.time_step import SCHEMES, STEPS, TimeStepStage
+from vibroscope.app.studies.time_step import STEPS, PartialStep
+from vibroscope.engine.sweeps import SCHEMES
 
 GREEN = "#009E73"  # the located step is neither of the two solutions that have a colour in Explore
 _COLOURS = {"fixed": VERMILLION, "located": GREEN}
@@ -31,7 +32,7 @@ class TimeStepView:
 
     def __init__(self, on_steps: Callable[[int], None]) -> None:
         self._on_steps = on_steps
-        self._stage: TimeStepStage | None = None
+        self._result: PartialStep | None = None
         self.orbits = {scheme: empty(f"step_orbit_{scheme}", "xi2", "v2") for scheme in SCHEMES}
         self.sections = {scheme: empty(f"step_section_{scheme}", "xi2", "v2") for scheme in SCHEMES}
         self.sizes = {
@@ -96,20 +97,20 @@ class TimeStepView:
         cursor = Span(dimension="height", line_color=INK, line_width=1.5, level="overlay", name=f"step_cursor_{name}")
         plot.add_layout(cursor)
         self._cursors.append(cursor)
-        plot.on_event(Tap, self._tapped)
+        plot.on_event(Tap, self.on_tap)
         return plot
 
-    def update(self, setting: Setting, stage: TimeStepStage | None) -> None:
+    def update(self, setting: Setting, result: PartialStep | None) -> None:
         """Move the cursors; draw what is known, the phase plots with the n that is nearest to the one set."""
         for cursor in self._cursors:
             cursor.location = setting.steps
-        if stage is None:
+        if result is None:
             return
-        fresh = self._stage is None or self._stage.question != stage.question
-        self._stage = stage
-        index = stage.nearest(setting.steps)
+        fresh = self._result is None or self._result.question != result.question
+        self._result = result
+        index = result.nearest(setting.steps)
         for scheme in SCHEMES:
-            self._draw(stage, index, scheme)
+            self._draw(result, index, scheme)
         for name in _SIZES:
             sizes = np.concatenate([self.sizes[name, scheme].data["size"] for scheme in SCHEMES])
             if len(sizes):
@@ -117,24 +118,25 @@ class TimeStepView:
         drawn = [*self.orbits.values(), *self.sections.values()]
         for name in ("xi2", "v2"):
             columns = [source.data[name] for source in drawn]
-            self.ranges[name].follow(columns, fresh=fresh, complete=stage.share >= 1)
+            self.ranges[name].follow(columns, fresh=fresh, complete=result.share >= 1)
 
-    def _draw(self, stage: TimeStepStage, index: int, scheme: str) -> None:
-        question = stage.question
+    def _draw(self, result: PartialStep, index: int, scheme: str) -> None:
+        question = result.question
         self.phases[
             scheme
-        ].title.text = f"T/{stage.steps[index]:.0f} {scheme}: η {question.eta:g}, K {question.K:g}, D {question.D:g}"
-        write(self.orbits[scheme], _narrow(stage.orbit(index, scheme)))
-        write(self.sections[scheme], _narrow(stage.section(index, scheme)))
+        ].title.text = f"T/{result.steps[index]:.0f} {scheme}: η {question.eta:g}, K {question.K:g}, D {question.D:g}"
+        write(self.orbits[scheme], _narrow(result.orbit(index, scheme)))
+        write(self.sections[scheme], _narrow(result.section(index, scheme)))
         for name in _SIZES:
-            sizes = stage.sizes(name, scheme)
+            sizes = result.of_scheme(name, scheme)
             fine = np.isfinite(sizes)
-            shown = {"n": stage.steps[fine], "size": np.maximum(sizes[fine], _FLOOR)}
+            shown = {"n": result.steps[fine], "size": np.maximum(sizes[fine], _FLOOR)}
             write(self.sizes[name, scheme], _narrow(shown))
 
-    def _tapped(self, event: Tap) -> None:
-        if event.x is not None and 0 < event.x < np.inf and self._stage is not None:
-            self._on_steps(int(self._stage.steps[self._stage.nearest(event.x)]))
+    def on_tap(self, event: Tap) -> None:
+        """Set n to that of the study which is nearest to a tap."""
+        if event.x is not None and 0 < event.x < np.inf and self._result is not None:
+            self._on_steps(int(self._result.steps[self._result.nearest(event.x)]))
 
 
 def _decades(sizes: np.ndarray) -> tuple[int, int]:

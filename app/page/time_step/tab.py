@@ -1,4 +1,4 @@
-"""The time step: what n steps per period make of one motion, and what a step that lands on the contacts makes of it."""
+"""The time step: one motion with n steps per period, fixed and cut at the contact changes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import sweep_command, sweep_python
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.studies.time_step import SAMPLE, SCHEMES, STEPS, TRANSIENT, TimeStep, TimeStepStage, refine_step
+from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
+from vibroscope.engine.sweeps import SCHEMES
 
 
 class TimeStepTab(StudyTab):
@@ -19,7 +20,7 @@ class TimeStepTab(StudyTab):
 
     key = "step"
     title = "Time step"
-    refine = staticmethod(refine_step)
+    grow = staticmethod(grow_step)
     chosen = {}  # noqa: RUF012 - nothing to choose
     pictures = (
         *(
@@ -30,7 +31,7 @@ class TimeStepTab(StudyTab):
         Figure("step_error_time_step", "Error over n", "Error by the time step alone over the steps per period."),
     )
     axes = {"xi2": LINEAR, "v2": LINEAR, "n": LOGARITHMIC, "spread": LOGARITHMIC, "error_time_step": LOGARITHMIC}  # noqa: RUF012 - read only
-    legends = dict.fromkeys(("step_spread", "step_error_time_step"), SCHEMES)
+    legends = dict.fromkeys(("step_spread", "step_error_time_step"), tuple(SCHEMES))
 
     def build(self) -> pn.viewable.Viewable:
         """Two phase plots, two curves over n, the panel."""
@@ -48,35 +49,35 @@ class TimeStepTab(StudyTab):
             f"Each motion is run from rest over {TRANSIENT} periods, then {SAMPLE} are kept.",
         }
 
-    def question(self, setting: Setting) -> TimeStep:
+    def question(self, setting: Setting) -> StepQuestion:
         """All but n itself."""
-        return TimeStep(setting.system, setting.eta, setting.K, setting.D)
+        return StepQuestion(setting.system, setting.eta, setting.K, setting.D)
 
-    def draw(self, setting: Setting, stage: TimeStepStage | None) -> None:
+    def draw(self, setting: Setting, result: PartialStep | None) -> None:
         """The figures."""
-        self.view.update(setting, stage)
+        self.view.update(setting, result)
 
-    def tell(self, setting: Setting, stage: TimeStepStage) -> list[list[str]]:
+    def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
         """The n that is shown, and how scatter and error fade."""
-        return told(setting, stage)
+        return statements(setting, result)
 
     def table(self, name: str) -> list[Series]:
         """Orbit and section of the n that is shown, or a size over n."""
-        stage, what = self._stage, name.removeprefix("step_")
+        result, what = self.result, name.removeprefix("step_")
         if what in ("spread", "error_time_step"):
-            return [Series(scheme, {"n": stage.steps, what: stage.sizes(what, scheme)}) for scheme in SCHEMES]
-        scheme, index = what.removeprefix("phase_"), stage.nearest(self._of.steps)
-        return [Series("orbit", stage.orbit(index, scheme)), Series("section", stage.section(index, scheme))]
+            return [Series(scheme, {"n": result.steps, what: result.of_scheme(what, scheme)}) for scheme in SCHEMES]
+        scheme, index = what.removeprefix("phase_"), result.nearest(self._result_setting.steps)
+        return [Series("orbit", result.orbit(index, scheme)), Series("section", result.section(index, scheme))]
 
     def python(self, setting: Setting) -> str:
         """`sweep_step` of the same steps."""
-        system, eta, K, D = self.asked(setting)
+        system, eta, K, D = self.script_question(setting)
         call = f"sweep_step(system, {eta!r}, {K!r}, {D!r}, {STEPS}, transient={TRANSIENT}, sample={SAMPLE})"
         return sweep_python({"study": call}, system)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep step`` of the same steps."""
-        system, *numbers = self.asked(setting)
+        system, *numbers = self.script_question(setting)
         options = "".join(f" --{name} {print_number(x)}" for name, x in zip(("eta", "K", "D"), numbers, strict=True))
         options += f" --steps {','.join(map(str, STEPS))} --transient {TRANSIENT} --sample {SAMPLE}"
         return sweep_command("step", system, options)
@@ -85,34 +86,30 @@ class TimeStepTab(StudyTab):
         self.desk.set({"steps": str(steps)})
 
 
-def told(setting: Setting, stage: TimeStepStage) -> list[list[str]]:
+def statements(setting: Setting, result: PartialStep) -> list[list[str]]:
     """Head and text: the n that is shown, and how scatter and error fade."""
-    index = stage.nearest(setting.steps)
-    lines = [[f"T/{stage.steps[index]:.0f}, {scheme} step", _motion(stage, index, scheme)] for scheme in SCHEMES]
+    index = result.nearest(setting.steps)
+    lines = [[f"T/{result.steps[index]:.0f}, {scheme} step", _motion(result, index, scheme)] for scheme in SCHEMES]
     for name, head in (("spread", "Scatter"), ("error_time_step", "Error by the time step")):
-        lines.append([f"{head}, observed order", _orders(stage, name)])
+        lines.append([f"{head}, observed order", _orders(result, name)])
     return lines
 
 
-def _motion(stage: TimeStepStage, index: int, scheme: str) -> str:
-    place = {"steps": index, "scheme": SCHEMES.index(scheme)}
-    cell = stage.found.isel(place)
-    if int(cell["status"]) != 0:
+def _motion(result: PartialStep, index: int, scheme: str) -> str:
+    names = ("status", "period", "spread", "longest_contact_steps", "error")
+    status, period, spread, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
+    if status != 0:
         return "blown up."
-    period = int(cell["period"])
     kind = f"period {period}" if period else "does not repeat itself"
-    text = f"{kind}; ξ₂ scatters by {float(cell['spread']):.2g}"
-    steps = float(cell["longest_contact_steps"])
-    error = float(cell["error"])
-    text += f"; longest contact {steps:.3g} steps"
+    text = f"{kind}; ξ₂ scatters by {spread:.2g}; longest contact {steps:.3g} steps"
     return f"{text}; error against the reference {100 * error:.2g} %." if math.isfinite(error) else f"{text}."
 
 
-def _orders(stage: TimeStepStage, name: str) -> str:
+def _orders(result: PartialStep, name: str) -> str:
     said = []
     for scheme in SCHEMES:
-        sizes = stage.sizes(name, scheme)
-        order, error = stage.order(name, scheme)
+        sizes = result.of_scheme(name, scheme)
+        order, error = result.order(name, scheme)
         if sizes.max(initial=0.0) < 1e-10:
             said.append(f"{scheme} step: none beyond rounding")
         elif order <= 0:

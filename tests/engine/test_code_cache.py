@@ -1,4 +1,4 @@
-"""Compiled code kept between runs: found again, never run when it is damaged, done without where the disk is full."""
+"""The cache of compiled code: found again, never run when it is damaged, done without where the disk is full."""
 
 import random
 import resource
@@ -18,7 +18,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def called():
+def is_cached():
     """Whether the code was found, once the function has been called anew, as a new process would."""
     function = kept(twice)
     assert function(3.5) == 7.0
@@ -30,14 +30,14 @@ def files(folder):
 
 
 def test_it_is_found_again(folder):
-    assert not called()
-    assert called()
+    assert not is_cached()
+    assert is_cached()
 
 
 @pytest.mark.parametrize("number", range(8))
 def test_a_damaged_file_counts_as_missing_and_is_written_anew(folder, number):
     chance = random.Random(number)
-    called()
+    is_cached()
     path = files(folder)[number % 2]  # the index, and the code
     content = bytearray(path.read_bytes())
     at = chance.randrange(len(content))
@@ -46,25 +46,25 @@ def test_a_damaged_file_counts_as_missing_and_is_written_anew(folder, number):
     else:
         del content[at:]
     path.write_bytes(content)
-    assert not called()
-    assert called()
+    assert not is_cached()
+    assert is_cached()
 
 
 def test_a_lost_file_is_written_anew(folder):
     for number in range(2):
-        called()
+        is_cached()
         files(folder)[number].unlink()
-        assert not called()
-    assert called()
+        assert not is_cached()
+    assert is_cached()
 
 
 def test_where_nothing_can_be_written_it_is_compiled_each_time(folder):
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (10, hard))  # as on a full disk
     try:
-        assert not called()
-        assert not called()
+        assert not is_cached()
+        assert not is_cached()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert not called()
-    assert called()
+    assert not is_cached()
+    assert is_cached()

@@ -19,18 +19,16 @@ from ..cells import CellResults, Cells
 from ..methods import ExactPenalty, Newmark, Reference
 from ..model import require, whole
 from ..motions.lyapunov import PERIODS_RANGE, Lyapunov, lyapunov
-from .axis import ascending
-from .chunks import Chunk
-from .refinement import middles
-from .study import CELLS_LIMIT, MEANING, OF_CELLS, Study
-from .variables import DESCRIBED, MISSING, STATUS_FLAGS, Variable, Whole
+from . import variables as vocabulary
+from .axis import ascending_values
+from .refinement import midpoints
+from .study import CELL_PARAMETERS, CELLS_LIMIT, Study
+from .variables import MOTIONS, StudyArray, Variable, status_variable, variables_of
 
-OVER = tuple(MEANING)
+OVER = tuple(vocabulary.SWEPT)
 DIRECTIONS = ("rest", "up", "down")
 COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
 LEVELS = 20  # of refinement
-
-MOTIONS = {"aperiodic": 0, "periodic": 1, "quasi-periodic": 2, "chaotic": 3, "ended-early": 4, "missing": MISSING}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +38,7 @@ class EtaStudy(Study):
     Attributes
     ----------
     over : str
-        The parameter that is swept: ``eta``, or one of `MEANING`.
+        The parameter that is swept: ``eta``, or another one of `OVER`.
     values : (n,) ndarray
         Ascending.
     direction : {"rest", "up", "down"}
@@ -51,8 +49,8 @@ class EtaStudy(Study):
     refine : int
         Levels of refinement.
     lyapunov : int
-        Periods over which the largest Lyapunov exponent is averaged, from the end of the sample on; 0: it is not. Only
-        it tells chaotic from quasi-periodic motion; without, both are aperiodic.
+        Periods over which the largest Lyapunov exponent is averaged, from the end of the sample on; 0: none is
+        computed. Only it distinguishes chaotic from quasi-periodic motion; without, both are aperiodic.
     """
 
     over: str = "eta"
@@ -66,20 +64,20 @@ class EtaStudy(Study):
 
     def __post_init__(self):
         super().__post_init__()
-        values = ascending(self.over, self.values)
+        values = ascending_values(self.over, self.values)
         self._check_choices()
         eta = float(values[0]) if self.over == "eta" else self.eta
         refine = whole("refine", self.refine, 0, LEVELS, "give levels of refinement")
         lyapunov = self.lyapunov and whole(
             "lyapunov", self.lyapunov, *PERIODS_RANGE, "give periods to average over, or 0"
         )
-        self._take(values=values, eta=eta, coordinates=tuple(self.coordinates), refine=refine, lyapunov=int(lyapunov))
+        self._set(values=values, eta=eta, coordinates=tuple(self.coordinates), refine=refine, lyapunov=int(lyapunov))
 
     def _check_choices(self) -> None:
         over, method = self.over, self.method
         if over not in OVER:
             raise ValueError(f"over = {over!r} is no parameter that can be swept: give one of {', '.join(OVER)}")
-        if over in OF_CELLS and not isinstance(method, Newmark if over == "steps" else (Newmark, ExactPenalty)):
+        if over in CELL_PARAMETERS and not isinstance(method, Newmark if over == "steps" else (Newmark, ExactPenalty)):
             raise ValueError(f"the {method.name} method has no {over}: sweep another parameter, or give another solver")
         if over == "restitution" and not isinstance(method, Reference):
             raise ValueError(f"the {method.name} method has no impact law and so no restitution: sweep D instead")
@@ -92,103 +90,105 @@ class EtaStudy(Study):
 
     @property
     def sequential(self) -> bool:
-        """Whether a chunk needs the end of the one before."""
+        """Whether a batch starts from the end of the one before."""
         return self.direction != "rest" and self.initial is None
 
     @property
     def backwards(self) -> bool:
-        """Whether the last chunk comes first."""
+        """Whether the last batch comes first."""
         return self.direction == "down"
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
-        """The swept parameters."""
+        """The swept parameter."""
         return {self.over: self.values}
 
     @cached_property
-    def whole(self) -> dict[str, Whole]:
-        """What is known beforehand."""
-        return super().whole | {"sample": Whole(("sample",), np.arange(self.sample), "period of the sample")}
+    def arrays(self) -> dict[str, StudyArray]:
+        """The axis and the periods of the sample."""
+        return super().arrays | {"sample": StudyArray(("sample",), np.arange(self.sample), vocabulary.SAMPLE)}
+
+    @property
+    def inner_lengths(self) -> dict[str, int]:
+        """Length of every dimension but that of the axis."""
+        return {"sample": self.sample, "component": 4}
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """What a cell tells."""
+        """What is computed of each cell."""
         cell = (self.over,)
-        found = {name: Variable(cell, kind, meaning) for name, (kind, meaning) in DESCRIBED.items()}
+        found = variables_of(vocabulary.MOTION, cell)
         if not isinstance(self.method, Newmark):
             del found["longest_contact_steps"]
-        found |= {
-            name: Variable((*cell, "sample"), "f8", f"{name} at tau = 0 mod T, oldest first")
-            for name in self.coordinates
-        }
+        found |= {name: Variable((*cell, "sample"), "f8", vocabulary.SECTION.format(name)) for name in self.coordinates}
         if self.lyapunov:
-            found["lyapunov"] = Variable(cell, "f8", "largest Lyapunov exponent per excitation period")
-            found["lyapunov_error"] = Variable(cell, "f8", "standard error of that")
-        return found | {
-            "motion": Variable(cell, "i1", "kind of motion", MOTIONS),
-            "impact_phase": Variable(cell, "f8", "instant of the first impact in the last cycle, as a share of T"),
-            "end": Variable((*cell, "component"), "f8", "xi1, v1, xi2, v2 at the end, where a neighbour goes on"),
-            "status": Variable(cell, "i1", "how the run ended", STATUS_FLAGS),
-        }
-
-    @property
-    def lengths(self) -> dict[str, int]:
-        """Length of every dimension."""
-        return super().lengths | {"component": 4}
+            found |= variables_of(vocabulary.EXPONENT, cell)
+        found["motion"] = Variable(cell, "i1", vocabulary.KIND, MOTIONS)
+        found |= variables_of(vocabulary.IMPACT_PHASE, cell)
+        found["end"] = Variable((*cell, "component"), "f8", vocabulary.END)
+        return found | {"status": status_variable(cell)}
 
     @property
     def options(self) -> dict[str, object]:
         """Further numbers that the result depends on."""
-        start = None if self.initial is None else self.initial.tolist()
         return {
             "direction": self.direction,
             "coordinates": list(self.coordinates),
-            "initial": start,
+            "initial": None if self.initial is None else self.initial.tolist(),
             "refine": self.refine,
             "lyapunov": self.lyapunov,
         }
 
-    def cut(self, chunk: Chunk) -> "EtaStudy":
+    def cut(self, chunk):
         """The same study of the cells of a chunk."""
         (part,) = chunk
         return replace(self, values=self.values[part], initial=None if self.initial is None else self.initial[part])
 
-    def compute(self, *, before=None, threads=None, progress=None, cancelled=None):
-        """The variables of all cells."""
-        points = self.points()
-        initial = np.zeros((len(points[self.over]), 4)) if self.initial is None else self.initial.copy()
-        way = slice(None, None, -1 if self.direction == "down" else 1)
-        more = {}
-        if self.sequential:
-            more["chain"] = np.zeros(len(initial), int)
-            if before is not None:
-                last = 0 if self.direction == "down" else -1
-                if before["status"][last] == 0:
-                    initial[way][0] = before["end"][last]
-        points, initial = {name: column[way] for name, column in points.items()}, initial[way]
-        cells = self.cells_at(points, initial=initial, **more)
-        how = {"threads": threads, "cancelled": cancelled}
-        found = run_cells(cells, transient=self.transient, sample=self.sample, progress=progress, **how)
-        values = {name: getattr(found, name) for name in DESCRIBED} | {"impact_phase": found.phase}
-        values |= {"end": found.end, "status": found.status, "motion": np.where(found.period > 0, 1, 0)}
+    def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
+        """The variables of a batch of cells; continued, they run from end to end in the study's direction."""
+        forwards = slice(None, None, -1 if self.backwards else 1)
+        points = {name: values[forwards] for name, values in self.points(batch).items()}
+        initial = self._initial(batch, len(points[self.over]), before)[forwards]
+        chain = np.zeros(len(initial), int) if self.sequential else None
+        cells = self.cells_at(points, initial=initial, chain=chain)
+        found = run_cells(
+            cells,
+            transient=self.transient,
+            sample=self.sample,
+            threads=threads,
+            progress=progress,
+            cancelled=cancelled,
+        )
+        values = {name: getattr(found, name) for name in vocabulary.MOTION} | {"impact_phase": found.phase}
+        values |= {"end": found.end, "status": found.status}
+        values["motion"] = np.where(found.period > 0, MOTIONS["periodic"], MOTIONS["aperiodic"])
         if self.lyapunov:
             values |= self._exponents(cells, found, threads, cancelled)
         values["motion"] = np.where(found.ok, values["motion"], MOTIONS["ended-early"])
         values |= {name: found.section[:, :, COORDINATES.index(name)] for name in self.coordinates}
-        return {name: values[name][way] for name in self.variables}
+        return {name: values[name][forwards] for name in self.variables}
+
+    def _initial(self, batch, n: int, before: dict[str, np.ndarray] | None) -> np.ndarray:
+        """Where the cells of a batch start, (n, 4)."""
+        if self.initial is not None:
+            return self.initial[slice(None) if batch is None else batch[0]]
+        initial = np.zeros((n, 4))
+        if self.sequential and before is not None:
+            first, last = (-1, 0) if self.backwards else (0, -1)
+            if before["status"][last] == 0:
+                initial[first] = before["end"][last]
+        return initial
 
     def _exponents(self, cells: Cells, found: CellResults, threads: int | None, cancelled) -> dict[str, np.ndarray]:
-        def follow(i: int) -> tuple[float, float, int]:
+        def average(i: int) -> tuple[float, float, int]:
             if not found.ok[i]:
                 return np.nan, np.nan, MOTIONS["ended-early"]
-            start, method = found.end[i], cells.method_of(i)
-            told = lyapunov(
-                cells.system_of(i), cells.eta[i], method, initial=start, periods=self.lyapunov, cancelled=cancelled
-            )
-            return told.exponent, told.error, kind_of(int(found.period[i]), told)
+            how = {"initial": found.end[i], "periods": self.lyapunov, "cancelled": cancelled}
+            averaged = lyapunov(cells.system_of(i), cells.eta[i], cells.method_of(i), **how)
+            return averaged.exponent, averaged.error, kind_of_motion(int(found.period[i]), averaged)
 
         with ThreadPoolExecutor(threads) as pool:
-            columns = np.array(list(pool.map(follow, range(len(cells))))).reshape(-1, 3).T
+            columns = np.array(list(pool.map(average, range(len(cells))))).reshape(-1, 3).T
         return dict(zip(("lyapunov", "lyapunov_error", "motion"), columns, strict=True))
 
     def check(self) -> None:
@@ -202,9 +202,7 @@ class EtaStudy(Study):
         super().check()
         require("cells after refinement", self.cells * 2.0**self.refine, 1, CELLS_LIMIT, "refine less")
         if self.lyapunov and isinstance(self.method, Newmark):
-            raise ValueError("a Lyapunov exponent wants a closed form: sweep with the reference or exact solver")
-
-    # -- refinement -----------------------------------------------------------------------------------------------
+            raise ValueError("a Lyapunov exponent needs a closed form: sweep with the reference or exact solver")
 
     def refined(self, found: dict[str, np.ndarray]) -> "EtaStudy | None":
         """Cells in the middle of the intervals in which the motion changes; None if there are none.
@@ -214,7 +212,7 @@ class EtaStudy(Study):
         found : dict
             The axis and the variables of all cells so far, ascending along the axis.
         """
-        left, middle = middles(self.over, found)
+        left, middle = midpoints(self.over, found)
         if not len(middle):
             return None
         initial = None
@@ -225,12 +223,12 @@ class EtaStudy(Study):
         return replace(self, values=middle, initial=initial)
 
 
-def kind_of(period: int, told: Lyapunov) -> int:
+def kind_of_motion(period: int, exponent: Lyapunov) -> int:
     """The kind of a motion by its period and its Lyapunov exponent, as in `MOTIONS`."""
     if period:
         return MOTIONS["periodic"]
-    if told.sign > 0 and not told.regular:
+    if exponent.sign > 0 and not exponent.regular:
         return MOTIONS["chaotic"]
-    if told.sign == 0 and told.regular:
+    if exponent.sign == 0 and exponent.regular:
         return MOTIONS["quasi-periodic"]
     return MOTIONS["aperiodic"]

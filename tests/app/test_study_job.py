@@ -1,4 +1,4 @@
-"""A study in the background: stages in order, cancelled, resumed, failed, out of time, and behind the sliders."""
+"""A study in the background: results in order, cancelled, resumed, failed, out of time, and behind the sliders."""
 
 import os
 import queue
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import pytest
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.studies import live
+from vibroscope.app.studies import study_job
 from vibroscope.engine import Cancelled
 
 
 @dataclass(frozen=True)
 class Count:
-    """A stage that has counted so far."""
+    """A partial result: counted so far."""
 
     number: int
 
@@ -31,69 +31,69 @@ def count(question, last, cancelled):
         yield Count(number)
 
 
-def collect(refine, kept=None, question="q"):
-    told = queue.Queue()
-    study = live.Live(question, refine, lambda one, stage: told.put(stage), Cache(48) if kept is None else kept)
-    return study, told
+def collect(grow, results=None, question="q"):
+    delivered = queue.Queue()
+    results = Cache(48) if results is None else results
+    return study_job.StudyJob(question, grow, lambda job, result: delivered.put(result), results), delivered
 
 
 def idle():
     """Wait until all threads of the studies have come to rest."""
-    rest = threading.Barrier(live._THREADS + 1)
-    for _ in range(live._THREADS):
-        live.studies().submit(rest.wait, 5)
+    rest = threading.Barrier(study_job.THREADS + 1)
+    for _ in range(study_job.THREADS):
+        study_job.study_threads().submit(rest.wait, 5)
     rest.wait(5)
 
 
-def test_stages_come_in_order_and_the_last_is_kept():
-    kept = Cache(48)
-    _, told = collect(count, kept)
-    assert [told.get(timeout=5).number for _ in range(4)] == [1, 2, 3, 4]
-    assert kept.get("q").number == 4
+def test_results_come_in_order_and_the_last_is_remembered():
+    results = Cache(48)
+    _, delivered = collect(count, results)
+    assert [delivered.get(timeout=5).number for _ in range(4)] == [1, 2, 3, 4]
+    assert results.get("q").number == 4
 
 
 def test_what_was_cancelled_goes_on_where_it_was():
-    kept, held, go = Cache(48), threading.Event(), threading.Event()
+    results, held, go = Cache(48), threading.Event(), threading.Event()
 
     def slow(question, last, cancelled):
-        for stage in count(question, last, cancelled):
-            yield stage
+        for result in count(question, last, cancelled):
+            yield result
             held.set()
             assert go.wait(5)
 
-    study, told = collect(slow, kept)
-    assert told.get(timeout=5).number == 1
+    job, delivered = collect(slow, results)
+    assert delivered.get(timeout=5).number == 1
     assert held.wait(5)
-    study.cancel()
+    job.cancel()
     go.set()
     idle()
-    _, rest = collect(count, kept)
+    _, rest = collect(count, results)
     assert [rest.get(timeout=5).number for _ in range(3)] == [2, 3, 4]
-    assert told.empty()
+    assert delivered.empty()
 
 
-def test_a_failure_is_delivered_and_logged_and_the_thread_lives(caplog):
+def test_a_failure_is_delivered_and_logged_and_the_thread_goes_on(caplog):
     def broken(question, last, cancelled):
         yield Count(1)
         raise ValueError("eta = 9 is too large")
 
     with logs.named("3f2a91cc"):
-        _, told = collect(broken)
-    assert told.get(timeout=5).number == 1
-    assert "too large" in str(told.get(timeout=5))
+        _, delivered = collect(broken)
+    assert delivered.get(timeout=5).number == 1
+    assert "too large" in str(delivered.get(timeout=5))
     assert [(record.message, record.details) for record in caplog.records] == [
-        ("not answered", {"session": "3f2a91cc", "job": "live"})
+        ("not answered", {"session": "3f2a91cc", "job": "studyjob"})
     ]
     assert collect(count)[1].get(timeout=5).number == 1
 
 
 def test_a_study_that_takes_too_long_stops_and_says_so(monkeypatch):
-    monkeypatch.setattr(live, "_LONGEST", -1.0)
-    study, told = collect(count)
-    assert told.get(timeout=5).number == 1
+    monkeypatch.setattr(study_job, "SECONDS", -1.0)
+    job, delivered = collect(count)
+    assert delivered.get(timeout=5).number == 1
     idle()
-    assert study.exhausted
-    assert told.empty()
+    assert job.out_of_time
+    assert delivered.empty()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="priorities of single threads")
@@ -108,5 +108,5 @@ def test_studies_and_the_threads_they_start_stand_behind_all_others():
         return found
 
     own = os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
-    behind = live.studies().submit(priorities).result(5)
+    behind = study_job.study_threads().submit(priorities).result(5)
     assert behind[0] == behind[1] > own

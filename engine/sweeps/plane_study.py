@@ -1,0 +1,153 @@
+"""The K–D plane (paper, Figures 11 and 12): the motion with each pair of contact stiffness and damping.
+
+Beside each cell of Newmark's method stands the same cell without a time step: what differs between the two is an
+artefact of Δτ. The paper's two criteria are `period` (bifurcated or not) and `longest_contact_steps` (below 30, it
+takes a contact for a sudden impact); the third, which it names and leaves undone, is `impact_phase_error`, the instant
+of impact against the reference's.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from ..batch import run_cells
+from ..cells import CellResults
+from ..divergence.contact import equal_restitution_damping
+from ..methods import ExactPenalty, Newmark
+from . import variables as vocabulary
+from .axis import ascending_values
+from .errors import reference_motion
+from .study import Study
+from .variables import StudyArray, Variable, status_variable, variables_of
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneStudy(Study):
+    """Penalty cells over K and D at one η.
+
+    Attributes
+    ----------
+    K, D : (n,), (m,) ndarray
+    parts : bool
+        Also the exact penalty method beside Newmark, and the errors against the reference.
+    only : tuple of str
+        Names of the variables to compute, beside ``status``; empty: all. Runs that none of them needs are left out.
+        ``exact_error``, the exact penalty method's own error, is computed only where it is named here, with ``error``.
+    """
+
+    K: np.ndarray = None
+    D: np.ndarray = None
+    parts: bool = True
+    only: tuple[str, ...] = ()
+    kind: ClassVar[str] = "plane"
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._set(K=ascending_values("K", self.K), D=ascending_values("D", self.D))
+
+    @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """The swept parameters."""
+        return {"K": self.K, "D": self.D}
+
+    @property
+    def options(self) -> dict[str, object]:
+        """Further numbers that the result depends on."""
+        return {"parts": self.parts}
+
+    @cached_property
+    def variables(self) -> dict[str, Variable]:
+        """What is computed of each cell."""
+        dims = ("K", "D")
+        own = variables_of(vocabulary.PENALTY_MOTION | vocabulary.IMPACT_PHASE | vocabulary.PHASE_ERROR, dims)
+        found = dict(own)
+        if not isinstance(self.method, Newmark):
+            del found["longest_contact_steps"]
+        if self.parts:
+            found |= variables_of(vocabulary.ERRORS, dims)
+        if self.parts and isinstance(self.method, Newmark):
+            del own["longest_contact_steps"]
+            if "exact_error" in self.only:
+                own["error"] = found["error"]
+            found |= {
+                f"exact_{name}": variable._replace(description=vocabulary.EXACT.format(variable.description))
+                for name, variable in own.items()
+            }
+            found["exact_status"] = status_variable(dims, vocabulary.EXACT.format(vocabulary.STATUS))
+        if self.only:
+            found = {name: found[name] for name in self.only if name != "status"}
+        return found | {"status": status_variable(dims, f"{vocabulary.STATUS}; diverged: blown up")}
+
+    @cached_property
+    def arrays(self) -> dict[str, StudyArray]:
+        """The axes, the curve of equal restitution, and the reference."""
+        reference = reference_motion(self.system, self.eta)
+        curve = equal_restitution_damping(self.system, self.K)
+        about_reference = {
+            "reference_period": np.int32(reference.table.period),
+            "reference_impacts_per_period": reference.impacts_per_period,
+            "reference_impact_phase": reference.first_impact,
+        }
+        return (
+            super().arrays
+            | {"D_equal_restitution": StudyArray(("K",), curve, vocabulary.EQUAL_RESTITUTION)}
+            | {name: StudyArray((), value, vocabulary.REFERENCE[name]) for name, value in about_reference.items()}
+            | {"error_joint_damping": StudyArray((), reference.joint_damping, vocabulary.JOINT_DAMPING)}
+        )
+
+    def cut(self, chunk):
+        """The same study of the cells of a chunk."""
+        rows, columns = chunk
+        return replace(self, K=self.K[rows], D=self.D[columns])
+
+    def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
+        """The variables of a batch of cells."""
+        points = self.points(batch)
+        cells = self.cells_at(points)
+        names = self.variables
+        beside = any(name.startswith("exact_") for name in names)
+        split = "error_time_step" in names
+        runs = 1 + beside + ("error" in names) + ("exact_error" in names)
+        passes = _Passes(progress, len(cells), runs)
+        common = {"threads": threads, "cancelled": cancelled}
+        periods = {"transient": self.transient, "sample": self.sample, "coordinates": (2,)}
+
+        found = exact = run_cells(cells, **periods, **common, progress=passes.next())
+        values = self._described(found)
+        if beside:
+            without_step = replace(cells, method=ExactPenalty(1.0, 0.0), steps=None)
+            exact = run_cells(without_step, **periods, **common, progress=passes.next())
+            values |= {f"exact_{name}": column for name, column in self._described(exact).items()}
+        if "error" in names:
+            errors = reference_motion(self.system, self.eta).errors
+            found_errors = errors(cells, found, exact if split else None, **common, progress=passes.next())
+            values |= dict(zip(vocabulary.ERRORS, found_errors, strict=True))
+            if "exact_error" in names:
+                values["exact_error"] = errors(without_step, exact, None, **common, progress=passes.next())[0]
+        return {name: values[name].reshape(points["K"].shape) for name in names}
+
+    def _described(self, found: CellResults) -> dict[str, np.ndarray]:
+        values = {name: getattr(found, name) for name in vocabulary.PENALTY_MOTION}
+        values |= {"impact_phase": found.phase, "status": found.status}
+        if "impact_phase_error" in self.variables:
+            apart = found.phase - reference_motion(self.system, self.eta).first_impact
+            values["impact_phase_error"] = apart - np.round(apart)
+        return values
+
+
+class _Passes:
+    """Progress in cells where each cell takes several runs."""
+
+    def __init__(self, progress: Callable[[int], None] | None, cells: int, count: int) -> None:
+        self._progress, self._cells, self._count, self._number = progress, cells, count, -1
+
+    def next(self) -> Callable[[int], None] | None:
+        """The progress callable of the next run."""
+        self._number += 1
+        before = self._number * self._cells
+        if self._progress is None:
+            return None
+        return lambda done: self._progress((before + done) // self._count)

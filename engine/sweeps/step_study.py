@@ -1,0 +1,173 @@
+"""The time-step study (paper, Figure 14): one motion with n steps per period, at fixed K and D.
+
+A constant step misses each contact change by a part of a step, so that the section scatters. How fast that fades is
+the observed order p in spread ∝ n⁻ᵖ, the slope of a least-squares line through log spread over log n. Beside each run
+stands the one whose steps are cut at the contact changes; and the error by the time step, Newmark − exact penalty, has
+an order too.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from ..batch import run_cells
+from ..cells import CellResults, Cells
+from ..methods import ExactPenalty
+from ..result import Record
+from ..simulate import simulate
+from . import variables as vocabulary
+from .axis import ascending_values
+from .errors import reference_motion
+from .study import Study
+from .variables import StudyArray, Variable, status_variable, variables_of
+
+PLOTTED = 2  # periods of a phase plot
+INSTANTS = 500  # of each, at most
+COLUMNS = ("xi1", "v1", "xi2", "v2")
+SCHEMES = {"fixed": 0, "located": 1}
+
+
+@dataclass(frozen=True, eq=False)
+class StepStudy(Study):
+    """Newmark over n, the step fixed and located.
+
+    Attributes
+    ----------
+    steps : (n,) ndarray
+        Ascending.
+    """
+
+    steps: np.ndarray = None
+    kind: ClassVar[str] = "step"
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._set(steps=ascending_values("steps", self.steps))
+
+    @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """The swept parameter."""
+        return {"steps": self.steps}
+
+    @property
+    def cells(self) -> int:
+        """Runs: each number of steps fixed and located."""
+        return len(SCHEMES) * super().cells
+
+    @property
+    def periods_per_cell(self) -> int:
+        """Time goes by steps here, and the located step walks them all: chunks hold fewer cells."""
+        return 10 * super().periods_per_cell
+
+    @cached_property
+    def arrays(self) -> dict[str, StudyArray]:
+        """The axes and the reference."""
+        joint_damping = reference_motion(self.system, self.eta).joint_damping
+        return super().arrays | {
+            "scheme": StudyArray(("scheme",), np.array([0, 1], dtype=np.int8), vocabulary.SCHEME),
+            "sample": StudyArray(("sample",), np.arange(self.sample), vocabulary.SAMPLE),
+            "error_joint_damping": StudyArray((), joint_damping, vocabulary.JOINT_DAMPING),
+        }
+
+    @property
+    def inner_lengths(self) -> dict[str, int]:
+        """Length of every dimension but that of the axis."""
+        return {"scheme": len(SCHEMES), "sample": self.sample, "instant": PLOTTED * INSTANTS + 1}
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """What is computed of each cell."""
+        dims = ("steps", "scheme")
+        found = variables_of(vocabulary.PENALTY_MOTION | vocabulary.ERRORS, dims)
+        found |= {name: Variable((*dims, "instant"), "f8", vocabulary.PHASE_PLOT.format(name)) for name in COLUMNS}
+        found["tau"] = Variable((*dims, "instant"), "f8", vocabulary.TIME)
+        for name in ("xi2", "v2"):
+            found[f"{name}_section"] = Variable((*dims, "sample"), "f8", vocabulary.SECTION.format(name))
+        return found | {"status": status_variable(dims)}
+
+    def cut(self, chunk):
+        """The same study of the cells of a chunk."""
+        return replace(self, steps=self.steps[chunk[0]])
+
+    def conclusions(self, values) -> dict[str, StudyArray]:
+        """Observed orders over the steps that are known."""
+        found = {}
+        for name, text in vocabulary.ORDERED.items():
+            pairs = [observed_order(self.steps, values[name][:, scheme]) for scheme in SCHEMES.values()]
+            order, error = np.array(pairs).T
+            found[f"order_of_{name}"] = StudyArray(("scheme",), order, vocabulary.ORDER.format(text))
+            found[f"order_of_{name}_error"] = StudyArray(("scheme",), error, vocabulary.ORDER_ERROR)
+        return found
+
+    def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
+        """The variables of a batch of cells."""
+        points = self.points(batch)
+        common = {"threads": threads, "cancelled": cancelled}
+        periods = {"transient": self.transient, "sample": self.sample}
+        penalty = ExactPenalty(self.method.stiffness, self.method.damping)
+        exact = run_cells(Cells(self.system, [self.eta], penalty), **periods, **common)
+        exact = _repeated(exact, len(points["steps"]))
+        columns = []
+        for done, located in enumerate((False, True), start=1):
+            scheme = replace(self, method=replace(self.method, located=located))
+            cells = scheme.cells_at(points)
+            found = run_cells(cells, **periods, **common)
+            values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, "status")}
+            errors = reference_motion(self.system, self.eta).errors(cells, found, exact, **common)
+            values |= dict(zip(vocabulary.ERRORS, errors, strict=True))
+            values |= {f"{name}_section": found.section[:, :, COLUMNS.index(name)] for name in ("xi2", "v2")}
+            columns.append(values | phase_plots(cells, found))
+            if progress is not None:
+                progress(done * len(points["steps"]))
+        return {name: np.stack([values[name] for values in columns], axis=1) for name in self.variables}
+
+
+def _repeated(results: CellResults, n: int) -> CellResults:
+    return CellResults(**{name: np.repeat(column, n, axis=0) for name, column in vars(results).items()})
+
+
+def phase_plots(cells: Cells, found: CellResults) -> dict[str, np.ndarray]:
+    """ξ₁, ξ₁′, ξ₂, ξ₂′ and τ of each cell over the periods that follow its sample, each (n, instants)."""
+    plots = {name: np.full((len(cells), PLOTTED * INSTANTS + 1), np.nan) for name in (*COLUMNS, "tau")}
+    for i in np.flatnonzero(found.ok):
+        run = simulate(
+            cells.system_of(i),
+            cells.eta[i],
+            cells.method_of(i),
+            periods=PLOTTED,
+            keep=PLOTTED,
+            initial=found.end[i],
+            record=Record(PLOTTED, INSTANTS),
+        )
+        if not run.ok:
+            continue
+        (x1, x2), (v1, v2) = run.trajectory.displacement, run.trajectory.velocity
+        for name, values in zip((*COLUMNS, "tau"), (x1, v1, x2, v2, run.trajectory.time), strict=True):
+            plots[name][i, : len(values)] = values
+    return plots
+
+
+def observed_order(steps: np.ndarray, sizes: np.ndarray) -> tuple[float, float]:
+    """p and its standard error in size ∝ n⁻ᵖ, by least squares on the logarithms.
+
+    Parameters
+    ----------
+    steps, sizes : (m,) ndarray
+        Sizes that are zero, negative or nan have no logarithm and are left out.
+
+    Returns
+    -------
+    order, error : float
+        nan with fewer than two, the error with fewer than three points.
+    """
+    usable = np.isfinite(sizes) & (sizes > 0)
+    x, y = np.log(steps[usable]), np.log(sizes[usable])
+    if len(x) < 2:
+        return np.nan, np.nan
+    x = x - x.mean()
+    slope = (x @ y) / (x @ x)
+    rest = y - y.mean() - slope * x
+    error = np.sqrt((rest @ rest) / (len(x) - 2) / (x @ x)) if len(x) > 2 else np.nan
+    return -slope, error

@@ -1,0 +1,84 @@
+"""Studies kept in the user's cache: found by their numbers, mended, dropped, computed by one of several processes."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from vibroscope.engine import Reference, System
+from vibroscope.engine.kernels.compile.options import cache_root, source_digest
+from vibroscope.engine.sweeps import EtaStudy, RunOptions, cache, grow_cached
+
+ETAS = np.linspace(2.6, 3.3, 24)
+
+
+def study(e=0.5):
+    return EtaStudy(System(restitution=e), Reference(), 2.6, 20, 5, values=ETAS)
+
+
+def test_the_cache_finds_a_study_by_every_number_and_the_engine(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    first = cache.cached_dataset(study())
+    again = cache.cached_dataset(study())
+    assert (first.attrs["computed"], again.attrs["reused"]) == (24, 24)
+    assert cache.cached_dataset(study(0.4)).attrs["computed"] == 24
+    monkeypatch.setattr("vibroscope.engine.sweeps.study.engine_digest", lambda: "other")
+    assert cache.cached_dataset(study()).attrs["computed"] == 24
+
+
+def test_a_study_grows_in_the_cache_and_is_read_from_it(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    options = RunOptions(cells_per_chunk=8)
+    known = [int((values["status"] >= 0).sum()) for values in grow_cached(study(), options)]
+    assert known == [8, 16, 24]
+    (again,) = grow_cached(study(), options)
+    np.testing.assert_array_equal(again["xi2"], cache.cached_dataset(study())["xi2"])
+
+
+def test_a_damaged_entry_of_the_cache_is_dropped(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    cache.cached_dataset(study())
+    (entry,) = (tmp_path / "studies").iterdir()
+    (entry / "zarr.json").write_text("{")
+    assert cache.cached_dataset(study()).attrs["computed"] == 24
+    assert cache.cached_dataset(study()).attrs["reused"] == 24
+
+
+def test_a_cache_that_cannot_be_written_costs_only_time(tmp_path, monkeypatch):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(blocked))
+    *_, values = grow_cached(study(), RunOptions())
+    assert (values["status"] == 0).all()
+
+
+def test_the_cache_drops_what_was_not_used_for_the_longest_time(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    root = tmp_path / "studies"
+    for used, e in enumerate((0.3, 0.4, 0.5)):
+        cache.cached_dataset(study(e))
+        os.utime(root / study(e).key, (used, used))
+    cache.cached_dataset(study(0.3))
+    size = sum(path.stat().st_size for path in root.rglob("*")) // 3
+    cache.drop_oldest(root, most=int(2.5 * size))
+    assert {path.name for path in root.iterdir()} == {study(0.3).key, study(0.5).key}
+
+
+SWEEP = """
+import numpy as np
+from vibroscope.engine import Reference, System, sweep_eta
+found = sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 24), transient=4000, sample=5, keep=True)
+print(found.attrs["computed"], float(found["xi2"].sum()))
+"""
+
+
+def test_of_two_processes_that_want_the_same_study_one_computes_it(tmp_path):
+    environment = {**os.environ, "VIBROSCOPE_CACHE_DIR": str(tmp_path)}
+    name = f"kernels-{source_digest()}"
+    (tmp_path / name).symlink_to(cache_root() / name)  # compiled already
+    how = {"env": environment, "cwd": Path(__file__).parents[2], "stdout": subprocess.PIPE, "text": True}
+    processes = [subprocess.Popen([sys.executable, "-c", SWEEP], **how) for _ in range(2)]
+    answers = [process.communicate(timeout=60)[0].split() for process in processes]
+    assert sorted(int(computed) for computed, _ in answers) == [0, 24]
+    assert answers[0][1] == answers[1][1]
