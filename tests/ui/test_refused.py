@@ -4,8 +4,6 @@ import pytest
 
 from tests.served import served
 
-from .conftest import wait_until
-
 
 @pytest.fixture(scope="module")
 def narrow(tmp_path_factory):
@@ -31,8 +29,8 @@ def words(page):
 def test_a_session_that_finds_no_room_is_told_so(narrow, page):
     held = []
     page.route("**/bokeh.min.js*", lambda route: held.append(route))
-    page.goto(narrow.url, wait_until="commit")  # there is room when the page is asked for
-    wait_until(lambda: held or page.wait_for_timeout(20), what="a page that waits for its script")
+    with page.expect_request("**/bokeh.min.js*"):
+        page.goto(narrow.url, wait_until="commit")  # there is room when the page is requested
     first = page.context.new_page()
     first.goto(narrow.url)
     first.locator("form.panel").wait_for(state="attached", timeout=30_000)

@@ -108,7 +108,7 @@ class Bifurcation(StudyTab):
         return sweep_command("eta", asked.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")
 
     def _set(self, eta: float) -> None:
-        self.desk.set({"eta": print_number(eta)})
+        self.host.set({"eta": print_number(eta)})
 
     def _zoomed(self) -> None:
         if self._visible:

@@ -12,14 +12,14 @@ from typing import ClassVar
 
 import panel as pn
 from bokeh.plotting import figure
+from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words import cause
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
-from vibroscope.app.page.tab import COMPUTING, Desk, Move, Tab
+from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
 from vibroscope.app.studies.live import KEPT, Live, Refine, Stage
 
 
@@ -30,8 +30,8 @@ class StudyTab(Tab):
     chosen: ClassVar[dict]  # what is chosen at first
     pictures: ClassVar[tuple[Figure, ...]]  # that can be taken away
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
+    def __init__(self, host: TabHost) -> None:
+        super().__init__(host)
         self._live: Live | None = None
         self._move: Move | None = None
         self._visible = False
@@ -82,7 +82,7 @@ class StudyTab(Tab):
 
     # -- the open tab --------------------------------------------------------
 
-    def at_once(self, move: Move) -> bool:
+    def show_if_ready(self, move: Move) -> bool:
         """Never: the page comes first."""
         return False
 
@@ -91,7 +91,7 @@ class StudyTab(Tab):
         self._visible = True
         self._move = move
         if move.fresh:
-            with pn.io.hold(self.desk.doc):  # both ends of a range at once
+            with pn.io.hold(self.host.doc):  # both ends of a range at once
                 self.unzoom()
         self.ask()
         self.push()
@@ -132,20 +132,20 @@ class StudyTab(Tab):
 
     def push(self) -> None:
         """Send what has changed, when the browser is free."""
-        self.desk.push(self._move.number, self._write)
+        self.host.push(self._move.number, self._write)
 
     def _delivered(self, live: Live, stage: Stage | Exception) -> None:
         """In a worker thread."""
-        self.desk.later(partial(self._arrived, live, stage))
+        self.host.call_later(partial(self._arrived, live, stage))
 
     def _arrived(self, live: Live, stage: Stage | Exception) -> None:
         if live is not self._live or live.cancelled:
             return
         if isinstance(stage, Exception):
             self._failed = (
-                f"This could not be computed ({cause(stage)}). Change what you moved last; the last picture stays."
+                f"This could not be computed ({error_text(stage)}). Change what you moved last; the last picture stays."
             )
-            self.desk.tell(self._failed, self._move.number)
+            self.host.report_error(self._failed, self._move.number)
         else:
             self._stage, self._of = stage, self._move.setting
             self._stopped = live.exhausted
@@ -166,7 +166,7 @@ class StudyTab(Tab):
             "text": f"{text}, stopped" if self._stopped else text,
         }
         if share >= 1:  # a screen reader is told once, when all is known
-            self.desk.summarise(_in_one(self.panel.told))
+            self.host.summarise(_in_one(self.panel.told))
 
     # -- what can be taken away ----------------------------------------------
 
@@ -182,7 +182,7 @@ class StudyTab(Tab):
         """What stands in the panel."""
         return dict(self._told())
 
-    def shown(self) -> Setting | None:
+    def shown_setting(self) -> Setting | None:
         """The one that the picture is of: while the next is computed, or after it failed, not the one that holds."""
         return self._of
 

@@ -82,7 +82,7 @@ class TimeStepTab(StudyTab):
         return sweep_command("step", system, options)
 
     def _set(self, steps: int) -> None:
-        self.desk.set({"steps": str(steps)})
+        self.host.set({"steps": str(steps)})
 
 
 def told(setting: Setting, stage: TimeStepStage) -> list[list[str]]:

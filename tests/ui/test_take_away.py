@@ -1,4 +1,4 @@
-"""On each tab everything that it shows can be taken away, and what comes is of the kind that was asked for."""
+"""On each tab everything that it shows can be taken away, and each file is of the requested kind."""
 
 import csv
 import json
@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 from vibroscope.app.page.tabs import TABS
 
-from .conftest import wait_until
+from .explorer import wait_until
 
-_APART = 0.1  # s between two clicks: Chromium drops all downloads but ten within a second
+_APART = 0.1  # s between two downloads: Chromium drops all but ten in a second, and reports nothing to wait for
 
 
 def taken(explorer, name):
     """Click a button of the menu and read the file that comes."""
-    menu = explorer.page.locator("details.take")
+    menu = explorer.page.locator("details.take-away")
     if not menu.evaluate("menu => menu.open"):
         menu.locator("summary").click()
     time.sleep(_APART)
@@ -80,7 +80,7 @@ def test_a_suggestion_is_offered_as_long_as_it_is_shown(visit):
     assert sum(kind == "circle" for kind, _ in shapes(drawing)) == len(rows) > 1
     assert set(rows[0]) == {"series", "steps", "error", "K", "D"}
     assert taken(explorer, "Suggestion as PNG")[1][:8] == b"\x89PNG\r\n\x1a\n"
-    explorer.page.get_by_role("button", name="Close what the search found").click()
+    explorer.page.get_by_role("button", name="Close the result of the search").click()
     wait_until(lambda: "Suggestion" not in menu(explorer), 5, "a menu without it")
 
 
@@ -123,7 +123,7 @@ CALLS = {"bifurcation": "sweep_eta(", "plane": "sweep_plane(", "step": "sweep_st
 
 def menu(explorer):
     """Titles in the open menu, each with what its buttons say."""
-    box = explorer.page.locator("details.take")
+    box = explorer.page.locator("details.take-away")
     if not box.evaluate("menu => menu.open"):
         box.locator("summary").click()
     rows = box.locator(".item")
@@ -187,7 +187,7 @@ def test_a_figure_that_cannot_be_made_is_told_where_errors_are(visit):
       of("phase2").setv({ name: "gone" }, { sync: false });
     }""")
     menu(explorer)
-    click = explorer.page.locator("details.take").get_by_role
+    click = explorer.page.locator("details.take-away").get_by_role
     for button, why in (("Phase plot 1 as PNG", "no canvas"), ("Phase plot 2 as SVG", "phase2 is not drawn")):
         click("button", name=button, exact=True).click()
         wait_until(lambda why=why: why in explorer.error(), what="an error on the page")

@@ -1,12 +1,12 @@
-// The present phase: one instant of the last two periods, marked in every figure. It is moved by playing, by the slider
-// below the pendulums, and by the pointer over any figure over time. Nothing of it goes to the server.
+// The present instant of the last two periods, marked in every figure. The animation moves it, and so do the slider below
+// the pendulums and the pointer over a time figure. The server is not involved.
 
 const WINDOW = 2; // periods, as in present.py
 const TIME_FIGURES = ["displacement", "strip", "force"];
 const MARKED = [...TIME_FIGURES, "phase1", "phase2"];
 const SOLVERS = ["reference", "penalty"];
 
-// Everything the page knows about one instant, from the columns of the displacement figure.
+// The states at one instant, interpolated from the columns of the displacement figure.
 class Instant {
   constructor(time, { absolute, amplitude }) {
     this.time = time;
@@ -33,7 +33,7 @@ class Instant {
     return [this.read(`${solver}${pendulum}`) - this.shift, this.read(`${solver}_v${pendulum}`)];
   }
 
-  // Periods since contact was last begun, and whether it lasts; Infinity where there was none.
+  // `age`: periods since the last contact began, Infinity if there was none; `lasts`: whether there is contact now.
   contact(solver) {
     const source = modelOf(`strip_${solver}`);
     const { left = [], right = [] } = source ? asObject(source.data) : {};
@@ -49,10 +49,10 @@ class Instant {
   }
 }
 
-// Of the excitation, on the axes of time: 1 where time is counted in periods.
+// Length of an excitation period on the time axes: 1 where time is counted in periods.
 const periodOf = ({ t = [] }) => (t.length ? t[t.length - 1] / WINDOW : 1);
 
-// An element over a figure at a place in its data: it moves without a repaint of anything below it.
+// An element over a figure, at a position in its data; it moves without a repaint of the figure.
 class Mark {
   constructor(figure, name, look) {
     this.view = viewOf(figure);
@@ -76,12 +76,12 @@ class Mark {
   draw() {
     const { bbox, x_scale } = this.view.frame;
     const [sx, sy] = [x_scale.compute(this.x), this.across(this.view.frame)];
-    this.element.style.display = bbox.contains(sx, sy) ? "" : "none"; // what is no number lies nowhere
+    this.element.style.display = bbox.contains(sx, sy) ? "" : "none"; // false for NaN, too
     this.element.style.transform = `translate(${sx}px, ${sy}px)${this.turned}`;
   }
 }
 
-// A line across the frame.
+// A vertical line at the instant.
 class NowLine extends Mark {
   turned = "";
 
@@ -95,7 +95,7 @@ class NowLine extends Mark {
   }
 }
 
-// A point of a solution, shaped as its section is.
+// The state of one pendulum in a phase plot, with the shape of the marks of the section.
 class StateMark extends Mark {
   constructor(solver, pendulum) {
     const [size, round] = solver === "reference" ? [11, "50%"] : [9, 0];
@@ -111,7 +111,7 @@ class StateMark extends Mark {
   }
 }
 
-// All marks of an instant.
+// All marks of the instant.
 class Marks {
   constructor() {
     this.lines = TIME_FIGURES.map((figure) => new NowLine(figure));
@@ -125,22 +125,22 @@ class Marks {
   }
 }
 
-// The figures over time keep one margin, the widest that any of them has come to need: their axes of time then stand
-// above each other, whatever the ticks say, and stay where they are when those become shorter.
-function alignTimes() {
+// Gives the time figures the same margins, the widest that any of them has needed so far, so that their time axes stay
+// aligned while tick labels change.
+function alignTimeAxes() {
   const views = TIME_FIGURES.map(viewOf);
   const fit = () => {
     const min_border_left = Math.ceil(Math.max(...views.map(({ frame }) => frame.bbox.left)));
     const right = ({ frame, bbox }) => bbox.width - frame.bbox.right;
     const min_border_right = Math.ceil(Math.max(...views.map(right)));
-    for (const { model } of views) model.setv({ min_border_left, min_border_right }, HERE);
+    for (const { model } of views) model.setv({ min_border_left, min_border_right }, LOCAL);
   };
   for (const { model } of views) model.properties.inner_width.change.connect(fit);
   fit();
 }
 
-// Call `at(time)` while the pointer rests on a figure over time, and `gone()` when it leaves.
-function watchPointer(at, gone) {
+// Calls `onTime(time)` when the pointer is over a time figure, and `onLeave()` when it leaves.
+function watchPointer(onTime, onLeave) {
   for (const name of TIME_FIGURES) {
     const view = viewOf(name);
     if (!view) continue;
@@ -151,9 +151,9 @@ function watchPointer(at, gone) {
       if (!view.frame.bbox.contains(sx, sy)) return;
       const source = modelOf("displacements");
       const time = view.frame.x_scale.invert(sx) / periodOf(source ? asObject(source.data) : {});
-      if (time >= 0 && time <= WINDOW) at(time);
+      if (time >= 0 && time <= WINDOW) onTime(time);
     };
-    for (const type of ["pointerdown", "pointermove"]) view.el.addEventListener(type, pointed); // a tap does not move
-    view.el.addEventListener("pointerleave", gone);
+    for (const type of ["pointerdown", "pointermove"]) view.el.addEventListener(type, pointed); // a tap sends no move
+    view.el.addEventListener("pointerleave", onLeave);
   }
 }

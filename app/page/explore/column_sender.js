@@ -1,4 +1,4 @@
-// Columns of the live sources, all that changed in one message: names and lengths, and the numbers of all in one piece.
+// Receives changed columns of the sources: names and lengths, and the numbers of all columns in one buffer.
 
 export function render({ model }) {
   model.on("msg:custom", ({ names, values }) => {
@@ -11,7 +11,7 @@ export function render({ model }) {
     }
     for (const [id, columns] of changed) {
       const source = Bokeh.documents[0].get_model_by_id(id);
-      source.setv({ data: { ...asObject(source.data), ...columns } }, HERE);
+      source.setv({ data: { ...asObject(source.data), ...columns } }, LOCAL);
     }
   });
   model.send_msg({ listens: true });

@@ -1,4 +1,4 @@
-"""The bifurcation diagram: a picture of the reference's section over η, a cursor, and a click that sets η."""
+"""The map over η: the bifurcation diagram of the reference as a picture, a cursor, and a click that sets η."""
 
 from __future__ import annotations
 
@@ -9,51 +9,53 @@ import numpy as np
 from bokeh.core.property.descriptors import UnsetValueError
 from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Scatter, Span
-from vibroscope.app.explorer.present import factor_of
+from vibroscope.app.explorer.present import unit_factor
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.figure import BLUE, FONT, INK, THEME, VERMILLION, draw, style
+from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.page.shared.figure import BLUE, FONT, INK, THEME, VERMILLION, add_glyph, apply_style
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.raster import raster
 from vibroscope.engine import Diagram, System
 
-# Before the browser has told the frame's size.
-_PIXELS = (480, 250)
+_PIXELS = (480, 250)  # of the picture, until the browser has sent the size of the frame
 _TITLE = "Reference over η: click sets η"
-_NOT_OURS = "Reference over η (the paper's system)"
+_TITLE_OTHER_SYSTEM = "Reference over η (the paper's system)"
 _ETA = (0.5, 4.0)
 _SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
 _ROW = {"xi1": 0, "xi2": 1}
-# From clear to Okabe–Ito blue; the darkest is where most points fall.
+# From transparent to blue; the more points fall on a pixel, the darker it is.
 _SHADES = ["#FFFFFF00"] + [f"#0072B2{alpha:02X}" for alpha in range(1, 256)]
 
 
-class DiagramView:
-    """Built once; the picture is drawn anew when the zoom, the coordinate or the joint damping changes."""
+class EtaMapView:
+    """The figure; its picture is drawn again when the zoom, the coordinate or the joint damping changes.
+
+    ``load(joint_damping)`` gives a diagram, or None until it is there; ``set_texts`` sets the η of a click.
+    """
 
     def __init__(
         self,
         sections: dict[str, ColumnDataSource],
         load: Callable[[str], Diagram | None],
-        on_eta: Callable[[float], None],
+        set_texts: Callable[[dict[str, str]], None],
     ) -> None:
         self._load = load
-        self._on_eta = on_eta
+        self._set_texts = set_texts
         self._shown: tuple[str, str, float] | None = None
-        self._drawn: tuple | None = None  # the view that the picture is of
-        self.ready = False  # whether what is wanted has arrived
-        self._ours = True
+        self._drawn: tuple | None = None  # ends of both axes of the picture
+        self.ready = False  # whether the diagram is there
+        self._default_system = True
         self._sections = sections
         self.ranges = {"eta": OwnedRange(*_ETA), "section": OwnedRange(-10, 10)}
         self.figure, self.picture = _picture_figure()
         self.figure.x_range, self.figure.y_range = (owned.range for owned in self.ranges.values())
-        self._marks = self._decorate()
-        self.figure.on_event(Tap, self._tapped)
-        self.figure.on_event(RangesUpdate, self._zoomed)
-        self.figure.on_change("inner_width", self._resized)
-        self.figure.on_change("inner_height", self._resized)
+        self._marks = self._add_marks()
+        self.figure.on_event(Tap, self._tap)
+        self.figure.on_event(RangesUpdate, self._zoom)
+        self.figure.on_change("inner_width", self._resize)
+        self.figure.on_change("inner_height", self._resize)
 
-    def _decorate(self) -> list:
+    def _add_marks(self) -> list:
         plot = self.figure
         for scene in scenes().values():
             if scene.group == "motion":
@@ -72,38 +74,38 @@ class DiagramView:
                         background_fill_alpha=0.8,
                     )
                 )
-        # Overlays are repainted without the picture below them.
+        # An overlay is repainted without the picture below it.
         self.cursor = Span(location=1.08, dimension="height", line_color=INK, line_width=1.5, level="overlay")
         plot.add_layout(self.cursor)
         look = {"x": "eta", "y": "x2"}
         dot = Scatter(marker="circle", size=7, fill_color=BLUE, line_color="white", **look)
         ring = Scatter(marker="diamond", size=10, fill_color=None, line_color=VERMILLION, line_width=1.5, **look)
         return [
-            draw(plot, dot, self._sections["section_reference"], level="overlay"),
-            draw(plot, ring, self._sections["section_penalty"], level="overlay"),
+            add_glyph(plot, dot, self._sections["section_reference"], level="overlay"),
+            add_glyph(plot, ring, self._sections["section_penalty"], level="overlay"),
         ]
 
     def update(self, setting: Setting, *, fresh: bool) -> None:
-        """Move the cursor; redraw the picture where it is another one. The phase plots write the sections.
+        """Move the cursor; draw the picture again if another one is wanted.
 
-        The shipped pictures are of the paper's system; with another the title says so.
+        The diagrams are those of the paper's system; with another system, the title says so.
         """
         self.cursor.location = setting.eta
-        self._ours = setting.system == System()
+        self._default_system = setting.system == System()
         self._title(self._shown is None or self._points() is not None)
-        wanted = setting.joint_damping, setting.coordinate, factor_of("displacement", setting)
-        turned = self._shown is None or self._shown[1:] != wanted[1:]
-        another, self._shown = self._shown != wanted, wanted
-        if turned:
+        wanted = setting.joint_damping, setting.coordinate, unit_factor("displacement", setting)
+        other_quantity = self._shown is None or self._shown[1:] != wanted[1:]
+        other_picture, self._shown = self._shown != wanted, wanted
+        if other_quantity:
             self._label(setting)
         self.ranges["eta"].put(*_ETA, fresh=fresh)
-        if turned or fresh:
+        if other_quantity or fresh:
             self._fit()
-        if another or self._drawn != self._view:
+        if other_picture or self._drawn != self._view:
             self._draw()
 
     def redraw(self) -> None:
-        """A diagram has arrived: show it, if it is the one that is wanted."""
+        """A diagram has arrived: show it if it is the one that is wanted."""
         if self._shown is not None:
             self._fit()
             self._draw()
@@ -116,7 +118,7 @@ class DiagramView:
 
     @property
     def _view(self) -> tuple[tuple[float, float], ...]:
-        """What of the plane is in view: the ends of both axes."""
+        """The ends of both axes."""
         return tuple(owned.ends for owned in self.ranges.values())
 
     def _points(self) -> tuple[np.ndarray, np.ndarray] | None:
@@ -127,15 +129,15 @@ class DiagramView:
         return diagram.eta, factor * diagram.displacement[_ROW[coordinate]]
 
     def in_view(self) -> dict[str, np.ndarray]:
-        """η and the coordinate of the points that lie in view; nothing while it is not ready."""
+        """η and the coordinate of the points in view; empty while the diagram is not there."""
         points = self._points() if self.ready else None
         if points is None:
             return {}
         value = points[1].astype(np.float32)
         eta = np.repeat(points[0], value.shape[1])
         x, y = self._view
-        seen = (x[0] <= eta) & (eta <= x[1]) & (y[0] <= value.ravel()) & (value.ravel() <= y[1])
-        return {"eta": eta[seen], self._shown[1]: value.ravel()[seen]}
+        visible = (x[0] <= eta) & (eta <= x[1]) & (y[0] <= value.ravel()) & (value.ravel() <= y[1])
+        return {"eta": eta[visible], self._shown[1]: value.ravel()[visible]}
 
     def _fit(self) -> None:
         points = self._points()
@@ -159,32 +161,32 @@ class DiagramView:
         }
 
     def _title(self, ready: bool) -> None:
-        title = _TITLE if self._ours else _NOT_OURS
+        title = _TITLE if self._default_system else _TITLE_OTHER_SYSTEM
         self.figure.title.text = title if ready else "Reference over η: computing …"
 
     def _pixels(self) -> tuple[int, int]:
-        """The frame's own size: a picture drawn larger or smaller would lose points or blur."""
+        """The size of the frame; a picture of another size would lose points or be blurred."""
         try:
             width, height = self.figure.inner_width, self.figure.inner_height
         except UnsetValueError:  # no browser has laid it out yet
             return _PIXELS
         return (min(width, 2000), min(height, 1500)) if width and height else _PIXELS
 
-    def _tapped(self, event: Tap) -> None:
+    def _tap(self, event: Tap) -> None:
         if event.x is not None and np.isfinite(event.x):
-            self._on_eta(float(np.clip(round(event.x, 4), *_ETA)))
+            self._set_texts({"eta": print_number(float(np.clip(round(event.x, 4), *_ETA)))})
 
-    def _resized(self, attr: str, old: int, new: int) -> None:
+    def _resize(self, attr: str, old: int, new: int) -> None:
         if self._shown is not None and old != new:
             self._draw()
 
-    def _zoomed(self, event: RangesUpdate) -> None:
+    def _zoom(self, event: RangesUpdate) -> None:
         if self._shown is not None:
             self._draw()
 
 
 def _picture_figure():
-    """The figure that HoloViews declares, and the source of its picture."""
+    """A figure with a picture, made by HoloViews, and the source of the picture."""
     import holoviews.plotting.bokeh  # noqa: F401 - registers the backend
 
     hv.renderer("bokeh").webgl = False
@@ -205,4 +207,4 @@ def _picture_figure():
     plot.sizing_mode = "stretch_both"
     plot.toolbar_location = "above"
     plot.min_border_left, plot.min_border_right, plot.min_border_bottom, plot.min_border_top = 48, 12, 40, 4
-    return style(plot), plot.renderers[0].data_source
+    return apply_style(plot), plot.renderers[0].data_source
