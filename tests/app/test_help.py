@@ -1,4 +1,4 @@
-"""The equations that Help shows, read from the page as they stand there, hold for what the kernels compute."""
+"""The equations in Help, read from the page, hold for the numbers of the kernels."""
 
 import re
 

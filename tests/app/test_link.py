@@ -54,7 +54,7 @@ def test_an_address_restores_its_setting_and_what_is_pinned_exactly(setting, pin
 
 
 @given(zooms, choices, mutes(LEGENDS))
-def test_what_is_printed_comes_back_sharper_than_a_pixel(zoom, choice, mute):
+def test_a_printed_view_reads_back_more_precisely_than_a_pixel(zoom, choice, mute):
     view = read_view(print_zoom(zoom, AXES), print_choice(choice), print_mute(mute), AXES, SPEC, LEGENDS)
     assert (view.choice, view.mute) == (choice, mute)
     for name, (low, high) in view.zoom.items():
@@ -65,7 +65,7 @@ def test_what_is_printed_comes_back_sharper_than_a_pixel(zoom, choice, mute):
 
 
 @given(settings, settings, st.sampled_from(list(TABS)), st.sampled_from(["", *THEMES]), st.data())
-def test_an_address_brings_all_of_it_back(setting, pinned, tab, theme, data):
+def test_an_address_restores_setting_tab_view_pin_and_theme(setting, pinned, tab, theme, data):
     axes, usual = TABS[tab].axes, getattr(TABS[tab], "chosen", {})
     zoom = data.draw(st.dictionaries(st.sampled_from(list(axes)), spans)) if axes else {}
     choice = {"quantity": "error", "limit": 40} if tab == "plane" else dict(usual)
@@ -77,7 +77,7 @@ def test_an_address_brings_all_of_it_back(setting, pinned, tab, theme, data):
     assert asked.view.zoom.keys() <= zoom.keys()
 
 
-def test_what_is_printed_is_short():
+def test_a_printed_view_is_short():
     zoom = {"time": (0.2, 0.7000000001), "K": (100.0, 1234.5678901)}
     assert print_zoom(zoom, AXES) == "time:0.2,0.7;K:100,1234.57"
     assert print_address(SETTING, zoom="time:0.2,0.7;x1:-1,2").endswith("&zoom=time:0.2,0.7;x1:-1,2")
@@ -150,13 +150,13 @@ def test_a_choice_that_is_not_offered_is_refused(choice):
         ("force:__class__", "not “__class__”"),
     ],
 )
-def test_a_mute_that_no_legend_has_is_refused_in_words(mute, word):
+def test_an_unknown_legend_entry_is_refused_in_words(mute, word):
     with pytest.raises(Refused, match=word):
         read_view("", "", mute, AXES, SPEC, LEGENDS)
 
 
 @pytest.mark.parametrize("theme", ["auto", "Dark", "dark ", "0", "²"])
-def test_a_theme_that_there_is_not_is_refused_in_words(theme):
+def test_an_unknown_theme_is_refused_in_words(theme):
     with pytest.raises(Refused, match="theme must be light or dark, not"):
         read_opening("?" + urlencode({"theme": theme}))
 
@@ -209,7 +209,7 @@ def test_names_of_entries_are_those_of_their_solvers():
     assert muted == {"displacement": ["ξ₂ penalty", "time step"], "force": ["λ penalty"]}
 
 
-def test_a_study_is_seen_as_the_link_says_from_its_first_question_on(opened):  # noqa: F811
+def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F811
     kind = TABS["plane"]
     tab = kind(FakeHost())
     tab.build()

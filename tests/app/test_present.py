@@ -1,4 +1,4 @@
-"""Columns for the figures: small, and nothing that matters thinned away."""
+"""The columns of the figures are small, and keep what matters."""
 
 import numpy as np
 import pytest

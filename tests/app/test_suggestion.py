@@ -28,7 +28,7 @@ def found_for(question, *, met=True, best=TRIAL, front=(TRIAL,), joint=0.0, reas
 
 @pytest.fixture
 def searches(monkeypatch):
-    """`recommend` replaced by one that waits to be let go; what it was called with."""
+    """`recommend` replaced by one that waits for its answer; what it was called with."""
     calls = queue.Queue()
 
     def recommend(system, eta, *, cancelled, progress, **asked):
@@ -45,7 +45,7 @@ def searches(monkeypatch):
 
 
 @pytest.mark.parametrize("percent", ["", "0", "101", "five", "nan", "1e400", None, 5])
-def test_a_tolerance_that_is_none_is_refused(percent):
+def test_an_invalid_tolerance_is_refused(percent):
     with pytest.raises(Refused, match=r"tolerance must be a number from 0\.01 to 100"):
         make_question(SETTING, percent)
 
@@ -58,7 +58,7 @@ def test_a_question_does_not_depend_on_what_the_search_looks_for():
     assert asked.tolerance == 0.05
 
 
-def test_what_meets_the_tolerance_moves_the_sliders_once(searches):
+def test_a_result_that_meets_the_tolerance_moves_the_sliders_once(searches):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING)
@@ -76,7 +76,7 @@ def test_what_meets_the_tolerance_moves_the_sliders_once(searches):
     assert suggester.view.content["phase"] == "done"  # the answer stands beside the setting that it gave
 
 
-def test_the_front_can_be_taken_as_long_as_it_is_drawn(searches):
+def test_the_front_is_offered_as_long_as_it_is_drawn(searches):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING)
@@ -90,7 +90,7 @@ def test_the_front_can_be_taken_as_long_as_it_is_drawn(searches):
     assert suggester.front == {}
 
 
-def test_what_does_not_meet_it_moves_nothing_and_says_why(searches):
+def test_a_result_that_does_not_meet_it_moves_nothing_and_says_why(searches):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING)
@@ -153,14 +153,14 @@ def test_a_front_is_thinned_to_ten_and_keeps_the_best():
     assert {100, 117, 139} <= set(steps)
 
 
-def test_what_the_sliders_do_not_reach_is_not_offered():
+def test_a_setting_beyond_the_sliders_is_not_offered():
     far = Trial(Chosen(1000.0, 500.0, 200), 0.01, 0.01, 200)
     content = suggestion_content(found_for(make_question(SETTING, "5"), best=far, front=(far,)))
     assert (content["use"], content["front"]) == ({}, [])
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="threads have a priority of their own on Linux only")
-def test_searches_stand_back_behind_the_sliders():
+def test_searches_have_a_lower_priority_than_the_sliders():
     import os
 
     read = search_threads().submit(lambda: os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))

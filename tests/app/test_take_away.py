@@ -1,4 +1,4 @@
-"""On every tab what is offered can be taken, nothing else, and all of it is of what is shown."""
+"""Every tab gives the files that it offers, no others, and all of what it shows."""
 
 import csv
 import io
@@ -20,7 +20,7 @@ STUDIES = ["bifurcation", "plane", "step", "speed"]
 
 
 @pytest.mark.parametrize("key", TABS)
-def test_what_is_offered_comes_in_its_format(filled, key):  # noqa: F811
+def test_an_offered_file_has_its_format(filled, key):  # noqa: F811
     tab = filled(key)
     for kind in SETTING_KINDS:
         assert file_writer(tab, kind, SETTING, ADDRESS)()["text"]
@@ -49,7 +49,7 @@ def test_what_is_offered_comes_in_its_format(filled, key):  # noqa: F811
 
 
 @pytest.mark.parametrize("key", TABS)
-def test_what_is_not_offered_does_not_come(key):
+def test_a_file_that_is_not_offered_cannot_be_had(key):
     tab = TABS[key](FakeHost())
     tab.build()
     assert offered_figures(tab) == []
@@ -58,7 +58,7 @@ def test_what_is_not_offered_does_not_come(key):
 
 
 @pytest.mark.parametrize("key", ["explore", *STUDIES])
-def test_until_the_next_picture_comes_all_that_is_taken_is_of_the_last(filled, key):  # noqa: F811
+def test_all_files_are_of_the_last_picture_until_the_next_comes(filled, key):  # noqa: F811
     tab, other = filled(key), SETTING._replace(eta=2.0, K=500.0, D=3.0, steps=400, kappa=2.3)
     tables = [f"csv:{name}" for name, *_, tabled in offered_figures(tab) if tabled]
     kinds = ["json", "report", "python", "command", *tables]
@@ -79,7 +79,7 @@ def test_until_the_next_picture_comes_all_that_is_taken_is_of_the_last(filled, k
     assert "eta = 2\n" in file_writer(tab, "toml", other, ADDRESS)()["text"]
 
 
-def test_a_mark_that_is_moved_is_that_of_what_is_taken(filled):  # noqa: F811
+def test_a_file_has_the_mark_that_was_moved_last(filled):  # noqa: F811
     tab = filled("plane")
     tab.show(Move(2, SETTING._replace(K=2000.0)))
     taken = json.loads(file_writer(tab, "json", SETTING, ADDRESS)()["text"])
@@ -90,7 +90,7 @@ def test_a_mark_that_is_moved_is_that_of_what_is_taken(filled):  # noqa: F811
     assert taken["words"].keys() != again["words"].keys()
 
 
-def test_a_diagram_gives_also_what_it_is_compared_with(monkeypatch):
+def test_the_table_of_a_diagram_has_the_one_that_it_is_compared_with(monkeypatch):
     monkeypatch.setattr(bifurcation, "COUNT", 24)
     monkeypatch.setattr("vibroscope.app.page.bifurcation.tab.COUNT", 24)
     kind = TABS["bifurcation"]

@@ -111,7 +111,7 @@ def opened(picture):
 
 
 def differing(old, new, tolerated_share, tolerated_step):
-    """What is wrong with a picture, empty if nothing, and where it differs."""
+    """The fault of a picture, empty if it has none, and where it differs."""
     if old.size != new.size:
         return f"the picture was {old.size} and is {new.size}", None
     worst = functools.reduce(ImageChops.lighter, ImageChops.difference(old, new).split())
@@ -123,7 +123,7 @@ def differing(old, new, tolerated_share, tolerated_step):
 
 
 def printed(data):
-    """JSON with one list of plain values a line, so that git's difference can be read."""
+    """JSON with one list of plain values per line, for readable differences in git."""
     text = json.dumps(data, indent=1, ensure_ascii=False, sort_keys=True)
     return re.sub(r"\[[^\[\]{}]*\]", lambda found: re.sub(r"\s+", " ", found.group()), text) + "\n"
 

@@ -121,7 +121,7 @@ def is_finite(value):
 
 
 def faults(found, physical=False):
-    """Empty figures, axes without a unit, texts over each other or cut off; one line of text each."""
+    """Empty figures, axes without a unit, texts that overlap or are cut off; one line of text each."""
     lines = [fault for figure in found["figures"] for fault in (*emptiness(figure), *unlabelled(figure, physical))]
     if found["wide"] > 0:
         lines.append(f"the page is {found['wide']} pixels wider than the window")

@@ -17,7 +17,7 @@ def test_a_link_restores_its_state(visit):
     assert second.page.get_by_label("absolute").is_checked()
 
 
-def test_the_tab_is_part_of_the_address_and_an_unknown_one_is_told(visit):
+def test_the_tab_is_part_of_the_address_and_an_unknown_one_is_refused(visit):
     explorer = visit()
     assert "tab" not in explorer.address()
     explorer.open_tab("Help")
@@ -26,7 +26,7 @@ def test_the_tab_is_part_of_the_address_and_an_unknown_one_is_told(visit):
     assert "There is no tab “nonsense”" in visit("?tab=nonsense").error()
 
 
-def test_a_half_valid_address_is_not_taken_at_all_and_the_page_says_so(visit):
+def test_a_half_valid_address_is_refused_as_a_whole_and_the_page_says_so(visit):
     explorer = visit("?eta=2.76&K=nan&D=18")
     assert "K must be a number from 10 to 100000" in explorer.error()
     assert explorer.typed("eta").input_value() == "1.08"

@@ -9,7 +9,7 @@ window.WebSocket = class extends WebSocket {
 
 
 def test_a_page_that_loses_its_connection_comes_back_to_its_view(windows, server):
-    page = windows(viewport={"width": 1440, "height": 870}).new_page()  # nobody else's
+    page = windows(viewport={"width": 1440, "height": 870}).new_page()  # in a window of its own
     page.add_init_script(SOCKETS)
     explorer = Explorer(page, server).open()
     explorer.moved(lambda: explorer.type("K", "9000"))
@@ -31,7 +31,7 @@ def test_a_page_that_loses_its_connection_comes_back_to_its_view(windows, server
     page.close()
 
 
-def test_a_session_that_the_server_ends_is_told_why(windows, server):
+def test_the_page_says_why_the_server_has_ended_its_session(windows, server):
     page = windows(viewport={"width": 1440, "height": 900}).new_page()
     page.add_init_script(SOCKETS)
     explorer = Explorer(page, server).open()

@@ -23,7 +23,7 @@ def test_a_typed_value_is_accepted_as_it_is(visit):
     assert explorer.typed("K").input_value() == "3141.59"
 
 
-def test_what_is_being_typed_stays_while_answers_come(visit):
+def test_an_answer_does_not_change_what_is_being_typed(visit):
     explorer = visit()
     explorer.typed("K").fill("31")
     other = """document.dispatchEvent(new CustomEvent("vibroscope:set", { detail: { eta: "1.2" } }))"""
@@ -99,7 +99,7 @@ def test_a_slow_computation_is_announced(visit):
     assert explorer.page.evaluate("window.marks")[-1] is True
 
 
-def test_a_bad_value_is_refused_in_words_and_nothing_moves(visit):
+def test_the_page_says_why_a_bad_value_is_refused_and_nothing_moves(visit):
     explorer = visit()
     before = explorer.sources()
     for name, text in (("eta", "7"), ("K", "nan"), ("steps", "1e999"), ("D", "²"), ("steps", "2000.5"), ("eta", "")):

@@ -4,7 +4,7 @@ from .explorer import wait_until
 
 
 def mark(explorer, name):
-    """Where a mark of the present phase stands: in the data of its figure, and on the page."""
+    """Position of a mark of the present instant: in the data of its figure, and on the page."""
     return explorer.page.locator(f"[data-mark={name}]").evaluate("""element => {
         const { left, top } = element.getBoundingClientRect();
         return { x: Number(element.dataset.x), y: Number(element.dataset.y), left, top };

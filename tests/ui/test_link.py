@@ -19,7 +19,7 @@ def zoomed(explorer, *figures):
 
 
 def begun(explorer, figure):
-    """Wait until there is something in the figure of a study."""
+    """Wait until the figure of a study has data."""
     wait_until(lambda: not explorer.figure(figure)["title"].startswith("Being"), 60, f"something in {figure}")
     explorer.settle()
     return explorer
@@ -54,7 +54,7 @@ def test_the_reset_tool_takes_a_zoom_out_of_the_link(visit):
     assert low < min(points) < max(points) < high  # it knows where the data are, although it began zoomed
 
 
-def test_a_zoom_that_is_refused_leaves_the_page_as_it_is_by_itself(visit):
+def test_a_refused_zoom_leaves_the_default_page(visit):
     explorer = visit("?eta=2.76&zoom=time:0.7,0.2")
     assert "from a smaller to a larger number" in explorer.error()
     assert explorer.typed("eta").input_value() == "1.08"
@@ -100,12 +100,12 @@ LEGEND = """name => {
 
 
 def click_last_entry(explorer, figure):
-    """In the legend, seen, of a figure."""
+    """Click the last visible entry of the legend of a figure."""
     box = explorer.page.evaluate(LEGEND, figure)
     explorer.page.mouse.click(box["x"] + box["width"] - 12, box["y"] + box["height"] / 2)
 
 
-def test_what_is_muted_and_the_theme_come_back(visit):
+def test_muted_entries_and_the_theme_come_back(visit):
     explorer = visit(height=880)  # a browser of its own, which remembers for no other test
     assert "theme" not in explorer.address()  # nobody has chosen
     explorer.page.get_by_role("button", name="Dark page").click()
@@ -132,7 +132,7 @@ def test_what_is_muted_and_the_theme_come_back(visit):
     ("query", "words"),
     [("theme=night", "theme must be light or dark"), ("mute=phase1:its", "reference, penalty, pinned, not “its”")],
 )
-def test_a_view_that_there_is_not_is_refused_whole(visit, query, words):
+def test_an_unknown_view_is_refused_as_a_whole(visit, query, words):
     explorer = visit(f"?eta=2.76&{query}&zoom=time:0.2,0.7")
     assert words in explorer.error()
     assert explorer.typed("eta").input_value() == "1.08"

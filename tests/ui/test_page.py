@@ -139,7 +139,7 @@ def test_the_summary_is_of_the_open_tab(visit):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_no_serious_fault_in_what_is_folded_away(visit, scheme):
+def test_axe_finds_no_serious_fault_in_folded_parts(visit, scheme):
     explorer = visit(color_scheme=scheme)
     explorer.page.evaluate(AXE)
     explorer.page.get_by_text("System and solver").click()

@@ -47,12 +47,12 @@ def test_figures_data_and_report_can_be_taken_away(visit):
 
 
 def shapes(drawing):
-    """Every shape of an SVG as its kind and its looks."""
+    """Kind and attributes of every shape of an SVG."""
     return [(shape.tag.rpartition("}")[2], shape.attrib) for shape in ET.fromstring(drawing).iter()]
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_what_the_page_draws_itself_looks_the_same_without_it(visit, scheme):
+def test_a_drawing_of_the_page_looks_the_same_outside_it(visit, scheme):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000", color_scheme=scheme)
     name, drawing = taken(explorer, "Pendulums as SVG")
     assert name == "vibroscope-mechanism.svg"
@@ -122,7 +122,7 @@ CALLS = {"bifurcation": "sweep_eta(", "plane": "sweep_plane(", "step": "sweep_st
 
 
 def menu(explorer):
-    """Titles in the open menu, each with what its buttons say."""
+    """Titles in the open menu, each with the texts of its buttons."""
     box = explorer.page.locator("details.take-away")
     if not box.evaluate("menu => menu.open"):
         box.locator("summary").click()
@@ -131,7 +131,7 @@ def menu(explorer):
 
 
 @pytest.mark.parametrize("tab", TABS)
-def test_on_each_tab_each_kind_can_be_taken_and_is_what_it_says(visit, tab):
+def test_each_tab_offers_files_of_each_kind(visit, tab):
     explorer = visit(f"?tab={tab}&{STUDY}")
     if tab == "explore":
         explorer.explained()
@@ -179,7 +179,7 @@ def test_the_menu_follows_the_tab(visit):
     wait_until(lambda: "Contact force" in menu(explorer), what="a menu with figures")
 
 
-def test_a_figure_that_cannot_be_made_is_told_where_errors_are(visit):
+def test_an_error_in_making_a_picture_is_shown_like_any_other(visit):
     explorer = visit().explained()
     explorer.page.evaluate("""() => {
       const of = (name) => Bokeh.documents[0].get_model_by_name(name);
