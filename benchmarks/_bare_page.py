@@ -17,24 +17,24 @@ from bokeh.server.server import Server
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from vibroscope.app.explorer.compute import frame_of
-from vibroscope.app.explorer.diagrams import kept
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.explorer.present import WINDOW, present
-from vibroscope.app.explorer.state import Explorer
-from vibroscope.app.page.explore.diagram import DiagramView
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.displacement import DisplacementView
+from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.force import ForceView
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.shared.figure import THEME, write
 from vibroscope.app.runtime.cache import Cache
 
-SETTING = Explorer().setting()
+SETTING = Setting()
 ETAS = [round(0.01 * n, 2) for n in range(50, 281)]
 
 
 def columns_of(eta):
     """What the explorer would send for one η."""
-    return present(frame_of(SETTING._replace(eta=eta), cache=Cache(0)))
+    return present(compute_runs(SETTING._replace(eta=eta), cache=Cache(0)))
 
 
 class Bare:
@@ -45,7 +45,7 @@ class Bare:
         time = Range1d(0, WINDOW)
         phase, displacement, force = PhaseView(), DisplacementView(time), ForceView(time)
         self.sources = {**phase.sources, **displacement.sources, **force.sources}
-        diagram = DiagramView(phase.sections, lambda _: kept("table").result(), lambda _: None)
+        diagram = EtaMapView(phase.sections, lambda _: load_diagram("table").result(), lambda _: None)
         self.cursor = diagram.cursor
         columns = prepared[SETTING.eta]
         for name, source in self.sources.items():
@@ -79,7 +79,7 @@ def main():
     port, origins, sizes = int(sys.argv[1]), sys.argv[2].split(","), json.loads(sys.argv[3])
     with ThreadPoolExecutor(2) as pool:
         prepared = dict(zip(ETAS, pool.map(columns_of, ETAS), strict=True))
-    kept("table").result()
+    load_diagram("table").result()
     server = Server({"/": lambda doc: Bare(doc, prepared, sizes)}, port=port, allow_websocket_origin=origins)
     server.run_until_shutdown()
 

@@ -42,7 +42,7 @@ class Visitor:
         await self.client.open()
         self.client.socket.protocol.set_nodelay(True)  # as browsers do
         await self.client.ready()
-        await self.client.patch(self.client.message(mapped({"listens": True}), "Feed"))
+        await self.client.patch(self.client.message(mapped({"listens": True}), "ColumnSender"))
         controls = self.client.component("Controls")
         self.client.component = lambda _: controls  # else looked for in the whole document with each message
         return self
@@ -53,7 +53,7 @@ class Visitor:
         begun = time.perf_counter()
         shown = await self.client.set(number, eta=f"{self.begin + 0.0101 * number:.4f}")
         taken = time.perf_counter() - begun
-        painted = self.client.message(mapped({"painted": shown["frame"]}))
+        painted = self.client.message(mapped({"painted": shown["update"]}))
         await self.client.send("PATCH-DOC", {"events": [painted]})
         return taken
 

@@ -1,4 +1,4 @@
-"""A client that speaks Bokeh's websocket protocol, to say what no browser would: page, token, document, patches."""
+"""A client for Bokeh's websocket protocol, to send what no browser would send: page, token, document, patches."""
 
 import itertools
 import json
@@ -12,7 +12,7 @@ _IDS = itertools.count(1)
 
 
 async def get(url, **options):
-    """An answer, whatever its status."""
+    """An answer of any status."""
     return await AsyncHTTPClient().fetch(HTTPRequest(url, request_timeout=30, **options), raise_error=False)
 
 
@@ -32,20 +32,20 @@ def mapped(values):
 
 
 class Client:
-    """One session, as a browser would hold it; `open` brings it to where the page is shown."""
+    """One session, as a browser would hold it; after `open` it has the document of the page."""
 
     def __init__(self, url, query=""):
         self.url, self.query = url, query
-        self.answers = []  # the last of them are the newest
+        self.answers = []  # in the order in which they came
 
     async def connect(self, token=None, origin=None):
-        """A connection, its session built; nothing asked for yet."""
+        """Connect, so that the session is built; nothing is requested yet."""
         token = token or await token_of(f"{self.url}/?{self.query}")
         address = f"{self.url.replace('http', 'ws', 1)}/ws?{self.query}"
-        # A browser waits, too, while sessions are built for others.
+        # A browser, too, waits while sessions are built for others.
         request = HTTPRequest(address, headers={"Origin": origin or self.url}, request_timeout=100)
         self.socket = await websocket_connect(request, subprotocols=["bokeh", token])
-        self.socket.protocol.stream.set_nodelay(True)  # else each message of three frames waits 40 ms for an answer
+        self.socket.protocol.stream.set_nodelay(True)  # else a message of three frames waits 40 ms for an answer
         assert (await self.receive())["msgtype"] == "ACK"
         return self
 
@@ -56,7 +56,7 @@ class Client:
         return self
 
     async def knock(self, token=None, origin=None):
-        """Status that the server answers an attempt to connect with."""
+        """Status of the answer to an attempt to connect."""
         headers = {
             "Upgrade": "websocket",
             "Connection": "Upgrade",
@@ -80,7 +80,7 @@ class Client:
         parts = []
         for _ in range(3):
             parts.append(await self.socket.read_message())
-            if parts[-1] is None:  # asked once more, it would wait for ever
+            if parts[-1] is None:  # another call would wait for ever
                 return None
         header, _, content = map(json.loads, parts)
         for _ in range(2 * header.get("num_buffers", 0)):
@@ -102,7 +102,7 @@ class Client:
         return header["msgid"]
 
     async def patch(self, *events):
-        """Send a patch and wait for the server's word on it; None if it closed instead."""
+        """Send a patch and wait for the answer; None if the server closed the connection instead."""
         number = await self.send("PATCH-DOC", {"events": list(events)})
         while (message := await self.receive()) is not None:
             if message.get("reqid") == number:
@@ -112,7 +112,7 @@ class Client:
     # -- the page ---------------------------------------------------------------
 
     def models(self, kind):
-        """Every object of a kind in the document, as it came."""
+        """Every object of a kind in the document, as it was received."""
         return list(_objects(self.document, kind))
 
     def component(self, name):
@@ -127,26 +127,26 @@ class Client:
         return await self.patch(event("document_ready", {"type": "map"}))
 
     async def set(self, number=1, **texts):
-        """Move some numbers; returns what the server then holds (`app.page.controls.controls.shown`)."""
+        """Set some parameters; returns what the controls then show (`app.page.controls.controls`)."""
         await self.patch(self.message(move(texts, number)))
         return await self.shown(lambda shown: shown.get("move") == number)
 
     async def shown(self, holds, seconds=20):
-        """What the controls show, once it is as wanted."""
+        """What the controls show, once ``holds`` is true of it."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             for message in reversed(self.answers):
-                for told in _told(message):
-                    if holds(told):
-                        return told
+                for shown in _shown(message):
+                    if holds(shown):
+                        return shown
             if await self.receive() is None:
                 break
-        raise AssertionError(f"never shown: {[told for m in self.answers for told in _told(m)][-2:]}")
+        raise AssertionError(f"never shown: {[shown for m in self.answers for shown in _shown(m)][-2:]}")
 
 
 def event(name, values):
-    said = {"type": "event", "name": name, "values": values}
-    return {"kind": "MessageSent", "msg_type": "bokeh_event", "msg_data": said}
+    data = {"type": "event", "name": name, "values": values}
+    return {"kind": "MessageSent", "msg_type": "bokeh_event", "msg_data": data}
 
 
 def changed(model, attribute, value):
@@ -164,8 +164,8 @@ def _objects(part, kind):
             yield from _objects(item, kind)
 
 
-def _told(message):
-    """Every value of ``shown`` in a patch, or in the document that the page came with."""
+def _shown(message):
+    """Every value of ``shown`` in a patch or in the document."""
     if message["msgtype"] == "PULL-DOC-REPLY":
         yield from (plain(m["attributes"]["shown"]) for m in _objects(message["content"]["doc"], "Controls1"))
         return
@@ -175,7 +175,7 @@ def _told(message):
 
 
 def plain(value):
-    """A value as Python has it."""
+    """A serialised value as a Python object."""
     if isinstance(value, dict) and value.get("type") == "map":
         return {name: plain(item) for name, item in value.get("entries", [])}
     return [plain(item) for item in value] if isinstance(value, list) else value

@@ -1,4 +1,4 @@
-"""A server in a process of its own, as a user would start it, for tests that speak to it."""
+"""A server in a process of its own, started as a user would start it."""
 
 import os
 import signal
@@ -21,7 +21,7 @@ def free_port():
 
 
 class Served:
-    """One server: where it is, what it logs, and the numbers it gives of itself."""
+    """One server: its address, log, metrics, memory and processor time."""
 
     def __init__(self, log, **environment):
         self.port = free_port()
@@ -46,7 +46,7 @@ class Served:
         raise AssertionError(f"no server: {self.log.read_text()}")
 
     def metric(self, line):
-        """One number of /metrics by the beginning of its line, 0 where there is none yet."""
+        """One number of /metrics by the beginning of its line, 0 if there is none yet."""
         text = urllib.request.urlopen(f"{self.url}/metrics", timeout=20).read().decode()
         return next((float(row.split()[-1]) for row in text.splitlines() if row.startswith(line)), 0.0)
 

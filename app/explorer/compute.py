@@ -1,4 +1,4 @@
-"""Both solvers for one setting: kept runs, worker threads, and the latest move wins.
+"""Both solvers for one setting, in worker threads, of which the newest request wins.
 
 The kernels release the GIL, so plain threads serve many sessions. No panel import.
 """
@@ -11,9 +11,10 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import workers
@@ -30,23 +31,37 @@ from vibroscope.engine import (
     simulate,
 )
 
-# Periods drawn in the phase plots, at most: all of a shorter cycle, or so many of a motion that does not repeat.
+# Periods in the phase plots, at most: the whole cycle of a shorter motion, or so many of one that does not repeat.
 ORBIT_PERIODS = 12
 _ORBIT_SAMPLES = 1000
 TRACE_PERIODS = 2
 # Samples per period. The reference is smooth between its events, which it lists.
-# The penalty's shortest contact (half a period of √(K(1+1/μ)) at K = 10⁵, η = 0.5)
-# lasts T/1850: so many leave four samples in it even there, and its peak within 8 %.
+# The shortest contact of the penalty model (half a period of √(K(1+1/μ)) at K = 10⁵, η = 0.5) lasts T/1850: this number
+# leaves four samples in it even there, and finds its peak within 8 %.
 _SAMPLES = {Reference: 1000, Newmark: 8000}
-# A run holds up to 1.5 MB of samples; two runs make a frame.
-_CACHED_RUNS = 48
+_CACHED_RUNS = 48  # of up to 1.5 MB of samples
+
+Key = tuple[System, float, Reference | Newmark]  # what a run depends on
+CancelCheck = Callable[[], bool]
+
+
+# ---- the runs of one setting ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What one solver found: the kept periods, the last two sampled finely, the orbit for the phase plots.
+    """The result of one solver.
 
-    ``motion``, ``trace`` and ``orbit`` are None where the run diverged.
+    Attributes
+    ----------
+    response : Response
+        The kept periods.
+    motion : Motion or None
+        The kind of motion; None, like the trajectories, where the run diverged.
+    trace : Trajectory or None
+        Fine samples of the last `TRACE_PERIODS` periods.
+    orbit : Trajectory or None
+        The cycle that the phase plots show.
     """
 
     response: Response
@@ -56,49 +71,41 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
-    """Everything the views need for one setting."""
+class RunPair:
+    """The runs of both solvers for one setting: everything that the figures need."""
 
     setting: Setting
     reference: Run
     penalty: Run
 
 
-Method = Reference | Newmark
-
-
 _CACHE = Cache(_CACHED_RUNS)
 
 
-def frame_of(setting: Setting, cancelled: Callable[[], bool] | None = None, cache: Cache = _CACHE) -> Frame:
-    """Both runs for ``setting``, from the cache where they are in it."""
-    return Frame(setting, *(_cached_run(setting, method, cancelled, cache) for method in _methods(setting)))
+def compute_runs(setting: Setting, cancelled: CancelCheck | None = None, cache: Cache = _CACHE) -> RunPair:
+    """Both runs for ``setting``, each from the cache if it is there."""
+    return RunPair(setting, *(_cached_run(key, cancelled, cache) for key in _keys(setting)))
 
 
-def kept_frame(setting: Setting, cache: Cache = _CACHE) -> Frame | None:
-    """The frame for ``setting`` if both runs are in the cache: it costs nothing."""
-    runs = [cache.get(_key(setting, method)) for method in _methods(setting)]
-    return None if None in runs else Frame(setting, *runs)
+def cached_runs(setting: Setting, cache: Cache = _CACHE) -> RunPair | None:
+    """Both runs for ``setting`` if they are in the cache, else None; nothing is computed."""
+    runs = [cache.get(key) for key in _keys(setting)]
+    return None if None in runs else RunPair(setting, *runs)
 
 
-def _methods(setting: Setting) -> tuple[Reference, Newmark]:
-    return setting.reference, setting.penalty
+def _keys(setting: Setting) -> list[Key]:
+    return [(setting.system, setting.eta, method) for method in (setting.reference, setting.penalty)]
 
 
-def _key(setting: Setting, method: Method) -> object:
-    return setting.system, setting.eta, method
-
-
-def _cached_run(setting: Setting, method: Method, cancelled: Callable[[], bool] | None, cache: Cache) -> Run:
-    key = _key(setting, method)
+def _cached_run(key: Key, cancelled: CancelCheck | None, cache: Cache) -> Run:
     run = cache.get(key)
     if run is None:
-        run = _solve(*key, cancelled)
+        run = _compute_run(*key, cancelled)
         cache.put(key, run)
     return run
 
 
-def _solve(system: System, eta: float, method: Method, cancelled: Callable[[], bool] | None) -> Run:
+def _compute_run(system: System, eta: float, method: Reference | Newmark, cancelled: CancelCheck | None) -> Run:
     record = Record(TRACE_PERIODS, _SAMPLES[type(method)])
     response = simulate(system, eta, method, record=record, cancelled=cancelled)
     if not response.ok:
@@ -108,12 +115,12 @@ def _solve(system: System, eta: float, method: Method, cancelled: Callable[[], b
     return Run(response, found, trace, _orbit(response, trace, found.period, cancelled))
 
 
-def _orbit(response: Response, trace: Trajectory, period: int, cancelled: Callable[[], bool] | None) -> Trajectory:
-    """The last cycle, of which most are within the trace; longer ones are gone through once more."""
+def _orbit(response: Response, trace: Trajectory, period: int, cancelled: CancelCheck | None) -> Trajectory:
+    """The last cycle. Most cycles are part of the trace; a longer one is computed again, with samples."""
     periods = min(period or ORBIT_PERIODS, ORBIT_PERIODS)
     if periods <= TRACE_PERIODS:
         per_period = (len(trace.time) - 1) // TRACE_PERIODS
-        return _last(trace, periods * per_period, max(1, per_period // _ORBIT_SAMPLES))
+        return _tail(trace, periods * per_period, max(1, per_period // _ORBIT_SAMPLES))
     again = simulate(
         response.system,
         response.eta,
@@ -127,31 +134,49 @@ def _orbit(response: Response, trace: Trajectory, period: int, cancelled: Callab
     return again.trajectory
 
 
-def _last(sampled: Trajectory, count: int, stride: int) -> Trajectory:
-    """The last ``count`` intervals, each ``stride``-th sample from the end; copied, so that it can be freed."""
-    begin = len(sampled.time) - 1 - count // stride * stride
+def _tail(trajectory: Trajectory, intervals: int, stride: int) -> Trajectory:
+    """Each ``stride``-th sample of the last ``intervals``, copied so that the whole trajectory can be freed."""
+    begin = len(trajectory.time) - 1 - intervals // stride * stride
     return Trajectory(
         *(
             np.ascontiguousarray(values[..., begin::stride])
-            for values in (sampled.time, sampled.displacement, sampled.velocity, sampled.force)
+            for values in (trajectory.time, trajectory.displacement, trajectory.velocity, trajectory.force)
         )
     )
 
 
-class Latest:
-    """One session's jobs: at most one runs and one waits, the newest.
+def warm() -> None:
+    """Compile or load the kernels and cache the runs of the default setting, before the first visitor comes."""
+    workers().submit(compute_runs, Setting())
 
-    A job that is overtaken is still delivered if it ends within ``grace`` seconds,
-    or a long drag would show nothing until it stops; after that it is cancelled.
-    ``deliver(move, result)`` is called in a worker thread, in the order of the
-    moves, with a `Frame` or with the exception that the job ended in.
+
+# ---- the requests of one session ------------------------------------------------------------------------------------
+
+
+class JobQueue:
+    """The computations of one session: at most one runs and at most one waits, the newest.
+
+    A job that is overtaken by a newer one is still delivered if it ends within ``grace`` seconds, or a long drag would
+    show nothing until it stops. After that time it is cancelled.
+
+    Parameters
+    ----------
+    deliver : callable
+        ``deliver(move, result)`` is called in a worker thread, in the order of the moves, with the result of ``solve``
+        or with the exception that it raised.
+    solve : callable
+        ``solve(setting, cancelled=...)``.
+    pool : ThreadPoolExecutor or None
+        Threads to use; None: those that compute figures.
+    what, measure
+        Name in the log, metric of the duration.
     """
 
     def __init__(
         self,
-        deliver: Callable[[int, Frame | Exception], None],
+        deliver: Callable[[int, Any], None],
         *,
-        solve: Callable[..., Frame] = frame_of,
+        solve: Callable[..., Any] = compute_runs,
         pool: ThreadPoolExecutor | None = None,
         grace: float = 0.4,
         what: str = "computed",
@@ -161,7 +186,7 @@ class Latest:
         self._solve = solve
         self._pool = pool or workers()
         self._grace = grace
-        self._what, self._measure = what, measure  # as the log and the metrics name it
+        self._what, self._measure = what, measure
         self._lock = threading.Lock()
         self._waiting: tuple[int, Setting] | None = None
         self._busy = False
@@ -169,7 +194,7 @@ class Latest:
         self._session = logs.session.get()
 
     def submit(self, move: int, setting: Setting) -> None:
-        """Ask for ``setting``; one that still waits is dropped."""
+        """Request a computation; it replaces the one that waits."""
         with self._lock:
             self._waiting = (move, setting)
             if self._busy or self._closed:
@@ -178,52 +203,46 @@ class Latest:
         self._pool.submit(self._work)
 
     def withdraw(self) -> None:
-        """What waits is wanted no more; what runs goes on."""
+        """Drop the job that waits; one that runs goes on."""
         with self._lock:
             self._waiting = None
 
     def close(self) -> None:
-        """Nothing is wanted any more; a running job is cancelled, nothing is delivered."""
+        """The session has ended: cancel the running job and deliver nothing more."""
         with self._lock:
             self._closed = True
             self._waiting = None
 
     def _work(self) -> None:
         with logs.named(self._session):
-            while (job := self._next()) is not None:
+            while (job := self._next_job()) is not None:
                 self._run(*job)
 
     def _run(self, move: int, setting: Setting) -> None:
-        begun = time.monotonic()
-        patience = begun + self._grace
+        begin = time.monotonic()
         try:
-            result: Frame | Exception = self._solve(setting, cancelled=lambda: self._overtaken(patience))
+            result = self._solve(setting, cancelled=lambda: self._is_overtaken(begin + self._grace))
         except Cancelled:
             return
-        except Exception as error:  # told on the page; a worker must not die of it
+        except Exception as error:  # the page shows it; it must not end the worker thread
             result = error
             logs.event(f"not {self._what}", logging.ERROR, error=error, move=move)
         else:
-            seconds = time.monotonic() - begun
+            seconds = time.monotonic() - begin
             self._measure.add(seconds)
             logs.event(self._what, move=move, seconds=seconds)
         if self._closed:
             return
         try:
             self._deliver(move, result)
-        except Exception as error:  # else the session would wait for this job for ever
+        except Exception as error:  # without this, the session would wait for the job for ever
             logs.event("not delivered", logging.ERROR, error=error, move=move)
 
-    def _overtaken(self, patience: float) -> bool:
-        return self._closed or (self._waiting is not None and time.monotonic() > patience)
+    def _is_overtaken(self, deadline: float) -> bool:
+        return self._closed or (self._waiting is not None and time.monotonic() > deadline)
 
-    def _next(self) -> tuple[int, Setting] | None:
+    def _next_job(self) -> tuple[int, Setting] | None:
         with self._lock:
             job, self._waiting = self._waiting, None
             self._busy = job is not None
             return job
-
-
-def warm() -> None:
-    """Compile or load the kernels and keep the default frame, ahead of the first visitor."""
-    workers().submit(frame_of, Explorer().setting())

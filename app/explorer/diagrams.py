@@ -5,15 +5,15 @@ from __future__ import annotations
 import threading
 from concurrent.futures import Future
 
-from vibroscope.app.explorer.compute import workers
+from vibroscope.app.runtime.workers import workers
 from vibroscope.engine import Diagram, Reference, System, diagram
 
 _futures: dict[str, Future[Diagram]] = {}
 _lock = threading.Lock()
 
 
-def kept(joint_damping: str) -> Future[Diagram]:
-    """The diagram, shipped or cached; where it is neither, a worker computes it (some ten seconds)."""
+def load_diagram(joint_damping: str) -> Future[Diagram]:
+    """The diagram from the package or the cache; a worker computes it (some ten seconds) where neither has it."""
     with _lock:
         if joint_damping not in _futures:
             _futures[joint_damping] = workers().submit(diagram, System(), Reference(joint_damping))

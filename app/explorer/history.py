@@ -1,55 +1,56 @@
-"""Undo and redo of what was set. No panel import."""
+"""Undo and redo of the setting. No panel import."""
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import FIELDS, Setting
 
-_REMEMBERED = 200
-# Moves of the same controls that follow each other within so many seconds are one: a drag is undone as a whole.
-_ONE_MOVE = 0.8
+_CAPACITY = 200
+# Moves of the same control within so many seconds count as one move, so that a drag is undone as a whole.
+_SAME_MOVE = 0.8  # s
 
 
 class History:
-    """Settings that were left, and settings that were taken back."""
+    """The settings before the present one, and those that were undone."""
 
     def __init__(self) -> None:
-        self._left: deque[Setting] = deque(maxlen=_REMEMBERED)
-        self._taken_back: list[Setting] = []
-        self._last: tuple[frozenset[str], float] = (frozenset(), -1e9)
+        self._past: deque[Setting] = deque(maxlen=_CAPACITY)
+        self._undone: list[Setting] = []
+        self._last_move: tuple[frozenset[str], float] = (frozenset(), -math.inf)
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is anything to go back to."""
-        return bool(self._left)
+        """Whether there is a setting to go back to."""
+        return bool(self._past)
 
     @property
     def can_redo(self) -> bool:
-        """Whether anything was taken back."""
-        return bool(self._taken_back)
+        """Whether there is an undone setting."""
+        return bool(self._undone)
 
-    def record(self, before: Setting, after: Setting, now: float) -> None:
-        """The user went from ``before`` to ``after`` at the time ``now`` (seconds)."""
-        names = frozenset(n for n in Setting._fields if getattr(before, n) != getattr(after, n))
+    def add(self, before: Setting, after: Setting, now: float) -> None:
+        """Add the user's move from ``before`` to ``after`` at the time ``now`` (s)."""
+        names = frozenset(name for name in FIELDS if getattr(before, name) != getattr(after, name))
         if not names:
             return
-        same, at = self._last
-        if not (self._left and names == same and now - at < _ONE_MOVE):
-            self._left.append(before)
-        self._last = names, now
-        self._taken_back.clear()
+        last_names, last_time = self._last_move
+        if not (self._past and names == last_names and now - last_time < _SAME_MOVE):
+            self._past.append(before)
+        self._last_move = names, now
+        self._undone.clear()
 
     def undo(self, current: Setting) -> Setting | None:
         """The setting before the last move, or None."""
-        return self._step(self._left, self._taken_back, current)
+        return self._step(self._past, self._undone, current)
 
     def redo(self, current: Setting) -> Setting | None:
-        """The setting that was last taken back, or None."""
-        return self._step(self._taken_back, self._left, current)
+        """The setting that was undone last, or None."""
+        return self._step(self._undone, self._past, current)
 
-    def _step(self, source, target, current: Setting) -> Setting | None:
-        self._last = frozenset(), -1e9
+    def _step(self, source: deque | list, target: deque | list, current: Setting) -> Setting | None:
+        self._last_move = frozenset(), -math.inf
         if not source:
             return None
         target.append(current)

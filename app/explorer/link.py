@@ -1,7 +1,8 @@
-"""What a link restores of the open tab beside the setting: zoomed axes, choices, muted legend entries. No panel import.
+"""The address of the page, read and printed: the setting, and how the open tab is viewed. No panel import.
 
-In the address: ``zoom=time:0.2,0.7;x1:-1,2``, ``choice=quantity:error;limit:40``, ``mute=force:penalty,pinned``, each
-only where it is not as the page has it by itself. Like a setting it is taken whole or not at all.
+A link holds the values of the setting by name; ``tab``, ``pin`` (a setting as an address of its own), ``theme``; and
+the view, as ``zoom=time:0.2,0.7;x1:-1,2``, ``choice=quantity:error;limit:40``, ``mute=force:penalty,pinned``.
+Only what differs from the default is in it, except for the four sliders. All of a link is accepted, or nothing.
 """
 
 from __future__ import annotations
@@ -9,22 +10,60 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
+from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
-from vibroscope.app.explorer.state import Refused, print_number, quoted, read_choice, read_number
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.state import FIELDS, MAIN_FIELDS, Setting, print_number, quote, read_choice, read_number
+
+VIEW_FIELDS = ("tab", "pin", "zoom", "choice", "mute", "theme")  # in a link beside the setting
 
 Span = tuple[float, float]
 
-# What the ends of an axis may be; nobody has anything to see beyond.
+# Limits of the ends of an axis.
 LINEAR: Span = (-1e12, 1e12)
 LOGARITHMIC: Span = (1e-30, 1e30)
-_LEAST = 1e-30  # width of an axis
-_NARROWEST = 1e-9  # width of an axis as a share of its ends: the numbers of a browser resolve no less
-_SHARPNESS = 1e-5  # share of the width to which an end is printed: a hundredth of a pixel
+_LEAST_WIDTH = 1e-30  # of an axis
+_LEAST_RELATIVE_WIDTH = 1e-9  # of an axis, relative to its ends: the numbers of a browser resolve no less
+_RESOLUTION = 1e-5  # of a printed end, relative to the width of the axis: a hundredth of a pixel
+_LONGEST_ADDRESS = 2000
+
+
+# ---- the whole address ----------------------------------------------------------------------------------------------
+
+
+def parse_address(query: str) -> dict[str, str]:
+    """The known names in a query string, as text, each at most once; raises `Refused`."""
+    query = query.removeprefix("?")
+    if len(query) > _LONGEST_ADDRESS:
+        raise Refused("address", "This address is too long to be an address of this page.")
+    texts: dict[str, str] = {}
+    for name, text in parse_qsl(query, keep_blank_values=True, errors="replace"):
+        if name not in FIELDS + VIEW_FIELDS:
+            continue  # mail programs and other pages add parameters of their own to links
+        if name in texts:
+            raise Refused(name, f"The address gives {name} twice.")
+        texts[name] = text
+    return texts
+
+
+def print_address(setting: Setting, tab: str = "", pin: Setting | None = None, **view: str) -> str:
+    """The query string from which `parse_address` restores the page; ``view`` is text by the names in `VIEW_FIELDS`."""
+    default = Setting()
+    values = {
+        name: text
+        for name, text in setting.texts().items()
+        if name in MAIN_FIELDS or getattr(setting, name) != getattr(default, name)
+    }
+    view = {"tab": tab, "pin": print_address(pin) if pin else ""} | view
+    return urlencode(values | {name: text for name, text in view.items() if text}, safe=":;,")
+
+
+# ---- the view of a tab: text → object -------------------------------------------------------------------------------
 
 
 class View(NamedTuple):
-    """How a tab is seen: ends of the axes that are zoomed, what is not chosen as at first, what is muted by figure."""
+    """How a tab is viewed: ends of the zoomed axes, choices other than the default, muted legend entries by figure."""
 
     zoom: Mapping[str, Span] = {}
     choice: Mapping[str, str | int] = {}
@@ -39,85 +78,89 @@ def read_view(
     Parameters
     ----------
     zoom, choice, mute : str
-        As they stand in the address.
+        As they are in the address.
     axes : mapping of str to Span
-        Axes of the tab, and what their ends may be.
+        Limits of the ends of each axis of the tab.
     spec : mapping
         ``switches`` (name, choices) and ``limits`` (name, low, high) of the tab.
     legends : mapping of str to sequence of str
-        Figures of the tab that have a legend, and the names of its entries.
+        Names of the legend entries of each figure of the tab that has a legend.
     """
-    spans = {name: _span(name, text, axes[name]) for name, text in _parts("zoom", zoom, axes)}
+    spans = {name: _read_span(name, text, axes[name]) for name, text in _parts("zoom", zoom, axes)}
     rules = {switch["name"]: list(switch["choices"]) for switch in spec.get("switches", [])}
     rules |= {limit["name"]: (limit["low"], limit["high"]) for limit in spec.get("limits", [])}
-    chosen = {name: _chosen(name, text, rules[name]) for name, text in _parts("choice", choice, rules)}
-    muted = {figure: _muted(figure, text, legends[figure]) for figure, text in _parts("mute", mute, legends)}
+    chosen = {name: _read_choice(name, text, rules[name]) for name, text in _parts("choice", choice, rules)}
+    muted = {figure: _read_muted(figure, text, legends[figure]) for figure, text in _parts("mute", mute, legends)}
     return View(spans, chosen, muted)
 
 
-def _parts(what: str, text: str, known: Mapping) -> Iterator[tuple[str, str]]:
+def _parts(kind: str, text: str, known: Mapping) -> Iterator[tuple[str, str]]:
     """Name and value of each ``name:value``."""
     seen = set()
     for part in text.split(";") if text else []:
         name, _, value = part.partition(":")
         if name not in known:
             offered = f"it is one of {', '.join(known)}" if known else "it has none"
-            raise Refused(what, f"The open tab has no {what} of {quoted(name)}: {offered}.")
+            raise Refused(kind, f"The open tab has no {kind} of {quote(name)}: {offered}.")
         if name in seen:
-            raise Refused(what, f"The address gives the {what} of {name} twice.")
+            raise Refused(kind, f"The address gives the {kind} of {name} twice.")
         seen.add(name)
         yield name, value
 
 
-def _span(name: str, text: str, limits: Span) -> Span:
+def _read_span(name: str, text: str, limits: Span) -> Span:
     ends = text.split(",")
     if len(ends) != 2:
-        raise Refused("zoom", f"The zoom of {name} must be two numbers, as 0.2,0.7, not {quoted(text)}.")
+        raise Refused("zoom", f"The zoom of {name} must be two numbers, as 0.2,0.7, not {quote(text)}.")
     low, high = (read_number(f"An end of the zoom of {name}", end, limits, whole=False) for end in ends)
-    if not _can_be_shown((low, high), limits):
-        raise Refused("zoom", f"The zoom of {name} must go from a smaller to a larger number, not {quoted(text)}.")
+    if not _is_drawable((low, high), limits):
+        raise Refused("zoom", f"The zoom of {name} must go from a smaller to a larger number, not {quote(text)}.")
     return low, high
 
 
-def _chosen(name: str, text: str, rule: list[str] | Span) -> str | int:
+def _read_choice(name: str, text: str, rule: list[str] | Span) -> str | int:
     return read_choice(name, text, rule) if isinstance(rule, list) else read_number(name, text, rule, whole=True)
 
 
-def _muted(figure: str, text: str, entries: Sequence[str]) -> list[str]:
+def _read_muted(figure: str, text: str, entries: Sequence[str]) -> list[str]:
     names = text.split(",")
     for name in names:
         if name not in entries:
-            raise Refused("mute", f"The legend of {figure} has {', '.join(entries)}, not {quoted(name)}.")
+            raise Refused("mute", f"The legend of {figure} has {', '.join(entries)}, not {quote(name)}.")
     if len(set(names)) < len(names):
         raise Refused("mute", f"The address mutes an entry of {figure} twice.")
     return names
 
 
-def _can_be_shown(span: Span, limits: Span) -> bool:
+def _is_drawable(span: Span, limits: Span) -> bool:
     low, high = span
-    return limits[0] <= low <= high <= limits[1] and high - low > max(_NARROWEST * max(abs(low), abs(high)), _LEAST)
+    least = max(_LEAST_RELATIVE_WIDTH * max(abs(low), abs(high)), _LEAST_WIDTH)
+    return limits[0] <= low <= high <= limits[1] and high - low > least
+
+
+# ---- the view of a tab: object → text -------------------------------------------------------------------------------
 
 
 def print_zoom(zoom: Mapping[str, Span], axes: Mapping[str, Span]) -> str:
-    """As `read_view` takes it back, sharper than a pixel; what nobody could see is left out."""
+    """Text for `read_view`, more precise than a pixel; axes that cannot be drawn are left out."""
     return ";".join(
         f"{name}:{','.join(print_number(_rounded(end, span, axes[name])) for end in span)}"
         for name, span in zoom.items()
-        if _can_be_shown(span, axes[name])
+        if _is_drawable(span, axes[name])
     )
 
 
 def _rounded(end: float, span: Span, limits: Span) -> float:
     width = span[1] - span[0]
     size = min(end, width) if limits is LOGARITHMIC else width
-    return float(np.clip(round(end, -math.floor(math.log10(_SHARPNESS * size))), *limits))
+    return float(np.clip(round(end, -math.floor(math.log10(_RESOLUTION * size))), *limits))
 
 
 def print_choice(choice: Mapping[str, str | int]) -> str:
-    """As `read_view` takes it back."""
+    """Text for `read_view`."""
     return ";".join(f"{name}:{value}" for name, value in choice.items())
 
 
 def print_mute(mute: Mapping[str, Sequence[str]]) -> str:
-    """As `read_view` takes it back."""
+    """Text for `read_view`."""
     return ";".join(f"{figure}:{','.join(names)}" for figure, names in mute.items())

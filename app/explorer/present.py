@@ -1,9 +1,8 @@
-"""From a `Frame` to the columns the figures show. Pure arrays: no panel, no bokeh.
+"""From both runs to the columns of the figures. Pure arrays: no panel, no bokeh.
 
-Everything is float32 and thinned to what a pixel can show, because over a slow
-line the bytes of an update decide how fast the page follows. Nothing that
-matters is thinned away: the force keeps the minimum and maximum of every bin,
-the phase plots keep both velocities of every impact.
+The size of an update decides how fast the page follows over a slow connection, so columns are float32 and hold no more
+than a pixel can show. Two things are always kept: the minimum and the maximum of the force in every bin, and both
+velocities of every impact in the phase plots.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from vibroscope.app.explorer.compute import Frame, Run
+from vibroscope.app.explorer.compute import Run, RunPair
 from vibroscope.app.explorer.state import Setting
 
 Columns = dict[str, np.ndarray]
@@ -20,43 +19,43 @@ WINDOW = 2  # periods in the time figures
 TIME_POINTS = 401
 _FORCE_BINS = 400
 _POINTS_PER_PERIOD = 240
-_MOST_POINTS = 720
-_POINTS_IN_CONTACT = 8
-_MOST_IN_CONTACTS = 480
-_MOST_SECTION = 50
+_MOST_POINTS = 720  # of an orbit
+_POINTS_PER_CONTACT = 8
+_MOST_CONTACT_POINTS = 480
+_MOST_SECTION_POINTS = 50
 
-_NAMED = {"t": "time", "left": "time", "right": "time", "force": "force", "impulse": "impulse", "eta": None}
+_QUANTITIES = {"t": "time", "left": "time", "right": "time", "force": "force", "impulse": "impulse", "eta": None}
 
 _EMPTY = np.empty(0, np.float32)
 
 
-def present(frame: Frame) -> dict[str, Columns]:
-    """Columns by source name, for every live source of the page, in the units of the frame's setting."""
+def present(runs: RunPair) -> dict[str, Columns]:
+    """Columns of every source that a move changes, by the name of the source, in the units of the setting."""
     columns = {
-        "displacements": _displacement(frame),
-        "phase_reference": _phase(frame.reference, corners=True),
-        "phase_penalty": _phase(frame.penalty, corners=False),
-        "section_reference": _section(frame.reference),
-        "section_penalty": _section(frame.penalty),
-        "strip_reference": _strip(frame.reference),
-        "strip_penalty": _strip(frame.penalty),
-        "force_reference": _force(frame.reference),
-        "force_penalty": _force(frame.penalty),
-        "impulse_reference": _impulses(frame.reference),
-        "impulse_penalty": _impulses(frame.penalty),
+        "displacements": _displacements(runs),
+        "phase_reference": _orbit(runs.reference, corners=True),
+        "phase_penalty": _orbit(runs.penalty, corners=False),
+        "section_reference": _section(runs.reference),
+        "section_penalty": _section(runs.penalty),
+        "strip_reference": _contact_intervals(runs.reference),
+        "strip_penalty": _contact_intervals(runs.penalty),
+        "force_reference": _force(runs.reference),
+        "force_penalty": _force(runs.penalty),
+        "impulse_reference": _impulses(runs.reference),
+        "impulse_penalty": _impulses(runs.penalty),
     }
-    return {name: in_units(source, frame.setting) for name, source in columns.items()}
+    return {name: convert_units(source, runs.setting) for name, source in columns.items()}
 
 
-def in_units(columns: Columns, setting: Setting) -> Columns:
-    """Non-dimensional columns (times in periods) as the setting shows them: the same, or in s, mm, mm/s, N, N·s."""
+def convert_units(columns: Columns, setting: Setting) -> Columns:
+    """Columns without dimension (times in periods) in the units of the setting: the same, or in s, mm, mm/s, N, N·s."""
     if setting.scale is None:
         return columns
-    return {name: (factor_of(name, setting) * column).astype(np.float32) for name, column in columns.items()}
+    return {name: (unit_factor(name, setting) * column).astype(np.float32) for name, column in columns.items()}
 
 
-def factor_of(column: str, setting: Setting) -> float:
-    """What one unit of a column is, in the units that are shown."""
+def unit_factor(column: str, setting: Setting) -> float:
+    """The value of one unit of a column without dimension, in the units of the setting."""
     quantity = quantity_of(column)
     if setting.scale is None or quantity is None:
         return 1.0
@@ -65,48 +64,43 @@ def factor_of(column: str, setting: Setting) -> float:
 
 def quantity_of(column: str) -> str | None:
     """The physical quantity in a column of any source, as `engine.QUANTITIES` names it; None: it has no unit."""
-    if column in _NAMED:
-        return _NAMED[column]
+    if column in _QUANTITIES:
+        return _QUANTITIES[column]
     return "velocity" if column.startswith("v") or "_v" in column else "displacement"
 
 
-def size_of(columns: Mapping[str, Columns]) -> int:
-    """Bytes of all columns: what one update sends, apart from its envelope."""
-    return sum(column.nbytes for source in columns.values() for column in source.values())
-
-
-def _displacement(frame: Frame) -> Columns:
+def _displacements(runs: RunPair) -> Columns:
     grid = np.linspace(0.0, WINDOW, TIME_POINTS)
-    # τ ≡ 0 mod T at the start of the window, so the base is at cos 2πτ/T.
-    base = np.cos(2 * np.pi * grid) if frame.setting.frame == "absolute" else 0.0
+    # The window starts at τ ≡ 0 (mod T), so the base moves as cos 2πτ/T.
+    base = np.cos(2 * np.pi * grid) if runs.setting.frame == "absolute" else 0.0
     columns = {"t": grid}
-    for name, run in (("reference", frame.reference), ("penalty", frame.penalty)):
+    for name, run in (("reference", runs.reference), ("penalty", runs.penalty)):
         for row in (0, 1):
-            columns[f"{name}{row + 1}"] = _on(grid, run, "displacement", row) + base
-            # Not drawn over time: they place the marks of the present phase in the phase plots.
-            columns[f"{name}_v{row + 1}"] = _on(grid, run, "velocity", row)
-    return _narrow(columns)
+            columns[f"{name}{row + 1}"] = _resample(grid, run, "displacement", row) + base
+            # Not drawn over time: they place the marks of the present instant in the phase plots.
+            columns[f"{name}_v{row + 1}"] = _resample(grid, run, "velocity", row)
+    return _as_float32(columns)
 
 
-def _on(grid: np.ndarray, run: Run, what: str, row: int) -> np.ndarray:
+def _resample(grid: np.ndarray, run: Run, what: str, row: int) -> np.ndarray:
     if run.trace is None:
         return np.full_like(grid, np.nan)
     return np.interp(grid, _window_time(run), getattr(run.trace, what)[row])
 
 
 def _window_time(run: Run) -> np.ndarray:
-    """Trace time in periods since the start of the last two."""
+    """Time of the trace in periods since the start of the window."""
     return (run.trace.time - _window_start(run)) * run.response.eta / (2 * np.pi)
 
 
 def _window_start(run: Run) -> float:
-    """τ where the last two periods begin."""
+    """τ at the start of the last two periods."""
     period = 2 * np.pi / run.response.eta
     return (run.response.checkpoint.periods + run.response.keep - WINDOW) * period
 
 
-def _phase(run: Run, *, corners: bool) -> Columns:
-    """Orbit of both pendulums, with both velocities of each of the reference's impacts."""
+def _orbit(run: Run, *, corners: bool) -> Columns:
+    """Orbit of both pendulums; with ``corners``, also the states before and after each impact."""
     if run.orbit is None:
         return dict.fromkeys(("x1", "v1", "x2", "v2"), _EMPTY)
     chosen = _orbit_indices(run)
@@ -115,21 +109,21 @@ def _phase(run: Run, *, corners: bool) -> Columns:
     if corners:
         time, states = _with_corners(run, time, states)
     x1, x2, v1, v2 = states
-    return _narrow({"x1": x1, "v1": v1, "x2": x2, "v2": v2})
+    return _as_float32({"x1": x1, "v1": v1, "x2": x2, "v2": v2})
 
 
 def _orbit_indices(run: Run) -> np.ndarray:
-    """Evenly spread samples, more of them inside contacts, where the penalty force turns the orbit."""
+    """Indices of evenly spaced samples, and of more samples in contacts, where the penalty force bends the orbit."""
     time = run.orbit.time
     periods = (time[-1] - time[0]) * run.response.eta / (2 * np.pi)
     count = min(_MOST_POINTS, max(2, round(periods * _POINTS_PER_PERIOD)))
     even = np.linspace(0, len(time) - 1, min(count, len(time)))
     begin, end = np.searchsorted(time, run.response.contacts.T.reshape(2, -1))
-    inside = (end > 0) & (begin < len(time) - 1) & (end - begin < len(time) / count * _POINTS_IN_CONTACT)
-    extra = np.linspace(begin[inside] - 1, end[inside], _POINTS_IN_CONTACT)
-    # Irregular motion over many periods has too many contacts to refine them all.
-    extra = extra.ravel() if extra.size <= _MOST_IN_CONTACTS else _EMPTY
-    return _each_once(np.clip(np.concatenate([even, extra]), 0, len(time) - 1).astype(np.intp), len(time))
+    inside = (end > 0) & (begin < len(time) - 1) & (end - begin < len(time) / count * _POINTS_PER_CONTACT)
+    extra = np.linspace(begin[inside] - 1, end[inside], _POINTS_PER_CONTACT)
+    # An irregular motion over many periods has too many contacts to refine them all.
+    extra = extra.ravel() if extra.size <= _MOST_CONTACT_POINTS else _EMPTY
+    return _sorted_unique(np.clip(np.concatenate([even, extra]), 0, len(time) - 1).astype(np.intp), len(time))
 
 
 def _with_corners(run: Run, time: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -146,15 +140,15 @@ def _with_corners(run: Run, time: np.ndarray, states: np.ndarray) -> tuple[np.nd
 
 
 def _section(run: Run) -> Columns:
-    """Poincaré section of the kept periods, with η for the bifurcation diagram."""
-    rows = run.response.section[-_MOST_SECTION:]
+    """Poincaré section of the kept periods, with η, which places it in the map over η."""
+    rows = run.response.section[-_MOST_SECTION_POINTS:]
     x1, v1, x2, v2 = rows.T.reshape(4, -1)
     eta = np.full(len(rows), run.response.eta)
-    return _narrow({"eta": eta, "x1": x1, "v1": v1, "x2": x2, "v2": v2})
+    return _as_float32({"eta": eta, "x1": x1, "v1": v1, "x2": x2, "v2": v2})
 
 
-def _strip(run: Run) -> Columns:
-    """Intervals in contact within the window, in periods; the reference's impacts have no length."""
+def _contact_intervals(run: Run) -> Columns:
+    """Intervals in contact within the window, in periods; an impact of the reference has length zero."""
     if not run.response.ok:
         return {"left": _EMPTY, "right": _EMPTY}
     scale = run.response.eta / (2 * np.pi)
@@ -163,36 +157,36 @@ def _strip(run: Run) -> Columns:
         hits = (run.response.impacts.time - _window_start(run)) * scale
         spans = np.vstack([spans, np.column_stack([hits, hits])])
     spans = spans[(spans[:, 1] >= 0) & (spans[:, 0] <= WINDOW)].clip(0, WINDOW)
-    return _narrow({"left": spans[:, 0], "right": spans[:, 1]})
+    return _as_float32({"left": spans[:, 0], "right": spans[:, 1]})
 
 
 def _force(run: Run) -> Columns:
     if run.trace is None:
         return {"t": _EMPTY, "force": _EMPTY}
     time, force = envelope(_window_time(run), run.trace.force, _FORCE_BINS * WINDOW // 2)
-    return _narrow({"t": time, "force": force})
+    return _as_float32({"t": time, "force": force})
 
 
 def envelope(x: np.ndarray, y: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """The minimum and the maximum of each bin, in their order, and nothing of what lies flat between.
+    """The minimum and the maximum of each bin, in their order; of a constant stretch, its ends only.
 
-    First, last, smallest and largest samples are always among the points kept.
+    The first and the last sample are always kept.
     """
     if len(x) <= 2 * bins:
         return x, y
     starts = np.linspace(0, len(x), bins, endpoint=False).astype(np.intp)
     low, high = (_arg_in_bins(sign * y, starts) for sign in (1, -1))
-    # Where the force sets in or ends, so that its flanks stand upright.
+    # The samples around the beginning and the end of a force, so that its flanks are drawn upright.
     flank = np.flatnonzero((y[1:] != 0) != (y[:-1] != 0))
-    index = _each_once(np.concatenate([[0, len(x) - 1], low, high, flank, flank + 1]), len(x))
+    index = _sorted_unique(np.concatenate([[0, len(x) - 1], low, high, flank, flank + 1]), len(x))
     kept = y[index]
-    bend = np.ones(len(index), bool)
-    bend[1:-1] = (kept[1:-1] != kept[:-2]) | (kept[1:-1] != kept[2:])
-    return x[index[bend]], kept[bend]
+    changes = np.ones(len(index), bool)
+    changes[1:-1] = (kept[1:-1] != kept[:-2]) | (kept[1:-1] != kept[2:])
+    return x[index[changes]], kept[changes]
 
 
-def _each_once(index: np.ndarray, size: int) -> np.ndarray:
-    """In ascending order; far below the cost of sorting."""
+def _sorted_unique(index: np.ndarray, size: int) -> np.ndarray:
+    """As `numpy.unique` of indices below ``size``, without the cost of sorting."""
     chosen = np.zeros(size, bool)
     chosen[index] = True
     return np.flatnonzero(chosen)
@@ -207,14 +201,14 @@ def _arg_in_bins(y: np.ndarray, starts: np.ndarray) -> np.ndarray:
 
 
 def _impulses(run: Run) -> Columns:
-    """Impulse of each impact in the window (penalty: of each contact)."""
+    """Impulse of each impact in the window; of the penalty solution, of each contact."""
     if not run.response.ok:
         return {"t": _EMPTY, "impulse": _EMPTY}
     impacts = run.response.impacts
     time = (impacts.time - _window_start(run)) * run.response.eta / (2 * np.pi)
     within = (time >= 0) & (time <= WINDOW)
-    return _narrow({"t": time[within], "impulse": impacts.impulse[within]})
+    return _as_float32({"t": time[within], "impulse": impacts.impulse[within]})
 
 
-def _narrow(columns: Mapping[str, np.ndarray]) -> Columns:
+def _as_float32(columns: Mapping[str, np.ndarray]) -> Columns:
     return {name: np.asarray(column, np.float32) for name, column in columns.items()}

@@ -1,4 +1,4 @@
-"""The paper's motions and parameter sets, and our examples, read from ``assets/scenes.toml``."""
+"""The paper's motions and parameter sets, and examples of our own, read from ``assets/scenes.toml``."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 
-from vibroscope.app.explorer.state import MAIN_FIELDS, PAPER_FIELDS, Explorer, Setting, print_number, read, texts_of
+from vibroscope.app.explorer.state import MAIN_FIELDS, PAPER_FIELDS, Setting, print_number, read_values
 from vibroscope.app.runtime.files import asset
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One button: where it comes from and the four numbers it sets; system and solver are the paper's."""
+    """One button: its source and the four numbers that it sets; system and solver are the paper's."""
 
     key: str
     group: str
@@ -24,23 +24,24 @@ class Scene:
     steps: int
 
     def texts(self) -> dict[str, str]:
-        """The four numbers, and the paper's for all others, as `app.explorer.state.read` takes them."""
-        usual = texts_of(Explorer().setting())
-        return {name: print_number(getattr(self, name)) for name in MAIN_FIELDS} | {n: usual[n] for n in PAPER_FIELDS}
+        """The four numbers and the paper's values of `PAPER_FIELDS`, for `app.explorer.state.read_setting`."""
+        default = Setting().texts()
+        return {name: print_number(getattr(self, name)) for name in MAIN_FIELDS} | {n: default[n] for n in PAPER_FIELDS}
 
     def matches(self, setting: Setting) -> bool:
         """Whether ``setting`` has this scene's numbers."""
+        default = Setting()
         return all(getattr(self, name) == getattr(setting, name) for name in MAIN_FIELDS) and all(
-            getattr(setting, name) == Explorer.param[name].default for name in PAPER_FIELDS
+            getattr(setting, name) == getattr(default, name) for name in PAPER_FIELDS
         )
 
 
 @cache
 def scenes() -> dict[str, Scene]:
-    """All scenes by key, in the file's order; bad numbers in the file raise at once."""
+    """All scenes by key, in the order of the file; a bad number in the file raises `Refused`."""
     found: dict[str, Scene] = {}
     for row in tomllib.loads(asset("scenes.toml"))["scene"]:
-        numbers = read({name: str(row[name]) for name in MAIN_FIELDS})
+        numbers = read_values({name: str(row[name]) for name in MAIN_FIELDS})
         scene = Scene(row["key"], row["group"], row["label"], row["tooltip"], **numbers)
         if scene.key in found:
             raise ValueError(f"scenes.toml has two scenes named {scene.key}")
@@ -48,6 +49,6 @@ def scenes() -> dict[str, Scene]:
     return found
 
 
-def scene_of(setting: Setting) -> str:
-    """Key of the scene that ``setting`` shows, or an empty string."""
+def scene_key(setting: Setting) -> str:
+    """Key of the first scene that ``setting`` matches, or an empty string."""
     return next((key for key, scene in scenes().items() if scene.matches(setting)), "")

@@ -1,1 +1,1 @@
-"""What a user takes away: parameters, tables, scripts, reports; no page import."""
+"""Files to take away: parameters, tables, scripts, reports; no page import."""

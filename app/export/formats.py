@@ -1,4 +1,4 @@
-"""The formats of what a user takes away: parameters as TOML, tables as CSV, data as JSON. No panel import."""
+"""Formats of the files to take away: parameters as TOML, tables as CSV, data as JSON. No panel import."""
 
 from __future__ import annotations
 
@@ -13,14 +13,19 @@ from platform import python_version
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.state import Setting, print_number, texts_of
+from vibroscope.app.explorer.state import FIELDS, Setting, print_number
 from vibroscope.engine import Units, parse_system, toml_tables
 
 
 class Figure(NamedTuple):
-    """Something that a tab shows and that can be taken away: by this name, title (in the menu), caption (in a report).
+    """A figure of a tab that can be taken away.
 
-    What is not ``drawn`` is a table alone, what is not ``tabled`` a picture alone.
+    Attributes
+    ----------
+    name, title, caption : str
+        Name of its file, title in the menu, caption in a report.
+    drawn, tabled : bool
+        Whether there is a picture of it, and whether there is a table of its data.
     """
 
     name: str
@@ -31,21 +36,20 @@ class Figure(NamedTuple):
 
 
 class Series(NamedTuple):
-    """Rows of a table that belong together: whose they are, and their columns, all of one length."""
+    """Rows of a table that belong together: their label, and their columns, all of one length."""
 
     label: str
     columns: Mapping[str, np.ndarray]
 
 
 _LONGEST_FILE = 65_536  # characters
-_UNITS = {"omega1": "omega1", "m1": "m1", "amplitude": "base_amplitude"}  # ours: the engine's name
+_UNITS = {"omega1": "omega1", "m1": "m1", "amplitude": "base_amplitude"}  # name of the parameter: name in `Units`
 
 
 def as_toml(setting: Setting) -> str:
-    """Every number and switch; reads back with `setting_of_toml`."""
-    texts = texts_of(setting)
+    """The setting as TOML, for `texts_from_toml`."""
     lines = [f"# Vibroscope {version('vibroscope')}: the setting of the page", "[setting]"]
-    for name, text in texts.items():
+    for name, text in setting.texts().items():
         value = getattr(setting, name)
         if name in _UNITS:
             continue
@@ -55,14 +59,14 @@ def as_toml(setting: Setting) -> str:
 
 
 def units_table(setting: Setting) -> list[str]:
-    """The units as `engine.read_system` takes them."""
+    """Lines of the table [units] of a system file, as `engine.read_system` reads it."""
     units = Units(setting.omega1, setting.m1, setting.amplitude)
     comments = {"omega1": "1/s", "m1": "kg", "base_amplitude": "mm"}
     return ["[units]", *(f"{name} = {getattr(units, name)!r}  # {unit}" for name, unit in comments.items())]
 
 
-def joined(parts: object) -> str:
-    """The text of a file that a browser sends in parts by number; raises ValueError where it is too long."""
+def join_parts(parts: object) -> str:
+    """The text of a file that the browser sends in numbered parts; raises ValueError if it is too long."""
     texts = parts.values() if isinstance(parts, dict) else []
     text = "".join(part for part in texts if isinstance(part, str))
     if len(text) > _LONGEST_FILE:
@@ -70,32 +74,31 @@ def joined(parts: object) -> str:
     return text
 
 
-def setting_of_toml(text: str) -> dict[str, str]:
-    """The texts of a TOML file, as `app.explorer.state.read` takes them.
+def texts_from_toml(text: str) -> dict[str, str]:
+    """Texts for `app.explorer.state.read_setting` from a TOML file.
 
-    The file is one of ours, with the tables [setting] and [units], or a system file as `engine.parse_system` reads it.
+    The file has the tables [setting] and [units] as `as_toml` writes them, or it is a system file as
+    `engine.parse_system` reads it.
 
     Raises
     ------
     ValueError
-        If it is neither, or no TOML, or holds a name that is not known: nothing of a file is passed over in silence.
+        If it is neither, or no TOML, or has an unknown name: no part of a file is ignored.
     """
     content = text.encode()
     tables = toml_tables(content)
     if "setting" not in tables and {"system", "units"} & tables.keys():
         file = parse_system(content)
-        values = file.system.as_dict() | {name: getattr(file.units, theirs) for name, theirs in _UNITS.items()}
+        values = file.system.as_dict() | {name: getattr(file.units, unit) for name, unit in _UNITS.items()}
     else:
-        names = [name for name in Setting._fields if name not in _UNITS]
-        values = _known(tables, "setting", {name: name for name in names})
-        values |= (
-            _known(tables, "units", {theirs: name for name, theirs in _UNITS.items()}) if "units" in tables else {}
-        )
+        values = _read_table(tables, "setting", {name: name for name in FIELDS if name not in _UNITS})
+        if "units" in tables:
+            values |= _read_table(tables, "units", {unit: name for name, unit in _UNITS.items()})
     return {name: value if isinstance(value, str) else print_number(value) for name, value in values.items()}
 
 
-def _known(tables: Mapping, table: str, names: Mapping[str, str]) -> dict:
-    """The values of one table, under our names."""
+def _read_table(tables: Mapping, table: str, names: Mapping[str, str]) -> dict:
+    """The values of one table by the name of the parameter; ``names`` gives it for each name in the file."""
     given = tables.get(table)
     if not isinstance(given, dict):
         raise ValueError(f"the file has no table [{table}]: save one with the page's menu Take away")
@@ -105,7 +108,7 @@ def _known(tables: Mapping, table: str, names: Mapping[str, str]) -> dict:
 
 
 def as_csv(table: Iterable[Series]) -> str:
-    """A row a point; ``series`` says whose it is, and cells that do not apply or hold no number are empty."""
+    """One row per point, with the label of its series; cells that do not apply or hold no number are empty."""
     table = list(table)
     names = list(dict.fromkeys(name for series in table for name in series.columns))
     buffer = io.StringIO()
@@ -119,19 +122,19 @@ def as_csv(table: Iterable[Series]) -> str:
 
 
 def _texts(column: np.ndarray) -> np.ndarray:
-    """Each value with as many digits as it has."""
+    """Each value with all its digits."""
     column = np.asarray(column)
     texts = column.astype(str)
     return np.where(np.isfinite(column), texts, "") if column.dtype.kind == "f" else texts
 
 
-def as_json(told: Mapping[str, object]) -> str:
-    """Numbers, words, arrays and mappings of those; what is not a number becomes null."""
-    return json.dumps(_plain(told), ensure_ascii=False, allow_nan=False)
+def as_json(content: Mapping[str, object]) -> str:
+    """Numbers, texts, arrays and mappings of those as JSON; infinite values and nan become null."""
+    return json.dumps(_plain(content), ensure_ascii=False, allow_nan=False)
 
 
 def _plain(value: object) -> object:
-    """What JSON knows in place of arrays and of what is not a number."""
+    """``value`` with lists in place of arrays, and None in place of infinite values and nan."""
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
@@ -147,6 +150,6 @@ def _plain(value: object) -> object:
 
 
 def program() -> str:
-    """What made these numbers, and what it computes with."""
+    """Name and version of this program and of the libraries that it computes with."""
     used = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba"))
     return f"vibroscope {version('vibroscope')} (Python {python_version()}, {used})"

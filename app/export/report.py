@@ -1,6 +1,6 @@
 """The report of one state of the page: HTML that opens without a server. No panel import.
 
-The browser puts its figures, as SVG, into the elements with a ``data-figure``, and offers the whole as a file.
+The browser inserts its figures as SVG into the elements with a ``data-figure``, and saves the result as a file.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from vibroscope.app.explorer.state import Explorer, Setting, texts_of
+from vibroscope.app.explorer.state import Explorer, Setting
 from vibroscope.app.export.formats import Figure
 
 _STYLE = """
@@ -27,47 +27,47 @@ def as_report(
     scripts: Sequence[str],
     source: Mapping[str, str],
 ) -> str:
-    """The report, its figures still missing.
+    """The report without its figures, which the browser inserts.
 
     Parameters
     ----------
     title : str
-        Of what is reported.
+        Title of the tab.
     words : mapping of str to str
-        Lines by their headings, e.g. the verdict.
+        Paragraphs by their headings.
     setting : Setting or None
-        What was set, if the figures depend on it.
+        The setting of the figures, if they depend on one.
     figures : sequence of Figure
         In their order.
     scripts : sequence of str
-        That give these numbers again.
+        That reproduce the numbers.
     source : mapping of str to str
-        ``program``, ``made`` (when), ``address`` of the page.
+        ``program``, ``made`` (date), ``address`` of the page.
     """
     lines = "".join(f"<h3>{escape(head)}</h3><p>{escape(text)}</p>" for head, text in words.items())
     drawn = "".join(
         f'<figure><div data-figure="{escape(one.name)}"></div><figcaption>{escape(one.caption)}</figcaption></figure>'
         for one in figures
     )
-    again = "".join(f"<pre>{escape(script)}</pre>" for script in scripts)
+    commands = "".join(f"<pre>{escape(script)}</pre>" for script in scripts)
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>Vibroscope report: {escape(title)}</title>
 <style>{_STYLE}</style></head><body>
 <h1>Vibroscope report: {escape(title)}</h1>
 <h2>What it means</h2>{lines}
-{_what_was_set(setting) if setting else ""}
-<h2>What is shown</h2>{drawn}
-<h2>How to get these numbers again</h2>{again}
+{_setting_table(setting) if setting else ""}
+<h2>Figures</h2>{drawn}
+<h2>How to reproduce these numbers</h2>{commands}
 <p>{escape(source["program"])}, {escape(source["made"])}; the page:
 <a data-page>{escape(source["address"])}</a></p>
 </body></html>
 """
 
 
-def _what_was_set(setting: Setting) -> str:
+def _setting_table(setting: Setting) -> str:
     rows = "".join(
         f"<tr><th>{escape(Explorer.param[name].label)}</th><td>{escape(text)}</td>"
         f"<td>{escape(Explorer.param[name].doc)}</td></tr>"
-        for name, text in texts_of(setting).items()
+        for name, text in setting.texts().items()
     )
-    return f"<h2>What was set</h2><table>{rows}</table>"
+    return f"<h2>Setting</h2><table>{rows}</table>"

@@ -1,6 +1,6 @@
-"""The page's numbers again without the page: the equivalent script and the equivalent commands. No panel import.
+"""Scripts and commands that reproduce the numbers of the page. No panel import.
 
-That they give the numbers of the page is held by tests that run them.
+Tests run them and compare their numbers with those of the page.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ for response in (reference, penalty):
     print("xi1, xi1', xi2, xi2' at the end:", *response.section[-1:])
 
 found = compare(system, {setting.eta!r}, penalty.method, reference=reference.method, responses=(reference, penalty))
-told = verdict(found)
-print(told.headline, *told.details, sep="\\n")
+answer = verdict(found)
+print(answer.headline, *answer.details, sep="\\n")
 if found.pointwise:
     for name in ("total", *PARTS):
         print(name, getattr(found, name))
-print("change first:", told.change or "nothing")
+print("change first:", answer.change or "nothing")
 """
 
 
 def as_command(setting: Setting) -> str:
-    """The same as commands for a shell; constants other than the paper's go into a file that they read."""
-    file, given = _system_file(setting.system, units_table(setting) if setting.scale else [])
-    given += " --units" if setting.scale else ""
+    """The same as shell commands; constants other than the paper's go into a file that the commands read."""
+    file, options = _system_file(setting.system, units_table(setting) if setting.scale else [])
+    options += " --units" if setting.scale else ""
     eta = print_number(setting.eta)
     reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
     return (
-        f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{given}\n"
-        f"vibroscope simulate --solver newmark --eta {eta}{newmark}{given}\n"
-        f"vibroscope compare --eta {eta}{newmark}{reference}{given}\n"
+        f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{options}\n"
+        f"vibroscope simulate --solver newmark --eta {eta}{newmark}{options}\n"
+        f"vibroscope compare --eta {eta}{newmark}{reference}{options}\n"
     )
 
 
@@ -58,8 +58,8 @@ def as_command(setting: Setting) -> str:
 
 
 def sweep_python(calls: Mapping[str, str], system: System, *names: str) -> str:
-    """A script that makes each study, a call of `engine`, and prints what was found; ``names`` are imported too."""
-    imported = sorted({"System", *names, *(call.partition("(")[0] for call in calls.values())}, key=_as_isort)
+    """A script that runs each study, a call of `engine`, and prints the results; it imports ``names`` too."""
+    imported = sorted({"System", *names, *(call.partition("(")[0] for call in calls.values())}, key=_isort_key)
     made = "\n".join(f"{name} = {call}" for name, call in calls.items())
     numpy = "import numpy as np\n\n" if "np." in made else ""
     return (
@@ -90,16 +90,17 @@ PAPER_COMMAND = "vibroscope paper\n"
 
 
 def sweep_command(study: str, system: System, *options: str) -> str:
-    """``vibroscope sweep`` with each of these options, each kept under a number of its own where there are several."""
-    file, given = _system_file(system, [])
-    kept = [f"{study}{number if len(options) > 1 else ''}.zarr" for number in range(1, len(options) + 1)]
+    """``vibroscope sweep`` with each of the ``options``; several stores are numbered."""
+    file, system_option = _system_file(system, [])
+    stores = [f"{study}{number if len(options) > 1 else ''}.zarr" for number in range(1, len(options) + 1)]
     return file + "".join(
-        f"vibroscope sweep {study}{each}{given} --out {out}\n" for each, out in zip(options, kept, strict=True)
+        f"vibroscope sweep {study}{each}{system_option} --out {store}\n"
+        for each, store in zip(options, stores, strict=True)
     )
 
 
 def method_options(method: Method) -> str:
-    """``--solver`` and what it takes."""
+    """``--solver`` with the options of the method."""
     solver = {Reference: "reference", ExactPenalty: "exact", Newmark: "newmark"}[type(method)]
     return f" --solver {solver}{_method_options(method)}"
 
@@ -114,7 +115,7 @@ def _method_options(method: Method) -> str:
     return f"{numbers} --steps {method.steps}{' --located' if method.located else ''}"
 
 
-# ---- what both need -------------------------------------------------------------------------------------------------
+# ---- parts of both --------------------------------------------------------------------------------------------------
 
 
 def _system(system: System) -> str:
@@ -122,7 +123,7 @@ def _system(system: System) -> str:
 
 
 def _system_file(system: System, units: list[str]) -> tuple[str, str]:
-    """The lines that write what differs from the paper's system into a file, and the option that reads it."""
+    """A command that writes what differs from the paper's system into a file, and the option that reads the file."""
     differing = _differing(system.as_dict(), System().as_dict()).replace(", ", "\n").replace("=", " = ")
     tables = ([f"[system]\n{differing}"] if differing else []) + (["\n".join(units)] if units else [])
     if not tables:
@@ -134,5 +135,5 @@ def _differing(values: Mapping, usual: Mapping) -> str:
     return ", ".join(f"{name}={value!r}" for name, value in values.items() if value != usual[name])
 
 
-def _as_isort(name: str) -> tuple[bool, str]:
+def _isort_key(name: str) -> tuple[bool, str]:
     return name.islower(), name

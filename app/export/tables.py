@@ -1,4 +1,4 @@
-"""The figures of Explore as tables, and what they show in words for the menu and the report. No panel import."""
+"""The figures of the tab Explore: their titles and captions, and their data as tables. No panel import."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ FIGURES = {
         Figure("strip", "Contact strip", "Intervals in contact; an impact of the reference has no length."),
         Figure("force", "Contact force", "Contact force, and the impulse of each impact."),
         Figure("diagram", "Map over η", "Bifurcation diagram of the reference; the line marks η."),
-        Figure("front", "Suggestion", "Error over steps a period of the settings found; the line marks the tolerance."),
+        Figure("front", "Suggestion", "Error over steps per period of the settings found; the line is the tolerance."),
     )
 }
 DIFFERENCE = Figure("displacement", "Difference in parts", "Penalty less reference over two periods, in parts.")
 
-_LONG = {"t": "time", "total": "difference"}  # columns of the difference, as a file calls them
+_LONG = {"t": "time", "total": "difference"}  # columns of the difference: their names in a file
 _SOLVERS = ("reference", "penalty")
-# The series of each figure: what a row is called, the source, and its columns under the names the file gives them.
+# The series of each figure: label, name of the source, and column of the source by its name in a file.
 _SERIES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
     "displacement": [(s, "displacements", {"time": "t", "xi1": f"{s}1", "xi2": f"{s}2"}) for s in _SOLVERS],
     "strip": [(s, f"strip_{s}", {"contact_begin": "left", "contact_end": "right"}) for s in _SOLVERS],
@@ -43,24 +43,24 @@ _SERIES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
 }
 
 
-def table_of(figure: str, columns: Mapping[str, Columns], scale: Units | None = None) -> list[Series]:
+def figure_table(figure: str, columns: Mapping[str, Columns], scale: Units | None = None) -> list[Series]:
     """The data of one figure, a series for each curve.
 
-    Times are counted from the beginning of the last two excitation periods, in periods. With a ``scale``, which the
-    columns must be in already, their names say the unit of each.
+    Times are counted from the beginning of the last two excitation periods, in periods. With a ``scale``, the columns
+    must be in its units already, and the name of each column in the file holds its unit.
     """
     return [
-        Series(label, {named(name, column, scale): columns[source][column] for name, column in chosen.items()})
+        Series(label, {_column_title(name, column, scale): columns[source][column] for name, column in chosen.items()})
         for label, source, chosen in _SERIES[figure]
     ]
 
 
-def difference_of(columns: Columns, coordinate: str, scale: Units | None = None) -> list[Series]:
-    """The data of `DIFFERENCE`, as `table_of` gives those of a figure."""
-    return [Series(coordinate, {named(_LONG.get(n, n), n, scale): column for n, column in columns.items()})]
+def difference_table(columns: Columns, coordinate: str, scale: Units | None = None) -> list[Series]:
+    """The data of `DIFFERENCE`, like `figure_table`."""
+    return [Series(coordinate, {_column_title(_LONG.get(n, n), n, scale): column for n, column in columns.items()})]
 
 
-def named(name: str, column: str, scale: Units | None) -> str:
-    """What a file calls a column of a source."""
+def _column_title(name: str, column: str, scale: Units | None) -> str:
+    """Name of a column of a source in a file, with its unit."""
     quantity = quantity_of(column)
     return f"{name} [{scale.unit(quantity)}]" if scale and quantity else name

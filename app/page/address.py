@@ -1,44 +1,91 @@
-"""The address of the open page: it follows what is set, and a moment later how it is seen."""
+"""The address of the open page: what it asks for when the page is opened, and how it follows the page afterwards."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
-from vibroscope.app.explorer.state import Setting, print_address
-from vibroscope.app.page.opening import FIRST
-from vibroscope.app.page.tabs import Desk, Tab
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.link import View, parse_address, print_address
+from vibroscope.app.explorer.state import Setting, quote, read_choice, read_setting
+from vibroscope.app.page.tab import Tab, TabHost
+from vibroscope.app.page.tabs import FIRST_TAB, TABS
 
-_RESTS = 150  # ms after which a zoom goes into the address
+THEMES = ["light", "dark"]
+_REST = 150  # ms without another zoom or mute before the address follows
+
+
+class Opening(NamedTuple):
+    """What an address asks for: the setting, the open tab and its view, the pinned setting, the theme ("": none)."""
+
+    setting: Setting = Setting()
+    tab: str = FIRST_TAB
+    view: View = View()
+    pinned: Setting | None = None
+    theme: str = ""
+
+
+def read_opening(query: str) -> Opening:
+    """What a query string asks for; raises `Refused` at the first fault."""
+    texts = parse_address(query)
+    tab = texts.pop("tab", FIRST_TAB)
+    if tab not in TABS:
+        raise Refused("tab", f"There is no tab {quote(tab)}: it is one of {', '.join(TABS)}.")
+    view = TABS[tab].read_view(*(texts.pop(name, "") for name in View._fields))
+    pin, theme = texts.pop("pin", ""), texts.pop("theme", "")
+    pinned = read_setting(parse_address(pin)) if pin else None
+    return Opening(read_setting(texts), tab, view, pinned, theme and read_choice("theme", theme, THEMES))
 
 
 class Address:
-    """What restores one session's page; ``changed`` is called when the user has looked elsewhere without a move."""
+    """Prints the address of one session's page.
 
-    def __init__(self, desk: Desk, changed: Callable[[], None]) -> None:
-        self.refused = False  # the link that the page was opened with: it stays there until something is changed
-        self._desk = desk
-        self._changed = changed
-        self.theme = ""  # light or dark, where the user or the link has chosen
-        self._seen_anew = False  # and nobody has looked yet whether the address changes
+    Attributes
+    ----------
+    theme : str
+        Light or dark, where the user or the link has chosen.
+    frozen : bool
+        Whether the address stays as it is, because the link that the page was opened with was refused.
+    """
+
+    def __init__(self, host: TabHost, on_view_change: Callable[[], None]) -> None:
+        """``on_view_change`` is called a moment after the user has changed the view without a move."""
+        self.theme = ""
+        self.frozen = False
+        self._host = host
+        self._on_view_change = on_view_change
+        self._check_is_due = False
+
+    def open(self, query: str) -> tuple[Opening, str]:
+        """What a query string asks for, and an empty text; if it is refused, the defaults and the text for the user."""
+        try:
+            opening = read_opening(query)
+        except Refused as error:
+            error.log()
+            self.frozen = True
+            return Opening(), f"{error} The link was not accepted, so this is the default setting."
+        self.theme = opening.theme
+        return opening, ""
 
     def link(self, tab: Tab, setting: Setting) -> str:
-        """What restores a tab as it is seen, with a setting."""
-        return self._printed(tab, setting, tab.printed())
+        """The address that restores a tab as it is viewed, with ``setting``."""
+        return self._print(tab, setting, tab.view_texts())
 
-    def shown(self, tab: Tab, setting: Setting) -> str:
-        """What the browser's address becomes; empty: it stays."""
-        view = tab.printed()
-        return "" if self.refused and not any(view.values()) else self._printed(tab, setting, view)
+    def current(self, tab: Tab, setting: Setting) -> str:
+        """The address for the browser to show; empty if it stays as it is."""
+        view = tab.view_texts()
+        return "" if self.frozen and not any(view.values()) else self._print(tab, setting, view)
 
-    def follow(self) -> None:
-        """The user zooms or mutes, or an axis follows its data: look when that rests, a wheel says much at once."""
-        if not self._seen_anew:
-            self._seen_anew = True
-            self._desk.doc.add_timeout_callback(self._look, _RESTS)
+    def check_soon(self) -> None:
+        """The view changes: check the address when that comes to rest, since a wheel sends many changes."""
+        if not self._check_is_due:
+            self._check_is_due = True
+            self._host.doc.add_timeout_callback(self._check, _REST)
 
-    def _look(self) -> None:
-        self._seen_anew = False
-        self._desk.later(self._changed)
+    def _check(self) -> None:
+        self._check_is_due = False
+        self._host.call_later(self._on_view_change)
 
-    def _printed(self, tab: Tab, setting: Setting, view: dict[str, str]) -> str:
-        return print_address(setting, tab.key if tab.key != FIRST else "", self._desk.pinned, **view, theme=self.theme)
+    def _print(self, tab: Tab, setting: Setting, view: dict[str, str]) -> str:
+        key = "" if tab.key == FIRST_TAB else tab.key
+        return print_address(setting, key, self._host.pinned, **view, theme=self.theme)

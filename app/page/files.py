@@ -1,4 +1,4 @@
-"""Templates, style sheets and scripts, which lie beside the Python of what they belong to."""
+"""Templates, style sheets and scripts; each lies beside the Python module that uses it."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ def template(name: str) -> str:
 
 @cache
 def style(*names: str) -> str:
-    """Style sheets such as ``shared/page``, one after the other."""
+    """Style sheets such as ``shared/page``, concatenated."""
     return "\n".join((_PAGE / f"{name}.css").read_text(encoding="utf-8") for name in names)
 
 
 @cache
 def script(*names: str) -> str:
-    """Scripts such as ``shared/dom`` as one module, since a module of the page can import no file."""
+    """Scripts such as ``shared/dom``, concatenated to one module: a module of the page cannot import files."""
     return "\n".join((_PAGE / f"{name}.js").read_text(encoding="utf-8") for name in names)

@@ -1,4 +1,4 @@
-"""The page."""
+"""The document of one session: template, theme, and the layout of its parts."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from vibroscope.app.page.shared.figure import THEME
 TITLE = "Vibroscope"
 _SUBTITLE = "where a penalty contact departs from the exact impact motion"
 
-# The style sheet gives the desk its height: no guessing from what lies in it.
+# The style sheet sets the height of the page; Panel must not derive it from the content.
 pn.extension(respect_explicit_sizing=True)
 
 
 def create_app() -> pn.Column:
-    """The page for the session that is being opened."""
+    """The page of the session that is being opened."""
     doc = pn.state.curdoc
     html = template("shared/page.html").replace("TOKENS", style("shared/tokens"))
     doc.template = html.replace("FIRST", script("shared/legend", "shared/painting"))
-    # Panel says so only where the session is built with the page; else its style sheets come from another host.
+    # Panel sets this only where the session is built with the page; otherwise its style sheets come from another host.
     doc.template_variables["dist_url"] = LOCAL_DIST
     doc.theme = THEME
-    doc.config.update(reconnect_session=False, notify_connection_status=False)  # page.html says what is done instead
+    doc.config.update(reconnect_session=False, notify_connection_status=False)  # page.html handles a lost connection
     doc.title = f"{TITLE}: {_SUBTITLE}"
     session = Session(_query(doc))
     pn.state.onload(session.start)
@@ -32,7 +32,7 @@ def create_app() -> pn.Column:
     return pn.Column(
         session.header,
         session.controls,
-        session.stage.view,
+        session.tab_area.view,
         css_classes=["page"],
         stylesheets=[style("shared/page")],
         sizing_mode="stretch_width",
@@ -40,7 +40,7 @@ def create_app() -> pn.Column:
 
 
 def _query(doc: Document | None) -> str:
-    """The address's query as it was sent; Panel's own parser fails on some."""
+    """The query string as it was sent; Panel's own parser fails on some."""
     context = doc.session_context if doc is not None else None
     request = getattr(context, "request", None)
     uri = getattr(request, "uri", "") or ""

@@ -1,253 +1,184 @@
-"""One browser session: what the browser sends, checked; what holds, told; one tab at a time.
+"""One browser session: the setting, the browser components and the open tab, wired together.
 
-Everything here runs in the session's own document. Data run one way: state → the open tab → compute → present → views.
+Everything here runs on the loop of the session's document. Data run one way: message → setting → open tab → compute →
+present → figures.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import panel as pn
+from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.history import History
-from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.state import Explorer, Refused, Setting, texts_of
-from vibroscope.app.export.formats import joined, setting_of_toml
-from vibroscope.app.page.address import Address
-from vibroscope.app.page.controls.controls import Controls, shown
-from vibroscope.app.page.flow import Flow
-from vibroscope.app.page.handout import Handout
+from vibroscope.app.explorer.link import View
+from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.page.address import THEMES, Address
+from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.header.header import Header
-from vibroscope.app.page.loop import Loop
-from vibroscope.app.page.opening import THEMES, Opening, read_opening
-from vibroscope.app.page.tab_area import Stage
-from vibroscope.app.page.tabs import TABS, Move
-from vibroscope.app.page.taking import offers, take
-from vibroscope.app.runtime import logs, metrics
+from vibroscope.app.page.messages import route
+from vibroscope.app.page.tab import Move
+from vibroscope.app.page.tabs import TABS, TabArea
+from vibroscope.app.page.take_away import TakeAway, offered_figures, read_upload
+from vibroscope.app.page.updates import SessionLoop, UpdateChannel
 
 
 class Session:
-    """Wires the state of one session to the controls and to the tab that is open."""
+    """Holds the setting of one session; for its tabs it is the `app.page.tab.TabHost`."""
 
     def __init__(self, query: str = "") -> None:
         self.doc = pn.state.curdoc
-        self.state = Explorer()
-        self.controls = Controls()
-        self.header = Header(tabs=[[tab.key, tab.title] for tab in TABS.values()])
-        self._address = Address(self, self._seen_anew)
-        self.stage = Stage(self, self._address.follow)
-        self._loop = Loop(self.doc)
-        self._flow = Flow(self.doc, self._answer)
-        self._history = History()
-        self._files = Handout(self, self.header.give)
-        self._move = 0  # the browser's number of its last move
-        self._refused: dict[str, str] = {}
-        self._pinned: Setting | None = None
-        self._waiting = False  # what is set is not solved before the page is open
+        self.move = 0  # the browser's number of its last move
         self._answered = 0  # the last move that was answered
-        self.controls.on_msg(self._message)
-        self.header.on_msg(self._message)
-        self._start(query)
-
-    def _start(self, query: str) -> None:
-        """Take the address, or say why not and start from the defaults."""
-        asked = Opening()
-        try:
-            asked = read_opening(query)
-            self.state.apply(asked.texts)
-        except Refused as error:
-            _log_refusal(error)
-            self.header.error = f"{error} The link was not taken, so this is the default setting."
-            self._address.refused, asked = True, Opening()
-        self._pinned = asked.pinned
-        self._address.theme = self.header.theme = asked.theme
-        self._open(asked.tab)
-        self.stage.tab.restore(asked.view)
-        self._introduce()
-        self._answer(self._move, 0)
-        self._waiting = not self.stage.tab.at_once(Move(self._move, self.state.setting()))
+        self._refused: dict[str, str] = {}
+        self._history = History()
+        self._loop = SessionLoop(self.doc)
+        self.call_later = self._loop.call_later
+        self._updates = UpdateChannel(self.doc, self._answer)
+        self.push, self.painted = self._updates.push, self._updates.painted
+        self._address = Address(self, self._update_address)
+        opening, error = self._address.open(query)
+        self.setting, self.pinned = opening.setting, opening.pinned
+        self.controls = Controls()
+        self.header = Header([[tab.key, tab.title] for tab in TABS.values()], theme=opening.theme, error=error)
+        self._take_away = TakeAway(self, self.header.send_file)
+        for component in (self.controls, self.header):
+            component.on_msg(lambda event: route(self, event.data))
+        self.tab_area = TabArea(self, self._address.check_soon)
+        self._open_tab(opening.tab, opening.view)
+        self._answer(self.move, 0)
+        self._waits_for_page = not self.tab_area.tab.show_if_ready(Move(self.move, self.setting))
 
     def start(self) -> None:
-        """The page is open: do what had to wait, solve what was not solved before."""
+        """The page is open: show what had to wait for it."""
         self._loop.start()
-        if self._waiting:
+        if self._waits_for_page:
             self._show()
 
     def close(self) -> None:
-        """The browser is gone: nothing more is wanted."""
+        """The browser is gone."""
         self._loop.close()
-        self.stage.close()
+        self.tab_area.close()
 
-    # -- from the browser ----------------------------------------------------
+    # -- from the browser, see `app.page.messages` ------------------------------------
 
-    def _message(self, event) -> None:
-        data = event.data
-        if not isinstance(data, dict):
-            return
-        if "painted" in data:
-            self._flow.painted(data["painted"])
-            return
-        move = data.get("move")
-        self._move = move if isinstance(move, int) else self._move
-        for name, act in self._acts.items():
-            if name in data:
-                act(data[name])
-                return
-
-    @property
-    def _acts(self) -> dict[str, Callable]:
-        """What a message may ask for; each takes whatever came with it and checks it."""
-        return {
-            "set": lambda texts: self.set(texts) if isinstance(texts, dict) else None,
-            "scene": self._choose,
-            "undo": lambda _: self._go(self._history.undo(self.state.setting())),
-            "redo": lambda _: self._go(self._history.redo(self.state.setting())),
-            "reset": lambda _: self._reset(),
-            "pin": lambda on: self._pin(bool(on)),
-            "theme": self._dress,
-            "tab": lambda key: self.open(key) if isinstance(key, str) and key in TABS else None,
-            "take": self._take,
-            "load": self._load,
-        }
-
-    def _choose(self, key: object) -> None:
-        scene = scenes().get(key) if isinstance(key, str) else None
-        if scene is not None:
-            self.set(scene.texts(), fresh=True)  # also when it is the same scene again: a way back from any zoom
-
-    def _reset(self) -> None:
-        self._pinned = None
-        self.set(texts_of(Explorer().setting()), fresh=True)
-
-    def set(self, texts: Mapping[str, str], *, fresh: bool = False) -> None:
-        """Take all of ``texts`` and show it, or say why not."""
-        before = self.state.setting()
+    def set(self, texts: Mapping[str, object], *, fresh: bool = False) -> None:
+        """Accept all of ``texts`` and show the new setting, or say why not."""
+        before = self.setting
         try:
-            self.state.apply(texts)
+            self.setting = read_setting(texts, before)
         except Refused as error:
-            _log_refusal(error)
+            error.log()
             self._refused = {"name": error.name, "text": str(error)}
-            self._answer(self._move, self._flow.frames)
+            self._answer(self.move, self._updates.count)
             return
-        self._history.record(before, self.state.setting(), time.monotonic())
-        self._moved(fresh)
+        self._history.add(before, self.setting, time.monotonic())
+        self._show_move(fresh)
 
-    def _go(self, setting: Setting | None) -> None:
-        """Undo and redo."""
-        if setting is not None:
-            self.state.apply(texts_of(setting))
-        self._moved(False)
+    def undo(self) -> None:
+        """Return to the setting before the last move, if there is one."""
+        self.setting = self._history.undo(self.setting) or self.setting
+        self._show_move()
 
-    def _moved(self, fresh: bool) -> None:
-        self._refused = {}
-        self.header.error = ""
-        self._address.refused = False
-        self._show(fresh=fresh)
+    def redo(self) -> None:
+        """Return to the setting that was undone last, if there is one."""
+        self.setting = self._history.redo(self.setting) or self.setting
+        self._show_move()
 
-    def _pin(self, on: bool) -> None:
-        self._pinned = self.state.setting() if on else None
+    def reset(self) -> None:
+        """Set the defaults, without a pin."""
+        self.pinned = None
+        self.set(Setting().texts(), fresh=True)
+
+    def pin(self, on: bool) -> None:
+        """Pin the present setting, or none."""
+        self.pinned = self.setting if on else None
         self._show()
 
-    def _dress(self, theme: object) -> None:
-        """The user has chosen light or dark, now or on an earlier visit: the page does it, the link says it."""
+    def choose_theme(self, theme: str) -> None:
+        """Note the theme that the user has chosen, for the address; the browser applies it."""
         if theme in THEMES:
             self._address.theme = theme
-            self._address.follow()
+            self._address.check_soon()
 
-    def _take(self, what: object) -> None:
-        """A file or a text that the user wants to have."""
-        if isinstance(what, str):
-            tab, setting = self.stage.tab, self.state.setting()
-            address = f"?{self._address.link(tab, tab.shown() or setting)}"
-            self._files.write(what, take(tab, what, setting, address))
+    def open(self, key: str) -> None:
+        """Open a tab."""
+        if key in TABS:
+            self._open_tab(key)
+            self._show()
 
-    def _load(self, parts: object) -> None:
-        """Parameters from a file: all of it is taken or none."""
+    def take(self, what: str) -> None:
+        """Send a file that the user wants to take away."""
+        tab = self.tab_area.tab
+        address = f"?{self._address.link(tab, tab.shown_setting() or self.setting)}"
+        self._take_away.request(what, tab, self.setting, address)
+
+    def load(self, parts: object) -> None:
+        """Set the parameters of an uploaded file; the whole file is accepted, or nothing of it."""
         try:
-            texts = setting_of_toml(joined(parts))
-            self.state.check(texts)
+            texts = read_upload(parts)
+            read_setting(texts, self.setting)
         except ValueError as error:
-            self.tell(f"The file was not taken: {error}")
+            self.report_error(f"The file was not accepted: {error}")
         else:
             self.set(texts)
 
-    # -- tabs ----------------------------------------------------------------
+    # -- to the open tab ---------------------------------------------------------------
 
-    def open(self, key: str) -> None:
-        """Show a tab."""
-        self._open(key)
-        self._introduce()
-        self._show()
-
-    def _open(self, key: str) -> None:
-        self.stage.open(key)
+    def _open_tab(self, key: str, view: View | None = None) -> None:
+        self.tab_area.open(key, view)
         self.header.tab = key
-        self.offer()
+        self.update_offers()
         self.controls.param.update(visible=TABS[key].controls, motions=TABS[key].motions)
+        self.summarise(self.tab_area.tab.summary(self.setting))
 
-    def _show(self, *, fresh: bool = False) -> None:
-        self._waiting = False
-        self.stage.tab.show(Move(self._move, self.state.setting(), fresh))
+    def _show_move(self, fresh: bool = False) -> None:
+        self._refused = {}
+        self.header.error = ""
+        self._address.frozen = False
+        self._show(fresh)
 
-    @property
-    def pinned(self) -> Setting | None:
-        """See `app.page.tab.Desk`."""
-        return self._pinned
+    def _show(self, fresh: bool = False) -> None:
+        self._waits_for_page = False
+        self.tab_area.tab.show(Move(self.move, self.setting, fresh))
 
-    # -- to the browser ------------------------------------------------------
+    # -- to the browser, see `app.page.tab.TabHost` ------------------------------------
 
-    def push(self, move: int, write: Callable[[], None]) -> None:
-        """See `app.page.tab.Desk`."""
-        self._flow.push(move, write)
-
-    def later(self, callback: Callable[[], None]) -> None:
-        """See `app.page.tab.Desk`."""
-        self._loop.later(callback)
-
-    def tell(self, error: str, move: int | None = None) -> None:
-        """See `app.page.tab.Desk`."""
-        self.header.error = error
-        self._answer(self._move if move is None else move, self._flow.frames)
+    def report_error(self, text: str, move: int | None = None) -> None:
+        """Show an error; ``move`` is the move that it answers, None the last one."""
+        self.header.error = text
+        self._answer(self.move if move is None else move, self._updates.count)
 
     def summarise(self, text: str) -> None:
-        """See `app.page.tab.Desk`."""
-        self.header.summary = f"{self.stage.tab.title}. {text}"
+        """Give screen readers a summary of the open tab."""
+        self.header.summary = f"{self.tab_area.tab.title}. {text}"
 
-    def _introduce(self) -> None:
-        """Say what the tab is that has been opened, or the last one's verdict would stay."""
-        self.summarise(self.stage.tab.summary(self.state.setting()))
+    def update_offers(self) -> None:
+        """Figures to take away have come or gone."""
+        offers = offered_figures(self.tab_area.tab)
+        if offers != self.header.offers:
+            self.header.offers = offers
 
-    def _seen_anew(self) -> None:
-        """The address follows how the page is seen; no move is answered by that."""
-        if self._shown_address() != self.controls.shown["address"]:
-            self._answer(self._answered, self._flow.frames)
+    def _update_address(self) -> None:
+        """Send the address if the view has changed it; this answers no move."""
+        if self._current_address() != self.controls.shown["address"]:
+            self._answer(self._answered, self._updates.count)
 
-    def _shown_address(self) -> str:
-        return self._address.shown(self.stage.tab, self.state.setting())
+    def _current_address(self) -> str:
+        return self._address.current(self.tab_area.tab, self.setting)
 
-    def offer(self) -> None:
-        """See `app.page.tab.Desk`."""
-        offered = offers(self.stage.tab)
-        if offered != self.header.offers:
-            self.header.offers = offered
-
-    def _answer(self, move: int, frame: int) -> None:
-        """Tell the browser what holds, and that ``move`` has been dealt with."""
+    def _answer(self, move: int, update: int) -> None:
+        """Tell the browser the accepted setting, and that ``move`` is dealt with."""
         self._answered = move
-        self.offer()
-        setting = self.state.setting()
-        self.controls.shown = shown(
-            setting,
+        self.update_offers()
+        self.controls.show_setting(
+            self.setting,
             move=move,
-            frame=frame,
-            address=self._shown_address(),
+            update=update,
+            address=self._current_address(),
             refused=self._refused,
             undo=self._history.can_undo,
             redo=self._history.can_redo,
-            pinned=self._pinned is not None,
+            pinned=self.pinned is not None,
         )
-
-
-def _log_refusal(error: Refused) -> None:
-    metrics.REFUSED.add("value")
-    logs.event("refused", what="value", name=error.name)

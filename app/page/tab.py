@@ -1,7 +1,7 @@
 """What a tab is, and what it may ask of the page.
 
-A tab costs nothing until it is opened: then it is built, once, and shown. While it is hidden it is told of no move and
-sends nothing; when it is opened again it gets the setting that holds by then.
+A tab costs nothing until it is opened: then it is built, once, and shown. While it is hidden it gets no moves and sends
+nothing; when it is opened again it gets the setting that holds by then.
 """
 
 from __future__ import annotations
@@ -27,38 +27,39 @@ class Move(NamedTuple):
 
     number: int
     setting: Setting
-    fresh: bool = False  # a scene was chosen: ranges that a user has zoomed are given back
+    fresh: bool = False  # a scene was chosen: zoomed axes return to the data
 
 
-class Desk(Protocol):
-    """The page, as its tabs see it."""
+class TabHost(Protocol):
+    """The page, as its tabs use it."""
 
     doc: Document
 
     def set(self, texts: Mapping[str, str]) -> None:
-        """Set some of the numbers, as if the user had typed them; a bad one is refused in words on the page."""
+        """Set some parameters as if the user had typed them; the page shows why a bad value is refused."""
 
     def push(self, move: int, write: Callable[[], None]) -> None:
-        """Call ``write`` when the browser is free, unless something newer comes; it writes into models in place.
+        """Call ``write`` when the browser is free, unless a newer push replaces it; it changes models in place.
 
-        Every move that a tab is shown must end in a push (or in `tell`), or the page would go on saying "computing".
+        Every move that a tab is shown must end in a push or in `report_error`, or the page would say "computing" for
+        ever.
         """
 
-    def later(self, callback: Callable[[], None]) -> None:
-        """From a worker thread: call ``callback`` on the session's own loop, if the session is still there."""
+    def call_later(self, callback: Callable[[], None]) -> None:
+        """From any thread: call ``callback`` on the session's own loop, if the session still exists."""
 
-    def tell(self, error: str, move: int | None = None) -> None:
-        """Show an error, in words and with the way out; ``move`` is the move that it answers."""
+    def report_error(self, text: str, move: int | None = None) -> None:
+        """Show an error with the way out of it; ``move`` is the move that it answers, None the last one."""
 
     def summarise(self, text: str) -> None:
-        """Say what the open tab shows, after its title, for those who cannot see it."""
+        """Give screen readers a summary of the open tab; its title is put before it."""
 
-    def offer(self) -> None:
-        """What can be taken away has changed, without a push."""
+    def update_offers(self) -> None:
+        """Figures to take away have come or gone, without a push."""
 
     @property
     def pinned(self) -> Setting | None:
-        """The setting that the user keeps to compare with."""
+        """The setting that the user has pinned, to compare others with."""
 
 
 class Tab(ABC):
@@ -66,38 +67,45 @@ class Tab(ABC):
 
     key: ClassVar[str]  # in the address, ?tab=key
     title: ClassVar[str]
-    controls: ClassVar[bool] = True  # whether the sliders stand beside it
-    motions: ClassVar[bool] = False  # whether it draws motions, as the panel of the sliders says how
-    axes: ClassVar[Mapping[str, Span]] = {}  # that a link may zoom, and what their ends may be
-    legends: ClassVar[Mapping[str, Sequence[str]]] = {}  # by figure: names of the entries, in their order, for a link
+    controls: ClassVar[bool] = True  # whether the sliders are shown beside it
+    motions: ClassVar[bool] = False  # whether it draws motions; the controls then offer how to draw them
+    axes: ClassVar[Mapping[str, Span]] = {}  # that a link may zoom: limits of their ends
+    legends: ClassVar[Mapping[str, Sequence[str]]] = {}  # by figure: names of the entries in a link, in their order
 
-    def __init__(self, desk: Desk) -> None:
-        self.desk = desk
+    def __init__(self, host: TabHost) -> None:
+        self.host = host
         self.ranges: dict[str, OwnedRange] = {}  # of ``axes``, once it is built
         self.muting = Muting({}, [])  # of ``legends``, once it is built
 
     @abstractmethod
     def build(self) -> pn.viewable.Viewable:
-        """What is to be seen; called once, when the tab is opened for the first time, before the first `show`."""
+        """Make what is seen; called once, when the tab is opened for the first time, before the first `show`."""
 
-    def at_once(self, move: Move) -> bool:
-        """Show ``move`` while the page is being made, if that costs nothing; False: `show` follows once it is open."""
+    def show_if_ready(self, move: Move) -> bool:
+        """Show ``move`` while the page is built, if that costs nothing; otherwise `show` follows when it is open."""
         self.show(move)
         return True
 
     def show(self, move: Move) -> None:
-        """The tab is open and ``move`` holds. Here: a tab that depends on nothing that is set."""
-        self.desk.push(move.number, lambda: None)
+        """Show ``move``; the tab is open. Here: a tab that does not depend on the setting."""
+        self.host.push(move.number, lambda: None)
 
     @abstractmethod
     def summary(self, setting: Setting) -> str:
-        """What it holds of ``setting``, or that it computes: for those who cannot see it, told as it is opened."""
+        """Summary of ``setting`` for screen readers, or that it is being computed; asked when the tab is opened."""
 
-    # -- how it is seen: see `app.explorer.link` --------------------------------------
+    def hide(self) -> None:  # noqa: B027 - most tabs have nothing to stop
+        """Another tab was opened: stop what runs."""
+
+    def close(self) -> None:
+        """The session has ended."""
+        self.hide()
+
+    # -- the view, see `app.explorer.link` ---------------------------------------------
 
     @classmethod
     def spec(cls) -> dict:
-        """What can be chosen: ``switches`` (name, label, choices) and ``limits`` (name, label, low, high)."""
+        """Choices of the tab: ``switches`` (name, label, choices) and ``limits`` (name, label, low, high)."""
         return {}
 
     @classmethod
@@ -106,17 +114,17 @@ class Tab(ABC):
         return read_view(zoom, choice, mute, cls.axes, cls.spec(), cls.legends)
 
     def restore(self, view: View) -> None:
-        """See it so; called after `build`, before the first `show`."""
+        """Restore a view; called after `build`, before the first `show`."""
         for name, ends in view.zoom.items():
             self.ranges[name].restore(*ends)
         self.muting.mute(view.mute)
 
     def choice(self) -> dict[str, str | int]:
-        """What is not chosen as at first."""
+        """Choices other than the default."""
         return {}
 
-    def printed(self) -> dict[str, str]:
-        """The view as the address holds it: the fields of `app.explorer.link.View`."""
+    def view_texts(self) -> dict[str, str]:
+        """The present view as texts for the address: the fields of `app.explorer.link.View`."""
         zoom = {name: owned.ends for name, owned in self.ranges.items() if owned.zoomed}
         return {
             "zoom": print_zoom(zoom, self.axes),
@@ -125,45 +133,36 @@ class Tab(ABC):
         }
 
     def unzoom(self) -> None:
-        """Take every zoom back."""
+        """Return every axis to its data."""
         for owned in self.ranges.values():
-            owned.back()
+            owned.unzoom()
 
-    # -- what can be taken away: see `app.page.taking` -----------------------
+    # -- files to take away, see `app.page.take_away` -----------------------------------
 
     def figures(self) -> list[Figure]:
-        """What the tab shows by now and has data of."""
+        """The figures that have data."""
         return []
 
     def table(self, name: str) -> list[Series]:
-        """The data of one of its `figures`."""
+        """The data of one of the `figures`."""
         raise KeyError(name)
 
     def data(self) -> dict[str, object]:
-        """The data of all of them: numbers, words, arrays, and dictionaries of those."""
+        """The data of all figures: numbers, texts, arrays, and dictionaries of those."""
         return {}
 
     def words(self) -> dict[str, str]:
-        """What the figures say, by headings."""
+        """What the figures mean: paragraphs by their headings."""
         return {}
 
-    def shown(self) -> Setting | None:
-        """The setting that the figures are of; None where they are of none."""
+    def shown_setting(self) -> Setting | None:
+        """The setting that the figures are of; None if they are of none."""
         return None
 
     def python(self, setting: Setting) -> str:
-        """A script that finds the same."""
+        """A script that finds the same numbers."""
         return as_python(setting)
 
     def command(self, setting: Setting) -> str:
-        """Commands that find the same."""
+        """Commands that find the same numbers."""
         return as_command(setting)
-
-    # -- shown or not --------------------------------------------------------
-
-    def hide(self) -> None:  # noqa: B027 - most tabs have nothing to stop
-        """Another tab was opened: stop what runs."""
-
-    def close(self) -> None:
-        """The session has ended."""
-        self.hide()

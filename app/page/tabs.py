@@ -1,14 +1,70 @@
-"""The tabs of the page, one a file; `app.page.tab` says what a tab is. A new one is a line in `TABS`."""
+"""The tabs of the page, and the area of one session that shows one of them; `app.page.tab` defines what a tab is."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import panel as pn
+from vibroscope.app.explorer.link import View
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.explore.tab import Explore
+from vibroscope.app.page.files import style
 from vibroscope.app.page.help.tab import Help
 from vibroscope.app.page.paper.tab import Paper
 from vibroscope.app.page.plane.tab import PlaneTab
 from vibroscope.app.page.speed.tab import Speed
-from vibroscope.app.page.tab import Desk, Move, Tab
+from vibroscope.app.page.tab import Tab, TabHost
 from vibroscope.app.page.time_step.tab import TimeStepTab
 
+# A new tab is a line here.
 TABS: dict[str, type[Tab]] = {tab.key: tab for tab in (Explore, Bifurcation, PlaneTab, TimeStepTab, Speed, Paper, Help)}
+FIRST_TAB = Explore.key
 
-__all__ = ["TABS", "Desk", "Move", "Tab"]
+
+class TabArea:
+    """Builds each tab of one session when it is first opened, and shows one of them.
+
+    ``on_view_change`` is called whenever the user zooms an axis or mutes a legend entry.
+    """
+
+    def __init__(self, host: TabHost, on_view_change: Callable[[], None]) -> None:
+        self.view = pn.Column(css_classes=["tab-area"], stylesheets=[style("shared/page")], sizing_mode="stretch_width")
+        self._host = host
+        self._on_view_change = on_view_change
+        self._tabs: dict[str, Tab] = {}
+        self._places: dict[str, pn.Column] = {}
+        self._open = ""
+
+    @property
+    def tab(self) -> Tab:
+        """The open tab."""
+        return self._tabs[self._open]
+
+    def open(self, key: str, view: View | None = None) -> None:
+        """Show a tab; it is built now, with ``view``, if it has never been open."""
+        if key == self._open:
+            return
+        if self._open:
+            self.tab.hide()
+            self._places[self._open].visible = False
+        if key not in self._tabs:
+            self._build(key)
+            if view is not None:
+                self._tabs[key].restore(view)
+        self._open = key
+        self._places[key].visible = True
+
+    def close(self) -> None:
+        """The session has ended."""
+        for tab in self._tabs.values():
+            tab.close()
+
+    def _build(self, key: str) -> None:
+        self._tabs[key] = tab = TABS[key](self._host)
+        self._places[key] = pn.Column(
+            tab.build(), css_classes=["place"], stylesheets=[style("shared/page")], sizing_mode="stretch_width"
+        )
+        self.view.append(self._places[key])
+        for owned in tab.ranges.values():
+            owned.on_move = self._on_view_change
+        tab.muting.on_mute = self._on_view_change

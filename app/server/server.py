@@ -20,7 +20,7 @@ from panel.io.application import build_applications
 from tornado.httpserver import HTTPServer
 from tornado.web import ErrorHandler, RequestHandler
 from vibroscope.app.explorer import compute
-from vibroscope.app.explorer.diagrams import kept
+from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.page.page import TITLE
 from vibroscope.app.runtime import logs, metrics, settings
 from vibroscope.app.runtime.files import ASSETS
@@ -193,7 +193,7 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
         logs.event("no such setting", logging.WARNING, name=name)
     bound_cache(chosen.cache_mb)
     compute.warm()
-    kept("table")
+    load_diagram("table")
     gc.freeze()  # what is imported stays: each full collection would go through it, for 0.1 to 0.3 s
     server = make_server(chosen)
     workers().submit(drop_oldest)

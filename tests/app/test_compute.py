@@ -1,4 +1,4 @@
-"""Cache, cancellation, and the latest move wins."""
+"""Cache and cancellation; the newest request wins."""
 
 import threading
 import time
@@ -7,13 +7,13 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from vibroscope.app.explorer.compute import ORBIT_PERIODS, Frame, Latest, frame_of
-from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.explorer.compute import ORBIT_PERIODS, JobQueue, RunPair, compute_runs
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Cancelled
 
-SETTING = Explorer().setting()
+SETTING = Setting()
 
 
 @pytest.fixture
@@ -23,16 +23,18 @@ def pool():
 
 
 class Solver:
-    """Stands for the engine: ends when told, or when cancelled."""
+    """Stands for the engine: ends on `go`, or when cancelled."""
 
     def __init__(self):
         self.started = []
         self.cancelled = []
+        self.asked = 0
         self.go = threading.Event()
 
     def __call__(self, setting, cancelled):
         self.started.append(setting.eta)
         while not self.go.wait(0.002):
+            self.asked += 1
             if cancelled():
                 self.cancelled.append(setting.eta)
                 raise Cancelled
@@ -52,9 +54,9 @@ def until(holds):
 
 def test_of_many_moves_the_running_and_the_last_are_delivered(pool):
     solver, delivered = Solver(), []
-    latest = Latest(lambda move, result: delivered.append((move, result)), solve=solver, pool=pool, grace=60)
+    queue = JobQueue(lambda move, result: delivered.append((move, result)), solve=solver, pool=pool, grace=60)
     for move, eta in enumerate((1.0, 1.1, 1.2, 1.3)):
-        latest.submit(move, at(eta))
+        queue.submit(move, at(eta))
         until(lambda: solver.started)
     solver.go.set()
     until(lambda: len(delivered) == 2)
@@ -70,19 +72,19 @@ def test_a_delivery_that_fails_does_not_stop_the_next(pool):
         if move == 1:
             raise RuntimeError("no page")
 
-    latest = Latest(deliver, solve=lambda setting, cancelled: setting.eta, pool=pool)
-    latest.submit(1, at(1.0))
+    queue = JobQueue(deliver, solve=lambda setting, cancelled: setting.eta, pool=pool)
+    queue.submit(1, at(1.0))
     until(lambda: delivered == [1])
-    latest.submit(2, at(1.1))
+    queue.submit(2, at(1.1))
     until(lambda: delivered == [1, 2])
 
 
 def test_a_long_job_that_is_overtaken_is_cancelled(pool):
     solver, delivered = Solver(), []
-    latest = Latest(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=0.02)
-    latest.submit(1, at(1.0))
+    queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=0.02)
+    queue.submit(1, at(1.0))
     until(lambda: solver.started)
-    latest.submit(2, at(2.0))
+    queue.submit(2, at(2.0))
     until(lambda: solver.cancelled == [1.0])
     solver.go.set()
     until(lambda: delivered == [2])
@@ -90,38 +92,39 @@ def test_a_long_job_that_is_overtaken_is_cancelled(pool):
 
 def test_a_job_that_nobody_overtakes_may_take_its_time(pool):
     solver, delivered = Solver(), []
-    latest = Latest(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=0.0)
-    latest.submit(1, at(1.0))
-    time.sleep(0.05)
+    queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=0.0)
+    queue.submit(1, at(1.0))
+    until(lambda: solver.asked > 5)  # whether it is cancelled
     solver.go.set()
     until(lambda: delivered == [1])
     assert solver.cancelled == []
 
 
-def test_what_is_withdrawn_is_never_begun_and_what_runs_goes_on(pool):
+def test_a_withdrawn_job_never_begins_and_a_running_one_goes_on(pool):
     solver, delivered = Solver(), []
-    latest = Latest(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
-    latest.submit(1, at(1.0))
+    queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
+    queue.submit(1, at(1.0))
     until(lambda: solver.started)
-    latest.submit(2, at(2.0))
-    latest.withdraw()
+    queue.submit(2, at(2.0))
+    queue.withdraw()
     solver.go.set()
     until(lambda: delivered == [1])
-    latest.submit(3, at(3.0))
+    queue.submit(3, at(3.0))
     until(lambda: delivered == [1, 3])
     assert solver.started == [1.0, 3.0]
 
 
 def test_after_close_nothing_is_delivered(pool):
     solver, delivered = Solver(), []
-    latest = Latest(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
-    latest.submit(1, at(1.0))
+    queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
+    queue.submit(1, at(1.0))
     until(lambda: solver.started)
-    latest.close()
+    queue.close()
     until(lambda: solver.cancelled)
-    latest.submit(2, at(2.0))
-    time.sleep(0.02)
+    queue.submit(2, at(2.0))
+    pool.shutdown()  # waits for all that was submitted
     assert delivered == []
+    assert solver.started == [1.0]
 
 
 def test_a_failure_is_delivered_and_the_next_move_still_served(pool):
@@ -132,10 +135,10 @@ def test_a_failure_is_delivered_and_the_next_move_still_served(pool):
             raise RuntimeError("broken")
         return setting.eta
 
-    latest = Latest(lambda move, result: delivered.append((move, result)), solve=solve, pool=pool)
-    latest.submit(1, at(1.0))
+    queue = JobQueue(lambda move, result: delivered.append((move, result)), solve=solve, pool=pool)
+    queue.submit(1, at(1.0))
     until(lambda: delivered)
-    latest.submit(2, at(2.0))
+    queue.submit(2, at(2.0))
     until(lambda: len(delivered) == 2)
     assert isinstance(delivered[0][1], RuntimeError)
     assert delivered[1] == (2, 2.0)
@@ -155,13 +158,13 @@ def test_each_job_is_logged_once_by_its_name_and_session_and_measured_where_it_s
             raise RuntimeError("no page")
 
     with logs.named("3f2a91cc"):
-        latest = Latest(deliver, solve=solve, pool=pool, what="explained", measure=measure)
+        queue = JobQueue(deliver, solve=solve, pool=pool, what="explained", measure=measure)
     for move, eta in ((1, 1.0), (2, 2.0), (3, 3.0)):
-        latest.submit(move, at(eta))
+        queue.submit(move, at(eta))
         until(lambda move=move: move in delivered)
     until(lambda: len(caplog.records) == 4)
-    told = [(record.message, record.details["move"]) for record in caplog.records]
-    assert told == [("not explained", 1), ("explained", 2), ("explained", 3), ("not delivered", 3)]
+    logged = [(record.message, record.details["move"]) for record in caplog.records]
+    assert logged == [("not explained", 1), ("explained", 2), ("explained", 3), ("not delivered", 3)]
     assert {record.details["session"] for record in caplog.records} == {"3f2a91cc"}
     assert measure.add.call_count == 2
 
@@ -177,24 +180,24 @@ def test_the_cache_is_bounded_and_forgets_the_least_recently_used():
 
 def test_moving_the_penalty_numbers_does_not_run_the_reference_again():
     cache = Cache(48)
-    first = frame_of(SETTING, cache=cache)
-    second = frame_of(SETTING._replace(K=3000.0, frame="absolute"), cache=cache)
+    first = compute_runs(SETTING, cache=cache)
+    second = compute_runs(SETTING._replace(K=3000.0, frame="absolute"), cache=cache)
     assert second.reference is first.reference
     assert second.penalty is not first.penalty
     assert len(cache) == 3
 
 
-def test_a_cancelled_frame_leaves_nothing_in_the_cache():
+def test_a_cancelled_computation_leaves_nothing_in_the_cache():
     cache = Cache(48)
     with pytest.raises(Cancelled):
-        frame_of(SETTING._replace(eta=1.234), cancelled=lambda: True, cache=cache)
+        compute_runs(SETTING._replace(eta=1.234), cancelled=lambda: True, cache=cache)
     assert len(cache) == 0
 
 
 def test_traces_continue_the_run_they_belong_to():
-    frame = frame_of(SETTING, cache=Cache(48))
-    assert isinstance(frame, Frame)
-    for run in (frame.reference, frame.penalty):
+    runs = compute_runs(SETTING, cache=Cache(48))
+    assert isinstance(runs, RunPair)
+    for run in (runs.reference, runs.penalty):
         last = run.response.section[-1]
         for trajectory in (run.trace, run.orbit):
             end = [
@@ -207,15 +210,15 @@ def test_traces_continue_the_run_they_belong_to():
 
 
 def test_a_diverged_run_is_a_result():
-    frame = frame_of(SETTING._replace(eta=2.76, K=1e5, D=100.0, steps=100), cache=Cache(48))
-    assert frame.penalty.response.status == "diverged"
-    assert frame.penalty.trace is None
-    assert frame.reference.response.ok
+    runs = compute_runs(SETTING._replace(eta=2.76, K=1e5, D=100.0, steps=100), cache=Cache(48))
+    assert runs.penalty.response.status == "diverged"
+    assert runs.penalty.trace is None
+    assert runs.reference.response.ok
 
 
 @pytest.mark.parametrize("solver", ["reference", "penalty"])
 def test_a_motion_that_does_not_repeat_is_drawn_over_twelve_periods_that_end_in_the_trace(solver):
-    run = getattr(frame_of(SETTING._replace(eta=1.7), cache=Cache(0)), solver)
+    run = getattr(compute_runs(SETTING._replace(eta=1.7), cache=Cache(0)), solver)
     assert run.motion.period == 0
     first, last = run.orbit.time[[0, -1]]
     assert last - first == pytest.approx(ORBIT_PERIODS * run.response.period)

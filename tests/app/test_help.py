@@ -1,4 +1,4 @@
-"""The equations that Help shows, read from the page as they stand there, hold for what the kernels compute."""
+"""The equations in Help, read from the page, hold for the numbers of the kernels."""
 
 import re
 
@@ -49,13 +49,13 @@ def sampled(method):
     h = t.time[1] - t.time[0]
     acceleration = (t.velocity[:, 2:] - t.velocity[:, :-2]) / (2 * h)
     touching = (t.displacement[1] - t.displacement[0] <= 1e-12) if isinstance(method, Reference) else t.force != 0
-    calm = np.convolve(touching, np.ones(9), "same")[1:-1]
+    contacts_near = np.convolve(touching, np.ones(9), "same")[1:-1]
     inner = {
         "x1": t.displacement[0, 1:-1], "x2": t.displacement[1, 1:-1], "v1": t.velocity[0, 1:-1],
         "v2": t.velocity[1, 1:-1], "a1": acceleration[0], "a2": acceleration[1], "force": t.force[1:-1],
         "drive": np.cos(ETA * t.time[1:-1]),
     }  # fmt: skip
-    apart, together = calm == 0, calm == 9
+    apart, together = contacts_near == 0, contacts_near == 9
     if isinstance(method, Reference):  # at an impact the velocity jumps, and no difference is an acceleration
         near = np.searchsorted(t.time[1:-1], response.impacts.time[response.impacts.time > t.time[0]])
         apart[np.clip(near[:, None] + np.arange(-3, 4), 0, len(apart) - 1)] = False
@@ -105,7 +105,7 @@ def test_no_equation_is_left_untested():
 
 
 def test_every_figure_that_can_be_taken_away_has_its_paragraph():
-    told = re.findall(r'<h3 data-figures="([^"]+)">[^<]+</h3>\n<p>', template("help/help.html"))
-    explained = [name for names in told for name in names.split()]
+    headings = re.findall(r'<h3 data-figures="([^"]+)">[^<]+</h3>\n<p>', template("help/help.html"))
+    explained = [name for names in headings for name in names.split()]
     studies = [figure.name for tab in TABS.values() if issubclass(tab, StudyTab) for figure in tab.pictures]
     assert sorted(explained) == sorted([*FIGURES, *studies, "claims", "paper"])  # Paper's are named paper3, paper4A, …

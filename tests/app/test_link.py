@@ -1,19 +1,31 @@
-"""How a tab is seen comes back from the address, whole or not at all."""
+"""The setting and the view of a tab come back from the address, whole or not at all."""
 
 from urllib.parse import urlencode
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC, print_choice, print_mute, print_zoom, read_view
-from vibroscope.app.explorer.state import Explorer, Refused, print_address
-from vibroscope.app.page.opening import THEMES, read_opening
-from vibroscope.app.page.tabs import TABS, Move
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.link import (
+    LINEAR,
+    LOGARITHMIC,
+    parse_address,
+    print_address,
+    print_choice,
+    print_mute,
+    print_zoom,
+    read_view,
+)
+from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.page.address import THEMES, read_opening
+from vibroscope.app.page.tab import Move
+from vibroscope.app.page.tabs import TABS
 
-from .test_state import settings
-from .test_study_tab import Asked, Desk, opened  # noqa: F401 - a fixture
+from .fakes import FakeHost
+from .settings_strategy import settings
+from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
 
-SETTING = Explorer().setting()
+SETTING = Setting()
 AXES = {"time": LINEAR, "x1": LINEAR, "K": LOGARITHMIC}
 SPEC = {
     "switches": [{"name": "quantity", "choices": {"period": "period", "error": "error"}}],
@@ -33,8 +45,16 @@ def mutes(legends):
     return st.fixed_dictionaries({}, optional=some)
 
 
+@given(settings, settings)
+def test_an_address_restores_its_setting_and_what_is_pinned_exactly(setting, pinned):
+    texts = parse_address("?" + print_address(setting, "speed", pinned))
+    assert texts["tab"] == "speed"
+    assert read_setting(texts) == setting
+    assert read_setting(parse_address(texts["pin"])) == pinned
+
+
 @given(zooms, choices, mutes(LEGENDS))
-def test_what_is_printed_comes_back_sharper_than_a_pixel(zoom, choice, mute):
+def test_a_printed_view_reads_back_more_precisely_than_a_pixel(zoom, choice, mute):
     view = read_view(print_zoom(zoom, AXES), print_choice(choice), print_mute(mute), AXES, SPEC, LEGENDS)
     assert (view.choice, view.mute) == (choice, mute)
     for name, (low, high) in view.zoom.items():
@@ -45,21 +65,19 @@ def test_what_is_printed_comes_back_sharper_than_a_pixel(zoom, choice, mute):
 
 
 @given(settings, settings, st.sampled_from(list(TABS)), st.sampled_from(["", *THEMES]), st.data())
-def test_an_address_brings_all_of_it_back(setting, pinned, tab, theme, data):
+def test_an_address_restores_setting_tab_view_pin_and_theme(setting, pinned, tab, theme, data):
     axes, usual = TABS[tab].axes, getattr(TABS[tab], "chosen", {})
     zoom = data.draw(st.dictionaries(st.sampled_from(list(axes)), spans)) if axes else {}
     choice = {"quantity": "error", "limit": 40} if tab == "plane" else dict(usual)
     mute = data.draw(mutes(TABS[tab].legends))
     view = {"zoom": print_zoom(zoom, axes), "choice": print_choice(choice), "mute": print_mute(mute)}
     asked = read_opening("?" + print_address(setting, tab, pinned, **view, theme=theme))
-    explorer = Explorer()
-    explorer.apply(asked.texts)
-    assert (explorer.setting(), asked.tab, asked.pinned, asked.theme) == (setting, tab, pinned, theme)
+    assert (asked.setting, asked.tab, asked.pinned, asked.theme) == (setting, tab, pinned, theme)
     assert (asked.view.choice, asked.view.mute) == (choice, mute)
     assert asked.view.zoom.keys() <= zoom.keys()
 
 
-def test_what_is_printed_is_short():
+def test_a_printed_view_is_short():
     zoom = {"time": (0.2, 0.7000000001), "K": (100.0, 1234.5678901)}
     assert print_zoom(zoom, AXES) == "time:0.2,0.7;K:100,1234.57"
     assert print_address(SETTING, zoom="time:0.2,0.7;x1:-1,2").endswith("&zoom=time:0.2,0.7;x1:-1,2")
@@ -70,7 +88,7 @@ parts = st.sampled_from([*NAMES, ":", ";", ",", "1", "-2.5", "1e999", "nan", "er
 
 
 @given(st.sampled_from(list(TABS)), *4 * [st.text(max_size=60) | st.lists(parts).map("".join)])
-def test_no_text_does_anything_but_be_read_or_refused(tab, zoom, choice, mute, theme):
+def test_every_text_is_read_or_refused(tab, zoom, choice, mute, theme):
     try:
         asked = read_opening(
             "?" + urlencode({"tab": tab, "zoom": zoom, "choice": choice, "mute": mute, "theme": theme})
@@ -132,13 +150,13 @@ def test_a_choice_that_is_not_offered_is_refused(choice):
         ("force:__class__", "not “__class__”"),
     ],
 )
-def test_a_mute_that_no_legend_has_is_refused_in_words(mute, word):
+def test_an_unknown_legend_entry_is_refused_in_words(mute, word):
     with pytest.raises(Refused, match=word):
         read_view("", "", mute, AXES, SPEC, LEGENDS)
 
 
 @pytest.mark.parametrize("theme", ["auto", "Dark", "dark ", "0", "²"])
-def test_a_theme_that_there_is_not_is_refused_in_words(theme):
+def test_an_unknown_theme_is_refused_in_words(theme):
     with pytest.raises(Refused, match="theme must be light or dark, not"):
         read_opening("?" + urlencode({"theme": theme}))
 
@@ -153,7 +171,7 @@ def test_a_tab_without_axes_and_legends_says_so(key):
 
 @pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.axes])
 def test_every_axis_of_a_tab_is_there_and_is_the_axis_of_a_figure(tab):
-    made = tab(Desk())
+    made = tab(FakeHost())
     page = made.build()
     assert set(made.ranges) == set(tab.axes)
     figures = [pane.object for pane in page.objects if hasattr(pane, "object") and hasattr(pane.object, "x_range")]
@@ -163,27 +181,27 @@ def test_every_axis_of_a_tab_is_there_and_is_the_axis_of_a_figure(tab):
 
 @pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.legends])
 def test_an_entry_that_is_muted_goes_into_the_link_and_comes_back(tab):
-    made = tab(Desk())
+    made = tab(FakeHost())
     page = made.build()
     figures = {pane.object.name: pane.object for pane in page.objects if hasattr(getattr(pane, "object", None), "name")}
     heard = []
-    made.muting.on_mute = lambda: heard.append(made.printed()["mute"])
+    made.muting.on_mute = lambda: heard.append(made.view_texts()["mute"])
     for name, entries in tab.legends.items():
         for entry, item in zip(entries, figures[name].legend[0].items, strict=True):
             for renderer in item.renderers:  # as the browser does
                 renderer.muted = True
             assert heard[-1] == f"{name}:{entry}"
-            again = tab(Desk())
+            again = tab(FakeHost())
             again.build()
             again.restore(tab.read_view("", "", heard[-1]))
-            assert again.printed() == made.printed()
+            assert again.view_texts() == made.view_texts()
             for renderer in item.renderers:
                 renderer.muted = False
             assert heard[-1] == ""
 
 
 def test_names_of_entries_are_those_of_their_solvers():
-    tab = TABS["explore"](Desk())
+    tab = TABS["explore"](FakeHost())
     tab.build()
     tab.restore(tab.read_view("", "", "displacement:penalty2,time_step;force:penalty"))
     plots = {"displacement": tab.displacement.figure, "force": tab.force.figure}
@@ -191,15 +209,15 @@ def test_names_of_entries_are_those_of_their_solvers():
     assert muted == {"displacement": ["ξ₂ penalty", "time step"], "force": ["λ penalty"]}
 
 
-def test_a_study_is_seen_as_the_link_says_from_its_first_question_on(opened):  # noqa: F811
+def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F811
     kind = TABS["plane"]
-    tab = kind(Desk())
+    tab = kind(FakeHost())
     tab.build()
     tab.restore(kind.read_view("K:100,1000", "quantity:error;limit:40", ""))
     tab.show(Move(1, SETTING))
     assert Asked.all[-1].question.K == (100.0, 1000.0)
     assert Asked.all[-1].question.errors
-    assert tab.printed() == {"zoom": "K:100,1000", "choice": "quantity:error;limit:40", "mute": ""}
+    assert tab.view_texts() == {"zoom": "K:100,1000", "choice": "quantity:error;limit:40", "mute": ""}
     tab.show(Move(2, SETTING, fresh=True))  # a scene was chosen
     assert Asked.all[-1].question.K == (10.0, 1e5)
-    assert tab.printed() == {"zoom": "", "choice": "quantity:error;limit:40", "mute": ""}
+    assert tab.view_texts() == {"zoom": "", "choice": "quantity:error;limit:40", "mute": ""}

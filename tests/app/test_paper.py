@@ -190,16 +190,16 @@ def test_the_command_tells_each_claim_and_fails_on_a_surprise(capsys, monkeypatc
     assert "1 NOT as known" in capsys.readouterr().out
 
 
-class _Desk:
+class _Host:
     doc = None
 
     def __init__(self):
         self.waiting, self.offers, self.summary = [], [], ""
 
-    def offer(self):
+    def update_offers(self):
         self.offers.append([figure.name for figure in self.tab.figures()])
 
-    def later(self, callback):
+    def call_later(self, callback):
         self.waiting.append(callback)
 
     def push(self, move, write):
@@ -230,15 +230,15 @@ class _Thread:
             self.jobs.pop(0)()
 
 
-def opened(desk):
-    tab = desk.tab = Paper(desk)
+def opened(host):
+    tab = host.tab = Paper(host)
     tab.build()
     return tab
 
 
 def test_a_claim_is_checked_when_it_is_seen_and_once(checks):
-    desk = _Desk()
-    tab = opened(desk)
+    host = _Host()
+    tab = opened(host)
     assert checks.jobs == []
     assert tab.figures() == []
     for message in ({"seen": True}, {"seen": True}, {"seen": "no"}, "seen"):
@@ -246,13 +246,13 @@ def test_a_claim_is_checked_when_it_is_seen_and_once(checks):
     assert len(checks.jobs) == 1
     checks.work()
     assert tab._cards["4C"].found == {}
-    desk.waiting.pop()()
+    host.waiting.pop()()
     assert tab._cards["4C"].found["verdict"] == "agrees"
     assert len(tab._slots["4C"]) == 2
     assert all(len(slot) == 1 for key, slot in tab._slots.items() if key != "4C")
     assert [row["figure"] for row in json.loads(as_json(tab.data()))["claims"]] == ["Figure 4 [C]"]
-    assert desk.offers == [["claims", "paper4C"]]
-    other = _Desk()
+    assert host.offers == [["claims", "paper4C"]]
+    other = _Host()
     opened(other)._seen("4C")
     assert checks.jobs == []
     assert len(other.waiting) == 1
@@ -262,32 +262,32 @@ def test_a_hidden_tab_checks_nothing_and_goes_on_when_it_is_shown(checks, monkey
     found = []
     find = CLAIMS["4C"].check
     monkeypatch.setitem(CLAIMS, "4C", replace(CLAIMS["4C"], check=lambda scene: found.append(scene.key) or find(scene)))
-    desk = _Desk()
-    tab = opened(desk)
+    host = _Host()
+    tab = opened(host)
     tab._seen("4C")
     tab.hide()
     checks.work()
-    assert found == desk.waiting == []
+    assert found == host.waiting == []
     tab.show(Move(1, None))
     checks.work()
     assert found == ["C"]
-    desk.waiting.pop()()
+    host.waiting.pop()()
     assert tab._cards["4C"].found["verdict"] == "agrees"
 
 
 def test_the_tab_says_how_many_claims_agree_once_all_in_view_are_known(checks):
-    desk = _Desk()
-    tab = opened(desk)
+    host = _Host()
+    tab = opened(host)
     assert tab.summary(None) == f"0 of {len(CLAIMS)} claims checked."
     tab.show(Move(1, None))
     tab._seen("4C")
     tab._seen("14D")
     checks.work()
-    desk.waiting.pop(0)()
-    assert desk.summary == ""
-    desk.waiting.pop(0)()
-    assert desk.summary == tab.summary(None)
-    assert desk.summary == f"2 of {len(CLAIMS)} claims checked: 1 agree, 1 differ, 0 shown by example."
+    host.waiting.pop(0)()
+    assert host.summary == ""
+    host.waiting.pop(0)()
+    assert host.summary == tab.summary(None)
+    assert host.summary == f"2 of {len(CLAIMS)} claims checked: 1 agree, 1 differ, 0 shown by example."
 
 
 def test_what_is_shown_by_our_example_is_not_counted_as_agreeing(capsys, monkeypatch):
@@ -306,18 +306,18 @@ def test_what_is_shown_by_our_example_is_not_counted_as_agreeing(capsys, monkeyp
 def test_a_check_that_fails_is_told_on_its_card(checks, monkeypatch):
     claim = CLAIMS["4C"]
     monkeypatch.setitem(CLAIMS, "4C", replace(claim, check=lambda scene: 1 / 0))
-    desk = _Desk()
-    tab = opened(desk)
+    host = _Host()
+    tab = opened(host)
     tab._seen("4C")
     checks.work()
-    desk.waiting.pop()()
+    host.waiting.pop()()
     told = tab._cards["4C"].found["error"]
     assert told == "This could not be checked (division by zero). Open another tab and come back to try again."
     monkeypatch.setitem(CLAIMS, "4C", claim)
     tab.hide()
     tab.show(Move(1, None))
     checks.work()
-    desk.waiting.pop()()
+    host.waiting.pop()()
     assert tab._cards["4C"].found["verdict"] == "agrees"
 
 

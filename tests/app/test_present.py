@@ -1,45 +1,45 @@
-"""Columns for the figures: small, and nothing that matters thinned away."""
+"""The columns of the figures are small, and keep what matters."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from vibroscope.app.explorer.compute import frame_of
-from vibroscope.app.explorer.present import envelope, present, size_of
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.present import envelope, present
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.raster import raster
 
-KEPT = Cache(48)
+CACHE = Cache(48)
 
 
-def frame_at(**numbers):
-    return frame_of(Explorer(**numbers).setting(), cache=KEPT)
+def runs_at(**numbers):
+    return compute_runs(Setting(**numbers), cache=CACHE)
 
 
-def scene_frame(key):
+def scene_runs(key):
     scene = scenes()[key]
-    return frame_at(eta=scene.eta, K=scene.K, D=scene.D, steps=scene.steps)
+    return runs_at(eta=scene.eta, K=scene.K, D=scene.D, steps=scene.steps)
 
 
 @pytest.mark.parametrize("key", ["A", "B", "C", "D", "9B", "14A"])
 def test_an_update_stays_within_fifty_kilobytes_of_float32(key):
-    columns = present(scene_frame(key))
+    columns = present(scene_runs(key))
     assert {column.dtype for source in columns.values() for column in source.values()} == {np.dtype(np.float32)}
-    assert size_of(columns) <= 50_000
+    assert sum(column.nbytes for source in columns.values() for column in source.values()) <= 50_000
     for source in columns.values():
         assert len({len(column) for column in source.values()}) == 1
 
 
 @pytest.mark.parametrize("key", ["A", "B", "C", "D", "9B"])
 def test_the_force_keeps_the_peak_of_every_contact(key):
-    frame = scene_frame(key)
-    shown = present(frame)["force_penalty"]
-    trace, period = frame.penalty.trace, 2 * np.pi / frame.setting.eta
-    start = frame.penalty.response.window[1] - 2 * period
+    runs = scene_runs(key)
+    shown = present(runs)["force_penalty"]
+    trace, period = runs.penalty.trace, 2 * np.pi / runs.setting.eta
+    start = runs.penalty.response.window[1] - 2 * period
     bin_width = 2 / 400
-    for begin, end in (frame.penalty.response.contacts - start) / period:
+    for begin, end in (runs.penalty.response.contacts - start) / period:
         inside = (trace.time - start >= begin * period) & (trace.time - start <= end * period)
         if begin < 0 or end > 2 or not inside.any():
             continue
@@ -48,11 +48,11 @@ def test_the_force_keeps_the_peak_of_every_contact(key):
 
 
 def test_phase_plots_hold_both_velocities_of_every_impact():
-    frame = scene_frame("A")
-    shown = present(frame)["phase_reference"]
-    impacts = frame.reference.response.impacts
+    runs = scene_runs("A")
+    shown = present(runs)["phase_reference"]
+    impacts = runs.reference.response.impacts
     drawn = {tuple(np.float32(row)) for row in zip(shown["v1"], shown["v2"], strict=True)}
-    last_period = impacts.time > frame.reference.orbit.time[0]
+    last_period = impacts.time > runs.reference.orbit.time[0]
     assert last_period.sum() == 10
     for before, after in zip(impacts.velocity_before[last_period], impacts.velocity_after[last_period], strict=True):
         assert tuple(np.float32(before)) in drawn
@@ -60,7 +60,7 @@ def test_phase_plots_hold_both_velocities_of_every_impact():
 
 
 def test_impulses_and_strips_show_every_impact_of_the_two_periods():
-    columns = present(scene_frame("A"))
+    columns = present(scene_runs("A"))
     assert len(columns["impulse_reference"]["t"]) == 20
     lengths = columns["strip_reference"]["right"] - columns["strip_reference"]["left"]
     assert (lengths == 0).sum() == 20
@@ -69,15 +69,15 @@ def test_impulses_and_strips_show_every_impact_of_the_two_periods():
 
 
 def test_absolute_displacement_adds_the_base():
-    relative = present(frame_at())["displacements"]
-    absolute = present(frame_at(frame="absolute"))["displacements"]
+    relative = present(runs_at())["displacements"]
+    absolute = present(runs_at(frame="absolute"))["displacements"]
     base = np.cos(2 * np.pi * relative["t"])
     for name in ("reference1", "reference2", "penalty1", "penalty2"):
         np.testing.assert_allclose(absolute[name], relative[name] + base, atol=1e-5)
 
 
 def test_a_diverged_penalty_run_leaves_its_columns_empty_and_the_reference_whole():
-    columns = present(frame_at(eta=2.76, K=1e5, D=100.0, steps=100))
+    columns = present(runs_at(eta=2.76, K=1e5, D=100.0, steps=100))
     for name in ("phase_penalty", "section_penalty", "strip_penalty", "force_penalty", "impulse_penalty"):
         assert all(len(column) == 0 for column in columns[name].values()), name
     assert np.isnan(columns["displacements"]["penalty1"]).all()

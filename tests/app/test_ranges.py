@@ -1,8 +1,8 @@
-"""Axis ranges: calm, never taken from a user who zoomed, given back by a scene."""
+"""Axis ranges: they change little, keep the zoom of the user, and return to the data with a scene."""
 
 import numpy as np
 from bokeh.document import Document
-from vibroscope.app.page.shared.ranges import OwnedRange, extent, wanted
+from vibroscope.app.page.shared.ranges import OwnedRange, extent, fitted_range
 
 
 def column(low, high):
@@ -24,14 +24,14 @@ def test_data_that_leave_the_range_or_hardly_fill_it_move_it():
     assert -0.6 < owned.home[0] < -0.5
 
 
-def test_how_fast_data_come_leaves_no_trace():
+def test_the_range_does_not_depend_on_how_fast_data_come():
     slow, fast, later = (OwnedRange(-10, 10) for _ in range(3))
     fast.follow(column(-3.8, 3.9), fresh=True)
     for top in (1.0, 2.2, 3.7):
         slow.follow(column(-top, top), fresh=top == 1.0, complete=False)
     slow.follow(column(-3.8, 3.9))
     assert slow.home == fast.home
-    slow.follow(column(-3.5, 3.6))  # what moves later is followed calmly again
+    slow.follow(column(-3.5, 3.6))  # later data change it only where necessary
     assert slow.home == fast.home
     later.range.update(start=0.1, end=0.2)  # in the meantime the user has zoomed
     later.follow(column(-1, 1), complete=False)
@@ -86,20 +86,20 @@ def test_a_range_knows_where_it_stands_while_its_document_holds_its_events():
     assert owned.ends == (0.1, 0.2)
 
 
-def test_a_range_tells_whenever_an_end_moves():
-    owned, told = OwnedRange(-1, 1), []
-    owned.on_move = lambda: told.append(owned.ends)
+def test_a_range_calls_back_whenever_an_end_moves():
+    owned, heard = OwnedRange(-1, 1), []
+    owned.on_move = lambda: heard.append(owned.ends)
     owned.range.start = 0.5
     owned.put(-3, 3)
-    owned.back()
-    assert told == [(0.5, 1), (-3, 1), (-3, 3)]
+    owned.unzoom()
+    assert heard == [(0.5, 1), (-3, 1), (-3, 3)]
 
 
-def test_a_zoom_is_taken_back_whoever_it_is_from():
+def test_every_zoom_can_be_ended():
     owned = OwnedRange(-1, 1)
     for zoom in (owned.restore, lambda low, high: owned.range.update(start=low, end=high)):
         zoom(0.1, 0.2)
-        owned.back()
+        owned.unzoom()
         assert owned.ends == owned.home == (-1, 1)
 
 
@@ -111,7 +111,7 @@ def test_nothing_to_show_leaves_the_range_alone():
 
 
 def test_constant_data_get_a_range_of_some_width():
-    low, high = wanted((-1, 1), (0.0, 0.0), fresh=True)
+    low, high = fitted_range((-1, 1), (0.0, 0.0), fresh=True)
     assert low < 0 < high
 
 

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import as_json
 from vibroscope.app.page.speed.figure import SpeedView
 from vibroscope.app.page.speed.tab import Speed, statements
@@ -15,7 +15,7 @@ from vibroscope.app.studies import speed
 from vibroscope.app.studies.speed import KINDS, Key, PartialSpeed, SpeedQuestion, grow_speed, steps_around
 from vibroscope.engine import Cancelled, ExactPenalty, Reference, System
 
-SETTING = Explorer().setting()._replace(eta=2.76, K=12000.0, D=18.0, steps=400)
+SETTING = Setting()._replace(eta=2.76, K=12000.0, D=18.0, steps=400)
 
 
 def never():

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.plane.tab import statements
 from vibroscope.app.studies import bifurcation, plane, time_step
 from vibroscope.app.studies import cell_classes as classes
@@ -98,7 +98,7 @@ def test_the_cell_of_a_setting_holds_it(small_plane):
 
 def test_a_plane_says_which_cell_its_numbers_are_of_and_that_shares_are_so_far(small_plane, monkeypatch):
     monkeypatch.setattr(plane, "COUNT", 12)
-    setting = Explorer(K=12000.0, D=18.0).setting()
+    setting = Setting(K=12000.0, D=18.0)
     first, whole = small_plane[0], small_plane[-1]
     for result, place in ((first, (8, 8)), (whole, whole.cell(12000, 18))):
         centre = result.question.axis("K")[place[1]], result.question.axis("D")[place[0]]

@@ -4,44 +4,18 @@ import json
 
 import pytest
 from bokeh.events import Tap
-from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import PlaneTab
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.study import tab as study
-from vibroscope.app.page.tabs import Move
-from vibroscope.app.page.taking import take
+from vibroscope.app.page.tab import Move
+from vibroscope.app.page.take_away import file_writer
 from vibroscope.app.page.time_step.tab import TimeStepTab
 
-SETTING = Explorer().setting()
+from .fakes import FakeHost
 
-
-class Desk:
-    """A page that writes at once and runs what workers send at once."""
-
-    doc = pinned = None
-
-    def __init__(self):
-        self.moves, self.errors, self.settings = [], [], []
-
-    def push(self, move, write):
-        self.moves.append(move)
-        write()
-
-    def later(self, callback):
-        callback()
-
-    def tell(self, error, move=None):
-        self.errors.append(error)
-
-    def summarise(self, text):
-        self.summary = text
-
-    def offer(self):
-        pass
-
-    def set(self, texts):
-        self.settings.append(texts)
+SETTING = Setting()
 
 
 class Asked:
@@ -60,15 +34,15 @@ class Asked:
 
 @pytest.fixture
 def opened(monkeypatch):
-    """A function from a class of tabs to one that is open, and its desk."""
+    """A function from a class of tabs to one that is open, and its host."""
     Asked.all = ()
     monkeypatch.setattr(study, "StudyJob", Asked)
 
     def open_tab(kind):
-        tab = kind(desk := Desk())
+        tab = kind(host := FakeHost())
         tab.build()
         tab.show(Move(1, SETTING))
-        return tab, desk
+        return tab, host
 
     return open_tab
 
@@ -84,17 +58,17 @@ CASES = {  # what asks anew, and what only moves a mark
 @pytest.mark.parametrize("kind", CASES)
 def test_a_study_is_asked_anew_only_where_its_question_changes_and_the_last_is_cancelled(opened, kind):
     anew, mark = CASES[kind]
-    tab, desk = opened(kind)
+    tab, host = opened(kind)
     tab.show(Move(2, SETTING._replace(**mark)))
     assert len(Asked.all) == 1
     tab.show(Move(3, SETTING._replace(**anew)))
     assert [asked.cancelled for asked in Asked.all] == [True, False]
-    assert desk.moves == [1, 2, 3]  # every move is answered at once
+    assert host.moves == [1, 2, 3]  # every move is answered at once
 
 
 @pytest.mark.parametrize("kind", CASES)
 def test_a_hidden_study_is_cancelled_and_asks_for_nothing(opened, kind):
-    tab, desk = opened(kind)
+    tab, host = opened(kind)
     tab.hide()
     assert Asked.all[0].cancelled
     tab.panel.receive({"choose": dict(tab.panel.chosen)})
@@ -102,16 +76,16 @@ def test_a_hidden_study_is_cancelled_and_asks_for_nothing(opened, kind):
     tab.refresh()  # as after a zoom
     Asked.all[0].deliver(Asked.all[0], ValueError("late"))
     assert len(Asked.all) == 1
-    assert desk.moves == [1]
+    assert host.moves == [1]
     tab.show(Move(2, SETTING))
     assert len(Asked.all) == 2
 
 
 @pytest.mark.parametrize("kind", CASES)
 def test_a_failure_is_shown_in_words_and_can_be_tried_again(opened, kind):
-    tab, desk = opened(kind)
+    tab, host = opened(kind)
     Asked.all[0].deliver(Asked.all[0], ValueError("out of memory"))
-    assert "out of memory" in desk.errors[0]
+    assert "out of memory" in host.errors[0]
     assert "the last picture stays" in tab.panel.status["text"]
     assert not tab.panel.status["running"]
     tab.panel.receive({"stop": False})
@@ -130,13 +104,13 @@ def test_what_comes_late_from_another_question_is_not_shown(opened):
 
 
 def test_a_study_says_what_it_shows_of_a_setting_once_all_is_known_and_that_it_computes_before(opened):
-    tab, desk = opened(Speed)
+    tab, host = opened(Speed)
     assert tab.summary(SETTING) == "Computing."
     asked = Asked.all[0]
     for result in asked.grow(asked.question, None, lambda: False):
         asked.deliver(asked, result)
-    assert desk.summary == tab.summary(SETTING)
-    assert "Closed form: " in desk.summary
+    assert host.summary == tab.summary(SETTING)
+    assert "Closed form: " in host.summary
     assert tab.summary(SETTING._replace(K=100.0)) == "Computing."
 
 
@@ -144,7 +118,7 @@ def test_the_data_of_a_study_are_taken_away(opened):
     tab, _ = opened(PlaneTab)
     asked = Asked.all[0]
     asked.deliver(asked, next(asked.grow(asked.question, None, lambda: False)))
-    taken = json.loads(take(tab, "json", SETTING, "?")()["text"])["data"]
+    taken = json.loads(file_writer(tab, "json", SETTING, "?")()["text"])["data"]
     assert len(taken["K"]) == len(taken["penalty"]["period"][0]) == 64
     assert None in taken["exact"]["period"][1]  # not computed yet
     assert taken["exact"]["period"][0][0] is not None
@@ -161,8 +135,8 @@ def test_a_forged_choice_changes_nothing(opened, asked):
 
 
 def test_a_click_sets_what_can_be_set(opened):
-    tab, desk = opened(PlaneTab)
+    tab, host = opened(PlaneTab)
     tab.view.on_tap(Tap(None, x=1e9, y=5.432))
-    assert desk.settings == [{"K": "100000", "D": "5.43"}]
+    assert host.settings == [{"K": "100000", "D": "5.43"}]
     tab.view.on_tap(Tap(None, x=float("nan"), y=5.432))
-    assert len(desk.settings) == 1
+    assert len(host.settings) == 1

@@ -1,4 +1,4 @@
-"""The units switch: every column, label and number against the non-dimensional one."""
+"""The switch of units: every column, label and number compared with the non-dimensional one."""
 
 import csv
 import io
@@ -6,31 +6,32 @@ import math
 
 import numpy as np
 import pytest
-from vibroscope.app.explorer import words
-from vibroscope.app.explorer.compute import frame_of
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.explanation import describe
 from vibroscope.app.explorer.present import present, quantity_of
-from vibroscope.app.explorer.state import Explorer, Refused, read
-from vibroscope.app.export import formats as takeaway
+from vibroscope.app.explorer.state import Explorer, Setting, read_values
+from vibroscope.app.export.formats import as_csv, as_toml
 from vibroscope.app.export.scripts import as_command
-from vibroscope.app.export.tables import table_of
-from vibroscope.app.page.controls.controls import shown
+from vibroscope.app.export.tables import figure_table
+from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Units
 from vibroscope.engine.system_file import parse_system
 
-PLAIN = Explorer().setting()
+PLAIN = Setting()
 PHYSICAL = PLAIN._replace(units="physical", omega1=20.0, m1=3.0, amplitude=2.5)
 UNITS = Units(20.0, 3.0, 2.5)
-KEPT = Cache(48)
+CACHE = Cache(48)
 
 
 def columns_of(setting):
-    return present(frame_of(setting, cache=KEPT))
+    return present(compute_runs(setting, cache=CACHE))
 
 
 def test_every_column_is_the_plain_one_times_its_unit():
     period = 2 * math.pi / PLAIN.eta / 20.0  # seconds
-    factors = {  # by hand: time, length, speed, force, impulse
+    factors = {  # by hand
         "time": period,
         "displacement": 2.5,
         "velocity": 2.5 * 20.0,
@@ -50,28 +51,34 @@ def test_every_column_is_the_plain_one_times_its_unit():
     ("column", "quantity"),
     [("penalty_v2", "velocity"), ("v1", "velocity"), ("x2", "displacement"), ("reference1", "displacement")],
 )
-def test_columns_are_told_apart_by_their_names(column, quantity):
+def test_the_name_of_a_column_gives_its_quantity(column, quantity):
     assert quantity_of(column) == quantity
 
 
 def test_the_runs_do_not_depend_on_the_units():
-    assert frame_of(PHYSICAL, cache=KEPT).penalty is frame_of(PLAIN, cache=KEPT).penalty
+    assert compute_runs(PHYSICAL, cache=CACHE).penalty is compute_runs(PLAIN, cache=CACHE).penalty
+
+
+def notes_of(setting):
+    controls = Controls()
+    controls.show_setting(setting)
+    return controls.shown["notes"]
 
 
 def test_the_notes_are_what_goes_into_an_fe_input_file():
-    notes = shown(PHYSICAL)["notes"]
+    notes = notes_of(PHYSICAL)
     assert notes["K"] == f"{2500 * 3 * 20**2:.4g} N/m"
     assert notes["D"] == f"damper 2D: {2 * 8 * 3 * 20:.4g} N·s/m"
     assert f"{2 * math.pi / 1.08 / 20 / 2000:.4g} s" in notes["steps"]
-    assert shown(PLAIN)["notes"].keys() == {"steps"}
+    assert notes_of(PLAIN).keys() == {"steps"}
 
 
 def test_the_files_name_their_units():
-    rows = list(csv.reader(io.StringIO(takeaway.as_csv(table_of("force", columns_of(PHYSICAL), PHYSICAL.scale)))))
+    rows = list(csv.reader(io.StringIO(as_csv(figure_table("force", columns_of(PHYSICAL), PHYSICAL.scale)))))
     assert rows[0] == ["series", "time [s]", "force [N]", "impulse [N·s]"]
-    assert parse_system_units(takeaway.as_toml(PHYSICAL)) == UNITS
+    assert parse_system_units(as_toml(PHYSICAL)) == UNITS
     assert "--system system.toml --units" in as_command(PHYSICAL)
-    assert "N." in words.tell(frame_of(PHYSICAL, cache=KEPT)).penalty
+    assert "N." in describe(compute_runs(PHYSICAL, cache=CACHE)).penalty
 
 
 def parse_system_units(text):
@@ -81,7 +88,7 @@ def parse_system_units(text):
 @pytest.mark.parametrize("text", ["0", "-1", "1e-7", "1e10", "nan", ""])
 def test_units_from_an_address_are_checked(text):
     with pytest.raises(Refused, match="omega1"):
-        read({"omega1": text})
+        read_values({"omega1": text})
 
 
 @pytest.mark.parametrize("name", ["omega1", "m1", "amplitude"])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from vibroscope.engine import Reference, System
-from vibroscope.engine.kernels.compile.options import cache_root, source_digest
+from vibroscope.engine.drivers.code_cache import cache_root, source_digest
 from vibroscope.engine.sweeps import EtaStudy, RunOptions, cache, grow_cached
 
 ETAS = np.linspace(2.6, 3.3, 24)

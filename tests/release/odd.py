@@ -2,9 +2,10 @@
 
 import asyncio
 
+from vibroscope.app.explorer.link import VIEW_FIELDS
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.state import VIEW_FIELDS, Setting
-from vibroscope.app.page.opening import THEMES
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.address import THEMES
 from vibroscope.app.page.tabs import TABS
 
 from tests.browserless import changed, event, mapped, move

@@ -32,7 +32,7 @@ def serves(tmp_path, cache):
     async def steps():
         async with Client(server.url) as client:
             await client.ready()
-            await client.shown(lambda told: told.get("frame"), seconds=500)  # nothing kept: kernels compile
+            await client.shown(lambda told: told.get("update"), seconds=500)  # nothing kept: kernels compile
             shown = await client.set(1, eta="1.5")
             await client.patch(client.message(mapped({"tab": "step", "move": 2}), "Header"))
             while '"complete"' not in json.dumps((await client.receive())["content"]):

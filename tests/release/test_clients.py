@@ -61,7 +61,7 @@ def test_a_browser_that_never_reads_while_updates_come(server, tell):
             assert time.monotonic() < begun + 200, "never let go"
             number += 1
             told = await client.set(number, eta=f"{1 + number % 1000 / 1000:.3f}")
-            await client.patch(client.message(mapped({"painted": told["frame"]})))
+            await client.patch(client.message(mapped({"painted": told["update"]})))
             client.answers.clear()
             await asyncio.sleep(1 / 60)  # a screen shows no more
         seconds, more = time.monotonic() - begun, server.memory() - before

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from tornado.websocket import WebSocketClosedError
 from vibroscope.app.commands.cli import build_parser, main
-from vibroscope.app.explorer.state import Explorer, Refused
-from vibroscope.app.export.formats import as_toml, setting_of_toml
-from vibroscope.app.page.opening import read_opening
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.export.formats import as_toml, texts_from_toml
+from vibroscope.app.page.address import read_opening
 from vibroscope.app.page.tabs import TABS
 from vibroscope.engine import read_measurement, read_system
 
@@ -33,17 +34,13 @@ def test_addresses(server, inputs, tell):
     # Each byte that an address cannot hold as it is is escaped; what looks like an escape already stays one.
     queries = [quote(random_query(chance), safe="=&%+;:,") for _ in range(inputs)]
     for query in queries:
-        state = Explorer()
-        before = state.setting()
         try:
             asked = read_opening(query)
-            state.apply(asked.texts)
         except Refused as error:
             refused[query] = str(error)
             assert refused[query]
-            assert state.setting() == before  # whole or not at all
             continue
-        assert holds_no_odd_number((*state.setting(), *(asked.pinned or ())))
+        assert holds_no_odd_number((*asked.setting, *(asked.pinned or ())))
         assert np.isfinite([*asked.view.zoom.values()]).all()
 
     async def ask():
@@ -55,7 +52,7 @@ def test_addresses(server, inputs, tell):
                 assert await client.ready()
                 (header,) = client.models("Header1")
                 shown = header["attributes"].get("error", "")
-                assert ("The link was not taken" in shown) == (query in refused), query
+                assert ("The link was not accepted" in shown) == (query in refused), query
                 assert shown.startswith(refused.get(query, ""))
         return len(statuses), len(opened)
 
@@ -141,7 +138,7 @@ def test_files(tmp_path, inputs, tell):
     chance, refused = random.Random(3), 0
     measured = (ROOT / "assets/example-measurement.csv").read_bytes()[:4000]
     system = subprocess.run([ROOT / ".venv/bin/vibroscope", "system"], capture_output=True, check=True).stdout
-    upload = as_toml(Explorer().setting()).encode()
+    upload = as_toml(Setting()).encode()
     readers = (
         (system, "x.toml", read_system),
         (measured, "x.csv", read_measurement),
@@ -166,9 +163,7 @@ def test_files(tmp_path, inputs, tell):
 
 def uploaded(path):
     """What the page makes of a file that its user loads."""
-    explorer = Explorer()
-    explorer.apply(setting_of_toml(path.read_bytes().decode(errors="replace")))
-    return explorer.setting()
+    return read_setting(texts_from_toml(path.read_bytes().decode(errors="replace")))
 
 
 def all_finite(found):

@@ -20,7 +20,7 @@ TAKEN = ("json", "report", "python", "command", "toml")
 
 
 def _given(message):
-    """Files in a message, as `app.page.handout` gives them."""
+    """Files in a message, as `app.page.take_away` gives them."""
     for change in message["content"].get("events", []) if message["msgtype"] == "PATCH-DOC" else []:
         if change.get("msg_type") == "bokeh_event" and change["msg_data"]["name"] == "esm_event":
             data = dict(change["msg_data"]["values"]["entries"])["data"]
@@ -35,7 +35,7 @@ def test_soak(tmp_path, tell):
         async def visitor(number):
             async with Client(server.url) as client:
                 await client.ready()
-                await client.patch(client.message(mapped({"listens": True}), "Feed"))
+                await client.patch(client.message(mapped({"listens": True}), "ColumnSender"))
                 for turn, key in enumerate(TABS, number * len(TABS)):
                     await client.patch(client.message(move({"eta": f"{0.6 + turn % 3000 / 1000:.3f}"}, turn)))
                     await client.patch(client.message(mapped({"tab": key, "move": turn}), "Header"))

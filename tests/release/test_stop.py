@@ -45,8 +45,8 @@ def test_a_stop_under_load_answers_all(tmp_path, tell):
             clients = [await Client(server.url).open() for _ in range(8)]
             for client in clients:
                 await client.ready()
-                shown = await client.shown(lambda told: told.get("frame"))
-                await client.patch(client.message(mapped({"painted": shown["frame"]})))
+                shown = await client.shown(lambda told: told.get("update"))
+                await client.patch(client.message(mapped({"painted": shown["update"]})))
             for number, client in enumerate(clients):
                 await client.patch(client.message(move({"eta": f"1.{30 + number}", "steps": "32000"}, 5)))
             server.process.send_signal(signal.SIGTERM)

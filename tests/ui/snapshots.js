@@ -1,6 +1,6 @@
-// What stands on the page, read by `snapshots_page.py`: every figure as it is drawn, every text where it stands.
+// Reads the page for `snapshots_page.py`: every figure as it is drawn, every text and its position.
 () => {
-  const BOXES = "header.head, form.panel, div.told, div.statements, section, article";
+  const BOXES = "header.head, form.panel, div.lines, div.statements, section, article";
   const document_ = Bokeh.documents[0];
   const round = ({ x, y, width, height }) => [x, y, width, height].map(Math.round);
   const list = (values) => Array.from(values, (value) => (typeof value === "number" && !Number.isFinite(value) ? null : value));
@@ -11,7 +11,7 @@
   const figures = [...document_.all_models].filter((model) => model.type === "Figure")
     .map((model) => ({ model, view: Bokeh.index.find_one_by_id(model.id) })).filter(({ view }) => shown(view));
 
-  // A picture is told by how much of it each of its values takes.
+  // A picture is described by the shares of its most frequent values.
   const shares = (pixels) => {
     const counts = new Map();
     for (const pixel of pixels) counts.set(pixel, (counts.get(pixel) ?? 0) + 1);
@@ -29,7 +29,7 @@
     .map((axis) => ({ kind: axis.type, label: axis.axis_label ?? "" }));
   const legend = (model) => model.center.concat(model.above).filter((part) => part.type === "Legend" && part.visible)
     .flatMap(({ items }) => items.filter((item) => item.visible).map((item) => item.label.value ?? item.label.field));
-  // Under another figure with the same axis and its label, a strip needs none of its own.
+  // A strip under another figure with the same axis needs no label of its own.
   const shares_axis = (model) => figures.some(({ model: other }) =>
     other !== model && other.x_range === model.x_range && axes(other)[0]?.label);
 
@@ -60,7 +60,7 @@
 
   const texts = [];
 
-  // Texts on canvases are seen as they are painted.
+  // Texts on a canvas are recorded while they are painted.
   const context = CanvasRenderingContext2D.prototype;
   const plain = context.fillText;
   const written = (figure) => function (text, x, y) {
@@ -86,7 +86,7 @@
   });
 
   const above = (node) => node.assignedSlot ?? node.parentNode ?? node.host ?? null;
-  // What of a box can be seen through all that it lies in; what can be scrolled to is not lost.
+  // The visible part of a box in all elements that contain it, and whether a part is cut off that cannot be scrolled to.
   const seen = (box, node) => {
     let { left, top, right, bottom } = box;
     let cut = false;

@@ -1,8 +1,8 @@
-"""Comparing what the page shows with what it showed when someone last looked: data and pictures.
+"""Comparison of the page with baselines: data and pictures.
 
 Baselines lie in tests/snapshots; ``make snapshots`` writes them, a missing one fails. Data must agree on any machine
-within rounding. Pictures must agree to the last pixel where browser and fonts are those that drew the baseline, chaotic
-motions where the arithmetic is the same as well, and nearly so elsewhere.
+within rounding. Pictures must be equal where browser and fonts are those that drew the baseline (of chaotic motions,
+also the arithmetic), and similar elsewhere.
 """
 
 import functools
@@ -19,10 +19,10 @@ from .snapshots_report import Report
 FOLDER = Path(__file__).parents[1] / "snapshots"
 REPORT = Report(Path(__file__).parents[1] / "results" / "index.html")
 DRAWN_BY = "drawn-by.json"
-# Another browser or another set of fonts moves letters and the edges of lines, not figures.
+# Another browser or other fonts change letters and the edges of lines, but not figures.
 TOLERATED_SHARE = 0.06
 TOLERATED_STEP = 60  # of 255, per channel
-# Chaos turns the last bit of another machine's arithmetic into another curve.
+# In a chaotic motion another last bit, from the arithmetic of another machine, gives another curve.
 IRREGULAR_SHARE = 0.2
 TOLERATED_PIXELS = 24  # between boxes of parts that hold letters
 DIGITS = 4
@@ -37,11 +37,16 @@ class Snapshots:
         Write instead of compare.
     drawn_by
         ``browser``, ``letters`` and ``numbers``: what pictures depend on beside the page.
+
+    Attributes
+    ----------
+    loose
+        Names of the pictures that were only required to be similar.
     """
 
     def __init__(self, renew, drawn_by):
         self.renew = renew
-        self.drawn_by = drawn_by
+        self.loose = []
         path = FOLDER / DRAWN_BY
         if renew:
             path.write_text(printed(drawn_by))
@@ -78,6 +83,8 @@ class Snapshots:
         if not path.exists():
             return [missing(path)]
         exact = {"browser", "letters"} | ({"numbers"} if irregular else set()) <= self.same
+        if not exact:
+            self.loose.append(name)
         tolerated = 0 if exact else IRREGULAR_SHARE if irregular else TOLERATED_SHARE
         old = opened(path.read_bytes())
         fault, difference = differing(old, new, tolerated, 0 if exact else TOLERATED_STEP)
@@ -86,7 +93,7 @@ class Snapshots:
         return [f"{name}: {fault}; see {REPORT.add_pictures(name, fault, old, new, difference)}"]
 
     def check_files(self, names):
-        """What lies there that no test asks for; renewing takes it away."""
+        """Baselines that no test uses; renewing removes them."""
         old = {path for path in FOLDER.iterdir() if path.name not in {*names, DRAWN_BY, "README.md"}}
         if self.renew:
             for path in old:
@@ -104,7 +111,7 @@ def opened(picture):
 
 
 def differing(old, new, tolerated_share, tolerated_step):
-    """What is wrong with a picture, empty if nothing, and where it differs."""
+    """The fault of a picture, empty if it has none, and where it differs."""
     if old.size != new.size:
         return f"the picture was {old.size} and is {new.size}", None
     worst = functools.reduce(ImageChops.lighter, ImageChops.difference(old, new).split())
@@ -116,7 +123,7 @@ def differing(old, new, tolerated_share, tolerated_step):
 
 
 def printed(data):
-    """JSON with one list of plain values a line, so that git's difference can be read."""
+    """JSON with one list of plain values per line, for readable differences in git."""
     text = json.dumps(data, indent=1, ensure_ascii=False, sort_keys=True)
     return re.sub(r"\[[^\[\]{}]*\]", lambda found: re.sub(r"\s+", " ", found.group()), text) + "\n"
 

@@ -1,4 +1,4 @@
-"""What stands on the page: its data, to be compared with a baseline, and what is wrong with it whoever looks."""
+"""The data of the page, to be compared with a baseline, and its faults."""
 
 import itertools
 import math
@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 READ = Path(__file__).with_name("snapshots.js").read_text(encoding="utf-8")
-# Bokeh clears a canvas half a pixel off, so that something of each earlier painting stays at its edge.
+# Bokeh clears a canvas half a pixel off, so that parts of earlier paintings remain at its edge.
 AFRESH = """() => {
   for (const model of [...Bokeh.documents[0].all_models].filter((one) => one.type === "Figure")) {
     const view = Bokeh.index.find_one_by_id(model.id);
@@ -26,20 +26,20 @@ AFRESH = """() => {
     view.paint();
   }
 }"""
-KEPT_VALUES = 60  # of a column; a curve that changes does so in more than one place
-LEAST_INK = 40  # pixels: a mark alone has more
+KEPT_VALUES = 60  # of a column; a curve that changes does so at more than one point
+LEAST_INK = 40  # pixels; a single mark has more
 # Boxes of letters are taller than the letters.
 BESIDE, BELOW = 1.0, 3.5
 
 # In mm, s and N a label ends in its unit; these are ratios all the same.
 UNIT = re.compile(r" / (µs|mm|s|N|\(mm/s\)|\(N·s\)|\(N/m\)|\(N·s/m\))(?= |$)")
 RATIO = re.compile(r"η = Ω/ω₁|n = T/Δτ|relative|non-dimensional")
-# Otherwise it names a number of the model or says what it is divided by.
+# Otherwise it names a number of the model or its divisor.
 NUMBER = re.compile(r"[ηξτλKD]|/ base amplitude|error after")
 
 
 def read(page):
-    """Figures as they are drawn, texts and where they stand, boxes of the page's parts."""
+    """Figures as they are drawn, texts and their positions, boxes of the parts of the page."""
     return page.evaluate(READ)
 
 
@@ -47,16 +47,16 @@ def read(page):
 
 
 def data(found, irregular="", measured=False, stacked=False):
-    """What must be the same on any machine.
+    """The data that must be the same on any machine.
 
     Parameters
     ----------
     irregular
-        A pattern of "figure/source.column" for those that a chaotic motion decides: only that they are there.
+        A pattern of "figure/source.column" for columns of chaotic motions, of which only the presence is compared.
     measured
-        The page shows times that it measures.
+        The page shows measured times.
     stacked
-        All stands below each other: where depends on the letters above, and only the order is kept.
+        Parts are below each other, so that their heights depend on the letters above; only their order is compared.
     """
     texts = ["measured" if text["measured"] else text["text"] for text in words(found)]
     if irregular or measured:
@@ -71,7 +71,7 @@ def data(found, irregular="", measured=False, stacked=False):
 
 
 def words(found):
-    """All that is written on the page itself; what figures write follows from their data."""
+    """The texts of the page outside figures, whose texts follow from their data."""
     return [text for text in found["texts"] if "figure" not in text]
 
 
@@ -81,7 +81,7 @@ def hidden(text):
 
 
 def placed(box, stacked):
-    """Left, top, width and height, or what of them does not depend on letters."""
+    """Left, top, width and height; if stacked, only left and width."""
     return {"x": box[0], "width": box[2]}.values() if stacked else box
 
 
@@ -117,11 +117,11 @@ def is_finite(value):
     return isinstance(value, str) or (isinstance(value, int | float) and math.isfinite(value))
 
 
-# -- what is wrong -------------------------------------------------------------
+# -- faults -------------------------------------------------------------------
 
 
 def faults(found, physical=False):
-    """Empty figures, axes without a unit, texts over each other or cut off; one line of text each."""
+    """Empty figures, axes without a unit, texts that overlap or are cut off; one line of text each."""
     lines = [fault for figure in found["figures"] for fault in (*emptiness(figure), *unlabelled(figure, physical))]
     if found["wide"] > 0:
         lines.append(f"the page is {found['wide']} pixels wider than the window")
@@ -129,7 +129,7 @@ def faults(found, physical=False):
 
 
 def emptiness(figure):
-    """Whether nothing is drawn."""
+    """The fault if nothing is drawn."""
     columns = [values for source in figure["sources"].values() for values in source.values()]
     if not any(is_finite(value) for values in columns for value in values):
         yield f"{figure['name']} has no data"
@@ -138,7 +138,7 @@ def emptiness(figure):
 
 
 def unlabelled(figure, physical):
-    """Axes that do not say what they measure in."""
+    """Axes without a unit."""
     for axis in figure["axes"]:
         label = axis["label"]
         if not label:

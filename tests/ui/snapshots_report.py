@@ -1,4 +1,4 @@
-"""All that differs from the baselines in one run, old, new and difference, in one HTML file."""
+"""All differences from the baselines in one run, in one HTML file: old, new and difference."""
 
 import base64
 import difflib
@@ -19,14 +19,14 @@ table.diff { font: 12px monospace; }
 
 
 class Report:
-    """One HTML file, begun anew by the first difference of a run."""
+    """One HTML file, begun again by the first difference of a run."""
 
     def __init__(self, path):
         self.path = path
         self.sections = []
 
     def add_pictures(self, name, fault, old, new, difference):
-        """Three pictures side by side; gives where to look."""
+        """Add three pictures side by side; returns the address of the section."""
         pictures = {"was": old, "is": new} | ({"difference": difference} if difference is not None else {})
         cells = "".join(
             f"<figure><figcaption>{title}</figcaption><img src='data:image/png;base64,{png(image)}'></figure>"
@@ -35,7 +35,7 @@ class Report:
         return self._add(name, f"<p>{html.escape(fault)}</p>{cells}")
 
     def add_data(self, name, differences, old, new):
-        """Every difference as a line, and both texts beside each other where they differ."""
+        """Add every difference as a line, and both texts side by side where they differ."""
         lines = "".join(f"<li>{html.escape(line)}</li>" for line in differences[:200])
         table = difflib.HtmlDiff(wrapcolumn=80).make_table(
             old.splitlines(), new.splitlines(), "was", "is", context=True, numlines=1

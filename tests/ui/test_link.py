@@ -1,77 +1,66 @@
-"""A link restores the exact view in a page of its own: zoomed, chosen and muted as it was, and light or dark."""
+"""A link restores the exact view in another page: zoom, choices, muted entries and theme."""
 
 import pytest
 
-from .conftest import wait_until
-from .test_explorer import address
+from .explorer import wait_until
 from .test_studies import SETTING, panel
 
-RANGES = """names => names.map(name => {
-  const figure = Bokeh.documents[0].get_model_by_name(name);
-  return [figure.x_range, figure.y_range, ...Object.values(figure.extra_y_ranges ?? {})].map(r => [r.start, r.end]);
-}).flat()"""
 ZOOMED = ("displacement", "phase1", "force", "diagram")
-
-
-def ranges(explorer, names):
-    ends = explorer.page.evaluate(RANGES, names)
-    return [end for pair in ends for end in pair if end is not None]
 
 
 def zoomed(explorer, *figures):
     """Zoom into these figures and wait for the link."""
     for name in figures:
-        before = address(explorer).get("zoom", "")
+        before = explorer.ranges(name)
         explorer.zoom(name, 0.2, 0.6, 0.2, 0.7)
-        wait_until(lambda before=before: address(explorer).get("zoom", "") != before, 5, f"the zoom of {name}")
-    # The ends of a range arrive one after the other; the address follows when they rest.
-    explorer.page.wait_for_timeout(800)
+        wait_until(lambda name=name, before=before: explorer.ranges(name) != before, 5, f"the zoom of {name}")
+        explorer.wait_for_zoom(name)
     return explorer
 
 
 def begun(explorer, figure):
-    """Wait until there is something in the figure of a study."""
+    """Wait until the figure of a study has data."""
     wait_until(lambda: not explorer.figure(figure)["title"].startswith("Being"), 60, f"something in {figure}")
     explorer.settle()
     return explorer
 
 
 def same_view(first, second, names):
-    view = pytest.approx(ranges(first, names), rel=2e-5, abs=2e-4)
-    wait_until(lambda: ranges(second, names) == view, what="the view")
+    view = [pytest.approx(ends, rel=2e-5, abs=2e-4) for ends in first.ranges(*names)]
+    wait_until(lambda: second.ranges(*names) == view, what="the view")
 
 
 def test_a_zoom_goes_into_the_link_and_comes_back(visit):
     explorer = zoomed(visit("?eta=2.76&K=12000&D=18&steps=2000"), *ZOOMED)
-    names = {part.split(":")[0] for part in address(explorer)["zoom"].split(";")}
+    names = {part.split(":")[0] for part in explorer.address()["zoom"].split(";")}
     assert names == {"time", "displacement", "x1", "v1", "force", "impulse", "eta", "section"}
     second = visit(explorer.query())
     same_view(explorer, second, [*ZOOMED, "phase2", "strip"])
     second.moved(lambda: second.type("K", "9000"))
     same_view(explorer, second, ZOOMED)  # nothing of it is lost by a move
-    assert address(second)["zoom"] == address(explorer)["zoom"]
+    assert second.address()["zoom"] == explorer.address()["zoom"]
     second.moved(lambda: second.scene("C"))
     assert second.figure("force")["x"] == [0, 2]
-    wait_until(lambda: "zoom" not in address(second), what="a link without a zoom")
+    wait_until(lambda: "zoom" not in second.address(), what="a link without a zoom")
 
 
 def test_the_reset_tool_takes_a_zoom_out_of_the_link(visit):
     explorer = visit("?eta=1.08&K=2500&D=8&steps=2000&zoom=x1:-1,2;v1:-1,1;time:0.2,0.7")
     assert explorer.figure("phase1")["x"] == [-1, 2]
     explorer.page.evaluate("Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name('phase1').id).reset()")
-    wait_until(lambda: address(explorer).get("zoom") == "time:0.2,0.7", what="a link with the other zoom alone")
+    wait_until(lambda: explorer.address().get("zoom") == "time:0.2,0.7", what="a link with the other zoom alone")
     low, high = explorer.figure("phase1")["x"]
     points = explorer.source("phase_reference")["x1"]
     assert low < min(points) < max(points) < high  # it knows where the data are, although it began zoomed
 
 
-def test_a_zoom_that_is_refused_leaves_the_page_as_it_is_by_itself(visit):
+def test_a_refused_zoom_leaves_the_default_page(visit):
     explorer = visit("?eta=2.76&zoom=time:0.7,0.2")
     assert "from a smaller to a larger number" in explorer.error()
     assert explorer.typed("eta").input_value() == "1.08"
     assert explorer.figure("force")["x"] == [0, 2]
     zoomed(explorer, "force")
-    assert address(explorer)["eta"] == "1.08"
+    assert explorer.address()["eta"] == "1.08"
 
 
 @pytest.mark.parametrize(
@@ -89,7 +78,7 @@ def test_the_view_of_a_study_comes_back(visit, tab, figures, choices):
         panel(explorer).get_by_role("combobox", name=label).select_option(value)
     # What is chosen is drawn at the range of its data: a zoom before that would be taken back.
     chosen = choices.values()
-    wait_until(lambda: all(value in address(explorer).get("choice", "") for value in chosen), what="the choices drawn")
+    wait_until(lambda: all(value in explorer.address().get("choice", "") for value in chosen), what="the choices drawn")
     explorer.settle()
     zoomed(explorer, figures[0])
     second = visit(explorer.query())
@@ -111,39 +100,39 @@ LEGEND = """name => {
 
 
 def click_last_entry(explorer, figure):
-    """In the legend, seen, of a figure."""
+    """Click the last visible entry of the legend of a figure."""
     box = explorer.page.evaluate(LEGEND, figure)
     explorer.page.mouse.click(box["x"] + box["width"] - 12, box["y"] + box["height"] / 2)
 
 
-def test_what_is_muted_and_the_theme_come_back(visit):
+def test_muted_entries_and_the_theme_come_back(visit):
     explorer = visit(height=880)  # a browser of its own, which remembers for no other test
-    assert "theme" not in address(explorer)  # nobody has chosen
+    assert "theme" not in explorer.address()  # nobody has chosen
     explorer.page.get_by_role("button", name="Dark page").click()
     click_last_entry(explorer, "phase1")
     click_last_entry(explorer, "force")
     wanted = {"theme": "dark", "mute": "phase1:penalty;force:penalty_impulses"}
-    wait_until(lambda: wanted.items() <= address(explorer).items(), 5, "theme and mute in the link")
+    wait_until(lambda: wanted.items() <= explorer.address().items(), 5, "theme and mute in the link")
     second = visit(explorer.query())
     assert second.page.evaluate("document.documentElement.dataset.theme") == "dark"
     assert second.model("phase1", "background_fill_color") == "#171E26"
     assert second.page.evaluate(MUTED, ["phase1", "phase2", "force"]) == ["penalty", "its impulses"]
     second.moved(lambda: second.type("K", "9000"))
-    wait_until(lambda: address(second)["K"] == "9000", 5, "the move in the link")
-    assert wanted.items() <= address(second).items()
+    wait_until(lambda: second.address()["K"] == "9000", 5, "the move in the link")
+    assert wanted.items() <= second.address().items()
     click_last_entry(second, "phase1")
-    wait_until(lambda: address(second)["mute"] == "force:penalty_impulses", 5, "one muted entry less")
+    wait_until(lambda: second.address()["mute"] == "force:penalty_impulses", 5, "one muted entry less")
     # The link's theme is for this page alone, and that of an earlier visit is in the link from the start.
     assert second.page.evaluate("localStorage.getItem('vibroscope-theme')") is None
     third = visit(height=880)
-    wait_until(lambda: address(third).get("theme") == "dark", 5, "the theme that was chosen on an earlier visit")
+    wait_until(lambda: third.address().get("theme") == "dark", 5, "the theme that was chosen on an earlier visit")
 
 
 @pytest.mark.parametrize(
     ("query", "words"),
     [("theme=night", "theme must be light or dark"), ("mute=phase1:its", "reference, penalty, pinned, not “its”")],
 )
-def test_a_view_that_there_is_not_is_refused_whole(visit, query, words):
+def test_an_unknown_view_is_refused_as_a_whole(visit, query, words):
     explorer = visit(f"?eta=2.76&{query}&zoom=time:0.2,0.7")
     assert words in explorer.error()
     assert explorer.typed("eta").input_value() == "1.08"
@@ -156,7 +145,7 @@ def test_legend_entries_are_switches_for_the_keyboard_too(visit):
     assert entry.get_attribute("aria-checked") == "true"
     entry.focus()
     keys.press("Enter")
-    wait_until(lambda: address(explorer).get("mute") == "phase2:penalty", 5, "the muted entry in the link")
+    wait_until(lambda: explorer.address().get("mute") == "phase2:penalty", 5, "the muted entry in the link")
     assert entry.get_attribute("aria-checked") == "false"
     explorer.until("""(() => {
         let at = document.activeElement;
@@ -164,6 +153,6 @@ def test_legend_entries_are_switches_for_the_keyboard_too(visit):
         return at.role === "switch" && at.textContent === "penalty";
     })()""")
     keys.press(" ")  # the entry made anew still has the keyboard
-    wait_until(lambda: "mute" not in address(explorer), 5, "no muted entry in the link")
+    wait_until(lambda: "mute" not in explorer.address(), 5, "no muted entry in the link")
     assert entry.get_attribute("aria-checked") == "true"
     assert explorer.page.get_by_role("button", name="Play", exact=True).count() == 1  # not the page's Space

@@ -1,6 +1,6 @@
 """The Paper tab in a browser: claims are checked as they come into view, and open where they can be tried."""
 
-from .conftest import wait_until
+from .explorer import wait_until
 
 FIGURES = "[...Bokeh.documents[0].all_models].filter(m => m.type === 'Figure').length"
 

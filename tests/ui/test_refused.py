@@ -1,10 +1,8 @@
-"""What a visitor reads who was given the page and then no session: words, never an empty page."""
+"""A visitor whose session is refused reads why; the page is never empty."""
 
 import pytest
 
 from tests.served import served
-
-from .conftest import wait_until
 
 
 @pytest.fixture(scope="module")
@@ -21,27 +19,27 @@ def page(browser):
     context.close()
 
 
-def words(page):
+def message(page):
     alert = page.get_by_role("alert")
     alert.wait_for(timeout=30_000)
     assert page.get_by_role("link", name="Load the page again").is_visible()
     return alert.inner_text()
 
 
-def test_a_session_that_finds_no_room_is_told_so(narrow, page):
+def test_the_page_says_that_the_server_is_full(narrow, page):
     held = []
     page.route("**/bokeh.min.js*", lambda route: held.append(route))
-    page.goto(narrow.url, wait_until="commit")  # there is room when the page is asked for
-    wait_until(lambda: held or page.wait_for_timeout(20), what="a page that waits for its script")
+    with page.expect_request("**/bokeh.min.js*"):
+        page.goto(narrow.url, wait_until="commit")  # there is room when the page is requested
     first = page.context.new_page()
     first.goto(narrow.url)
     first.locator("form.panel").wait_for(state="attached", timeout=30_000)
     held[0].continue_()
-    assert "as many sessions as it can" in words(page)
+    assert "as many sessions as it can" in message(page)
 
 
-def test_a_page_that_the_server_knows_no_more_is_told_so(server, page):
+def test_the_page_says_that_the_server_no_longer_knows_it(server, page):
     stale = "window.WebSocket = class extends WebSocket { constructor(url) { super(url, ['bokeh', 'stale']); } };"
     page.add_init_script(stale)
     page.goto(server)
-    assert "waited too long" in words(page)
+    assert "waited too long" in message(page)

@@ -1,14 +1,13 @@
 """Ways to set what is shown: a suggestion, a file, other units."""
 
-from .conftest import wait_until
-from .test_explorer import in_address
+from .explorer import wait_until
 
 
 def test_a_suggestion_moves_the_sliders_and_is_one_step_back(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000&located=yes")
     explorer.page.get_by_role("button", name="Suggest K").click()
     explorer.page.locator(".suggest[data-phase=done]").wait_for(timeout=60_000)
-    assert explorer.page.locator(".suggest .told").text_content() == "An error of 5 % is met"
+    assert explorer.page.locator(".suggest .status").text_content() == "An error of 5 % is met"
     wait_until(lambda: explorer.typed("steps").input_value() != "2000", what="moved sliders")
     assert int(explorer.typed("steps").input_value()) < 100
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Undo").click())
@@ -24,7 +23,7 @@ def test_a_tolerance_that_is_none_is_told_where_it_was_typed(visit):
     explorer.page.get_by_label("Tolerance").fill("0")
     explorer.page.get_by_role("button", name="Suggest K").click()
     explorer.page.locator(".suggest[data-phase=failed]").wait_for()
-    assert "tolerance must be a number from 0.01 to 100" in explorer.page.locator(".suggest .told").text_content()
+    assert "tolerance must be a number from 0.01 to 100" in explorer.page.locator(".suggest .status").text_content()
 
 
 def test_a_file_is_taken_whole_or_not_at_all(visit):
@@ -38,7 +37,7 @@ def test_a_file_is_taken_whole_or_not_at_all(visit):
     explorer.moved(lambda: load(f"{filler}[setting]\neta = 1.3\nK = 9000\n"))
     assert (explorer.typed("eta").input_value(), explorer.typed("K").input_value()) == ("1.3", "9000")
     load("[setting]\neta = 1.4\nK = -1\n")
-    wait_until(lambda: "The file was not taken: K must be a number" in explorer.error(), what="a refusal")
+    wait_until(lambda: "The file was not accepted: K must be a number" in explorer.error(), what="a refusal")
     assert explorer.typed("eta").input_value() == "1.3"
 
 
@@ -46,7 +45,7 @@ def test_physical_units_reach_every_figure_and_the_address(visit):
     explorer = visit("?eta=2.76&omega1=20&amplitude=2")
     plain = explorer.source("displacements")
     explorer.moved(lambda: explorer.page.get_by_text("mm, s, N").click())
-    in_address(explorer, units="physical", omega1="20", amplitude="2")
+    explorer.wait_for_address(units="physical", omega1="20", amplitude="2")
     physical = explorer.source("displacements")
     assert abs(physical["t"][-1] - 2 * 6.283185307 / 2.76 / 20) < 1e-6
     assert abs(physical["penalty1"][7] / plain["penalty1"][7] - 2) < 1e-5

@@ -1,7 +1,6 @@
 """Speed against error in a browser: measured for the setting, ringed, told, and silent while hidden."""
 
-from .conftest import wait_until
-from .test_page import count_messages, counted  # noqa: F401 - a fixture
+from .explorer import wait_until
 from .test_studies import complete, opened, panel
 
 
@@ -18,10 +17,10 @@ def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
     assert sorted(explorer.source("speed_located")["n"]) == [100, 200, 400, 800, 1600]
 
 
-def test_hidden_speed_sends_nothing(counted, visit):  # noqa: F811 - the fixture
+def test_hidden_speed_sends_nothing(counted, visit):
     explorer = visit("?tab=speed&eta=2.76&K=12000&D=18&steps=32000")
     explorer.open_tab("Help")
     explorer.settle()
-    received = count_messages(explorer.page)
+    received = explorer.count_messages()
     explorer.page.wait_for_timeout(1500)  # long enough for what must not come
     assert received() < 500

@@ -2,9 +2,7 @@
 
 import pytest
 
-from .conftest import wait_until
-from .test_explorer import address, in_address
-from .test_page import count_messages, counted  # noqa: F401 - a fixture
+from .explorer import wait_until
 
 SETTING = "eta=2.76&K=12000&D=18&steps=2000"
 TABS = {"bifurcation": "Bifurcation", "plane": "K–D plane", "step": "Time step"}
@@ -58,8 +56,8 @@ def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
     explorer.page.mouse.click(*place(explorer, "plane_exact", 1000, 5))
     wait_until(lambda: abs(explorer.source("plane_mark")["K"][0] - 1000) < 30, what="the mark at the click")
     assert explorer.source("plane_mark")["D"][0] == pytest.approx(5, rel=0.03)
-    wait_until(lambda: address(explorer).get("K") != "12000", what="an address with the new K")
-    assert float(address(explorer)["D"]) == pytest.approx(5, rel=0.03)
+    wait_until(lambda: explorer.address().get("K") != "12000", what="an address with the new K")
+    assert float(explorer.address()["D"]) == pytest.approx(5, rel=0.03)
     assert share(explorer) == 1  # the plane itself is the same
 
 
@@ -90,13 +88,13 @@ def test_a_study_is_cancelled_and_goes_on(visit):
     panel(explorer).get_by_role("button", name="Cancel").click()
 
 
-def test_the_line_in_the_diagram_is_dragged_in_the_browser_and_sets_eta(counted, visit):  # noqa: F811
+def test_the_line_in_the_diagram_is_dragged_in_the_browser_and_sets_eta(counted, visit):
     explorer = opened(visit, "bifurcation")
     low, high = explorer.figure("bifurcation")["y"]
     middle = 0.5 * (low + high)
     explorer.page.mouse.move(*place(explorer, "bifurcation", 2.76, middle))
     explorer.page.mouse.down()
-    received = count_messages(explorer.page)
+    received = explorer.count_messages()
     explorer.page.mouse.move(*place(explorer, "bifurcation", 2.0, middle), steps=5)
     assert explorer.model("bifurcation_cursor", "location") == pytest.approx(2.0, abs=0.02)
     assert explorer.model("bifurcation_label", "text").startswith("η = ")
@@ -152,7 +150,7 @@ def test_a_zoom_of_the_diagram_is_computed_anew_in_its_range(visit):
     complete(explorer)
 
 
-def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(counted, visit):  # noqa: F811
+def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(counted, visit):
     explorer = opened(visit, "bifurcation")
     for choice in ("up", "down"):
         explorer.page.get_by_label("Start").select_option(choice)
@@ -173,7 +171,7 @@ def test_a_click_on_the_time_step_figure_sets_n(visit):
     assert "T/2000 fixed" in explorer.figure("step_phase_fixed")["title"]
     explorer.page.mouse.click(*place(explorer, "step_error_time_step", 8300, 1e-3))
     wait_until(lambda: "T/8000 fixed" in explorer.figure("step_phase_fixed")["title"], what="the motion of T/8000")
-    in_address(explorer, steps="8000", tab="step")
+    explorer.wait_for_address(steps="8000", tab="step")
     assert "power of −2.0" in panel(explorer).locator(".statements").text_content()
 
 
@@ -186,7 +184,7 @@ def put(explorer, **texts):
 @pytest.mark.parametrize(
     ("tab", "change"), [("bifurcation", {"kappa": "2.4"}), ("plane", {"kappa": "2.4"}), ("step", {"steps": "8000"})]
 )
-def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab, change):  # noqa: F811
+def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab, change):
     explorer = opened(visit, tab)
     if tab == "plane":
         explorer.page.get_by_role("combobox", name="Colour").select_option("contact")  # with stripes: the most
@@ -197,7 +195,7 @@ def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab
     assert 1_000 < max(explorer.page.evaluate("window.updates")) < 50_000
     explorer.open_tab("Help")
     explorer.settle()
-    received = count_messages(explorer.page)
+    received = explorer.count_messages()
     put(explorer, K="3000", kappa="2.38")
     explorer.page.wait_for_timeout(400)  # long enough for what must not come
     assert received() < 4_000

@@ -14,7 +14,7 @@ from bokeh.models import ColumnDataSource, Label, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Explorer, Setting
-from vibroscope.app.page.shared.figure import BLUE, FONT, GHOST, INK, VERMILLION, empty, make_figure, write
+from vibroscope.app.page.shared.figure import BLUE, FONT, GREY, INK, VERMILLION, empty_source, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, TRANSIENT, PartialDiagram
 from vibroscope.app.studies.cell_classes import PERIODS, period_class
@@ -37,8 +37,8 @@ class BifurcationView:
         self._on_eta = on_eta
         self.ranges = {"eta": OwnedRange(*_ETA), "value": OwnedRange(-10, 10)}
         self._drawn: tuple[str, str] | None = None  # solver and coordinate
-        self.points = {solver: empty(f"bifurcation_{solver}", "eta", "value") for solver in _COLOURS}
-        self.other = empty("bifurcation_other", "eta", "value")
+        self.points = {solver: empty_source(f"bifurcation_{solver}", "eta", "value") for solver in _COLOURS}
+        self.other = empty_source("bifurcation_other", "eta", "value")
         self.strip_source = ColumnDataSource(
             {name: [] for name in ("left", "right", "colour", "hatch", "period")}, name="bifurcation_periods"
         )
@@ -57,7 +57,7 @@ class BifurcationView:
             x_range=self.ranges["eta"].range,
             y_range=self.ranges["value"].range,
         )
-        plot.scatter("eta", "value", source=self.other, marker="square", size=2.2, color=GHOST, line_color=None)
+        plot.scatter("eta", "value", source=self.other, marker="square", size=2.2, color=GREY, line_color=None)
         for solver, colour in _COLOURS.items():
             glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
             plot.scatter("eta", "value", source=self.points[solver], **glyph)

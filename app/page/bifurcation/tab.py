@@ -110,7 +110,7 @@ class Bifurcation(StudyTab):
         return sweep_command("eta", question.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")
 
     def _set(self, eta: float) -> None:
-        self.desk.set({"eta": print_number(eta)})
+        self.host.set({"eta": print_number(eta)})
 
 
 def _method(setting: Setting, solver: str) -> Method:

@@ -1,39 +1,39 @@
-// The input panel. It sends texts and draws what the server accepted; it decides nothing.
+// The panel of inputs. It sends texts and draws what the server has accepted; it checks nothing itself.
 
-const BUSY_AFTER = 150; // ms without an answer before the page says that it is computing
-const OVERTAKE_AFTER = 250; // ms after which a move is sent although the last one is not answered
-const SETTLED_AFTER = 250; // ms without a move before the address follows
+const BUSY_AFTER = 150; // ms without an answer before the page shows "computing"
+const OVERTAKE_AFTER = 250; // ms after which a move is sent although the last one has no answer
+const SETTLED_AFTER = 250; // ms without a move before the address changes
 
 export function render({ model }) {
   const root = element("form", "panel");
   root.setAttribute("aria-label", "Settings");
   root.addEventListener("submit", (event) => event.preventDefault());
   const link = new Link(model, root);
-  const folded = details(model.spec, link);
+  const solver = solverDetails(model.spec, link);
   const first = [scenes(model.spec.scenes, link), actions(link)];
   const sliders = model.spec.sliders.map((slider) => sliderRow(slider, link));
-  const shown = model.spec.shown.map((choice) => switchRow(choice, link));
-  const ofMotions = [...shown.slice(0, -1), key()]; // all but the units, which the notes of the sliders follow, too
-  const parts = [...first, ...sliders, ...folded.parts, ...shown, ofMotions.at(-1)];
+  const view = [...model.spec.viewSwitches.map((choice) => switchRow(choice, link)), key()];
+  const ofMotions = view.filter((part) => part.name !== "units"); // the units apply to the notes of the sliders, too
+  const parts = [...first, ...sliders, ...solver.parts, ...view];
   const elements = (some) => some.map((part) => part.element);
   root.append(
     link.busyMark(),
     group("first", ...elements(first)),
     group("sliders", ...elements(sliders)),
-    group("rest", folded.box, tucked("What is shown", ...elements([...shown, ofMotions.at(-1)]))),
+    group("rest", solver.box, foldedIfNarrow("What is shown", ...elements(view))),
   );
   const hide = () => {
-    root.hidden = !model.visible; // on a narrow page what is around it has no box that could be hidden
+    root.hidden = !model.visible; // on a narrow page the component has no box of its own that could be hidden
     for (const { element } of ofMotions) element.hidden = !model.motions;
   };
-  for (const what of ["visible", "motions"]) model.on(what, hide);
+  for (const name of ["visible", "motions"]) model.on(name, hide);
   hide();
   const draw = () => {
     const shown = model.shown;
     if (!shown.texts) return;
-    const echo = link.answered(shown);
-    parts.forEach((part) => part.draw(shown, echo));
-    folded.draw(shown);
+    const isLatest = link.receive(shown);
+    parts.forEach((part) => part.draw(shown, isLatest));
+    solver.draw(shown);
   };
   model.on("shown", draw);
   draw();
@@ -46,33 +46,22 @@ function group(name, ...content) {
   return box;
 }
 
-// Folded away where the page is narrow; elsewhere it is always open.
-function tucked(title, ...content) {
-  const box = element("details", "tucked");
-  box.append(element("summary", "", title), ...content);
-  const narrow = matchMedia("(max-width: 1000px)");
-  const fold = () => { box.open = !narrow.matches; };
-  narrow.addEventListener("change", fold);
-  fold();
-  return box;
-}
-
-// Talks to the server: the first move at once, then one message per animation frame at most,
-// with the latest value of each name.
+// The connection to the server. It sends the first move at once, then at most one message per animation frame, with the
+// latest value of each parameter.
 class Link {
   constructor(model, root) {
     this.model = model;
     this.root = root;
-    this.move = 0;
-    this.waiting = null;
-    this.paced = false;
+    this.move = 0; // number of the last move that was sent
+    this.waiting = null; // texts that are still to be sent
+    this.paced = false; // whether they wait for the next animation frame
     this.sentAt = 0;
     this.answeredMove = 0;
-    this.painted = 0;
-    for (const what of ["scene", "undo", "redo", "reset", "pin", "tab"]) {
-      hear(what, (detail) => this.act({ [what]: detail.value ?? true }));
+    this.painted = 0; // number of the last update
+    for (const name of ["scene", "undo", "redo", "reset", "pin", "tab"]) {
+      listen(name, (detail) => this.act({ [name]: detail.value ?? true }));
     }
-    hear("set", (texts) => this.set(texts));
+    listen("set", (texts) => this.set(texts));
   }
 
   set(texts) {
@@ -85,7 +74,7 @@ class Link {
     if (!this.waiting) return;
     const patience = this.sentAt + OVERTAKE_AFTER - performance.now();
     if (this.answeredMove < this.move && patience > 0) {
-      // One move in flight: what queues up on the way to the server, nothing there can overtake.
+      // Only one move is under way: a queue on the way to the server could not be overtaken.
       this.overtaking = setTimeout(() => this.flush(), patience);
       return;
     }
@@ -95,7 +84,7 @@ class Link {
     this.pace();
   }
 
-  // A frame costs the browser something even if nothing changed: none is asked for to wait in.
+  // Requested only after a move was sent, since an animation frame costs time even if nothing changes.
   pace() {
     this.paced = true;
     requestAnimationFrame(() => {
@@ -104,7 +93,7 @@ class Link {
     });
   }
 
-  // What is no move of a slider comes after those that wait.
+  // Sends a message that is no move of a slider, after the moves that wait.
   act(message) {
     const texts = this.waiting;
     this.waiting = null;
@@ -118,29 +107,29 @@ class Link {
     this.model.send_msg({ ...message, move: this.move });
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.busy(true), BUSY_AFTER);
-    say("moving", { value: true });
+    emit("moving", { value: true });
   }
 
-  // True when this answers the latest move and none waits to be sent: only then may it overwrite what the user is
-  // moving, or a key pressed meanwhile would start from the value before.
-  answered(shown) {
-    if (shown.frame > this.painted) {
-      this.painted = shown.frame;
-      afterPaint(() => this.model.send_msg({ painted: shown.frame }));
+  // Takes an answer; true if it answers the latest move and none waits to be sent. Only then may it change the inputs, or
+  // a key that was pressed in the meantime would start from the previous value.
+  receive(shown) {
+    if (shown.update > this.painted) {
+      this.painted = shown.update;
+      afterPaint(() => this.model.send_msg({ painted: shown.update }));
     }
-    this.root.dataset.frame = shown.frame;
+    this.root.dataset.update = shown.update;
     this.answeredMove = shown.move;
     if (this.waiting && !this.paced) this.pace();
     if (shown.move < this.move || this.waiting) return false;
     this.root.dataset.move = shown.move;
     clearTimeout(this.timer);
     this.busy(false);
-    this.follow(shown);
-    say("moving", { value: false });
+    this.changeAddress(shown);
+    emit("moving", { value: false });
     return true;
   }
 
-  follow(shown) {
+  changeAddress(shown) {
     clearTimeout(this.settling);
     if (!shown.address || shown.refused.name) return;
     const write = () => history.replaceState(history.state, "", `?${shown.address}`);
@@ -161,57 +150,12 @@ class Link {
 }
 
 function afterPaint(done) {
-  // A hidden page paints nothing, yet the server must not wait for it.
+  // A hidden page is not painted, but the server must not wait for it.
   if (document.hidden) setTimeout(done, 0);
   else requestAnimationFrame(done);
 }
 
-function scenes(list, link) {
-  const box = element("fieldset", "scenes");
-  box.append(element("legend", "", "Scenes of the paper"));
-  const rows = new Map();
-  const buttons = new Map();
-  for (const scene of list) {
-    if (!rows.has(scene.group)) rows.set(scene.group, sceneRow(scene.group));
-    const made = button(scene.group === "motion" ? `[${scene.label}]` : scene.label, scene.tooltip,
-      () => link.act({ scene: scene.key }));
-    made.setAttribute("aria-label", `${scene.group} ${scene.label}: ${scene.tooltip}`);
-    if (scene.group === "motion") made.append(element("small", "", `η ${scene.eta.toFixed(2)}`));
-    rows.get(scene.group).append(made);
-    buttons.set(scene.key, made);
-  }
-  const [motions, ...sets] = rows.values();
-  box.append(motions, tucked("Scenes of its other figures", ...sets));
-  const draw = (shown) => {
-    buttons.forEach((made, key) => made.setAttribute("aria-pressed", String(shown.scenes.includes(key))));
-  };
-  return { element: box, draw };
-}
-
-function sceneRow(name) {
-  const row = element("div", name === "motion" ? "row motions" : "row sets");
-  if (name !== "motion") row.append(element("span", "", name));
-  return row;
-}
-
-function actions(link) {
-  const row = element("div", "row actions");
-  const undo = button("↶ Undo", "Undo the last move (Ctrl+Z)", () => link.act({ undo: true }));
-  const redo = button("↷ Redo", "Redo (Ctrl+Shift+Z)", () => link.act({ redo: true }));
-  const reset = button("Reset", "Back to the default setting, its ranges and no pin (R)", () => link.act({ reset: true }));
-  const pin = button("Pin", "Keep this result as thin grey curves, to compare the next with it (P)",
-    () => link.act({ pin: pin.getAttribute("aria-pressed") !== "true" }));
-  hear("toggle-pin", () => pin.click());
-  row.append(undo, redo, reset, pin);
-  const draw = (shown) => {
-    undo.disabled = !shown.undo;
-    redo.disabled = !shown.redo;
-    pin.setAttribute("aria-pressed", String(shown.pinned));
-  };
-  return { element: row, draw };
-}
-
-// A typed value, what was refused of it, and why.
+// The field of a typed value, with the reason if it was refused.
 function typedField(number, link, place) {
   const typed = input("text", `vibroscope-${number.name}-typed`, `${number.label}: ${number.hint}, typed`);
   typed.inputMode = "decimal";
@@ -221,24 +165,24 @@ function typedField(number, link, place) {
   refusal.setAttribute("role", "alert");
   refusal.hidden = true;
   let accepted = "";
-  let begun = false; // something is being typed, which no answer may take away
-  typed.addEventListener("input", () => { begun = true; });
+  let typing = false; // an answer must not change what is being typed
+  typed.addEventListener("input", () => { typing = true; });
   typed.addEventListener("change", () => {
-    begun = false;
+    typing = false;
     link.set({ [number.name]: typed.value.trim().replace(",", ".") });
   });
   typed.addEventListener("blur", () => {
-    if (begun) typed.value = accepted; // it is what it was, or the change would have been told
-    begun = false;
+    if (typing) typed.value = accepted; // the text equals the one before, since there was no change event
+    typing = false;
   });
   typed.addEventListener("keydown", (event) => {
     if (event.key !== "Escape") return;
-    begun = false;
+    typing = false;
     typed.value = accepted;
     link.set({ [number.name]: accepted });
   });
   place.append(refusal);
-  const draw = (shown, echo) => {
+  const draw = (shown, isLatest) => {
     accepted = shown.texts[number.name];
     const refused = shown.refused.name === number.name;
     typed.setAttribute("aria-invalid", String(refused));
@@ -246,7 +190,7 @@ function typedField(number, link, place) {
     else typed.removeAttribute("aria-describedby");
     refusal.hidden = !refused;
     refusal.textContent = refused ? `${shown.refused.text} Escape brings back ${accepted}.` : "";
-    if (echo && !refused && !begun) typed.value = accepted;
+    if (isLatest && !refused && !typing) typed.value = accepted;
   };
   return { typed, draw };
 }
@@ -264,18 +208,18 @@ function sliderRow(slider, link) {
   range.step = slider.step;
   const note = element("div", "note");
   const field = typedField(slider, link, note);
-  const words = element("span");
-  note.prepend(words);
+  const noteText = element("span");
+  note.prepend(noteText);
   range.addEventListener("input", () => {
     field.typed.value = scale.text(Number(range.value));
     range.setAttribute("aria-valuetext", `${slider.label} ${field.typed.value}`);
     link.set({ [slider.name]: field.typed.value });
   });
   box.append(label, field.typed, range, note);
-  const draw = (shown, echo) => {
-    words.textContent = shown.notes[slider.name] ?? "";
-    field.draw(shown, echo);
-    if (!echo || shown.refused.name === slider.name) return;
+  const draw = (shown, isLatest) => {
+    noteText.textContent = shown.notes[slider.name] ?? "";
+    field.draw(shown, isLatest);
+    if (!isLatest || shown.refused.name === slider.name) return;
     range.value = scale.position(Number(shown.texts[slider.name]));
     range.setAttribute("aria-valuetext", `${slider.label} ${shown.texts[slider.name]}`);
   };
@@ -290,7 +234,7 @@ function input(type, id, name) {
   return made;
 }
 
-// Slider position and printed value; logarithmic sliders move in decades, with three significant digits.
+// Position of a slider for a value, and text for a position; logarithmic sliders give three significant digits.
 function scaleOf(slider) {
   const clip = (value) => Math.min(slider.high, Math.max(slider.low, value));
   if (!slider.log) return { position: (value) => value, text: (p) => String(Number(clip(p).toFixed(4))) };
@@ -299,72 +243,4 @@ function scaleOf(slider) {
     position: (value) => Math.log10(value),
     text: (p) => String(slider.whole ? Math.round(round(10 ** p)) : round(10 ** p)),
   };
-}
-
-// System and solver: seldom moved, so folded away; open where the address or a refusal concerns them.
-function details(spec, link) {
-  const box = element("details", "more");
-  box.append(element("summary", "", "System and solver"));
-  const grid = element("div", "numbers");
-  const parts = spec.numbers.map((number) => numberRow(number, link));
-  const switches = spec.folded.map((choice) => switchRow(choice, link));
-  grid.append(...parts.map((part) => part.element));
-  box.append(grid, ...switches.map((part) => part.element));
-  const names = [...spec.numbers, ...spec.folded].map((one) => one.name);
-  let opened = false;
-  const draw = (shown) => {
-    const moved = !opened && names.some((name) => shown.texts[name] !== spec.defaults[name]);
-    if (moved || names.includes(shown.refused.name)) box.open = opened = true;
-  };
-  return { box, parts: [...parts, ...switches], draw };
-}
-
-function numberRow(number, link) {
-  const box = element("div", "number");
-  const label = element("label", "", number.label);
-  label.htmlFor = `vibroscope-${number.name}-typed`;
-  label.title = number.hint;
-  const under = element("div", "under");
-  const field = typedField(number, link, under);
-  field.typed.title = `${number.hint}; ${number.low} to ${number.high}`;
-  box.append(label, field.typed, under);
-  return { element: box, draw: field.draw };
-}
-
-function switchRow(choice, link) {
-  const box = element("fieldset", "switch");
-  const legend = element("legend", "", choice.label);
-  legend.title = choice.doc;
-  box.append(legend);
-  const row = element("div", "row");
-  const inputs = new Map();
-  for (const [value, text] of Object.entries(choice.choices)) {
-    const label = element("label");
-    const radio = element("input");
-    radio.type = "radio";
-    radio.name = `vibroscope-${choice.name}`;
-    radio.value = value;
-    radio.addEventListener("change", () => link.set({ [choice.name]: value }));
-    label.append(radio, element("span", "", text));
-    row.append(label);
-    inputs.set(value, radio);
-  }
-  box.append(row);
-  const draw = (shown, echo) => {
-    if (echo) inputs.get(shown.texts[choice.name]).checked = true;
-  };
-  return { element: box, draw };
-}
-
-function key() {
-  const list = element("dl", "key");
-  list.setAttribute("aria-label", "Key");
-  const section = element("dt", "section", "●");
-  section.append(element("span", "", "◇"));
-  list.append(
-    element("dt", "reference"), element("dd", "", "reference: exact, impact law"),
-    element("dt", "penalty"), element("dd", "", "penalty: K, D, Newmark, step Δτ"),
-    section, element("dd", "", "state at τ ≡ 0 (mod T)"),
-  );
-  return { element: list, draw: () => {} };
 }

@@ -1,9 +1,8 @@
 """Sliders, typed values, switches and scene buttons: one component that runs in the browser.
 
-Native inputs in a `JSComponent`, for three measured reasons: its messages skip the
-50 ms that Panel waits before it handles a widget's event, it needs no ``unsafe-eval``,
-and it can hold back moves until the browser has painted the last one. All that comes
-from it is text, and `app.explorer.state` alone decides what is taken.
+It has native inputs in a `JSComponent`, for three measured reasons: its messages do not wait the 50 ms for which Panel
+delays a widget's event, it needs no ``unsafe-eval``, and it can hold back moves until the browser has painted the last
+one. Its messages hold text only, and `app.explorer.state` decides what is accepted.
 """
 
 from __future__ import annotations
@@ -13,18 +12,17 @@ import math
 import panel as pn
 import param
 from vibroscope.app.explorer.scenes import Scene, scenes
-from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, texts_of
+from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.lean import Lean
 
-# Steps of one arrow key: linear in η, in decades elsewhere.
-_STEP = 0.01
+_STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
 _NUMBERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution", "threshold", "omega1", "m1", "amplitude")
-_FOLDED = {
+_SOLVER_SWITCHES = {
     "joint_damping": {"table": "as measured", "derived": "from d₁, d₂"},
     "located": {"no": "at the next step", "yes": "located"},
 }
-_SHOWN = {
+_VIEW_SWITCHES = {
     "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
     "coordinate": {"xi1": "ξ₁", "xi2": "ξ₂"},
     "units": {"none": "non-dimensional", "physical": "mm, s, N"},
@@ -32,35 +30,40 @@ _SHOWN = {
 
 
 class Controls(Lean, pn.custom.JSComponent):
-    """The panel of inputs; ``spec`` is fixed, ``shown`` is what the server last accepted."""
+    """The panel of inputs."""
 
-    spec = param.Dict(doc="Limits, labels and scenes")
-    motions = param.Boolean(default=True, doc="Whether the open tab draws motions: else how they are shown is hidden")
-    shown = param.Dict(default={}, doc="Accepted values, what was refused, and the number of the last move")
+    spec = param.Dict(doc="Limits, labels and scenes; fixed")
+    motions = param.Boolean(default=True, doc="Whether the open tab draws motions, and the switches for that are shown")
+    shown = param.Dict(default={}, doc="The accepted setting, see `show_setting`")
 
-    _esm = script("shared/dom", "controls/controls")
+    _esm = script("shared/dom", "controls/parts", "controls/controls")
     _stylesheets = [style("controls/controls")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:
         super().__init__(spec=_spec(), css_classes=["controls"], sizing_mode="stretch_both", **params)
 
+    def show_setting(self, setting: Setting, **answer) -> None:
+        """Show the accepted setting: its texts, the notes below the sliders, the pressed scene buttons.
 
-def shown(setting: Setting, **more) -> dict:
-    """What the browser is told: accepted texts, a note below each slider, the scene, and ``more``.
-
-    ``move`` is the number of the move that is answered, ``frame`` asks for a sign once painted, ``address`` is what the
-    page's address becomes, ``refused`` has a name and a text, ``undo``, ``redo``, ``pinned`` say what can be done.
-    """
-    return {
-        "texts": texts_of(setting),
-        "notes": _notes(setting),
-        "scenes": [key for key, scene in scenes().items() if scene.matches(setting)],
-        **more,
-    }
+        Parameters
+        ----------
+        setting : Setting
+        **answer
+            ``move``: number of the move that this answers. ``update``: number of the update to be confirmed once it is
+            painted. ``address``: the new query string of the page; empty if it stays. ``refused``: name and text of a
+            refused value. ``undo``, ``redo``: whether there is something to undo or redo. ``pinned``: whether there is
+            a pinned setting.
+        """
+        self.shown = {
+            "texts": setting.texts(),
+            "notes": _notes(setting),
+            "scenes": [key for key, scene in scenes().items() if scene.matches(setting)],
+            **answer,
+        }
 
 
 def _notes(setting: Setting) -> dict[str, str]:
-    """Below the sliders: Δτ, and what the numbers are in an FE input file."""
+    """The notes below the sliders: Δτ, and the numbers of an FE input file."""
     step = f"Δτ = T/{setting.steps} = {2 * math.pi / setting.eta / setting.steps:.3g}"
     if setting.scale is None:
         return {"steps": step}
@@ -77,10 +80,10 @@ def _spec() -> dict:
     return {
         "sliders": [_number(name) | {"log": name != "eta", "step": _STEP} for name in MAIN_FIELDS],
         "numbers": [_number(name) for name in _NUMBERS],
-        "folded": [_switch(name, choices) for name, choices in _FOLDED.items()],
-        "shown": [_switch(name, choices) for name, choices in _SHOWN.items()],
+        "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
+        "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
         "scenes": [_button(scene) for scene in scenes().values()],
-        "defaults": texts_of(Explorer().setting()),
+        "defaults": Setting().texts(),
     }
 
 

@@ -1,1 +1,1 @@
-"""Tab Explore: both solutions laid over each other, and what their difference means."""
+"""Tab Explore: both solutions drawn over each other, and what their difference means."""

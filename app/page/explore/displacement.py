@@ -1,11 +1,11 @@
-"""Displacements over two periods, and a strip that shows contact as the paper's sensor does."""
+"""Displacements over two periods, and a strip of the intervals in contact, as the paper's sensor shows them."""
 
 from __future__ import annotations
 
 import numpy as np
 from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, FactorRange, HBar, LegendItem, Line, Range1d
-from vibroscope.app.explorer.present import WINDOW, Columns, factor_of
+from vibroscope.app.explorer.present import WINDOW, Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
@@ -15,14 +15,14 @@ from vibroscope.app.page.shared.figure import (
     REFERENCE,
     RIGHT,
     VERMILLION,
-    Ghost,
-    draw,
-    empty,
+    PinnedCurves,
+    add_glyph,
+    empty_source,
+    empty_sources,
+    hover_tool,
     legend,
     make_figure,
-    sources,
     time_label,
-    tips,
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
@@ -44,7 +44,7 @@ class DisplacementView:
     """The displacement figure and the contact strip below it, on one time axis."""
 
     def __init__(self, time: Range1d) -> None:
-        self.sources = sources(
+        self.sources = empty_sources(
             {
                 "displacements": (
                     "t",
@@ -54,10 +54,10 @@ class DisplacementView:
                 "strip_penalty": ("left", "right"),
             }
         )
-        self.ghost = Ghost("displacements")
-        self.difference = empty("difference", "t", *PARTS)
-        self._items: dict[str, list[LegendItem]] = {}  # what is seen with displacements, and with their difference
-        self._grounds: list = []  # below the intervals of contact
+        self.pinned = PinnedCurves("displacements")
+        self.difference = empty_source("difference", "t", *PARTS)
+        self._items: dict[str, list[LegendItem]] = {}  # legend of the displacements, and of their difference
+        self._backgrounds: list[ColumnDataSource] = []  # of the strip
         self.range = OwnedRange(-10, 10, headroom=0.16)
         self.figure = self._displacement(time)
         self.strip = self._strip(time)
@@ -72,9 +72,9 @@ class DisplacementView:
             y_range=self.range.range,
             min_border_right=RIGHT,
         )
-        ghost = self.ghost.of(self.sources["displacements"])
-        ghosts = [
-            draw(plot, Line(x="t", y=f"{solver}{number}", **look), ghost)
+        source = self.pinned.source_for(self.sources["displacements"])
+        pinned = [
+            add_glyph(plot, Line(x="t", y=f"{solver}{number}", **look), source)
             for solver, look in PINNED.items()
             for number in (1, 2)
         ]
@@ -82,22 +82,22 @@ class DisplacementView:
         for solver, look in (("reference", REFERENCE), ("penalty", PENALTY)):
             for number, dash in ((1, "solid"), (2, "dashed")):
                 glyph = Line(x="t", y=f"{solver}{number}", **(look | {"line_dash": dash}))
-                line = draw(plot, glyph, self.sources["displacements"])
+                line = add_glyph(plot, glyph, self.sources["displacements"])
                 items.append(LegendItem(label=f"ξ{'₁₂'[number - 1]} {solver}", renderers=[line]))
         parts = [
             LegendItem(
                 label=_NAMES[name],
                 visible=False,
-                renderers=[draw(plot, Line(x="t", y=name, **look), self.difference, visible=False)],
+                renderers=[add_glyph(plot, Line(x="t", y=name, **look), self.difference, visible=False)],
             )
             for name, look in PARTS.items()
         ]
         self._items = {"displacements": items, "difference": parts}
-        self._ghosts = ghosts
-        plot.add_layout(legend([*items, *parts, self.ghost.item(ghosts)], 9))
-        # One line carries the hover for all four: they share their times.
+        self._pinned_lines = pinned
+        plot.add_layout(legend([*items, *parts, self.pinned.legend_item(pinned)], 9))
+        # The hover tool of one line shows all four, since they share their times.
         plot.add_tools(
-            tips(
+            hover_tool(
                 [items[0].renderers[0]],
                 {
                     "time": "@t",
@@ -126,11 +126,11 @@ class DisplacementView:
             height=70,
         )
         for solver, colour, hatch in (("reference", BLUE, None), ("penalty", VERMILLION, "right_diagonal_line")):
-            # An impact has no length: its outline keeps it visible.
-            ground = ColumnDataSource({"right": np.array([WINDOW], float)})
-            self._grounds.append(ground)
+            background = ColumnDataSource({"right": np.array([WINDOW], float)})
+            self._backgrounds.append(background)
             where = {"y": value(solver), "right": "right", "height": 0.6}
-            draw(plot, HBar(left=0, fill_color="#F1F3F5", line_color=None, **where), ground)
+            add_glyph(plot, HBar(left=0, fill_color="#F1F3F5", line_color=None, **where), background)
+            # The outline keeps an impact visible, which has length zero.
             bar = HBar(
                 left="left",
                 fill_color=colour,
@@ -143,51 +143,51 @@ class DisplacementView:
                 hatch_weight=1.2,
                 **where,
             )
-            draw(plot, bar, self.sources[f"strip_{solver}"])
+            add_glyph(plot, bar, self.sources[f"strip_{solver}"])
         plot.xaxis.visible = False
         plot.ygrid.grid_line_color = None
         return plot
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
-        """Of columns that the sources hold by now: the range follows, the label says what is shown."""
-        for ground in self._grounds:
-            write(ground, {"right": np.array([WINDOW * setting.period], float)})
+        """Fit ranges and labels to ``columns``, which the sources hold already."""
+        for background in self._backgrounds:
+            write(background, {"right": np.array([WINDOW * setting.period], float)})
         self.figure.xaxis[0].axis_label = time_label(setting)
         if setting.frame == "difference":
             return
-        turned = self._turn(setting)
+        switched = self._switch(setting)
         shown = [columns["displacements"][f"{solver}{n}"] for solver in ("reference", "penalty") for n in (1, 2)]
-        self.range.follow(shown, fresh=fresh or turned)
+        self.range.follow(shown, fresh=fresh or switched)
 
     def explain(self, series: dict[str, np.ndarray], setting: Setting) -> None:
-        """Write the difference in parts, each (2, n), if it is shown; without a ``series`` nothing is drawn."""
+        """Draw the parts of the difference, each (2, n), if they are to be shown; without ``series``, draw nothing."""
         if setting.frame != "difference":
             return
-        turned = self._turn(setting)
+        switched = self._switch(setting)
         row = 0 if setting.coordinate == "xi1" else 1
         count = len(series["total"][row]) if series else 0
-        factor = np.float32(factor_of("displacement", setting))
+        factor = np.float32(unit_factor("displacement", setting))
         columns = {"t": np.linspace(0, WINDOW * setting.period, count, dtype=np.float32)}
         columns |= {
             name: factor * series[name][row] if name in series else np.full(count, np.nan, "f4") for name in PARTS
         }
         write(self.difference, columns)
-        self.range.follow([columns[name] for name in PARTS], fresh=turned)
+        self.range.follow([columns[name] for name in PARTS], fresh=switched)
 
-    def _turn(self, setting: Setting) -> bool:
-        """Show the displacements or their difference; whether that is something else than before."""
+    def _switch(self, setting: Setting) -> bool:
+        """Show the displacements or their difference; returns whether that has changed the quantity of the axis."""
         label = _LABELS[setting.frame][setting.scale is not None].format(
             number="₁" if setting.coordinate == "xi1" else "₂"
         )
-        turned = self.figure.yaxis[0].axis_label != label
+        switched = self.figure.yaxis[0].axis_label != label
         self.figure.yaxis[0].axis_label = label
         for kind, items in self._items.items():
-            seen = (kind == "difference") == (setting.frame == "difference")
+            visible = (kind == "difference") == (setting.frame == "difference")
             for item in items:
-                item.visible = seen
+                item.visible = visible
                 for line in item.renderers:
-                    line.visible = seen
-        for line in self._ghosts:
+                    line.visible = visible
+        for line in self._pinned_lines:
             line.visible = setting.frame != "difference"
         self.figure.title.text = "Penalty − reference, in parts" if setting.frame == "difference" else "Displacements"
-        return turned
+        return switched

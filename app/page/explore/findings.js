@@ -1,17 +1,18 @@
-// What it means, in words, one bar and a few numbers. Only textContent is ever set.
+// The findings: texts, bars for the parts of the difference, and the cost. It sets textContent only.
 
 const PARTS = [
   ["total", "Difference", "all of it: penalty solution against reference"],
   ["time_step", "time step", "Newmark against the exact penalty solution with the same K and D: the share of Δτ"],
   ["regularisation", "K and D", "the exact penalty solution against the reference whose joint is damped by d₁ and d₂ alone"],
-  ["joint_damping", "joint damping", "that reference against the one with the measured d₃: the penalty model has no place for it"],
+  ["joint_damping", "joint damping", "that reference against the one with the measured d₃: the penalty model has no such damping"],
 ];
-const TOP = 1; // the bar's right end: a difference as large as the motion itself
-const LEAST = 1e-4; // its left end; the scale is logarithmic
-const UNEQUAL = "No number: the two motions do not keep step, so only their kind can be compared.";
+// Ends of the bars, on a logarithmic scale. At the right end the difference is as large as the motion itself.
+const LARGEST = 1;
+const SMALLEST = 1e-4;
+const UNEQUAL = "No number: the two motions do not stay in phase, so only their kind can be compared.";
 
 export function render({ model }) {
-  const root = element("div", "told");
+  const root = element("div", "lines");
   const lines = [
     verdict(root),
     bar(root),
@@ -20,10 +21,11 @@ export function render({ model }) {
     chips(root),
   ];
   const draw = () => {
-    root.dataset.pending = String(model.told.pending === true || model.told.verdict === undefined);
-    lines.forEach((show) => show(model.told));
+    const { content } = model;
+    root.dataset.pending = String(content.pending === true || content.headline === undefined);
+    lines.forEach((show) => show(content));
   };
-  model.on("told", draw);
+  model.on("content", draw);
   draw();
   return root;
 }
@@ -33,36 +35,36 @@ function line(root, name, title) {
   const text = element("p");
   box.append(element("h2", "", title), text);
   root.append(box);
-  return (told) => {
-    text.textContent = told[name] ?? "computing …";
+  return (content) => {
+    text.textContent = content[name] ?? "computing …";
   };
 }
 
-// What they come to, the first thing to change as a button, and the numbers behind it.
+// Whether the solutions agree, a button for the first thing to change, and the numbers behind both.
 function verdict(root) {
   const box = element("section", "line verdict");
   const text = element("p");
-  const change = button("", "", () => say("set", change.texts));
+  const change = button("", "", () => emit("set", change.texts));
   const more = element("details");
   const list = element("ul");
   more.append(element("summary", "", "Numbers"), list);
   box.append(element("h2", "", "Do they agree?"), text, change, more);
   root.append(box);
-  return (told) => {
-    text.textContent = told.verdict ?? "computing …";
-    box.dataset.agree = told.agree ?? "";
-    change.texts = told.change ?? {};
+  return (content) => {
+    text.textContent = content.headline ?? "computing …";
+    box.dataset.agree = content.agree ?? "";
+    change.texts = content.change ?? {};
     const names = { K: "K", D: "D", steps: "T/Δτ", located: "contact changes located" };
     const wanted = Object.entries(change.texts)
       .map(([name, value]) => (name === "located" ? names[name] : `${names[name]} = ${value}`));
     change.hidden = wanted.length === 0;
     change.textContent = `Try ${wanted.join(", ")}`;
-    more.hidden = !told.details?.length;
-    list.replaceChildren(...(told.details ?? []).map((detail) => element("li", "", detail)));
+    more.hidden = !content.details?.length;
+    list.replaceChildren(...(content.details ?? []).map((detail) => element("li", "", detail)));
   };
 }
 
-// Each part on a scale of decades; they add up as curves, not as numbers, so they stand below each other.
+// The parts of the difference, below each other: they add up as curves, but their rms values do not.
 function bar(root) {
   const box = element("section", "line parts");
   const none = element("p", "none");
@@ -84,22 +86,22 @@ function bar(root) {
   scale.title = "The scale is logarithmic: each mark is a hundred times the one before";
   box.append(head, none, ...rows.map(([, row]) => row), scale);
   root.append(box);
-  return ({ parts, verdict }) => {
-    none.textContent = verdict === undefined ? "computing …" : UNEQUAL;
+  return ({ parts, headline }) => {
+    none.textContent = headline === undefined ? "computing …" : UNEQUAL;
     none.hidden = parts?.total !== undefined;
     scale.hidden = !none.hidden;
     for (const [name, row, fill, number] of rows) {
       const value = parts?.[name];
       row.hidden = value === undefined || value === null;
       if (row.hidden) continue;
-      const share = Math.log10(Math.max(value, LEAST) / LEAST) / Math.log10(TOP / LEAST);
+      const share = Math.log10(Math.max(value, SMALLEST) / SMALLEST) / Math.log10(LARGEST / SMALLEST);
       fill.style.width = `${100 * Math.min(1, share)}%`;
       number.textContent = percent(value);
     }
   };
 }
 
-const percent = (value) => (value < LEAST ? "< 0.01 %" : `${Number((100 * value).toPrecision(2))} %`);
+const percent = (value) => (value < SMALLEST ? "< 0.01 %" : `${Number((100 * value).toPrecision(2))} %`);
 
 function chips(root) {
   const list = element("dl", "chips");

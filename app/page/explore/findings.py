@@ -1,31 +1,32 @@
-"""What it means: the verdict, how the difference is made up, what kind of motion each solver found, what it cost."""
+"""The findings: whether both solutions agree, the parts of their difference, each motion, and the cost."""
 
 from __future__ import annotations
 
 import panel as pn
 import param
-from vibroscope.app.explorer.words import Meaning, Told
+from vibroscope.app.explorer.explanation import Description, Explanation
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.lean import Lean
 
+_EXPLANATION_FIELDS = ("headline", "agree", "parts", "change", "details")
+
 
 class Findings(Lean, pn.custom.JSComponent):
-    """Plain text in live regions: screen readers hear what changes, and no text can become markup."""
+    """Plain text in live regions: screen readers read what changes, and no text can become markup."""
 
-    told = param.Dict(default={}, doc="Lines by name, costs; parts of the difference and what to change, once known")
+    content = param.Dict(default={}, doc="The fields of a description; those of its explanation, once it is known")
 
     _esm = script("shared/dom", "explore/findings")
     _stylesheets = [style("explore/findings")]  # noqa: RUF012 - Panel reads it from the class
 
-    def update(self, told: Told, meaning: Meaning | None) -> None:
-        """Show what is told of a new frame; until its meaning is known, the last one stays, greyed."""
-        shown = {"reference": told.reference, "penalty": told.penalty, "cost": [list(chip) for chip in told.cost]}
-        last = {name: value for name, value in self.told.items() if name not in shown}
-        known = (
-            last | {"pending": True}
-            if meaning is None
-            else {name: getattr(meaning, name) for name in ("verdict", "agree", "parts", "change", "details")}
-        )
-        # lists, as they come back from the browser's side
-        if shown | known != self.told:
-            self.told = shown | known
+    def update(self, description: Description, explanation: Explanation | None) -> None:
+        """Show a new description; until its explanation is known, the previous one stays, greyed."""
+        # lists, as the browser's side has them
+        cost = [list(chip) for chip in description.cost]
+        new = {"reference": description.reference, "penalty": description.penalty, "cost": cost}
+        if explanation is None:
+            new = self.content | new | {"pending": True}
+        else:
+            new |= {name: getattr(explanation, name) for name in _EXPLANATION_FIELDS}
+        if new != self.content:
+            self.content = new

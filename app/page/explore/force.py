@@ -1,9 +1,9 @@
-"""Contact force over two periods; impulses, which have no height as a force, on an axis of their own."""
+"""Contact force over two periods, and on a second axis the impulses, since the force of an impact is infinite."""
 
 from __future__ import annotations
 
 from bokeh.models import LegendItem, Line, LinearAxis, Range1d, Scatter, Segment
-from vibroscope.app.explorer.present import Columns, factor_of
+from vibroscope.app.explorer.present import Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
@@ -12,23 +12,23 @@ from vibroscope.app.page.shared.figure import (
     REFERENCE,
     RIGHT,
     VERMILLION,
-    Ghost,
-    draw,
+    PinnedCurves,
+    add_glyph,
+    apply_style,
+    empty_sources,
+    hover_tool,
     legend,
     make_figure,
-    sources,
-    style,
     time_label,
-    tips,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
 
 
 class ForceView:
-    """λ of both solvers as lines; the reference's impulses and the penalty's, over each contact, as stems."""
+    """λ of both solvers as lines; the impulse of each impact, and of each contact of the penalty solution, as stems."""
 
     def __init__(self, time: Range1d) -> None:
-        self.sources = sources(
+        self.sources = empty_sources(
             {
                 "force_reference": ("t", "force"),
                 "force_penalty": ("t", "force"),
@@ -36,7 +36,7 @@ class ForceView:
                 "impulse_penalty": ("t", "impulse"),
             }
         )
-        self.ghost = Ghost("force_reference", "force_penalty")
+        self.pinned = PinnedCurves("force_reference", "force_penalty")
         self.force = OwnedRange(-1, 20, headroom=0.22)
         self.impulse = OwnedRange(-0.5, 10)
         self.figure = self._build(time)
@@ -53,13 +53,13 @@ class ForceView:
         )
         plot.extra_y_ranges = {"impulse": self.impulse.range}
         plot.add_layout(LinearAxis(y_range_name="impulse", axis_label=""), "right")
-        style(plot)
-        ghosts = [
-            draw(plot, Line(x="t", y="force", **look), self.ghost.of(self.sources[f"force_{solver}"]))
+        apply_style(plot)
+        pinned = [
+            add_glyph(plot, Line(x="t", y="force", **look), self.pinned.source_for(self.sources[f"force_{solver}"]))
             for solver, look in PINNED.items()
         ]
         lines = [
-            draw(plot, Line(x="t", y="force", **look), self.sources[f"force_{solver}"])
+            add_glyph(plot, Line(x="t", y="force", **look), self.sources[f"force_{solver}"])
             for solver, look in (("penalty", PENALTY), ("reference", REFERENCE))
         ]
         stems = [self._stems(plot, "penalty", VERMILLION), self._stems(plot, "reference", BLUE)]
@@ -70,14 +70,14 @@ class ForceView:
                     LegendItem(label="its impulses", renderers=stems[1]),
                     LegendItem(label="λ penalty", renderers=[lines[0]]),
                     LegendItem(label="its impulses", renderers=stems[0]),
-                    self.ghost.item(ghosts),
+                    self.pinned.legend_item(pinned),
                 ],
                 5,
             )
         )
         plot.add_tools(
-            tips(lines, {"time": "@t", "force": "@force"}),
-            tips([stem[1] for stem in stems], {"time": "@t", "impulse": "@impulse"}),
+            hover_tool(lines, {"time": "@t", "force": "@force"}),
+            hover_tool([stem[1] for stem in stems], {"time": "@t", "impulse": "@impulse"}),
         )
         return plot
 
@@ -95,21 +95,21 @@ class ForceView:
             fill_color=colour if exact else None,
             line_width=1.4,
         )
-        return [draw(plot, glyph, source, y_range_name="impulse") for glyph in (stem, head)]
+        return [add_glyph(plot, glyph, source, y_range_name="impulse") for glyph in (stem, head)]
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
-        """Of columns that the sources hold by now: the force scale keeps its zero in view, labels say the units."""
+        """Fit ranges and labels to ``columns``, which the sources hold already; zero force is always in view."""
         physical = setting.scale is not None
         self.figure.xaxis[0].axis_label = time_label(setting)
         self.figure.yaxis[0].axis_label = "contact force / N" if physical else "contact force λ"
         self.figure.right[0].axis_label = "impulse / (N·s)" if physical else "impulse ∫λ dτ"
         forces = [columns[f"force_{solver}"]["force"] for solver in ("reference", "penalty")]
         impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
-        self.force.follow(forces, fresh=fresh, always=(0.0, factor_of("force", setting)))
+        self.force.follow(forces, fresh=fresh, always=(0.0, unit_factor("force", setting)))
         self._follow_impulses(impulses, fresh)
 
     def _follow_impulses(self, impulses: list, fresh: bool) -> None:
-        """Put the zero of both scales at one height: a stem then stands on the force's zero line."""
+        """Fit the range of the impulses so that both axes have their zero at the same height."""
         low, high = self.force.home
         largest = extent(impulses)
         if largest is None:

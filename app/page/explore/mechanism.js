@@ -1,14 +1,14 @@
-// The pendulums as a drawing: the reference filled, the penalty solution as an outline over it.
+// The animated pendulums: the reference filled, the penalty solution as an outline over it.
 
 const WIDE = 260;
 const HIGH = 190;
 const PIVOT = 26; // height of the pivots from the top
 const ROD = 136;
 const BOB = 15; // radius
-const REACH = 92; // pixels that the largest displacement takes
-const FLASH = 0.03; // periods in which the flash of an impact fades
+const REACH = 92; // pixels of the largest displacement
+const FLASH = 0.03; // decay time of the flash of an impact, in periods
 const SPEEDS = [["0.05", "1/20 T/s"], ["0.1", "1/10 T/s"], ["0.25", "1/4 T/s"], ["0.5", "1/2 T/s"], ["1", "1 T/s"]];
-const STEP = 0.01; // of a period, for one key
+const STEP = 0.01; // of one key press, in periods
 
 export function render({ model }) {
   const root = element("div", "mechanism");
@@ -19,31 +19,24 @@ export function render({ model }) {
   return root;
 }
 
-const draw = (tag, attributes = {}, className = "") => {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  if (className) made.setAttribute("class", className);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  return made;
-};
-
 class Drawing {
   constructor() {
-    this.element = draw("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img" });
+    this.element = svgElement("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img" });
     this.element.dataset.figure = "mechanism";
     this.element.setAttribute("aria-label", "Two pendulums side by side on a shaken base, at the present phase");
-    this.base = draw("g", {}, "base");
+    this.base = svgElement("g", { class: "base" });
     this.base.append(
-      draw("rect", { x: WIDE / 2 - 70, y: PIVOT - 16, width: 140, height: 10, rx: 2 }),
-      draw("circle", { cx: WIDE / 2 - BOB, cy: PIVOT, r: 3.5 }),
-      draw("circle", { cx: WIDE / 2 + BOB, cy: PIVOT, r: 3.5 }),
+      svgElement("rect", { x: WIDE / 2 - 70, y: PIVOT - 16, width: 140, height: 10, rx: 2 }),
+      svgElement("circle", { cx: WIDE / 2 - BOB, cy: PIVOT, r: 3.5 }),
+      svgElement("circle", { cx: WIDE / 2 + BOB, cy: PIVOT, r: 3.5 }),
     );
-    this.element.append(draw("line", { x1: 10, x2: WIDE - 10, y1: PIVOT - 20, y2: PIVOT - 20 }, "rail"));
+    this.element.append(svgElement("line", { x1: 10, x2: WIDE - 10, y1: PIVOT - 20, y2: PIVOT - 20, class: "rail" }));
     this.bodies = Object.fromEntries(SOLVERS.map((solver) => [solver, new Bodies(solver)]));
     this.element.append(this.base, this.bodies.reference.element, this.bodies.penalty.element);
     this.scale = 1;
   }
 
-  // The scale of the drawing follows the data, not each instant.
+  // Fits the scale of the drawing to all data, so that it does not change from instant to instant.
   fit(columns, { absolute, amplitude }) {
     let largest = amplitude;
     for (const solver of SOLVERS) {
@@ -61,15 +54,15 @@ class Drawing {
   }
 }
 
-// Both pendulums of one solution, and the flash where they touch.
+// Both pendulums of one solution, and the flash at their contact.
 class Bodies {
   constructor(solver) {
     this.solver = solver;
-    this.element = draw("g", {}, solver);
-    this.rods = [draw("line", {}, "rod"), draw("line", {}, "rod")];
-    this.bobs = [draw("circle", { r: BOB }, "bob"), draw("circle", { r: BOB }, "bob")];
-    this.flash = draw("circle", {}, "flash");
-    this.names = [draw("text", {}, "name"), draw("text", {}, "name")];
+    this.element = svgElement("g", { class: solver });
+    this.rods = [svgElement("line", { class: "rod" }), svgElement("line", { class: "rod" })];
+    this.bobs = [svgElement("circle", { r: BOB, class: "bob" }), svgElement("circle", { r: BOB, class: "bob" })];
+    this.flash = svgElement("circle", { class: "flash" });
+    this.names = [svgElement("text", { class: "name" }), svgElement("text", { class: "name" })];
     this.names.forEach((name, i) => { name.textContent = solver === "reference" ? String(i + 1) : ""; });
     this.element.append(...this.rods, this.flash, ...this.bobs, ...this.names);
   }
@@ -88,9 +81,9 @@ class Bodies {
       put(this.names[i], { x, y: y + 4 });
     });
     const { age, lasts } = instant.contact(this.solver);
-    const light = Math.max(Math.exp(-age / FLASH), lasts ? 0.45 : 0);
+    const brightness = Math.max(Math.exp(-age / FLASH), lasts ? 0.45 : 0);
     const [one, two] = places;
-    put(this.flash, { cx: (one.x + two.x) / 2, cy: (one.y + two.y) / 2, r: 8 + 14 * light, opacity: light });
+    put(this.flash, { cx: (one.x + two.x) / 2, cy: (one.y + two.y) / 2, r: 8 + 14 * brightness, opacity: brightness });
   }
 }
 
@@ -104,10 +97,10 @@ class Player {
     this.drawing = drawing;
     this.time = 0;
     this.playing = false;
-    this.held = false; // by the pointer on a figure
-    this.moving = false; // a slider of the settings is on its way
-    this.seen = false; // not while scrolled away, or in a tab that is hidden
-    this.swinging = false; // a frame is asked for
+    this.held = false; // the pointer on a figure holds the instant
+    this.moving = false; // a move of the settings has no answer yet
+    this.visible = false; // false while scrolled out of view, or in a hidden tab
+    this.animating = false; // an animation frame is requested
     this.element = element("div", "player");
     this.button = button("▶", "Play", () => this.play(!this.playing), "play");
     this.slider = element("input");
@@ -122,7 +115,7 @@ class Player {
     this.element.append(this.slider, this.button, this.readout, this.speed);
   }
 
-  // Figures come a moment after this component.
+  // Begins when the figures are there; they come after this component.
   begin(tries = 400) {
     const source = modelOf("displacements");
     if (!source || !MARKED.every((name) => viewOf(name)?.has_finished())) {
@@ -130,25 +123,25 @@ class Player {
       return;
     }
     this.marks = new Marks();
-    alignTimes();
-    const changed = once(() => {
+    alignTimeAxes();
+    const changed = oncePerTask(() => {
       this.drawing.fit(asObject(source.data), this.model);
       this.go(this.time);
     });
-    // The flash is of the strips, which may come after the displacements.
+    // The flash depends on the contact strips, which may change after the displacements.
     for (const name of ["displacements", ...SOLVERS.map((solver) => `strip_${solver}`)]) {
       modelOf(name).properties.data.change.connect(changed);
     }
     this.model.on("absolute", changed);
     this.model.on("amplitude", changed);
-    watchPointer((time) => { this.held = true; this.go(time); }, () => { this.held = false; this.swing(); });
+    watchPointer((time) => { this.held = true; this.go(time); }, () => { this.held = false; this.animate(); });
     new IntersectionObserver(([{ isIntersecting }]) => {
-      this.seen = isIntersecting;
-      this.swing();
+      this.visible = isIntersecting;
+      this.animate();
     }).observe(this.element);
-    hear("play", () => this.play(!this.playing));
-    hear("step", ({ value }) => { this.play(false); this.go((this.time + value * STEP + WINDOW) % WINDOW); });
-    hear("moving", ({ value }) => { this.moving = value; this.swing(); });
+    listen("play", () => this.play(!this.playing));
+    listen("step", ({ value }) => { this.play(false); this.go((this.time + value * STEP + WINDOW) % WINDOW); });
+    listen("moving", ({ value }) => { this.moving = value; this.animate(); });
     changed();
     this.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
   }
@@ -158,21 +151,21 @@ class Player {
     this.button.textContent = on ? "❚❚" : "▶";
     this.button.setAttribute("aria-label", on ? "Pause" : "Play");
     this.button.title = on ? "Pause (Space)" : "Play (Space)";
-    this.swing();
+    this.animate();
   }
 
-  // Frames are asked for only while something moves in them: a browser that draws by itself pays for each.
+  // Animation frames are requested only while something moves, since each costs time.
   get still() {
-    return !this.playing || this.held || this.moving || !this.seen;
+    return !this.playing || this.held || this.moving || !this.visible;
   }
 
-  swing() {
-    if (this.swinging || this.still) return;
-    this.swinging = true;
+  animate() {
+    if (this.animating || this.still) return;
+    this.animating = true;
     let last = null;
     const frame = (now) => {
-      this.swinging = !this.still;
-      if (!this.swinging) return;
+      this.animating = !this.still;
+      if (!this.animating) return;
       requestAnimationFrame(frame);
       const passed = last === null ? 0 : Math.min((now - last) / 1000, 0.1);
       last = now;

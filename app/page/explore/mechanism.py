@@ -1,4 +1,4 @@
-"""The pendulums, moved in the browser from data that are there already; and the present phase in every figure."""
+"""The animated pendulums, and the marks of the present instant in every figure; both run in the browser alone."""
 
 from __future__ import annotations
 
@@ -9,13 +9,10 @@ from vibroscope.app.page.shared.lean import Lean
 
 
 class Mechanism(Lean, pn.custom.JSComponent):
-    """Sends nothing and is sent nothing, but for what the displacements are relative to."""
+    """Draws the data that the browser already has; only the reference of the displacements is sent to it."""
 
-    absolute = param.Boolean(
-        default=False, doc="Whether the displacements drawn over time are those a fixed sensor sees"
-    )
+    absolute = param.Boolean(default=False, doc="Whether the displacements over time are relative to a fixed sensor")
+    amplitude = param.Number(default=1.0, doc="Amplitude of the base, in the units of the displacements")
 
-    amplitude = param.Number(default=1.0, doc="The base's, in the units of the displacements")
-
-    _esm = script("shared/dom", "explore/phase", "explore/mechanism")
+    _esm = script("shared/dom", "explore/instant", "explore/mechanism")
     _stylesheets = [style("explore/mechanism")]  # noqa: RUF012 - Panel reads it from the class

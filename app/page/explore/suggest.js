@@ -1,4 +1,4 @@
-// Suggest K, D, Δτ: it asks, shows how far the search has come, and draws what was found. The server sets the sliders.
+// Suggest K, D, Δτ: the tolerance, the progress of the search, and its result. The server searches and sets the sliders.
 
 const WIDE = 284;
 const HIGH = 112;
@@ -9,21 +9,22 @@ export function render({ model }) {
   root.setAttribute("aria-label", "Suggest K, D, Δτ");
   const form = ask(model);
   const more = element("div", "more");
-  const told = element("p", "told");
-  told.setAttribute("role", "status");
+  const status = element("p", "status");
+  status.setAttribute("role", "status");
   const parts = [running(model), result()];
-  const close = button("×", "Close what the search found", () => model.send_msg({ cancel: true }), "close");
-  more.append(close, told, ...parts.map((part) => part.element));
+  const close = button("×", "Close the result of the search", () => model.send_msg({ cancel: true }), "close");
+  more.append(close, status, ...parts.map((part) => part.element));
   root.append(form, more);
   const draw = () => {
-    const { phase } = model.told;
+    const { content } = model;
+    const { phase } = content;
     root.dataset.phase = phase;
     more.hidden = phase === "idle";
     close.hidden = phase === "running";
-    told.textContent = { running: "searching …", failed: model.told.error, done: model.told.head }[phase] ?? "";
-    parts.forEach((part) => part.draw(model.told));
+    status.textContent = { running: "searching …", failed: content.error, done: content.head }[phase] ?? "";
+    parts.forEach((part) => part.draw(content));
   };
-  model.on("told", draw);
+  model.on("content", draw);
   draw();
   return root;
 }
@@ -34,7 +35,7 @@ function ask(model) {
   const field = element("input");
   Object.assign(field, { type: "text", value: "5", inputMode: "decimal", autocomplete: "off", maxLength: 12 });
   field.setAttribute("aria-label", "Tolerance: relative rms error in per cent");
-  const go = button("Suggest K, D, Δτ", "Search for the fewest steps that keep to this error, and set them", () => {});
+  const go = button("Suggest K, D, Δτ", "Search for the fewest steps with at most this error, and set them", () => {});
   go.type = "submit";
   label.append(field, element("span", "", "%"));
   form.append(label, go);
@@ -63,45 +64,38 @@ function running(model) {
 function result() {
   const box = element("div", "found");
   const list = element("ul");
-  const use = button("Use the best found", "Move the sliders to the best setting found", () => say("set", use.texts));
+  const use = button("Use the best found", "Move the sliders to the best setting found", () => emit("set", use.texts));
   const place = element("div", "front");
   box.append(list, use, place);
   return {
     element: box,
-    draw: (told) => {
-      box.hidden = told.phase !== "done";
+    draw: (content) => {
+      box.hidden = content.phase !== "done";
       if (box.hidden) return;
-      list.replaceChildren(...told.lines.map((line) => element("li", "", line)));
-      use.texts = told.use;
-      use.hidden = told.met || !Object.keys(told.use).length;
-      place.replaceChildren(...(told.front.length > 1 ? [front(told)] : []));
+      list.replaceChildren(...content.lines.map((line) => element("li", "", line)));
+      use.texts = content.use;
+      use.hidden = content.met || !Object.keys(content.use).length;
+      place.replaceChildren(...(content.front.length > 1 ? [front(content)] : []));
     },
   };
 }
 
-const draw = (tag, attributes = {}, text = "") => {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  if (text) made.textContent = text;
-  return made;
-};
-
-// Error over steps, both in decades; a point is a setting, and a click sets it.
+// The front: error over steps, both logarithmic. Each point is a setting, and a click sets it.
 function front({ front: points, tolerance, use }) {
   const x = scale(points.map(([steps]) => steps), FRAME.left, WIDE - FRAME.right);
   const y = scale([...points.map(([, error]) => error), tolerance], HIGH - FRAME.bottom, FRAME.top);
-  const root = draw("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "group" });
+  const root = svgElement("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "group" });
   root.dataset.figure = "front";
   root.setAttribute("aria-label", "Error against steps per period of the settings found; each can be set");
   root.append(
-    draw("line", { class: "limit", x1: FRAME.left, x2: WIDE - FRAME.right, y1: y(tolerance), y2: y(tolerance) }),
-    draw("text", { x: WIDE / 2, y: HIGH - 2, "text-anchor": "middle" }, "error over steps a period; a click sets"),
+    svgElement("line", { class: "limit", x1: FRAME.left, x2: WIDE - FRAME.right, y1: y(tolerance), y2: y(tolerance) }),
+    svgElement("text", { x: WIDE / 2, y: HIGH - 2, "text-anchor": "middle" }, "error over steps per period; click to set"),
     ...ends(points.map(([steps]) => steps)).map((steps) =>
-      draw("text", { x: x(steps), y: HIGH - FRAME.bottom + 14, "text-anchor": x(steps) > WIDE / 2 ? "end" : "start" },
+      svgElement("text", { x: x(steps), y: HIGH - FRAME.bottom + 14, "text-anchor": x(steps) > WIDE / 2 ? "end" : "start" },
         String(steps))),
     ...ends(points.map(([, error]) => error)).map((error) =>
-      draw("text", { x: FRAME.left - 8, y: y(error) + 4, "text-anchor": "end" }, percent(error))),
-    draw("polyline", { points: points.map(([steps, error]) => `${x(steps)},${y(error)}`).join(" ") }),
+      svgElement("text", { x: FRAME.left - 8, y: y(error) + 4, "text-anchor": "end" }, percent(error))),
+    svgElement("polyline", { points: points.map(([steps, error]) => `${x(steps)},${y(error)}`).join(" ") }),
     ...points.map(([steps, error, texts]) => point(x(steps), y(error), steps, error, texts, same(texts, use))),
   );
   return root;
@@ -118,15 +112,15 @@ function scale(values, from, to) {
 
 function point(cx, cy, steps, error, texts, best) {
   const name = `${steps} steps, error ${percent(error)}: K ${texts.K}, D ${texts.D}`;
-  const dot = draw("circle", { cx, cy, r: best ? 6 : 4.5, class: best ? "best" : "", tabindex: 0, role: "button" });
+  const dot = svgElement("circle", { cx, cy, r: best ? 6 : 4.5, class: best ? "best" : "", tabindex: 0, role: "button" });
   dot.setAttribute("aria-label", `Set ${name}`);
-  dot.append(draw("title", {}, name));
-  dot.addEventListener("click", () => say("set", texts));
+  dot.append(svgElement("title", {}, name));
+  dot.addEventListener("click", () => emit("set", texts));
   dot.addEventListener("keydown", (event) => {
     if (event.key !== "Enter" && event.key !== " ") return;
     event.preventDefault();
     event.stopPropagation();
-    say("set", texts);
+    emit("set", texts);
   });
   return dot;
 }

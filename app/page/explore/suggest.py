@@ -1,37 +1,115 @@
-"""Suggest K, D, Δτ: a tolerance, a button, how far the search has come, and what it found."""
+"""Suggest K, D, Δτ: the input of a tolerance, a search in the background, and its result."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 
 import panel as pn
 import param
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.suggestion import Search, make_question, suggestion_content
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.tab import TabHost
+from vibroscope.engine import Recommendation
 
 
-class Suggest(Lean, pn.custom.JSComponent):
-    """Sends ``{"suggest": tolerance in per cent, as typed}`` and ``{"cancel": true}``; draws ``told``."""
+class SuggestPanel(Lean, pn.custom.JSComponent):
+    """Sends ``{"suggest": tolerance in per cent, as typed}`` and ``{"cancel": true}``; draws ``content``."""
 
-    told = param.Dict(
+    content = param.Dict(
         default={"phase": "idle"},
-        doc="phase: idle, running, done or failed; share; error; and what `app.explorer.suggestion.told_of` says",
+        doc="phase: idle, running, done or failed; share; error; and `app.explorer.suggestion.suggestion_content`",
     )
 
     _esm = script("shared/dom", "explore/suggest")
     _stylesheets = [style("explore/suggest")]  # noqa: RUF012 - Panel reads it from the class
 
-    def __init__(self, on_ask: Callable[[object], None], on_cancel: Callable[[], None], **params) -> None:
-        super().__init__(**params)
-        self._on_ask = on_ask
-        self._on_cancel = on_cancel
-        self.on_msg(self._message)
 
-    def _message(self, event) -> None:
-        data = event.data
-        if not isinstance(data, dict):
+class Suggester:
+    """Runs one search at a time; withdraws it, and its result, when its question no longer holds."""
+
+    def __init__(self, host: TabHost) -> None:
+        self.host = host
+        self.view = SuggestPanel()
+        self.view.on_msg(lambda event: self._receive(event.data))
+        self._setting: Setting | None = None
+        self._search: Search | None = None
+
+    def follow(self, setting: Setting) -> None:
+        """Follow the setting: a search for another system, η or reference is withdrawn."""
+        self._setting = setting
+        if self._search is not None:
+            question = self._search.question
+            if question != make_question(setting, f"{100 * question.tolerance:.12g}"):
+                self.withdraw()
+
+    def withdraw(self) -> None:
+        """Stop the search and remove its result."""
+        self.close()
+        self._show(phase="idle")
+
+    def close(self) -> None:
+        """The session has ended: stop the search."""
+        if self._search is not None:
+            self._search.cancel()
+            self._search = None
+
+    @property
+    def front(self) -> dict[str, list[float]]:
+        """Columns of the drawn front; empty if none is drawn."""
+        points = self.view.content.get("front", [])
+        if len(points) < 2:
+            return {}
+        steps, errors, texts = zip(*points, strict=True)
+        numbers = {name: [float(point[name]) for point in texts] for name in ("K", "D")}
+        return {"steps": [*steps], "error": [*errors], **numbers}
+
+    def suggest(self, percent: object) -> None:
+        """Search for a setting with at most this error, in per cent as typed."""
+        if self._setting is None:
             return
-        if "suggest" in data:
-            self._on_ask(data["suggest"])
-        elif "cancel" in data:
-            self._on_cancel()
+        self.withdraw()
+        try:
+            question = make_question(self._setting, percent)
+        except Refused as error:
+            self._show(phase="failed", error=str(error))
+            return
+        self._show(phase="running", share=0.0)
+        self._search = Search(question, self._on_progress, self._on_result)
+
+    def _receive(self, message: object) -> None:
+        if not isinstance(message, dict):
+            return
+        if "suggest" in message:
+            self.suggest(message["suggest"])
+        elif "cancel" in message:
+            self.withdraw()
+
+    def _on_progress(self, search: Search, share: float) -> None:
+        """In a worker thread."""
+        self.host.call_later(partial(self._show_of, search, phase="running", share=round(share, 2)))
+
+    def _on_result(self, search: Search, found: Recommendation | Exception) -> None:
+        """In a worker thread."""
+        self.host.call_later(partial(self._show_result, search, found))
+
+    def _show_result(self, search: Search, found: Recommendation | Exception) -> None:
+        if isinstance(found, Exception):
+            error = f"The search failed ({found}). Ask for another tolerance, or move η."
+            self._show_of(search, phase="failed", error=error)
+            return
+        content = suggestion_content(found)
+        self._show_of(search, phase="done", **content)
+        if search is self._search and content["met"] and content["use"]:
+            self.host.set(content["use"])
+
+    def _show_of(self, search: Search, **content) -> None:
+        """Show ``content`` unless its search was withdrawn."""
+        if search is self._search:
+            self._show(**content)
+
+    def _show(self, **content) -> None:
+        self.view.content = content
+        self.host.update_offers()  # with the front, a figure to take away comes or goes

@@ -1,4 +1,4 @@
-"""Explore: both solvers for what is set, laid over each other, with what the difference means."""
+"""Explore: both solvers for the present setting, drawn over each other, and what their difference means."""
 
 from __future__ import annotations
 
@@ -6,47 +6,48 @@ from dataclasses import dataclass
 from functools import partial
 
 import panel as pn
-from vibroscope.app.explorer import words
-from vibroscope.app.explorer.compute import Frame, Latest, kept_frame
-from vibroscope.app.explorer.diagrams import kept
+from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs
+from vibroscope.app.explorer.diagrams import load_diagram
+from vibroscope.app.explorer.errors import error_text
+from vibroscope.app.explorer.explanation import Description, Explanation, describe, paragraphs
 from vibroscope.app.explorer.link import LINEAR
-from vibroscope.app.explorer.present import WINDOW, Columns, factor_of, present
-from vibroscope.app.explorer.scenes import scene_of
-from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.explorer.present import WINDOW, Columns, present, unit_factor
+from vibroscope.app.explorer.scenes import scene_key
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.tables import DIFFERENCE, FIGURES, difference_of, table_of
-from vibroscope.app.page.delivery import prepared
-from vibroscope.app.page.explore.diagram import DiagramView
+from vibroscope.app.export.tables import DIFFERENCE, FIGURES, difference_table, figure_table
+from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.displacement import DisplacementView
-from vibroscope.app.page.explore.explaining import Explaining
+from vibroscope.app.page.explore.eta_map import EtaMapView
+from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.page.explore.force import ForceView
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.phase import PhaseView
-from vibroscope.app.page.explore.pin import Pin
-from vibroscope.app.page.explore.suggesting import Suggesting
+from vibroscope.app.page.explore.pinned import PinnedResult
+from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
-from vibroscope.app.page.shared.feed import Feed
 from vibroscope.app.page.shared.figure import PARTS
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.page.tab import COMPUTING, Desk, Move, Tab
+from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
+from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Diagram, Units
 
-_WHOSE = {"diagram": "reference", "front": "found"}  # figures of one series, and what its rows are called
+_SERIES_LABELS = {"diagram": "reference", "front": "found"}  # of figures with one series
 
 
 @dataclass(frozen=True, eq=False)
-class _Ready:
-    """What the views need of a frame, and no more: its runs hold 3 MB, and this may wait long for its turn."""
+class _Result:
+    """What the figures need of both runs. It may wait long for the browser, and the runs would hold 3 MB."""
 
     setting: Setting
     columns: dict[str, Columns]
-    told: words.Told
+    description: Description
 
 
-def _ready(frame: Frame) -> _Ready:
-    return _Ready(frame.setting, present(frame), words.tell(frame))
+def _prepare(runs: RunPair) -> _Result:
+    return _Result(runs.setting, present(runs), describe(runs))
 
 
 class Explore(Tab):
@@ -62,196 +63,185 @@ class Explore(Tab):
         "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", "pinned"),
     }
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        self._latest = Latest(prepared(desk, _ready, self._arrived, self._failed))
-        self._explaining = Explaining(desk, lambda: self._visible, self._mean)
-        self._pin = Pin(desk, self._draw_pinned)
-        self._meaning: words.Meaning | None = None
+    def __init__(self, host: TabHost) -> None:
+        super().__init__(host)
+        self._queue = JobQueue(prepare_in_worker(host.call_later, _prepare, self._push, self._fail))
+        self._explainer = Explainer(host, lambda: self._visible, self._show_explanation)
+        self._pinned = PinnedResult(host, self._draw_pinned)
+        self._explanation: Explanation | None = None
         self._visible = False
-        self._fresh = False  # ranges start afresh with the next push
+        self._fresh = False  # the next update fits all axes to the data
         self._scene = ""
-        self._shown: _Ready | None = None
-        self._scale: Units | None = None  # that the ranges are in
+        self._result: _Result | None = None
+        self._scale: Units | None = None  # the units of the axes
 
     def build(self) -> pn.viewable.Viewable:
-        """Mechanism, figures and findings; `explore.css` lays them out as a grid."""
+        """Make mechanism, figures and findings; `explore.css` arranges them in a grid."""
         self._time = OwnedRange(0, WINDOW)
-        self._feed = Feed()
+        self._sender = ColumnSender()
         self.mechanism = Mechanism()
         self.findings = Findings()
-        self._suggesting = Suggesting(self.desk)
+        self._suggester = Suggester(self.host)
         self.phase = PhaseView()
         self.displacement = DisplacementView(self._time.range)
         self.force = ForceView(self._time.range)
-        self.diagram = DiagramView(self.phase.sections, self._diagram, self._tapped)
+        self._views = (self.phase, self.displacement, self.force)  # whose columns a move changes
+        self.eta_map = EtaMapView(self.phase.sections, self._load_diagram, self.host.set)
         self.ranges = {"time": self._time, **self.phase.ranges, "displacement": self.displacement.range}
-        self.ranges |= {"force": self.force.force, "impulse": self.force.impulse, **self.diagram.ranges}
-        figures = [
-            *self.phase.figures,
-            self.displacement.figure,
-            self.displacement.strip,
-            self.force.figure,
-            self.diagram.figure,
-        ]
+        self.ranges |= {"force": self.force.force, "impulse": self.force.impulse, **self.eta_map.ranges}
+        figures = [*self.phase.figures, self.displacement.figure, self.displacement.strip]
+        figures += [self.force.figure, self.eta_map.figure]
         self.muting = Muting(self.legends, figures)
         cells = [
-            self._feed,
+            self._sender,
             _cell(self.mechanism, "mechanism"),
             *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
             _cell(self.findings, "findings"),
-            _cell(self._suggesting.view, "suggest"),
+            _cell(self._suggester.view, "suggest"),
         ]
         return pn.Column(
-            *cells, css_classes=["desk"], stylesheets=[style("explore/explore")], sizing_mode="stretch_both"
+            *cells, css_classes=["explore-grid"], stylesheets=[style("explore/explore")], sizing_mode="stretch_both"
         )
 
-    # -- the open tab --------------------------------------------------------
+    # -- the open tab ------------------------------------------------------------------
 
-    def at_once(self, move: Move) -> bool:
-        """A setting that was solved before goes out with the page itself, a round trip earlier."""
-        frame = kept_frame(move.setting)
-        if frame is None:
+    def show_if_ready(self, move: Move) -> bool:
+        """Send a cached result with the page itself, which saves a round trip."""
+        runs = cached_runs(move.setting)
+        if runs is None:
             return False
         self._visible = True
-        self._suggesting.follow(move.setting)
-        self._arrived(move.number, _ready(frame))
+        self._suggester.follow(move.setting)
+        self._push(move.number, _prepare(runs))
         return True
 
     def show(self, move: Move) -> None:
-        """Solve and draw."""
+        """Compute and draw."""
         self._visible = True
         self._fresh |= move.fresh
-        self._explaining.withdraw()
-        self._suggesting.follow(move.setting)
-        self._latest.submit(move.number, move.setting)
+        self._explainer.withdraw()
+        self._suggester.follow(move.setting)
+        self._queue.submit(move.number, move.setting)
 
     def summary(self, setting: Setting) -> str:
-        """The verdict, once it is known."""
-        return self._said() if setting == self.shown() and self._meaning is not None else COMPUTING
+        """The text of the findings, once it is complete."""
+        known = setting == self.shown_setting() and self._explanation is not None
+        return self._summary_text() if known else COMPUTING
 
     def hide(self) -> None:
-        """What is still solved will not be drawn."""
+        """Another tab was opened: what is still computed will not be drawn."""
         self._visible = False
-        self._suggesting.withdraw()
+        self._suggester.withdraw()
 
     def close(self) -> None:
-        """Nothing more is wanted."""
-        self._latest.close()
-        self._explaining.close()
-        self._pin.close()
-        self._suggesting.close()
+        """The session has ended."""
+        for part in (self._queue, self._explainer, self._pinned, self._suggester):
+            part.close()
 
-    # -- what can be taken away ----------------------------------------------
+    # -- files to take away ------------------------------------------------------------
 
     def figures(self) -> list[Figure]:
-        """All, once there is a result; the map once it has been read or computed, a suggestion once it is found."""
-        if self._shown is None:
+        """All figures once there is a result; the map once it is loaded, a suggestion once it is found."""
+        if self._result is None:
             return []
-        drawn = FIGURES | ({"displacement": DIFFERENCE} if self._in_parts else {})
-        there = {"diagram": self.diagram.ready, "front": bool(self._suggesting.front)}
-        return [figure for figure in drawn.values() if there.get(figure.name, True)]
+        figures = FIGURES | ({"displacement": DIFFERENCE} if self._draws_difference else {})
+        ready = {"diagram": self.eta_map.ready, "front": bool(self._suggester.front)}
+        return [figure for figure in figures.values() if ready.get(figure.name, True)]
 
     def table(self, name: str) -> list[Series]:
-        """The columns that are drawn, in the units that are shown."""
-        setting, columns = self._shown.setting, self.data()
-        if name in _WHOSE:
-            return [Series(_WHOSE[name], columns[name])]
-        if name == "displacement" and self._in_parts:
-            return difference_of(columns["difference"], setting.coordinate, setting.scale)
-        return table_of(name, columns, setting.scale)
+        """The columns that are drawn, in the units of the setting."""
+        setting, columns = self._result.setting, self.data()
+        if name in _SERIES_LABELS:
+            return [Series(_SERIES_LABELS[name], columns[name])]
+        if name == "displacement" and self._draws_difference:
+            return difference_table(columns["difference"], setting.coordinate, setting.scale)
+        return figure_table(name, columns, setting.scale)
 
     def data(self) -> dict[str, object]:
-        """The columns of all sources, the difference, the map and what a search has found."""
-        more = {"difference": dict(self.displacement.difference.data)} if self._in_parts else {}
-        more |= {"front": self._suggesting.front} if self._suggesting.front else {}
-        return {**self._shown.columns, **more, "diagram": self.diagram.in_view()}
+        """The columns of all sources, the difference, the map and the front of a suggestion."""
+        more = {"difference": dict(self.displacement.difference.data)} if self._draws_difference else {}
+        more |= {"front": self._suggester.front} if self._suggester.front else {}
+        return {**self._result.columns, **more, "diagram": self.eta_map.in_view()}
 
     def words(self) -> dict[str, str]:
-        """Verdict and motions."""
-        return words.lines(self._shown.told, self._meaning)
+        """The text of the findings."""
+        return paragraphs(self._result.description, self._explanation)
 
-    def shown(self) -> Setting | None:
-        """The last that could be solved."""
-        return self._shown.setting if self._shown else None
+    def shown_setting(self) -> Setting | None:
+        """The last setting that could be computed."""
+        return self._result.setting if self._result else None
 
     @property
-    def _in_parts(self) -> bool:
-        """Whether the difference is drawn, in place of the displacements."""
-        return self._shown.setting.frame == "difference"
+    def _draws_difference(self) -> bool:
+        return self._result.setting.frame == "difference"
 
-    # -- compute -------------------------------------------------------------
+    # -- a result ----------------------------------------------------------------------
 
-    def _arrived(self, move: int, ready: _Ready) -> None:
+    def _push(self, move: int, result: _Result) -> None:
         if self._visible:
-            self.desk.push(move, partial(self._write, ready))
+            self.host.push(move, partial(self._write, result))
 
-    def _mean(self, meaning: words.Meaning) -> None:
-        """The explanation of what is shown has come."""
-        if meaning is not self._meaning:
-            with pn.io.hold(self.desk.doc):  # one message
-                self._tell(self._shown.told, meaning)
-
-    def _tell(self, told: words.Told, meaning: words.Meaning | None) -> None:
-        self._meaning = meaning
-        self.findings.update(told, meaning)
-        self.displacement.explain(meaning.series if meaning else {}, self._shown.setting)
-        if meaning is not None:  # a screen reader is told once, when all is known
-            self.desk.summarise(self._said())
-
-    def _said(self) -> str:
-        return " ".join(f"{head}: {text}" for head, text in self.words().items())
-
-    def _failed(self, move: int, error: Exception) -> None:
-        self.desk.tell(
-            f"This setting could not be computed ({words.cause(error)}). The figures show the last one that could: "
-            "undo, or change what you moved last.",
+    def _fail(self, move: int, error: Exception) -> None:
+        self.host.report_error(
+            f"This setting could not be computed ({error_text(error)}). The figures show the last one that could be: "
+            "undo the last move, or choose another value.",
             move,
         )
 
-    def _diagram(self, joint_damping: str) -> Diagram | None:
-        """The kept diagram, or None until it has been read or computed."""
-        future = kept(joint_damping)
-        if not future.done():
-            future.add_done_callback(lambda _: self.desk.later(self._redraw))
-            return None
-        return future.result() if future.exception() is None else None
-
-    def _redraw(self) -> None:
-        with pn.io.hold(self.desk.doc):
-            self.diagram.redraw()
-            self.desk.offer()
-
-    def _tapped(self, eta: float) -> None:
-        self.desk.set({"eta": print_number(eta)})
-
-    # -- push ----------------------------------------------------------------
-
-    def _write(self, ready: _Ready) -> None:
-        """All figures, in place."""
-        setting, columns = ready.setting, ready.columns
-        scene = scene_of(setting)
+    def _write(self, result: _Result) -> None:
+        """Change all figures in place."""
+        setting, columns = result.setting, result.columns
+        scene = scene_key(setting)
         if self._fresh:
             self.unzoom()
         fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
-        self._shown, self._scene, self._scale, self._fresh = ready, scene, setting.scale, False
+        self._result, self._scene, self._scale, self._fresh = result, scene, setting.scale, False
         self._time.put(0, WINDOW * setting.period, fresh=fresh)
-        self._pin.follow(setting)
-        for view in (self.phase, self.displacement, self.force):
+        self._pinned.follow(setting)
+        for view in self._views:
             for name, source in view.sources.items():
-                self._feed.put(source, columns[name])
-        self._feed.send()
-        self.phase.update(columns, setting, fresh=fresh)
-        self.displacement.update(columns, setting, fresh=fresh)
-        self.force.update(columns, setting, fresh=fresh)
-        self.diagram.update(setting, fresh=fresh)
-        self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=factor_of("displacement", setting))
-        self._tell(ready.told, self._explaining.follow(setting))
+                self._sender.put(source, columns[name])
+        self._sender.send()
+        for view in self._views:
+            view.update(columns, setting, fresh=fresh)
+        self.eta_map.update(setting, fresh=fresh)
+        amplitude = unit_factor("displacement", setting)
+        self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=amplitude)
+        self._update_findings(self._explainer.follow(setting))
 
     def _draw_pinned(self, columns: dict[str, Columns] | None) -> None:
-        """As thin grey curves."""
-        for view in (self.phase, self.displacement, self.force):
-            view.ghost.update(columns)
+        for view in self._views:
+            view.pinned.update(columns)
+
+    def _show_explanation(self, explanation: Explanation) -> None:
+        if explanation is not self._explanation:
+            with pn.io.hold(self.host.doc):  # in one message
+                self._update_findings(explanation)
+
+    def _update_findings(self, explanation: Explanation | None) -> None:
+        self._explanation = explanation
+        self.findings.update(self._result.description, explanation)
+        self.displacement.explain(explanation.series if explanation else {}, self._result.setting)
+        if explanation is not None:  # only then, so that a screen reader reads one summary for each result
+            self.host.summarise(self._summary_text())
+
+    def _summary_text(self) -> str:
+        return " ".join(f"{head}: {text}" for head, text in self.words().items())
+
+    # -- the map over η ----------------------------------------------------------------
+
+    def _load_diagram(self, joint_damping: str) -> Diagram | None:
+        """The diagram, or None until it is loaded; then the map is drawn again."""
+        future = load_diagram(joint_damping)
+        if not future.done():
+            future.add_done_callback(lambda _: self.host.call_later(self._redraw_map))
+            return None
+        return future.result() if future.exception() is None else None
+
+    def _redraw_map(self) -> None:
+        with pn.io.hold(self.host.doc):
+            self.eta_map.redraw()
+            self.host.update_offers()
 
 
 def _cell(view, name: str):

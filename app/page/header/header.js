@@ -1,37 +1,36 @@
-// The head of the page: title, tabs, what can be taken away, light and dark, keys, the tour, errors and the summary.
+// The head of the page: title, tabs, take-away menu, theme, keys, tour, errors, and the summary for screen readers.
 
 export function render({ model }) {
   const root = element("header", "head");
   const title = element("h1", "", "Vibroscope");
   title.append(element("small", "", "where a penalty contact departs from the exact impact motion"));
   const bar = element("div", "bar");
-  const keys = keyDialog(model);
-  const take = takeMenu(model);
+  const keys = keyDialog();
+  const takeAway = takeAwayMenu(model);
   const tools = element("div", "tools");
   tools.append(
-    take.element,
+    takeAway.element,
     themeButton(model),
     button("Tour", "Five steps through the page", () => tour(root, true)),
     button("?", "Keys and help (?)", () => keys.open()),
   );
   bar.append(title, tabList(model), tools);
   root.append(bar, errorLine(model), summary(model), keys.element);
-  shortcuts(model, keys, take);
-  const fit = () => { darken(); forTouch(); forNarrow(); };
-  // Another tab brings other figures.
-  model.on("tab", () => whenDrawn(root, fit));
-  whenDrawn(root, () => { fit(); landmark(); tour(root, false); });
+  shortcuts(keys, takeAway);
+  const adaptFigures = () => { darken(); adaptToTouch(); adaptToNarrowPage(); };
+  model.on("tab", () => whenDrawn(root, adaptFigures)); // another tab has other figures
+  whenDrawn(root, () => { adaptFigures(); markMain(); tour(root, false); });
   return root;
 }
 
-// What the head belongs to; it scrolls, so keys must reach it.
-function landmark() {
-  const stage = inPage(".stage");
-  stage?.setAttribute("role", "main");
-  if (stage) stage.tabIndex = 0;
+// Marks the open tab as the main landmark. It scrolls, so the keyboard must be able to focus it.
+function markMain() {
+  const area = inPage(".tab-area");
+  area?.setAttribute("role", "main");
+  if (area) area.tabIndex = 0;
 }
 
-// Figures come a moment after this component, or before it: its root stands in the page only when it has been returned.
+// Calls `act` when the figures are drawn and `root` is in the page; either may be first.
 function whenDrawn(root, act, wait = 0, tries = 200) {
   setTimeout(() => {
     if (root.isConnected && window.Bokeh?.documents[0]?.is_idle) act();
@@ -62,8 +61,8 @@ function tabList(model) {
     tabs[next].focus();
     tabs[next].click();
   });
-  const open = (key) => { if (key !== model.tab) say("tab", { value: key }); };
-  hear("tab-number", ({ value }) => tabs[value]?.click());
+  const open = (key) => { if (key !== model.tab) emit("tab", { value: key }); };
+  listen("tab-number", ({ value }) => tabs[value]?.click());
   const draw = () => tabs.forEach((tab) => {
     const on = tab.dataset.tab === model.tab;
     tab.setAttribute("aria-selected", String(on));
@@ -80,21 +79,21 @@ function errorLine(model) {
   const line = element("div", "error");
   line.setAttribute("role", "alert");
   const text = element("span");
-  let here = ""; // what failed in this browser, of which the server knows nothing
+  let local = ""; // an error in this browser, which the server does not know
   const draw = () => {
-    text.textContent = model.error || here;
+    text.textContent = model.error || local;
     line.hidden = !text.textContent;
   };
-  const failed = (what) => { here = what; draw(); };
-  line.append(text, button("Close", "Close this message", () => { model.error = ""; failed(""); }));
+  const showLocal = (text) => { local = text; draw(); };
+  line.append(text, button("Close", "Close this message", () => { model.error = ""; showLocal(""); }));
   model.on("error", draw);
-  hear("failed", ({ value }) => failed(value));
+  listen("failed", ({ value }) => showLocal(value));
   draw();
   return line;
 }
 
 function summary(model) {
-  const text = element("p", "unseen summary");
+  const text = element("p", "screen-reader summary");
   text.setAttribute("aria-live", "polite");
   const draw = () => { text.textContent = model.summary; };
   model.on("summary", draw);
@@ -119,7 +118,7 @@ const KEYS = [
   ["?", "this list"],
 ];
 
-function keyDialog(model) {
+function keyDialog() {
   const dialog = element("dialog", "keys");
   dialog.setAttribute("aria-label", "Keys");
   const list = element("dl");
@@ -128,9 +127,9 @@ function keyDialog(model) {
   const box = element("input");
   box.type = "checkbox";
   box.checked = singleKeys();
-  box.addEventListener("change", () => memory.set("keys", box.checked ? "on" : "off"));
-  single.append(box, element("span", "", "single keys work (switch off if you speak or use a switch)"));
-  const more = button("Open Help", "", () => { dialog.close(); say("tab", { value: "help" }); });
+  box.addEventListener("change", () => preferences.set("keys", box.checked ? "on" : "off"));
+  single.append(box, element("span", "", "single keys work (switch off if you use speech input or a switch)"));
+  const more = button("Open Help", "", () => { dialog.close(); emit("tab", { value: "help" }); });
   const close = button("Close", "", () => dialog.close());
   const row = element("div", "row");
   row.append(more, close);
@@ -138,38 +137,38 @@ function keyDialog(model) {
   return { element: dialog, open: () => dialog.showModal() };
 }
 
-const singleKeys = () => memory.get("keys") !== "off";
+const singleKeys = () => preferences.get("keys") !== "off";
 
-function shortcuts(model, keys, take) {
+function shortcuts(keys, takeAway) {
   document.addEventListener("keydown", (event) => {
     const target = event.composedPath()[0];
     const typing = target.matches?.("input[type=text], textarea, select, [contenteditable]");
     if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !event.altKey && !typing) {
       event.preventDefault();
-      say(event.shiftKey ? "redo" : "undo");
+      emit(event.shiftKey ? "redo" : "undo");
       return;
     }
     if (typing || event.ctrlKey || event.metaKey || event.altKey || !singleKeys() || keys.element.open) return;
     const digit = /^Digit([1-9])$/.exec(event.code)?.[1];
-    const act = digit ? (event.shiftKey ? () => say("tab-number", { value: digit - 1 })
-                                        : () => "ABCD"[digit - 1] && say("scene", { value: "ABCD"[digit - 1] }))
-      : single(event, target, { keys, take });
+    const act = digit ? (event.shiftKey ? () => emit("tab-number", { value: digit - 1 })
+                                        : () => "ABCD"[digit - 1] && emit("scene", { value: "ABCD"[digit - 1] }))
+      : singleKey(event, target, { keys, takeAway });
     if (!act) return;
     event.preventDefault();
     act();
   });
 }
 
-function single(event, target, { keys, take }) {
-  if (event.key === " ") return target.matches?.("button, summary, input, a") ? null : () => say("play");
+function singleKey(event, target, { keys, takeAway }) {
+  if (event.key === " ") return target.matches?.("button, summary, input, a") ? null : () => emit("play");
   return {
     "?": () => keys.open(),
-    ",": () => say("step", { value: -1 }),
-    ".": () => say("step", { value: 1 }),
-    p: () => say("toggle-pin"),
-    r: () => say("reset"),
-    t: () => take.toggle(),
-    l: () => say("theme"),
+    ",": () => emit("step", { value: -1 }),
+    ".": () => emit("step", { value: 1 }),
+    p: () => emit("toggle-pin"),
+    r: () => emit("reset"),
+    t: () => takeAway.toggle(),
+    l: () => emit("theme"),
   }[event.key.toLowerCase()];
 }
 
@@ -177,22 +176,22 @@ function single(event, target, { keys, take }) {
 
 const allFigures = () => [...Bokeh.documents[0].all_models].filter((model) => model.type === "Figure");
 
-// A finger that drags over a figure scrolls the page; a tap still shows values and sets η.
-function forTouch() {
+// On a touch screen a drag over a figure scrolls the page; a tap still shows values and sets η.
+function adaptToTouch() {
   if (!matchMedia("(pointer: coarse)").matches) return;
   for (const tool of allFigures().flatMap((figure) => figure.toolbar.tools)) {
-    if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, HERE);
+    if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, LOCAL);
   }
 }
 
-// A legend in one row would not fit, and in more it would hide curves: it stands above the frame.
-function forNarrow() {
+// On a narrow page a legend would not fit in one row, and in several it would hide curves, so it is put above the frame.
+function adaptToNarrowPage() {
   if (innerWidth > 700) return;
   for (const figure of allFigures()) {
     const legends = figure.center.filter((part) => part.type === "Legend");
     if (!legends.length) continue;
-    for (const legend of legends) legend.setv({ ncols: 2 }, HERE);
+    for (const legend of legends) legend.setv({ ncols: 2 }, LOCAL);
     const center = figure.center.filter((part) => !legends.includes(part));
-    figure.setv({ center, above: [...figure.above, ...legends] }, HERE);
+    figure.setv({ center, above: [...figure.above, ...legends] }, LOCAL);
   }
 }

@@ -1,4 +1,4 @@
-"""The head of the page: title, tabs, what can be taken away, light and dark, keys, the tour, errors, the summary."""
+"""The head of the page: title, tabs, take-away menu, theme, keys, tour, errors, and the summary for screen readers."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from vibroscope.app.page.shared.lean import Lean
 
 
 class Header(Lean, pn.custom.JSComponent):
-    """Lives in the browser; sends which tab, file and theme, and what was loaded, as text that the session reads."""
+    """Sends the tab, file or theme that the user chooses, and uploaded parameters; `app.page.messages` reads them."""
 
     tabs = param.List(doc="Key and title of each tab")
     tab = param.String(doc="Key of the open tab")
-    theme = param.String(default="", doc="Light or dark, where the link says so")
-    offers = param.List(default=[], doc="Name and title of each figure; whether a picture and a table can be taken")
-    error = param.String(default="", doc="What was refused or failed; empty when nothing was")
-    summary = param.String(default="", doc="What the figures show, for screen readers")
+    theme = param.String(default="", doc="Light or dark, if the link says so")
+    offers = param.List(default=[], doc="Name and title of each figure; whether a picture and a table are offered")
+    error = param.String(default="", doc="What was refused or has failed; empty if nothing")
+    summary = param.String(default="", doc="Summary of the figures for screen readers")
 
-    _esm = script("shared/dom", "shared/theme", "header/tour", "shared/picture", "header/take", "header/header")
+    _esm = script("shared/dom", "shared/theme", "header/tour", "header/picture", "header/take_away", "header/header")
     _stylesheets = [style("header/header")]  # noqa: RUF012 - Panel reads it from the class
 
-    def __init__(self, **params) -> None:
-        super().__init__(css_classes=["header"], sizing_mode="stretch_width", **params)
+    def __init__(self, tabs: list[list[str]], **params) -> None:
+        super().__init__(tabs=tabs, css_classes=["header"], sizing_mode="stretch_width", **params)
 
-    def give(self, what: str, taken: dict) -> None:
-        """Hand a file to the browser, which saves or copies it."""
-        self._send_msg({"give": what, **taken})
+    def send_file(self, what: str, file: dict[str, str]) -> None:
+        """Send a file to the browser, which saves or copies it."""
+        self._send_msg({"give": what, **file})

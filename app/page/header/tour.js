@@ -1,17 +1,17 @@
-// Five steps through the page, shown on the first visit and from the button; `?tour=0` and automated browsers are spared.
+// Five steps through the page, shown on the first visit and by the button, except with `?tour=0` and in automated browsers.
 
 const STEPS = [
   [".scenes", "Begin with a scene", "Each is a motion or a figure of the paper and sets η, K, D and the time step at once."],
   [".slider", "Move a slider", "Both solvers run anew over 2,050 periods while you drag: the exact reference, and the penalty model as an FE code would compute it."],
   [".mechanism", "Watch it move", "The pendulums at the present phase. Rest the pointer on a time figure and every figure marks that instant."],
-  [".findings", "Read what it means", "Whether the two agree, by how much, and which number is to blame where they do not."],
-  [".take", "Take it away", "Figures, data, a script that gives the same numbers, a report, and a link that restores this view."],
+  [".findings", "Read what it means", "Whether the two agree, by how much, and which number causes the difference where they do not."],
+  [".take-away", "Take it away", "Figures, data, a script that gives the same numbers, a report, and a link that restores this view."],
 ];
 
-// `root` is where its style lies.
-function tour(root, asked) {
-  const spared = navigator.webdriver || new URLSearchParams(location.search).get("tour") === "0";
-  if (!asked && (spared || memory.get("tour") === "seen")) return;
+// Shows the tour in `root`, which has its style; on the first visit, or whenever `requested`.
+function tour(root, requested) {
+  const skipped = navigator.webdriver || new URLSearchParams(location.search).get("tour") === "0";
+  if (!requested && (skipped || preferences.get("tour") === "seen")) return;
   const dialog = element("dialog", "tour");
   const head = element("h2");
   const text = element("p");
@@ -40,14 +40,14 @@ function tour(root, asked) {
     marked?.scrollIntoView({ block: "nearest" });
     place(dialog, marked);
   };
-  styleOnce();
+  addMarkStyle();
   root.append(dialog);
   dialog.showModal();
-  memory.set("tour", "seen");
+  preferences.set("tour", "seen");
   step(0);
 }
 
-// The first element of a selector, in whatever shadow root it lies.
+// The first element that matches a selector, in any shadow root.
 function inPage(selector, root = document) {
   const found = root.querySelector(selector);
   if (found) return found;
@@ -66,17 +66,17 @@ function place(dialog, marked) {
   const right = box.right + 12 + width < innerWidth;
   const left = right ? box.right + 12 : Math.max(12, box.left - width - 12);
   let top = Math.min(Math.max(12, box.top), innerHeight - height - 12);
-  // No room beside it: the half of the screen that it does not lie in.
+  // No room beside it: use the half of the screen in which it does not lie.
   if (!right && left + width > box.left) {
     top = box.top + box.bottom < innerHeight ? innerHeight - height - 12 : 12;
   }
   Object.assign(dialog.style, { width: `${width}px`, left: `${left}px`, top: `${top}px`, margin: "0" });
 }
 
-// The element that is meant may lie in any shadow root, so the mark is put on it directly.
-function styleOnce() {
-  if (styleOnce.done) return;
-  styleOnce.done = true;
+// The marked element may lie in any shadow root, so every shadow root gets the style of the mark.
+function addMarkStyle() {
+  if (addMarkStyle.done) return;
+  addMarkStyle.done = true;
   const sheet = new CSSStyleSheet();
   sheet.replaceSync(".toured { outline: 3px solid #1B6FC2 !important; outline-offset: 2px; border-radius: 6px; }");
   const adopt = (root) => {

@@ -1,4 +1,4 @@
-"""Help: the model, drawn; its equations, held to the kernels by a test; a glossary; how to read each figure."""
+"""Tab Help: the model and its equations, which a test compares with the kernels; the figures; a glossary."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from vibroscope.app.page.tab import Tab
 
 
 class Help(Tab):
-    """A text that depends on nothing that is set: ``help.html``."""
+    """The text ``help.html``, which does not depend on the setting."""
 
     key = "help"
     title = "Help"
     controls = False
 
     def build(self) -> pn.viewable.Viewable:
-        """The text."""
+        """Make the text."""
         return pn.pane.HTML(
             template("help/help.html"),
             stylesheets=[style("shared/text")],
@@ -25,5 +25,5 @@ class Help(Tab):
         )
 
     def summary(self, setting: Setting) -> str:
-        """What it is about."""
+        """Contents of the tab."""
         return "The model and its equations, how to read each figure, and a glossary."

@@ -36,8 +36,8 @@ export function render({ model }) {
 }
 
 function show({ scene, tab }) {
-  say("scene", { value: scene });
-  say("tab", { value: tab });
+  emit("scene", { value: scene });
+  emit("tab", { value: tab });
 }
 
 function whenSeen(node, act) {

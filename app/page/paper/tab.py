@@ -6,13 +6,13 @@ from functools import partial
 
 import numpy as np
 import panel as pn
+from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words import cause
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import PAPER_COMMAND, PAPER_PYTHON
 from vibroscope.app.page.files import style
 from vibroscope.app.page.paper.claims import ClaimCard, draw
-from vibroscope.app.page.tab import Desk, Move, Tab
+from vibroscope.app.page.tab import Move, Tab, TabHost
 from vibroscope.app.paper import CLAIMS, Claim, Finding, as_dict, tally
 from vibroscope.app.paper.checks import CHECKS
 from vibroscope.app.paper.tables import table_of
@@ -37,8 +37,8 @@ class Paper(Tab):
     title = "Paper"
     controls = False
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
+    def __init__(self, host: TabHost) -> None:
+        super().__init__(host)
         self._cards: dict[str, ClaimCard] = {}
         self._slots: dict[str, pn.Column] = {}
         self._asked: set[str] = set()  # seen, and nothing found yet
@@ -133,25 +133,25 @@ class Paper(Tab):
 
     def _deliver(self, key: str, result: Finding | Exception) -> None:
         """In a worker thread."""
-        self.desk.later(partial(self._checked, key, result))
+        self.host.call_later(partial(self._checked, key, result))
 
     def _checked(self, key: str, result: Finding | Exception) -> None:
         if key in self._findings:  # asked for again while it was on its way
             return
         if isinstance(result, Exception):  # still asked for: `show` does so again
             self._cards[key].fail(
-                f"This could not be checked ({cause(result)}). Open another tab and come back to try again."
+                f"This could not be checked ({error_text(result)}). Open another tab and come back to try again."
             )
             return
         self._asked.discard(key)
         self._findings[key] = result
-        with pn.io.hold(self.desk.doc):
+        with pn.io.hold(self.host.doc):
             plot = draw(result.picture, f"paper{key}")
             self._slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
             self._cards[key].update(CLAIMS[key].verdict(result), result)
-            self.desk.offer()
+            self.host.update_offers()
             if self._visible and not self._asked:  # a screen reader is told once, when all that is in view is known
-                self.desk.summarise(self._tally())
+                self.host.summarise(self._tally())
 
 
 def _told(claim: Claim) -> dict:

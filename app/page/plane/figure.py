@@ -9,7 +9,7 @@ from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, LegendItem, LinearColorMapper
 from bokeh.plotting import figure
 from vibroscope.app.explorer.state import Explorer, Setting
-from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, empty, legend, make_figure, write
+from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, empty_source, legend, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import SIDES, PartialPlane, PlaneQuestion
@@ -31,9 +31,9 @@ class PlaneView:
             for side in SIDES
         }
         self.veils = {side: ColumnDataSource(dict(source.data)) for side, source in self.sources.items()}
-        self.diverged = {side: empty(f"plane_{side}_diverged", "K", "D") for side in SIDES}
-        self.mark = empty("plane_mark", "K", "D")
-        self.curve = empty("plane_curve", "K", "D")
+        self.diverged = {side: empty_source(f"plane_{side}_diverged", "K", "D") for side in SIDES}
+        self.mark = empty_source("plane_mark", "K", "D")
+        self.curve = empty_source("plane_curve", "K", "D")
         self.figures = {side: self._figure(side) for side in SIDES}
         for plot in self.figures.values():
             plot.on_event(Tap, self.on_tap)

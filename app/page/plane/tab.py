@@ -102,7 +102,7 @@ class PlaneTab(StudyTab):
         return sweep_command("plane", question.system, *(given + own + how for own in (newmark, " --solver exact")))
 
     def _set(self, K: float, D: float) -> None:
-        self.desk.set({"K": print_number(K), "D": print_number(D)})
+        self.host.set({"K": print_number(K), "D": print_number(D)})
 
 
 def statements(setting: Setting, result: PartialPlane) -> list[list[str]]:

@@ -1,8 +1,15 @@
-// What the page's components share. Only textContent is ever set: no text can become markup.
+// Shared by the components of the page. They set textContent only, so that no text can become markup.
 
 function element(tag, className = "", text = "") {
   const made = document.createElement(tag);
   if (className) made.className = className;
+  if (text) made.textContent = text;
+  return made;
+}
+
+function svgElement(tag, attributes = {}, text = "") {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
   if (text) made.textContent = text;
   return made;
 }
@@ -12,29 +19,29 @@ function button(text, name, act, className = "") {
   made.type = "button";
   if (name) {
     made.title = name;
-    // Who speaks to the page says what stands on the button.
+    // Users of voice control say the text on the button, so the accessible name must contain it.
     made.setAttribute("aria-label", name.includes(text) ? name : `${text}: ${name}`);
   }
   made.addEventListener("click", act);
   return made;
 }
 
-// Components talk through the document, since each lies in a shadow root of its own.
-const say = (what, detail = {}) => document.dispatchEvent(new CustomEvent(`vibroscope:${what}`, { detail }));
-const hear = (what, act) => document.addEventListener(`vibroscope:${what}`, (event) => act(event.detail));
+// Each component lies in a shadow root of its own, so components exchange events through the document.
+const emit = (name, detail = {}) => document.dispatchEvent(new CustomEvent(`vibroscope:${name}`, { detail }));
+const listen = (name, act) => document.addEventListener(`vibroscope:${name}`, (event) => act(event.detail));
 
-// What this browser remembers of its user; a browser that forbids it forgets.
-const memory = {
+// Preferences that this browser keeps; a browser may forbid storage, and then they are not kept.
+const preferences = {
   get: (name) => {
     try { return localStorage.getItem(`vibroscope-${name}`); } catch { return null; }
   },
   set: (name, value) => {
-    try { localStorage.setItem(`vibroscope-${name}`, value); } catch { /* forgets */ }
+    try { localStorage.setItem(`vibroscope-${name}`, value); } catch { /* not kept */ }
   },
 };
 
-// Does something once, however often it is called before the browser comes to it.
-const once = (act) => {
+// A function that calls `act` once for all its calls in the present task.
+const oncePerTask = (act) => {
   let due = false;
   return () => {
     if (!due) queueMicrotask(() => { due = false; act(); });
@@ -42,22 +49,22 @@ const once = (act) => {
   };
 };
 
-// Bokeh's models and views of this page by name; null while they are not there. Bokeh itself looks through all models.
-const known = new Map();
+// Models and views of Bokeh by name; null while there are none. Bokeh itself searches all models at each call.
+const modelCache = new Map();
 const modelOf = (name) => {
   const doc = window.Bokeh?.documents[0];
-  if (!known.has(name) || known.get(name).document !== doc) {
+  if (modelCache.get(name)?.document !== doc || !doc) {
     const model = doc?.get_model_by_name(name);
     if (!model) return null;
-    known.set(name, model);
+    modelCache.set(name, model);
   }
-  return known.get(name);
+  return modelCache.get(name);
 };
 const viewOf = (name) => {
   const model = modelOf(name);
   return model ? Bokeh.index.find_one_by_id(model.id) : null;
 };
-// What the browser changes by itself is none of the server's business.
-const HERE = { sync: false };
-// Columns of a source, however Bokeh keeps them.
+// Option of changes that are not sent to the server.
+const LOCAL = { sync: false };
+// Columns of a source; Bokeh keeps them as a Map or as an object.
 const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : data);

@@ -1,4 +1,4 @@
-"""What all figures share: colours, fonts, margins, and writing a source in place."""
+"""Shared by all figures: colours, fonts, margins, and changing the data of a source in place."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 from vibroscope.app.explorer.state import Setting
 
-# Okabe–Ito: told apart by colour-blind readers. Width, dash and marker differ too.
+# Okabe–Ito colours, which colour-blind readers can distinguish. Width, dash and marker differ too.
 BLUE = "#0072B2"
 VERMILLION = "#D55E00"
 INK = "#22303C"
 GREEN, VIOLET = "#007A5A", "#8A5A9E"
-GHOST = "#76818C"  # what is pinned
+GREY = "#76818C"  # pinned curves
 FONT = "'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif"
 
 REFERENCE = {"line_color": BLUE, "line_width": 4, "line_alpha": 0.5}
@@ -29,15 +29,15 @@ PARTS = {
     "joint_damping": {"line_color": VIOLET, "line_width": 1.8, "line_dash": "dotdash"},
 }
 PINNED = {
-    "reference": {"line_color": GHOST, "line_width": 2.4, "line_alpha": 0.35},
-    "penalty": {"line_color": GHOST, "line_width": 0.9},
+    "reference": {"line_color": GREY, "line_width": 2.4, "line_alpha": 0.35},
+    "penalty": {"line_color": GREY, "line_width": 0.9},
 }
 
-# The least margin of all time figures; `phase.js` gives all of them what the widest needs.
+# Minimum margins of the time figures; `explore/instant.js` gives all of them the widest one that any of them needs.
 LEFT, RIGHT = 60, 64
 
 
-# Colours of figures come from here alone: `theme.js` knows each and what it is in the dark.
+# All colours of figures are defined here; `theme.js` has the dark counterpart of each.
 THEME = Theme(
     json={
         "attrs": {
@@ -91,7 +91,7 @@ THEME = Theme(
 
 
 def make_figure(title: str, x: str, y: str, **more) -> figure:
-    """A figure in the page's style that fills the cell it is put in."""
+    """A figure in the page's style that fills its cell."""
     options = {
         "title": title,
         "x_axis_label": x,
@@ -109,87 +109,90 @@ def make_figure(title: str, x: str, y: str, **more) -> figure:
         "width": 300,
         "lod_threshold": None,
     }
-    return style(figure(**(options | more)))
+    return apply_style(figure(**(options | more)))
 
 
-def style(plot: figure) -> figure:
-    """What a theme cannot say."""
-    # Else the enclosing grid gives all frames the widest margin among them.
+def apply_style(plot: figure) -> figure:
+    """Set the properties of ``plot`` that a theme cannot set."""
+    # Otherwise the enclosing grid gives all frames the widest margin among them.
     plot.frame_align = False
     plot.toolbar.logo = None
     plot.toolbar.autohide = True
     return plot
 
 
-def draw(plot: figure, glyph: Glyph, source: ColumnDataSource, **more) -> GlyphRenderer:
-    """Add a glyph alone: `figure`'s own methods make two more of each, for a selection that there is none of here."""
+def add_glyph(plot: figure, glyph: Glyph, source: ColumnDataSource, **more) -> GlyphRenderer:
+    """Add one glyph. The methods of `figure` add two more for selected data, which this page does not have."""
     return plot.add_glyph(source, glyph, nonselection_glyph=None, **more)
 
 
 def legend(items: list, columns: int = 2) -> Legend:
-    """A legend inside the frame, quiet enough to lie over data."""
+    """A legend inside the frame, over the data; a click mutes an entry."""
     return Legend(items=items, location="top_right", ncols=columns, click_policy="mute")
 
 
-def tips(renderers: list, tooltips: Mapping[str, str], **more) -> HoverTool:
-    """A hover tool; each ``@column`` is told with four digits, whatever its unit."""
+def hover_tool(renderers: list, tooltips: Mapping[str, str], **more) -> HoverTool:
+    """A hover tool that shows each ``@column`` with four digits."""
     columns = dict.fromkeys(column for text in tooltips.values() for column in re.findall(r"@\w+", text))
     rows = [(head, re.sub(r"(@\w+)", r"\1{%.4g}", text)) for head, text in tooltips.items()]
     return HoverTool(renderers=renderers, tooltips=rows, formatters=dict.fromkeys(columns, "printf"), **more)
 
 
 def time_label(setting: Setting) -> str:
-    """What stands at an axis of time."""
+    """Label of a time axis."""
     return f"time {'τ/T' if setting.scale is None else 't / s'} in the last two excitation periods"
 
 
-class Ghost:
-    """The pinned result: one source of the same columns for each source that has one, and what its legend says."""
+class PinnedCurves:
+    """The pinned result in some figures: a source with the same columns for each live source, and legend entries.
+
+    ``names`` are the names of the live sources.
+    """
 
     def __init__(self, *names: str) -> None:
         self.sources = {name: ColumnDataSource({}, name=f"pinned_{name}") for name in names}
         self._items: list[LegendItem] = []
 
-    def of(self, source: ColumnDataSource) -> ColumnDataSource:
-        """The ghost of one source."""
-        ghost = self.sources[source.name]
-        ghost.data = {name: np.empty(0, np.float32) for name in source.data}
-        return ghost
+    def source_for(self, source: ColumnDataSource) -> ColumnDataSource:
+        """The source for the pinned counterpart of a live source."""
+        pinned = self.sources[source.name]
+        pinned.data = {name: np.empty(0, np.float32) for name in source.data}
+        return pinned
 
-    def item(self, renderers: list) -> LegendItem:
-        """A legend entry that is seen only while something is pinned."""
+    def legend_item(self, renderers: list) -> LegendItem:
+        """A legend entry that is visible only while a result is pinned."""
         self._items.append(LegendItem(label="pinned", renderers=renderers, visible=False))
         return self._items[-1]
 
     def update(self, columns: Mapping[str, Mapping[str, np.ndarray]] | None) -> None:
-        """Show these columns, or nothing."""
+        """Show these columns by source; None: nothing is pinned."""
         for name, source in self.sources.items():
-            shown = {n: np.empty(0, np.float32) for n in source.data}
-            write(source, {n: columns[name][n] for n in source.data} if columns else shown)
+            nothing = {column: np.empty(0, np.float32) for column in source.data}
+            write(source, {column: columns[name][column] for column in source.data} if columns else nothing)
         for item in self._items:
             item.visible = columns is not None
 
 
-def empty(name: str, *columns: str) -> ColumnDataSource:
+def empty_source(name: str, *columns: str) -> ColumnDataSource:
     """A named source with these columns and no rows."""
     return ColumnDataSource({column: np.empty(0, np.float32) for column in columns}, name=name)
 
 
-def sources(shape: Mapping[str, tuple[str, ...]]) -> dict[str, ColumnDataSource]:
-    """Empty sources by name."""
-    return {name: empty(name, *columns) for name, columns in shape.items()}
+def empty_sources(shape: Mapping[str, tuple[str, ...]]) -> dict[str, ColumnDataSource]:
+    """Empty sources by name; ``shape`` gives their columns."""
+    return {name: empty_source(name, *columns) for name, columns in shape.items()}
 
 
 def write(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> None:
-    """Put ``columns`` into ``source``, sending no more than what changed."""
-    new = changed(source, columns)
+    """Put ``columns`` into ``source``; only those that differ are sent."""
+    new = changed_columns(source, columns)
     if new:
-        # All at once: the browser redraws for each event, and must never see columns of unequal length.
+        # In one event: the browser redraws for each, and must never see columns of unequal length.
         source.data.update(new)
 
 
-def changed(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Those of ``columns`` that ``source`` does not hold yet."""
+def changed_columns(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Those of ``columns`` that differ from the columns of ``source``."""
     return {name: column for name, column in columns.items() if not _same(source.data[name], column)}
 
 

@@ -1,5 +1,5 @@
-// Light and dark. The page follows by its style sheet; Bokeh's figures do not know style sheets, so each of their
-// colours is exchanged here, by this table, without the server. Light is how they are made (`base.py`).
+// The light and the dark theme. The page itself follows its style sheet. Bokeh's figures do not, so their colours are
+// exchanged here in the browser, by this table. The server makes figures in the light theme (`shared/figure.py`).
 
 const DARK = {
   "#FFFFFF": "#171E26", // paper
@@ -7,9 +7,9 @@ const DARK = {
   "#E4E8EC": "#2A343E", // grid
   "#8A97A3": "#7F8C98", // axes
   "#C6CDD4": "#3C4854", // outline
-  "#F1F3F5": "#222B34", // ground of the strip
+  "#F1F3F5": "#222B34", // background of the strip
   "#76818C": "#A7B1BB", // pinned
-  "#0072B2": "#56B4E9", // reference: both blues are Okabe and Ito's
+  "#0072B2": "#56B4E9", // reference; both are Okabe–Ito colours
   "#D55E00": "#F0A030", // penalty, time step
   "#007A5A": "#3CC796", // K and D
   "#8A5A9E": "#C79BD8", // joint damping
@@ -17,17 +17,17 @@ const DARK = {
 const LIGHT = Object.fromEntries(Object.entries(DARK).map(([light, dark]) => [dark, light]));
 
 const system = matchMedia("(prefers-color-scheme: dark)");
-let chosen = null; // by the link, or by this user: now or on an earlier visit
+let chosen = null; // "light" or "dark", chosen by the link or by the user, now or on an earlier visit
 const isDark = () => (chosen ?? (system.matches ? "dark" : "light")) === "dark";
 
 function themeButton(model) {
-  chosen = model.theme || memory.get("theme");
-  const tell = () => model.send_msg({ theme: chosen }); // what the user has chosen goes into the link
-  if (chosen && !model.theme) tell();
+  chosen = model.theme || preferences.get("theme");
+  const send = () => model.send_msg({ theme: chosen }); // for the link
+  if (chosen && !model.theme) send();
   const made = button("", "", () => {
     chosen = isDark() ? "light" : "dark";
-    memory.set("theme", chosen);
-    tell();
+    preferences.set("theme", chosen);
+    send();
     darken();
   });
   const draw = () => {
@@ -36,8 +36,8 @@ function themeButton(model) {
     made.title = name;
     made.setAttribute("aria-label", name);
   };
-  hear("theme", () => made.click());
-  hear("themed", draw);
+  listen("theme", () => made.click());
+  listen("theme-changed", draw);
   system.addEventListener("change", darken);
   draw();
   return made;
@@ -47,44 +47,44 @@ function darken() {
   document.documentElement.dataset.theme = isDark() ? "dark" : "light";
   const table = isDark() ? DARK : LIGHT;
   for (const doc of window.Bokeh?.documents ?? []) {
-    for (const model of doc.all_models) exchange(model, table);
+    for (const model of doc.all_models) exchangeColours(model, table);
   }
-  say("themed");
+  emit("theme-changed");
 }
 
-function exchange(model, table) {
+function exchangeColours(model, table) {
   const changed = {};
   for (const property of Object.values(model.properties)) {
     if (property.attr !== "palette" && !property.attr.endsWith("color")) continue;
     if (property.is_unset) continue;
     const old = property.get_value();
-    const now = exchanged(old, table);
+    const now = counterpart(old, table);
     if (now !== old) changed[property.attr] = now;
   }
   if (!Object.keys(changed).length) return;
-  model.setv(changed, HERE);
-  if (model.type === "Figure") wipe(model);
+  model.setv(changed, LOCAL);
+  if (model.type === "Figure") clearCanvas(model);
 }
 
-// Bokeh clears a canvas half a pixel off: at its edges the former colours would shine through. It paints anew at once.
-function wipe(model) {
+// Bokeh clears a canvas half a pixel off, so that the previous colours would remain at its edges. It repaints by itself.
+function clearCanvas(model) {
   const canvas = Bokeh.index.find_one_by_id(model.id)?.canvas_view?.primary.canvas;
   if (canvas) canvas.width = canvas.width;
 }
 
-// A colour, with or without opacity behind it; a value that holds one; a palette.
-function exchanged(value, table) {
+// The counterpart of a colour (with or without opacity), of a value specification that holds a colour, or of a palette.
+function counterpart(value, table) {
   if (typeof value === "string") {
     const upper = value.toUpperCase();
     const found = table[upper.slice(0, 7)];
     return found ? found + upper.slice(7) : value;
   }
   if (Array.isArray(value)) {
-    const all = value.map((one) => exchanged(one, table));
+    const all = value.map((one) => counterpart(one, table));
     return all.some((one, i) => one !== value[i]) ? all : value;
   }
   if (typeof value?.value === "string") {
-    const one = exchanged(value.value, table);
+    const one = counterpart(value.value, table);
     return one === value.value ? value : { ...value, value: one };
   }
   return value;

@@ -10,14 +10,14 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
-    GHOST,
     GREEN,
+    GREY,
     INK,
     VERMILLION,
     VIOLET,
-    empty,
+    empty_source,
+    hover_tool,
     make_figure,
-    tips,
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
@@ -33,7 +33,7 @@ _NAMES = {
 _LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
 _MARKS = {
     "fixed": (VERMILLION, "diamond", "solid"),
-    "plain": (GHOST, "square", "dotted"),
+    "plain": (GREY, "square", "dotted"),
     "located": (GREEN, "circle", "dashed"),
 }
 _FLOOR = 1e-16  # of a double; an error of 0 lies here
@@ -46,8 +46,8 @@ class SpeedView:
     def __init__(self) -> None:
         self._result: PartialSpeed | None = None
         self.ranges = {"cost": OwnedRange(0.1, 1e3), "error": OwnedRange(1e-10, 1.0)}
-        self.closed = {kind: empty(f"speed_{kind}", "cost", "error") for kind in _LINES}
-        self.swept = {kind: empty(f"speed_{kind}", "cost", "error", "n", "solves") for kind in SWEPT}
+        self.closed = {kind: empty_source(f"speed_{kind}", "cost", "error") for kind in _LINES}
+        self.swept = {kind: empty_source(f"speed_{kind}", "cost", "error", "n", "solves") for kind in SWEPT}
         self.present = ColumnDataSource({"cost": [], "error": [], "text": []}, name="speed_present")
         self.figure = self._make()
 
@@ -83,7 +83,9 @@ class SpeedView:
             items.append(LegendItem(label=_NAMES[kind], renderers=[line, marks]))
             hovered.append(marks)
         plot.add_tools(
-            tips(hovered, {"steps per period": "@n", "solves": "@solves", "µs per period": "@cost", "error": "@error"})
+            hover_tool(
+                hovered, {"steps per period": "@n", "solves": "@solves", "µs per period": "@cost", "error": "@error"}
+            )
         )
         self._mark(plot)
         plot.add_layout(Legend(items=items, orientation="horizontal", ncols=2, click_policy="mute"), "above")

@@ -32,7 +32,7 @@ function whenThere(names, act, tries = 400) {
 // A finger that drags over a figure scrolls the page; a tap still sets.
 function scrolled(name) {
   for (const tool of modelOf(name).toolbar.tools) {
-    if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, HERE);
+    if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, LOCAL);
   }
 }
 
@@ -129,8 +129,8 @@ function dragged(spec) {
   let before = 0;
   const moveTo = (value) => {
     const location = Math.round(Math.min(Math.max(value, spec.low), spec.high) * 1e4) / 1e4;
-    span.setv({ location }, HERE);
-    label?.setv({ x: location, text: `${spec.symbol} = ${location}` }, HERE);
+    span.setv({ location }, LOCAL);
+    label?.setv({ x: location, text: `${spec.symbol} = ${location}` }, LOCAL);
   };
   const listen = (type, act) => view.el.addEventListener(type, act, { capture: true });
   listen("pointerdown", (event) => {
@@ -151,7 +151,7 @@ function dragged(spec) {
     if (!held) return;
     held = false;
     event.stopPropagation();
-    say("set", { [spec.name]: String(span.location) });
+    emit("set", { [spec.name]: String(span.location) });
   });
   listen("pointercancel", () => {
     if (held) moveTo(before);

@@ -12,14 +12,14 @@ from typing import ClassVar
 
 import panel as pn
 from bokeh.plotting import figure
+from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words import cause
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
-from vibroscope.app.page.tab import COMPUTING, Desk, Move, Tab
+from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
 from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult, StudyJob
 
 
@@ -36,8 +36,8 @@ class StudyTab(Tab):
     chosen: ClassVar[dict]  # the choices at first
     pictures: ClassVar[tuple[Figure, ...]]  # that can be taken away
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
+    def __init__(self, host: TabHost) -> None:
+        super().__init__(host)
         self.result: PartialResult | None = None
         self._result_setting: Setting | None = None  # the last one that the result answers
         self._job: StudyJob | None = None
@@ -88,7 +88,7 @@ class StudyTab(Tab):
 
     # -- the open tab --------------------------------------------------------
 
-    def at_once(self, move: Move) -> bool:
+    def show_if_ready(self, move: Move) -> bool:
         """Never: the page comes first."""
         return False
 
@@ -97,7 +97,7 @@ class StudyTab(Tab):
         self._visible = True
         self._move = move
         if move.fresh:
-            with pn.io.hold(self.desk.doc):  # both ends of a range at once
+            with pn.io.hold(self.host.doc):  # both ends of a range at once
                 self.unzoom()
         self.refresh()
 
@@ -148,20 +148,18 @@ class StudyTab(Tab):
 
     def _push(self) -> None:
         """Send what has changed, when the browser is free."""
-        self.desk.push(self._move.number, self._write)
+        self.host.push(self._move.number, self._write)
 
     def _deliver(self, job: StudyJob, result: PartialResult | Exception) -> None:
         """In a worker thread."""
-        self.desk.later(partial(self._take, job, result))
+        self.host.call_later(partial(self._take, job, result))
 
     def _take(self, job: StudyJob, result: PartialResult | Exception) -> None:
         if job is not self._job or job.cancelled:
             return
         if isinstance(result, Exception):
-            self._failed = (
-                f"This could not be computed ({cause(result)}). Change what you moved last; the last picture stays."
-            )
-            self.desk.tell(self._failed, self._move.number)
+            self._failed = f"This could not be computed ({error_text(result)}). Change what you moved last; the last picture stays."
+            self.host.report_error(self._failed, self._move.number)
         else:
             self.result, self._result_setting = result, self._move.setting
             self._stopped = job.out_of_time
@@ -181,7 +179,7 @@ class StudyTab(Tab):
             "text": f"{text}, stopped" if self._stopped else text,
         }
         if share >= 1:  # a screen reader speaks once, when all is known
-            self.desk.summarise(_as_text(self.panel.statements))
+            self.host.summarise(_as_text(self.panel.statements))
 
     # -- what can be taken away ----------------------------------------------
 
@@ -197,7 +195,7 @@ class StudyTab(Tab):
         """What stands in the panel."""
         return dict(self._statements())
 
-    def shown(self) -> Setting | None:
+    def shown_setting(self) -> Setting | None:
         """The setting of the picture: not the present one while that is being computed, or after it failed."""
         return self._result_setting
 

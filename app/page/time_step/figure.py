@@ -9,7 +9,7 @@ from bokeh.events import Tap
 from bokeh.models import LegendItem, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.figure import INK, VERMILLION, empty, legend, make_figure, write
+from vibroscope.app.page.shared.figure import INK, VERMILLION, empty_source, legend, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.time_step import STEPS, PartialStep
 from vibroscope.engine.sweeps import SCHEMES
@@ -33,10 +33,10 @@ class TimeStepView:
     def __init__(self, on_steps: Callable[[int], None]) -> None:
         self._on_steps = on_steps
         self._result: PartialStep | None = None
-        self.orbits = {scheme: empty(f"step_orbit_{scheme}", "xi2", "v2") for scheme in SCHEMES}
-        self.sections = {scheme: empty(f"step_section_{scheme}", "xi2", "v2") for scheme in SCHEMES}
+        self.orbits = {scheme: empty_source(f"step_orbit_{scheme}", "xi2", "v2") for scheme in SCHEMES}
+        self.sections = {scheme: empty_source(f"step_section_{scheme}", "xi2", "v2") for scheme in SCHEMES}
         self.sizes = {
-            (name, scheme): empty(f"step_{name}_{scheme}", "n", "size") for name in _SIZES for scheme in SCHEMES
+            (name, scheme): empty_source(f"step_{name}_{scheme}", "n", "size") for name in _SIZES for scheme in SCHEMES
         }
         self.ranges = {"xi2": OwnedRange(-8, 8), "v2": OwnedRange(-8, 8), "n": OwnedRange(*_SPAN)}
         self.ranges |= {name: OwnedRange(_FLOOR, 1.0) for name in _SIZES}

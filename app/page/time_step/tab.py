@@ -83,7 +83,7 @@ class TimeStepTab(StudyTab):
         return sweep_command("step", system, options)
 
     def _set(self, steps: int) -> None:
-        self.desk.set({"steps": str(steps)})
+        self.host.set({"steps": str(steps)})
 
 
 def statements(setting: Setting, result: PartialStep) -> list[list[str]]:

@@ -1,0 +1,27 @@
+"""Errors whose text the user reads. No panel import."""
+
+from __future__ import annotations
+
+from vibroscope.app.runtime import logs, metrics
+
+
+class Refused(ValueError):
+    """A value from outside that is not accepted; the text is for the user."""
+
+    def __init__(self, name: str, text: str) -> None:
+        super().__init__(text)
+        self.name = name
+
+    def log(self) -> None:
+        """Count and log the refusal, without the refused text."""
+        metrics.REFUSED.add("value")
+        logs.event("refused", what="value", name=self.name)
+
+
+def error_text(error: BaseException) -> str:
+    """The text of an error as the page may show it.
+
+    The engine raises ValueError and ArithmeticError with messages for the user. The text of any other error may hold a
+    path of the server, so it goes to the log only.
+    """
+    return str(error) if isinstance(error, ValueError | ArithmeticError) else "a fault of the server, see its log"

@@ -1,0 +1,126 @@
+// The parts of the panel around the sliders: scenes, actions, system and solver, switches, key. Each has an element, and
+// a function that draws the accepted values.
+
+// A box that is folded where the page is narrow, and always open elsewhere.
+function foldedIfNarrow(title, ...content) {
+  const box = element("details", "narrow-fold");
+  box.append(element("summary", "", title), ...content);
+  const narrow = matchMedia("(max-width: 1000px)");
+  const fold = () => { box.open = !narrow.matches; };
+  narrow.addEventListener("change", fold);
+  fold();
+  return box;
+}
+
+function scenes(list, link) {
+  const box = element("fieldset", "scenes");
+  box.append(element("legend", "", "Scenes of the paper"));
+  const rows = new Map();
+  const buttons = new Map();
+  for (const scene of list) {
+    if (!rows.has(scene.group)) rows.set(scene.group, sceneRow(scene.group));
+    const made = button(scene.group === "motion" ? `[${scene.label}]` : scene.label, scene.tooltip,
+      () => link.act({ scene: scene.key }));
+    made.setAttribute("aria-label", `${scene.group} ${scene.label}: ${scene.tooltip}`);
+    if (scene.group === "motion") made.append(element("small", "", `η ${scene.eta.toFixed(2)}`));
+    rows.get(scene.group).append(made);
+    buttons.set(scene.key, made);
+  }
+  const [motions, ...sets] = rows.values();
+  box.append(motions, foldedIfNarrow("Scenes of its other figures", ...sets));
+  const draw = (shown) => {
+    buttons.forEach((made, key) => made.setAttribute("aria-pressed", String(shown.scenes.includes(key))));
+  };
+  return { element: box, draw };
+}
+
+function sceneRow(name) {
+  const row = element("div", name === "motion" ? "row motions" : "row sets");
+  if (name !== "motion") row.append(element("span", "", name));
+  return row;
+}
+
+function actions(link) {
+  const row = element("div", "row actions");
+  const undo = button("↶ Undo", "Undo the last move (Ctrl+Z)", () => link.act({ undo: true }));
+  const redo = button("↷ Redo", "Redo (Ctrl+Shift+Z)", () => link.act({ redo: true }));
+  const reset = button("Reset", "Back to the default setting, its ranges and no pin (R)", () => link.act({ reset: true }));
+  const pin = button("Pin", "Keep this result as thin grey curves, to compare the next with it (P)",
+    () => link.act({ pin: pin.getAttribute("aria-pressed") !== "true" }));
+  listen("toggle-pin", () => pin.click());
+  row.append(undo, redo, reset, pin);
+  const draw = (shown) => {
+    undo.disabled = !shown.undo;
+    redo.disabled = !shown.redo;
+    pin.setAttribute("aria-pressed", String(shown.pinned));
+  };
+  return { element: row, draw };
+}
+
+// System and solver: folded, since they are seldom changed; open if one is not the default, or is refused.
+function solverDetails(spec, link) {
+  const box = element("details", "more");
+  box.append(element("summary", "", "System and solver"));
+  const grid = element("div", "numbers");
+  const parts = spec.numbers.map((number) => numberRow(number, link));
+  const switches = spec.solverSwitches.map((choice) => switchRow(choice, link));
+  grid.append(...parts.map((part) => part.element));
+  box.append(grid, ...switches.map((part) => part.element));
+  const names = [...spec.numbers, ...spec.solverSwitches].map((part) => part.name);
+  let opened = false;
+  const draw = (shown) => {
+    const changed = !opened && names.some((name) => shown.texts[name] !== spec.defaults[name]);
+    if (changed || names.includes(shown.refused.name)) box.open = opened = true;
+  };
+  return { box, parts: [...parts, ...switches], draw };
+}
+
+function numberRow(number, link) {
+  const box = element("div", "number");
+  const label = element("label", "", number.label);
+  label.htmlFor = `vibroscope-${number.name}-typed`;
+  label.title = number.hint;
+  const under = element("div", "under");
+  const field = typedField(number, link, under);
+  field.typed.title = `${number.hint}; ${number.low} to ${number.high}`;
+  box.append(label, field.typed, under);
+  return { element: box, draw: field.draw };
+}
+
+function switchRow(choice, link) {
+  const box = element("fieldset", "switch");
+  const legend = element("legend", "", choice.label);
+  legend.title = choice.doc;
+  box.append(legend);
+  const row = element("div", "row");
+  const inputs = new Map();
+  for (const [value, text] of Object.entries(choice.choices)) {
+    const label = element("label");
+    const radio = element("input");
+    radio.type = "radio";
+    radio.name = `vibroscope-${choice.name}`;
+    radio.value = value;
+    radio.addEventListener("change", () => link.set({ [choice.name]: value }));
+    label.append(radio, element("span", "", text));
+    row.append(label);
+    inputs.set(value, radio);
+  }
+  box.append(row);
+  const draw = (shown, isLatest) => {
+    if (isLatest) inputs.get(shown.texts[choice.name]).checked = true;
+  };
+  return { name: choice.name, element: box, draw };
+}
+
+function key() {
+  const list = element("dl", "key");
+  list.setAttribute("aria-label", "Key");
+  const section = element("dt", "section", "●");
+  section.append(element("span", "", "◇"));
+  list.append(
+    element("dt", "reference"), element("dd", "", "reference: exact, impact law"),
+    element("dt", "penalty"), element("dd", "", "penalty: K, D, Newmark, step Δτ"),
+    section, element("dd", "", "state at τ ≡ 0 (mod T)"),
+  );
+  return { element: list, draw: () => {} };
+}

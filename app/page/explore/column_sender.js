@@ -1,0 +1,19 @@
+// Receives changed columns of the sources: names and lengths, and the numbers of all columns in one buffer.
+
+export function render({ model }) {
+  model.on("msg:custom", ({ names, values }) => {
+    const changed = new Map();
+    let offset = 0;
+    for (const [source, name, length] of names) {
+      if (!changed.has(source)) changed.set(source, {});
+      changed.get(source)[name] = new Float32Array(values, offset, length);
+      offset += 4 * length;
+    }
+    for (const [id, columns] of changed) {
+      const source = Bokeh.documents[0].get_model_by_id(id);
+      source.setv({ data: { ...asObject(source.data), ...columns } }, LOCAL);
+    }
+  });
+  model.send_msg({ listens: true });
+  return element("div");
+}

@@ -1,0 +1,101 @@
+"""Explains the difference between both solutions: a moment after the last move, and once for all sessions."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+from vibroscope.app.explorer.compute import JobQueue, compute_runs
+from vibroscope.app.explorer.errors import error_text
+from vibroscope.app.explorer.explanation import Explanation, explain
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.tab import TabHost
+from vibroscope.app.runtime import metrics
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.workers import jobs, patient_worker
+
+_REST = 150  # ms without a new result before the difference is explained: while a slider moves, the curves come first
+_PATIENCE, _POLL = 0.5, 0.01  # s that an explanation waits for the computation of curves; s between two checks
+_CACHE = Cache(200)
+
+
+class Explainer:
+    """Explains what is shown, as long as ``is_visible()``; ``show`` gets an explanation that comes later."""
+
+    def __init__(self, host: TabHost, is_visible: Callable[[], bool], show: Callable[[Explanation], None]) -> None:
+        self.host = host
+        self._is_visible = is_visible
+        self._show = show
+        self._setting: Setting | None = None
+        self._result = 0  # number of the result that is shown
+        self._queue = JobQueue(
+            self._deliver,
+            solve=_explain,
+            grace=0.0,
+            pool=patient_worker(),
+            what="explained",
+            measure=metrics.EXPLAINED,
+        )
+
+    def follow(self, setting: Setting) -> Explanation | None:
+        """The explanation of the setting that is shown now, if it is cached; else ``show`` gets it later."""
+        self._setting = setting
+        self._result += 1
+        explanation = _CACHE.get(_key(setting))
+        if explanation is None:
+            self.host.doc.add_timeout_callback(partial(self._request, self._result), _REST)
+        return explanation
+
+    def withdraw(self) -> None:
+        """Another setting will be shown: drop the request that waits."""
+        self._queue.withdraw()
+
+    def close(self) -> None:
+        """The session has ended."""
+        self._queue.close()
+
+    def _request(self, result: int) -> None:
+        if self._is_visible() and result == self._result:
+            self._queue.submit(0, self._setting)
+
+    def _deliver(self, _: int, result: Explanation | Exception) -> None:
+        """In a worker thread."""
+        if isinstance(result, Exception):
+            text = f"The difference could not be explained ({error_text(result)}). The figures are right; move on."
+            self.host.call_later(partial(self.host.report_error, text))
+        else:
+            self.host.call_later(self._show_cached)
+
+    def _show_cached(self) -> None:
+        """Show the explanation if it is that of the setting that is shown by now."""
+        explanation = _CACHE.get(_key(self._setting))
+        if explanation is not None and self._is_visible():
+            self._show(explanation)
+
+
+def _key(setting: Setting) -> object:
+    """What an explanation depends on."""
+    return setting.system, setting.eta, setting.penalty, setting.reference
+
+
+def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> Explanation:
+    explanation = _CACHE.get(_key(setting))
+    if explanation is None:
+        waiting = _waiting_for_curves(cancelled)
+        waiting()
+        explanation = explain(compute_runs(setting, waiting), waiting)
+        _CACHE.put(_key(setting), explanation)
+    return explanation
+
+
+def _waiting_for_curves(cancelled: Callable[[], bool] | None) -> Callable[[], bool]:
+    """A ``cancelled`` that waits while curves are computed, up to `_PATIENCE` in all."""
+    end = time.monotonic() + _PATIENCE
+
+    def check() -> bool:
+        while jobs() and time.monotonic() < end:
+            time.sleep(_POLL)
+        return cancelled is not None and cancelled()
+
+    return check

@@ -1,0 +1,159 @@
+// The present instant of the last two periods, marked in every figure. The animation moves it, and so do the slider below
+// the pendulums and the pointer over a time figure. The server is not involved.
+
+const WINDOW = 2; // periods, as in present.py
+const TIME_FIGURES = ["displacement", "strip", "force"];
+const MARKED = [...TIME_FIGURES, "phase1", "phase2"];
+const SOLVERS = ["reference", "penalty"];
+
+// The states at one instant, interpolated from the columns of the displacement figure.
+class Instant {
+  constructor(time, { absolute, amplitude }) {
+    this.time = time;
+    const source = modelOf("displacements");
+    this.columns = source ? asObject(source.data) : {};
+    const count = this.columns.t?.length ?? 0;
+    const at = Math.min(Math.max(time / WINDOW, 0), 1) * (count - 1);
+    this.index = Math.min(Math.floor(at), count - 2);
+    this.share = at - this.index;
+    this.period = periodOf(this.columns);
+    this.base = amplitude * Math.cos(2 * Math.PI * time);
+    this.shift = absolute ? this.base : 0;
+    this.ready = count > 1;
+  }
+
+  read(column) {
+    const values = this.columns[column];
+    if (!values || !this.ready) return NaN;
+    return values[this.index] * (1 - this.share) + values[this.index + 1] * this.share;
+  }
+
+  // Displacement relative to the base, and velocity.
+  state(solver, pendulum) {
+    return [this.read(`${solver}${pendulum}`) - this.shift, this.read(`${solver}_v${pendulum}`)];
+  }
+
+  // `age`: periods since the last contact began, Infinity if there was none; `lasts`: whether there is contact now.
+  contact(solver) {
+    const source = modelOf(`strip_${solver}`);
+    const { left = [], right = [] } = source ? asObject(source.data) : {};
+    let age = Infinity;
+    let lasts = false;
+    for (let i = 0; i < left.length; i++) {
+      const begun = left[i] / this.period;
+      if (begun > this.time) continue;
+      age = Math.min(age, this.time - begun);
+      lasts = lasts || this.time <= right[i] / this.period;
+    }
+    return { age, lasts };
+  }
+}
+
+// Length of an excitation period on the time axes: 1 where time is counted in periods.
+const periodOf = ({ t = [] }) => (t.length ? t[t.length - 1] / WINDOW : 1);
+
+// An element over a figure, at a position in its data; it moves without a repaint of the figure.
+class Mark {
+  constructor(figure, name, look) {
+    this.view = viewOf(figure);
+    this.element = element("div");
+    this.element.dataset.mark = name;
+    Object.assign(this.element.style, { position: "absolute", left: 0, top: 0, pointerEvents: "none" }, look);
+    this.view.canvas_view.overlays_el.append(this.element);
+    const { x_range, y_range, properties } = this.view.model;
+    const moved = [x_range.properties.start, x_range.properties.end, y_range.properties.start, y_range.properties.end];
+    for (const property of [...moved, properties.inner_width, properties.inner_height]) {
+      property.change.connect(() => this.draw());
+    }
+  }
+
+  put(x, y) {
+    Object.assign(this.element.dataset, { x, y });
+    [this.x, this.y] = [x, y];
+    this.draw();
+  }
+
+  draw() {
+    const { bbox, x_scale } = this.view.frame;
+    const [sx, sy] = [x_scale.compute(this.x), this.across(this.view.frame)];
+    this.element.style.display = bbox.contains(sx, sy) ? "" : "none"; // false for NaN, too
+    this.element.style.transform = `translate(${sx}px, ${sy}px)${this.turned}`;
+  }
+}
+
+// A vertical line at the instant.
+class NowLine extends Mark {
+  turned = "";
+
+  constructor(figure) {
+    super(figure, `now-${figure}`, { borderLeft: "1px dotted var(--ink)" });
+  }
+
+  across({ bbox }) {
+    this.element.style.height = `${bbox.height}px`;
+    return bbox.top;
+  }
+}
+
+// The state of one pendulum in a phase plot, with the shape of the marks of the section.
+class StateMark extends Mark {
+  constructor(solver, pendulum) {
+    const [size, round] = solver === "reference" ? [11, "50%"] : [9, 0];
+    super(`phase${pendulum}`, `${solver}${pendulum}`, {
+      boxSizing: "border-box", width: `${size}px`, height: `${size}px`, margin: `${-size / 2}px`,
+      border: "1.2px solid var(--ink)", borderRadius: round, background: `var(--${solver})`,
+    });
+    this.turned = round ? "" : " rotate(45deg)";
+  }
+
+  across({ y_scale }) {
+    return y_scale.compute(this.y);
+  }
+}
+
+// All marks of the instant.
+class Marks {
+  constructor() {
+    this.lines = TIME_FIGURES.map((figure) => new NowLine(figure));
+    this.states = SOLVERS.flatMap((solver) => [1, 2].map((pendulum) => [solver, pendulum]))
+      .map(([solver, pendulum]) => ({ solver, pendulum, mark: new StateMark(solver, pendulum) }));
+  }
+
+  put(instant) {
+    for (const line of this.lines) line.put(instant.time * instant.period, 0);
+    for (const { solver, pendulum, mark } of this.states) mark.put(...instant.state(solver, pendulum));
+  }
+}
+
+// Gives the time figures the same margins, the widest that any of them has needed so far, so that their time axes stay
+// aligned while tick labels change.
+function alignTimeAxes() {
+  const views = TIME_FIGURES.map(viewOf);
+  const fit = () => {
+    const min_border_left = Math.ceil(Math.max(...views.map(({ frame }) => frame.bbox.left)));
+    const right = ({ frame, bbox }) => bbox.width - frame.bbox.right;
+    const min_border_right = Math.ceil(Math.max(...views.map(right)));
+    for (const { model } of views) model.setv({ min_border_left, min_border_right }, LOCAL);
+  };
+  for (const { model } of views) model.properties.inner_width.change.connect(fit);
+  fit();
+}
+
+// Calls `onTime(time)` when the pointer is over a time figure, and `onLeave()` when it leaves.
+function watchPointer(onTime, onLeave) {
+  for (const name of TIME_FIGURES) {
+    const view = viewOf(name);
+    if (!view) continue;
+    const pointed = (event) => {
+      const canvas = view.canvas_view.el.getBoundingClientRect();
+      const sx = event.clientX - canvas.left;
+      const sy = event.clientY - canvas.top;
+      if (!view.frame.bbox.contains(sx, sy)) return;
+      const source = modelOf("displacements");
+      const time = view.frame.x_scale.invert(sx) / periodOf(source ? asObject(source.data) : {});
+      if (time >= 0 && time <= WINDOW) onTime(time);
+    };
+    for (const type of ["pointerdown", "pointermove"]) view.el.addEventListener(type, pointed); // a tap sends no move
+    view.el.addEventListener("pointerleave", onLeave);
+  }
+}

@@ -1,0 +1,115 @@
+"""Files between the page and the user: those to take away from the open tab, and the parameter file to load."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from concurrent.futures import Future
+from datetime import UTC, datetime
+from functools import partial
+
+from vibroscope.app.explorer.errors import error_text
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.formats import as_csv, as_json, as_toml, join_parts, program, texts_from_toml
+from vibroscope.app.export.report import as_report
+from vibroscope.app.page.tab import Tab, TabHost
+from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.job import stand_back
+from vibroscope.app.runtime.workers import pool
+
+File = dict[str, str]  # name, type (of media), text
+
+
+class TakeAway:
+    """Writes the files of one session, one after the other, in a low-priority thread."""
+
+    def __init__(self, host: TabHost, send: Callable[[str, File], None]) -> None:
+        """``send(what, file)`` sends a file to the browser; it is called on the session's loop."""
+        self._host = host
+        self._send = send
+        self._writing = False
+
+    def request(self, what: str, tab: Tab, setting: Setting, address: str) -> None:
+        """Write the file ``what`` of `file_writer` and send it, or report why not."""
+        write = file_writer(tab, what, setting, address)
+        if write is None:
+            self._host.report_error("There is no such file yet: wait for the figures.")
+        elif self._writing:
+            self._host.report_error("The last file is still being written: try again in a moment.")
+        else:
+            self._writing = True
+            pool("files", 1, stand_back).submit(write).add_done_callback(
+                lambda done: self._host.call_later(partial(self._written, what, done))
+            )
+
+    def _written(self, what: str, done: Future) -> None:
+        self._writing = False
+        if done.cancelled():
+            return
+        if done.exception() is None:
+            self._send(what, done.result())
+        else:
+            logs.event("not written", logging.ERROR, error=done.exception(), what=what)
+            self._host.report_error(f"This file could not be written ({error_text(done.exception())}): try again.")
+
+
+def offered_figures(tab: Tab) -> list[list]:
+    """Name and title of each figure, and whether a picture and a table of it are offered."""
+    return [[figure.name, figure.title, figure.drawn, figure.tabled] for figure in tab.figures()]
+
+
+def file_writer(tab: Tab, what: str, setting: Setting, address: str) -> Callable[[], File] | None:
+    """A function that writes the requested file; None if there is no such file.
+
+    The content of the tab is collected now. Writing takes up to a second, and may be done in another thread.
+
+    Parameters
+    ----------
+    tab : Tab
+        The open tab.
+    what : str
+        ``"toml"``, ``"python"``, ``"command"``; where there are figures also ``"json"``, ``"report"``, ``"csv:NAME"``.
+    setting : Setting
+        The present setting, for the parameter file. The other files are of the setting that the tab shows, if any.
+    address : str
+        Address that restores what is shown.
+    """
+    if what == "toml":
+        return partial(_write, "vibroscope.toml", "application/toml", as_toml, setting)
+    setting = tab.shown_setting() or setting
+    if what == "python":
+        return partial(_write, "vibroscope_run.py", "text/x-python", str, tab.python(setting))
+    if what == "command":
+        return partial(_write, "vibroscope.sh", "text/x-shellscript", str, tab.command(setting))
+    figures = {figure.name: figure for figure in tab.figures()}
+    kind, _, name = what.partition(":")
+    if kind == "csv" and name in figures and figures[name].tabled:
+        return partial(_write, f"vibroscope-{name}.csv", "text/csv", as_csv, tab.table(name))
+    if what == "json" and figures:
+        return partial(_write, f"vibroscope-{tab.key}.json", "application/json", as_json, _content(tab, address))
+    if what == "report" and figures:
+        drawn = [figure for figure in figures.values() if figure.drawn]
+        scripts = [tab.command(setting), tab.python(setting)]
+        source = _source(address) | {"made": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")}
+        report = tab.title, tab.words(), tab.shown_setting(), drawn, scripts, source
+        return partial(_write, "vibroscope-report.html", "text/html", as_report, *report)
+    return None
+
+
+def _content(tab: Tab, address: str) -> dict[str, object]:
+    shown = tab.shown_setting()
+    setting = {"setting": shown._asdict()} if shown else {}
+    return {**_source(address), **setting, "words": tab.words(), "data": tab.data()}
+
+
+def _source(address: str) -> dict[str, str]:
+    return {"program": program(), "address": address}
+
+
+def _write(name: str, kind: str, write: Callable[..., str], *args) -> File:
+    return {"name": name, "type": kind, "text": write(*args)}
+
+
+def read_upload(parts: object) -> dict[str, str]:
+    """Texts for `app.explorer.state.read_setting` from an uploaded file; raises ValueError if it is none of ours."""
+    return texts_from_toml(join_parts(parts))

@@ -1,0 +1,122 @@
+"""The way of results to the browser: from worker threads to the loop of the session, then one update at a time."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple, TypeVar
+
+import panel as pn
+from bokeh.document import Document
+from vibroscope.app.explorer.compute import RunPair
+from vibroscope.app.runtime import logs
+
+# If the browser has not answered for so long (seconds), the next update is sent all the same.
+_PATIENCE = 1.0
+
+Prepared = TypeVar("Prepared")
+
+
+class SessionLoop:
+    """Calls functions on the loop of a session's document, from the time when the page is open.
+
+    Panel drops changes that are made before the browser has received the page, so calls wait for that.
+    """
+
+    def __init__(self, doc: Document) -> None:
+        self._doc = doc
+        self._session = logs.session.get()
+        self._waiting: list[Callable[[], None]] = []
+        self._open = False
+        self._closed = False
+
+    def start(self) -> None:
+        """The page is open: make the calls that waited for it."""
+        self._open = True
+        for callback in self._waiting:
+            callback()
+        self._waiting.clear()
+
+    def close(self) -> None:
+        """The session has ended: make no more calls."""
+        self._closed = True
+
+    def call_later(self, callback: Callable[[], None]) -> None:
+        """From any thread: call ``callback`` on the loop, if the session still exists."""
+        if self._doc.session_context is not None and not self._closed:
+            self._doc.add_next_tick_callback(partial(self._call_when_open, callback))
+
+    def _call_when_open(self, callback: Callable[[], None]) -> None:
+        if self._open:
+            with logs.named(self._session):
+                callback()
+        else:
+            self._waiting.append(callback)
+
+
+class _Update(NamedTuple):
+    move: int  # that the update answers
+    write: Callable[[], None]
+
+
+class UpdateChannel:
+    """Sends one update at a time: the next, the newest, when the browser has painted the last.
+
+    Otherwise updates would queue up on a slow connection, and the page would lag behind the slider.
+    """
+
+    def __init__(self, doc: Document, answer: Callable[[int, int], None]) -> None:
+        """``answer(move, update)`` tells the browser which of its moves an update answers, and the update's number."""
+        self._doc = doc
+        self._answer = answer
+        self._next: _Update | None = None
+        self._unpainted = 0
+        self._sent_at = 0.0
+        self.count = 0  # updates so far; the number of the last one
+
+    def push(self, move: int, write: Callable[[], None]) -> None:
+        """Call ``write`` now if the browser is free, else as soon as it is, unless a newer update replaces this one."""
+        self._next = _Update(move, write)
+        self._send_when_free()
+
+    def painted(self, update: object) -> None:
+        """The browser has painted the update of this number."""
+        if update == self._unpainted:
+            self._unpainted = 0
+            self._send_when_free()
+
+    def _send_when_free(self) -> None:
+        if self._unpainted and time.monotonic() - self._sent_at < _PATIENCE:
+            return
+        if self._next is None:
+            return
+        update, self._next = self._next, None
+        self.count += 1
+        self._unpainted, self._sent_at = self.count, time.monotonic()
+        with pn.io.hold(self._doc):
+            update.write()
+            self._answer(update.move, self.count)
+        self._doc.add_timeout_callback(self._send_when_free, int(1000 * _PATIENCE) + 50)
+
+
+def prepare_in_worker(
+    call_later: Callable[[Callable[[], None]], None],
+    prepare: Callable[[RunPair], Prepared],
+    on_ready: Callable[[int, Prepared], None],
+    on_error: Callable[[int, Exception], None],
+) -> Callable[[int, RunPair | Exception], None]:
+    """A ``deliver`` for `JobQueue`: call ``prepare`` in the worker thread, then one of the other two on the loop."""
+
+    def deliver(move: int, result: RunPair | Exception) -> None:
+        if isinstance(result, RunPair):
+            try:
+                call_later(partial(on_ready, move, prepare(result)))
+                return
+            except Exception as error:  # the page shows it as any other
+                logs.event("not presented", logging.ERROR, error=error)
+                result = error
+        call_later(partial(on_error, move, result))
+
+    return deliver

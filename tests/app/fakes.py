@@ -1,0 +1,66 @@
+"""Stands for the page around a tab, and for the browser."""
+
+import queue
+import time
+
+from panel.models.esm import DataEvent
+
+
+class Document:
+    """Stands for Bokeh's: callbacks after a time are never called."""
+
+    def add_timeout_callback(self, *_):
+        pass
+
+
+class FakeHost:
+    """A `TabHost` that writes at once, calls at once what workers send, and keeps what it is told."""
+
+    def __init__(self, pinned=None, doc=None):
+        self.doc, self.pinned = doc, pinned
+        self.moves, self.errors, self.settings, self.summary = [], [], [], ""
+
+    def push(self, move, write):
+        self.moves.append(move)
+        write()
+
+    def call_later(self, callback):
+        callback()
+
+    def report_error(self, text, move=None):
+        self.errors.append(text)
+
+    def summarise(self, text):
+        self.summary = text
+
+    def update_offers(self):
+        pass
+
+    def set(self, texts):
+        self.settings.append(texts)
+
+
+class QueueingHost(FakeHost):
+    """Calls what workers send when a test says so, in the thread of the test."""
+
+    def __init__(self, **parts):
+        super().__init__(**parts)
+        self.waiting = queue.Queue()
+
+    def call_later(self, callback):
+        self.waiting.put(callback)
+
+    def catch_up(self):
+        """Make the next call, which may still have to come."""
+        self.waiting.get(timeout=5)()
+
+    def catch_up_until(self, holds, seconds=120):
+        """Make calls until something holds."""
+        end = time.monotonic() + seconds
+        while not holds():
+            self.waiting.get(timeout=max(0.01, end - time.monotonic()))()
+
+
+def send(component, message):
+    """Send a message to a component as its browser does; Panel has no public way."""
+    component._process_event(DataEvent(None, message))

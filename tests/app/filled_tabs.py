@@ -1,0 +1,55 @@
+"""Tabs with data, for the tests of what can be taken away."""
+
+import pytest
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.link import print_address
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.paper.claims import ClaimCard
+from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.tab import Move
+from vibroscope.app.page.tabs import TABS
+from vibroscope.app.paper import CLAIMS
+from vibroscope.app.studies import speed
+
+from .fakes import Document, QueueingHost, send
+
+SETTING = Setting(eta=2.76, K=12000.0, D=18.0, steps=200, kappa=2.4)
+PAPER = ("3", "6A", "9A", "12")  # claims whose pictures are each of another kind
+ADDRESS = f"?{print_address(SETTING)}"
+
+
+@pytest.fixture(scope="module")
+def filled():
+    """A function from the key of a tab to one with data: of the first partial result, of bifurcation complete."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(speed, "ROUNDS", (1,))
+        tabs = {}
+
+        def fill(key):
+            if key not in tabs:
+                tabs[key] = _fill(TABS[key](QueueingHost(doc=Document() if key == "explore" else None)))
+            return tabs[key]
+
+        yield fill
+        for tab in tabs.values():
+            tab.close()
+
+
+def _fill(tab):
+    page = tab.build()
+    if tab.key == "explore":
+        compute_runs(SETTING)
+        assert tab.show_if_ready(Move(1, SETTING))
+        return tab
+    tab.show(Move(1, SETTING))
+    if tab.key == "paper":
+        names = [CLAIMS[key].name for key in PAPER]
+        for card in page.select(ClaimCard):
+            if card.claim["name"] in names:
+                send(card, {"seen": True})
+        tab.host.catch_up_until(lambda: len(tab.figures()) == 1 + len(PAPER))
+    if isinstance(tab, StudyTab):
+        complete = tab.key == "bifurcation"
+        tab.host.catch_up_until(lambda: tab.host.summary if complete else tab.figures())
+        tab.hide()
+    return tab

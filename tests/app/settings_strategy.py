@@ -1,0 +1,18 @@
+"""Hypothesis strategy of valid settings."""
+
+from hypothesis import strategies as st
+from vibroscope.app.explorer.state import FIELDS, Explorer, Setting
+
+
+def _values(name):
+    rule = Explorer.param[name]
+    if name == "kappa3":
+        return st.floats(1.01, 1.8)  # below every kappa drawn
+    if name == "kappa":
+        return st.floats(1.9, 10)
+    if name == "steps":
+        return st.integers(*rule.bounds)
+    return st.sampled_from(rule.objects) if hasattr(rule, "objects") else st.floats(*rule.bounds)
+
+
+settings = st.builds(Setting, **{name: _values(name) for name in FIELDS})

@@ -1,0 +1,108 @@
+"""The sentences must agree with the numbers."""
+
+import numpy as np
+import pytest
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.explanation import describe, explain, paragraphs
+from vibroscope.app.explorer.present import present
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.state import Setting, read_setting, read_values
+from vibroscope.app.runtime.cache import Cache
+
+CACHE = Cache(48)
+
+
+def runs_of(key=None, **numbers):
+    setting = read_setting(scenes()[key].texts()) if key else Setting(**numbers)
+    return compute_runs(setting, cache=CACHE)
+
+
+def test_chatter_and_permanent_contact():
+    found = describe(runs_of("A"))
+    assert found.reference == "One period, 10 impacts per period, in contact 24 % of the time."
+    assert found.penalty.startswith("One period, 3 contacts per period, in contact ")
+
+
+def test_one_impact():
+    assert describe(runs_of("C")).reference == "One period, 1 impact per period, in contact 0 % of the time."
+
+
+def test_period_doubling():
+    assert describe(runs_of("D")).reference.startswith("Two periods, 0.5 impacts per period")
+
+
+def test_scatter_is_that_of_each_branch_and_not_between_them():
+    """Two branches 0.8 apart in ξ₂, each scattered by some hundredths."""
+    penalty = describe(runs_of(eta=3.25, K=12000.0, D=18.0, steps=2000)).penalty
+    scatter = float(penalty.split("σ = ")[1].split(")")[0])
+    assert penalty.startswith("Nearly two periods")
+    assert 0 < scatter < 0.1
+
+
+def test_the_cost_is_that_of_an_fe_code():
+    cost = dict(row[:2] for row in describe(runs_of("C")).cost)
+    assert cost["FE steps"] == "16.4 M"  # 2,050 periods of 8,000 steps
+    assert {"penalty run", "reference run"} < cost.keys()
+
+
+def test_the_numbers_say_what_each_change_leaves():
+    line = next(line for line in explain(runs_of("9B")).details if line.startswith("If one number alone is changed: "))
+    changes = line.partition(": ")[2].split("; ")
+    assert all(" leaves " in change and change.rstrip(".").endswith("%") for change in changes)
+
+
+def test_the_parts_of_the_difference_are_given_where_the_motions_keep_step():
+    explanation = explain(runs_of("A"))
+    assert set(explanation.parts) == {"total", "time_step", "regularisation", "joint_damping"}
+    assert explanation.parts["joint_damping"] > 10 * explanation.parts["time_step"]
+    assert "joint damping" in explanation.headline
+
+
+def test_the_curves_of_the_parts_add_up_to_that_of_the_difference():
+    shown = runs_of("14A")
+    series = explain(shown).series
+    parts = series["time_step"] + series["regularisation"] + series["joint_damping"]
+    np.testing.assert_allclose(parts, series["total"], atol=1e-5)
+    columns = present(shown)["displacements"]
+    for row, n in enumerate("12"):
+        np.testing.assert_allclose(series["total"][row], columns[f"penalty{n}"] - columns[f"reference{n}"], atol=0.05)
+
+
+def test_an_irregular_motion_is_not_compared_point_by_point():
+    assert describe(runs_of("B")).reference.startswith("No period")
+    assert explain(runs_of("B")).parts == {}
+
+
+def test_a_completely_different_motion_is_called_so_and_what_to_change_is_valid():
+    explanation = explain(runs_of("9B"))
+    assert explanation.agree == "no"
+    assert explanation.change
+    changed = read_values(explanation.change)
+    assert changed["K"] > 100
+
+
+def test_divergence_names_the_step():
+    blown = runs_of(eta=2.76, K=1e5, D=100.0, steps=100)
+    assert "step" in describe(blown).penalty
+    explanation = explain(blown)
+    assert explanation.agree == "unknown"
+    assert explanation.parts == {}
+
+
+@pytest.mark.parametrize("key", list(scenes()))
+def test_no_text_of_a_scene_holds_a_number_that_is_none(key):
+    for line in paragraphs(describe(runs_of(key)), explain(runs_of(key))).values():
+        assert line.endswith(".")
+        assert "nan" not in line
+        assert "None" not in line
+
+
+def test_motions_that_are_drawn_a_period_apart_are_announced():
+    """Motions of two periods; the penalty solution begins with the second one."""
+    shown = runs_of("D")
+    columns = present(shown)["displacements"]
+    reference, penalty = (columns[f"{name}2"][:-1] for name in ("reference", "penalty"))
+    half = len(reference) // 2
+    assert np.std(penalty - reference) > 5 * np.std(np.roll(penalty, half) - reference)
+    assert "They are drawn one period apart" in explain(shown).headline
+    assert "apart" not in explain(runs_of("C")).headline

@@ -1,0 +1,143 @@
+"""Scripts, commands and files must reproduce the numbers of the page."""
+
+import csv
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.explanation import describe, explain, paragraphs
+from vibroscope.app.explorer.present import present
+from vibroscope.app.explorer.state import Setting, read_setting, read_values
+from vibroscope.app.export.formats import Series, as_csv, as_json, as_toml, texts_from_toml
+from vibroscope.app.export.report import as_report
+from vibroscope.app.export.scripts import as_command, as_python
+from vibroscope.app.export.tables import FIGURES, figure_table
+from vibroscope.app.runtime.cache import Cache
+
+from .settings_strategy import settings
+
+CACHE = Cache(48)
+PLAIN = Setting()
+OTHER = PLAIN._replace(
+    eta=2.3, K=9000.0, steps=400, located="yes", restitution=0.7, joint_damping="derived", threshold=0.01
+)
+
+
+def runs_of(setting):
+    return compute_runs(setting, cache=CACHE)
+
+
+@pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
+def test_the_script_finds_the_numbers_of_the_page(setting, capsys):
+    space = {}
+    exec(as_python(setting), space)
+    printed, explanation = capsys.readouterr().out.splitlines(), explain(runs_of(setting))
+    assert explanation.headline in printed
+    assert set(explanation.details) <= set(printed)
+    assert {f"{name} {value}" for name, value in explanation.parts.items()} <= set(printed)
+    np.testing.assert_array_equal(space["reference"].section, runs_of(setting).reference.response.section)
+    np.testing.assert_array_equal(space["penalty"].section, runs_of(setting).penalty.response.section)
+
+
+@pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
+def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
+    commands = as_command(setting)
+    for name in ("simulate", "compare"):
+        commands = commands.replace(f"vibroscope {name}", f"vibroscope {name} --json")
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    run = subprocess.run(
+        ["sh", "-e"], input=commands, cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True, text=True
+    )
+    assert run.stderr == ""
+    found = [json.loads(line) for line in run.stdout.splitlines()]
+    np.testing.assert_array_equal(found[0]["section"], runs_of(setting).reference.response.section)
+    np.testing.assert_array_equal(found[1]["section"], runs_of(setting).penalty.response.section)
+    explanation = explain(runs_of(setting))
+    assert found[2]["verdict"] == explanation.headline
+    assert found[2]["details"] == list(explanation.details)
+    assert {name: found[2][name] for name in explanation.parts} == explanation.parts
+
+
+@given(settings)
+def test_the_parameters_read_back_exactly(setting):
+    assert read_setting(texts_from_toml(as_toml(setting))) == setting
+
+
+def test_a_file_of_another_kind_is_refused():
+    with pytest.raises(ValueError, match=r"no table \[setting\]"):
+        texts_from_toml("[motion]\nkappa = 2")
+
+
+@pytest.mark.parametrize("figure", [name for name in FIGURES if name not in ("mechanism", "diagram", "front")])
+def test_a_table_holds_every_point_of_its_figure(figure):
+    table = figure_table(figure, present(runs_of(PLAIN)))
+    rows = list(csv.DictReader(io.StringIO(as_csv(table))))
+    assert len(rows) == sum(len(next(iter(series.columns.values()))) for series in table)
+    for label, columns in table:
+        for name, column in columns.items():
+            written = [np.float32(row[name]) for row in rows if row["series"] == label]
+            np.testing.assert_array_equal(written, column)
+
+
+def test_a_cell_that_holds_no_number_is_empty_and_texts_are_quoted():
+    table = [
+        Series("a", {"x": np.array([0.1, np.nan, -np.inf])}),
+        Series("b", {"y": np.array(["p,q"])}),
+    ]
+    assert as_csv(table).splitlines() == ["series,x,y", "a,0.1,", "a,,", "a,,", 'b,,"p,q"']
+
+
+def test_the_data_file_holds_null_where_there_is_no_number():
+    data = {"a": np.array([0.1, np.nan], np.float32), "b": [np.float64("inf"), {"c": np.array([[1, 2]])}], "d": True}
+    assert json.loads(as_json(data)) == {"a": [0.1, None], "b": [None, {"c": [[1, 2]]}], "d": True}
+
+
+def test_the_report_is_whole_and_asks_no_server():
+    text = paragraphs(describe(runs_of(PLAIN)), None) | {"<b>": "a < b"}
+    source = {"program": "vibroscope 1", "address": "?eta=1&K=<i>", "made": "today"}
+    report = as_report("Explore", text, PLAIN, list(FIGURES.values()), [as_command(PLAIN)], source)
+    assert text["Reference"] in report
+    assert "<b>" not in report
+    assert "<i>" not in report
+    assert "&lt;b&gt;" in report
+    assert report.count("data-figure=") == len(FIGURES)
+    assert "src=" not in report
+    assert "href=" not in report
+
+
+def test_a_system_file_is_taken_with_its_units():
+    texts = texts_from_toml("[system]\nkappa = 2.5\n[units]\nomega1 = 30\n")
+    values = read_values(texts)
+    assert (values["kappa"], values["omega1"], values["amplitude"]) == (2.5, 30.0, 1.07)
+    assert "K" not in values
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "eta = 1",
+        "setting = 3",
+        "[setting]\neta = ",
+        "[setting]\nomega = 2",
+        "[setting]\nomega1 = 2",  # stands in [units]
+        "[setting]\neta = 1\n[units]\nomega1 = -1",
+        "[setting]\neta = [1, 2]",
+        "[setting]\neta = true",
+        "[setting]\neta = nan",
+        "[system]\nkappa = 'x'",
+        "x=" + 20_000 * "[",
+        "x = " + 5_000 * "9",
+        "[setting]\n\ud800",
+    ],
+)
+def test_a_file_with_a_fault_is_refused_whole(text):
+    with pytest.raises(ValueError):  # noqa: PT011 - each with words of its own
+        read_setting(texts_from_toml(text))

@@ -1,0 +1,108 @@
+"""Every tab gives the files that it offers, no others, and all of what it shows."""
+
+import csv
+import io
+import json
+
+import pytest
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.tab import Move
+from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.take_away import file_writer, offered_figures
+from vibroscope.app.studies import bifurcation
+
+from .fakes import FakeHost, QueueingHost
+from .filled_tabs import ADDRESS, SETTING, filled  # noqa: F401 - a fixture
+
+SETTING_KINDS = ("toml", "python", "command")
+STUDIES = ["bifurcation", "plane", "step", "speed"]
+
+
+@pytest.mark.parametrize("key", TABS)
+def test_an_offered_file_has_its_format(filled, key):  # noqa: F811
+    tab = filled(key)
+    for kind in SETTING_KINDS:
+        assert file_writer(tab, kind, SETTING, ADDRESS)()["text"]
+    offered = offered_figures(tab)
+    assert bool(offered) == (key != "help")
+    for name, title, drawn, tabled in offered:
+        assert drawn or tabled
+        if not tabled:
+            assert file_writer(tab, f"csv:{name}", SETTING, ADDRESS) is None
+            continue
+        table = file_writer(tab, f"csv:{name}", SETTING, ADDRESS)()
+        assert table["name"] == f"vibroscope-{name}.csv"
+        rows = list(csv.reader(io.StringIO(table["text"])))
+        assert rows[0][0] == "series"
+        assert len(rows[0]) > 1
+        assert len(rows) > 1, title
+        assert {len(row) for row in rows} == {len(rows[0])}
+    if offered:
+        found = json.loads(file_writer(tab, "json", SETTING, ADDRESS)()["text"])
+        assert found["address"] == ADDRESS
+        assert found["data"]
+        assert found.get("setting", SETTING._asdict()) == SETTING._asdict()
+        report = file_writer(tab, "report", SETTING, ADDRESS)()["text"]
+        assert report.count("data-figure=") == sum(drawn for _, _, drawn, _ in offered)
+        assert f"<h1>Vibroscope report: {tab.title}</h1>" in report
+
+
+@pytest.mark.parametrize("key", TABS)
+def test_a_file_that_is_not_offered_cannot_be_had(key):
+    tab = TABS[key](FakeHost())
+    tab.build()
+    assert offered_figures(tab) == []
+    for what in ("json", "report", "csv:displacement", "csv:plane_exact", "csv:", "", "x" * 4000, "png:phase1"):
+        assert file_writer(tab, what, SETTING, ADDRESS) is None
+
+
+@pytest.mark.parametrize("key", ["explore", *STUDIES])
+def test_all_files_are_of_the_last_picture_until_the_next_comes(filled, key):  # noqa: F811
+    tab, other = filled(key), SETTING._replace(eta=2.0, K=500.0, D=3.0, steps=400, kappa=2.3)
+    tables = [f"csv:{name}" for name, *_, tabled in offered_figures(tab) if tabled]
+    kinds = ["json", "report", "python", "command", *tables]
+
+    def texts(setting):
+        found = {kind: file_writer(tab, kind, setting, ADDRESS)()["text"] for kind in kinds}
+        return found | {"report": found["report"].rpartition("<p>")[0]}  # without the time of the report
+
+    before = texts(SETTING)
+    if isinstance(tab, StudyTab):
+        tab.show(Move(2, other))
+        tab.show(Move(3, other._replace(K=501.0)))
+    after = texts(other)
+    if isinstance(tab, StudyTab):
+        tab.show(Move(4, SETTING))
+        tab.hide()
+    assert before == after
+    assert "eta = 2\n" in file_writer(tab, "toml", other, ADDRESS)()["text"]
+
+
+def test_a_file_has_the_mark_that_was_moved_last(filled):  # noqa: F811
+    tab = filled("plane")
+    tab.show(Move(2, SETTING._replace(K=2000.0)))
+    taken = json.loads(file_writer(tab, "json", SETTING, ADDRESS)()["text"])
+    tab.show(Move(3, SETTING))
+    tab.hide()
+    assert taken["setting"]["K"] == 2000
+    again = json.loads(file_writer(tab, "json", SETTING, ADDRESS)()["text"])
+    assert taken["words"].keys() != again["words"].keys()
+
+
+def test_the_table_of_a_diagram_has_the_one_that_it_is_compared_with(monkeypatch):
+    monkeypatch.setattr(bifurcation, "COUNT", 24)
+    monkeypatch.setattr("vibroscope.app.page.bifurcation.tab.COUNT", 24)
+    kind = TABS["bifurcation"]
+    for direction in ("down", "up"):
+        host = QueueingHost()
+        tab = kind(host)
+        tab.build()
+        tab.restore(kind.read_view("", f"direction:{direction}", ""))
+        tab.show(Move(1, Setting(d1=0.0042)))
+        host.catch_up_until(lambda host=host: host.summary)  # complete
+        tab.hide()
+    assert [series.label for series in tab.table("bifurcation")] == [
+        "Reference continued upwards",
+        "Reference continued downwards",
+    ]

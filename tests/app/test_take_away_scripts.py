@@ -1,0 +1,91 @@
+"""The scripts and commands of every tab find the numbers of the page."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from vibroscope.app.page.tabs import TABS
+from vibroscope.app.paper import CLAIMS
+from vibroscope.app.studies import bifurcation, plane
+from vibroscope.engine import Cells, ExactPenalty, Newmark, run_cells
+
+from .fakes import FakeHost
+from .filled_tabs import SETTING, filled  # noqa: F401 - a fixture
+
+
+def test_the_script_of_a_bifurcation_diagram_finds_its_points(filled, capsys):  # noqa: F811
+    tab = filled("bifurcation")
+    space = {}
+    exec(tab.python(SETTING), space)
+    found, shown = space["diagram"], tab.data()
+    for name in ("eta", "period", *bifurcation.COORDINATES):
+        np.testing.assert_array_equal(found[name], shown[name].astype(found[name].dtype))
+
+
+def test_the_script_of_a_plane_finds_its_cells(filled, monkeypatch, capsys):  # noqa: F811
+    tab = filled("plane")
+    monkeypatch.setattr("vibroscope.app.page.plane.tab.COUNT", 6)
+    monkeypatch.setattr(plane, "COUNT", 6)
+    space = {}
+    exec(tab.python(SETTING), space)
+    for name in ("K", "D"):
+        np.testing.assert_allclose(space["exact"][name], tab.question(SETTING).axis(name), rtol=1e-14)
+    # The last digit of K is enough for another chaotic motion, so the cells are run at exactly the script's K and D.
+    K, D = np.meshgrid(space["exact"]["K"], space["exact"]["D"])
+    periods = {"transient": plane.TRANSIENT, "sample": plane.SAMPLE}
+    for side, method in (("penalty", Newmark(1.0, 1.0, SETTING.steps)), ("exact", ExactPenalty(1.0, 1.0))):
+        eta = np.full(K.size, SETTING.eta)
+        cells = run_cells(Cells(SETTING.system, eta, method, stiffness=K.ravel(), damping=D.ravel()), **periods)
+        for name in ("status", "period", "near_period", "impacts_per_period"):
+            found = space[side][name].transpose("D", "K").values
+            np.testing.assert_array_equal(found.ravel(), getattr(cells, name))
+
+
+def test_the_script_of_the_time_step_study_finds_its_motions(filled, capsys):  # noqa: F811
+    tab = filled("step")
+    space = {}
+    exec(tab.python(SETTING).replace("8000, 16000, 32000", "8000"), space)
+    shown = tab.data()
+    count = int((shown["steps"] <= 8000).sum())
+    assert count > 0
+    for name in ("period", "spread", "error_time_step", "xi2_section"):
+        np.testing.assert_array_equal(space["study"][name].values[:count], shown[name][:count])
+
+
+def test_the_script_of_speed_and_error_finds_its_errors(filled, capsys):  # noqa: F811
+    tab = filled("speed")
+    space = {}
+    exec(tab.python(SETTING), space)
+    np.testing.assert_array_equal(space["found"].data()["error"], tab.data()["error"])
+
+
+def test_the_script_of_the_paper_checks_the_claims(monkeypatch, capsys):
+    monkeypatch.setattr("vibroscope.app.paper.CLAIMS", {"4C": CLAIMS["4C"]})
+    exec(TABS["paper"](FakeHost()).python(SETTING), {})
+    assert "Figure 4 [C]" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("key", ["bifurcation", "plane", "step"])
+def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.setattr("vibroscope.app.page.plane.tab.COUNT", 3)
+    monkeypatch.setattr(plane, "COUNT", 3)
+    monkeypatch.setattr("vibroscope.app.page.bifurcation.tab.COUNT", 3)
+    monkeypatch.setattr("vibroscope.app.page.time_step.tab.STEPS", (500, 1000))
+    commands = filled(key).command(SETTING)
+    assert "kappa = 2.4" in commands
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["sh", "-e"], input=commands, cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True, text=True
+    )
+    assert done.stderr == ""
+    stores = sorted(path.name for path in tmp_path.glob("*.zarr"))
+    assert stores == {"bifurcation": ["eta.zarr"], "plane": ["plane1.zarr", "plane2.zarr"], "step": ["step.zarr"]}[key]
+    axis = {"bifurcation": "eta", "plane": "K", "step": "steps"}[key]
+    for name in stores:
+        found = xarray.open_zarr(tmp_path / name)
+        assert found.attrs["failed"] == 0
+        assert found.sizes[axis] == {"step": 2}.get(key, 3)

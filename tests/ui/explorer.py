@@ -1,0 +1,201 @@
+"""The page of the explorer in the terms of its user, for tests in a browser."""
+
+import math
+import re
+import time
+from urllib.parse import parse_qs
+
+_EXPECTED_MESSAGES = re.compile(
+    r"\[bokeh [\d.]+\] (setting log level|Websocket connection \d+ is now open|document idle at)"
+    r"|Bokeh items were rendered successfully"
+)
+
+
+def wait_until(holds, seconds=20.0, what=""):
+    """Poll ``holds`` until it is true."""
+    end = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > end:
+            raise AssertionError(f"not within {seconds} s: {what or holds}")
+        time.sleep(0.02)
+
+
+class Explorer:
+    """A page of the explorer, in the terms of its user."""
+
+    def __init__(self, page, server):
+        self.page = page
+        self.server = server
+        self.complaints = []
+        page.on("console", self._heard)
+        page.on("pageerror", lambda error: self.complaints.append(f"page error: {error}"))
+        page.on("request", self._asked)
+
+    def _heard(self, message):
+        if not _EXPECTED_MESSAGES.search(message.text):
+            self.complaints.append(f"{message.type}: {message.text}")
+
+    def _asked(self, request):
+        if not request.url.startswith((self.server, "data:", "blob:")):
+            self.complaints.append(f"asked another host: {request.url}")
+
+    def open(self, query=""):
+        self.page.goto(f"{self.server}/{query}")
+        self.until("!!window.Bokeh && Bokeh.documents.length && Bokeh.index.roots.length > 0")
+        self.settle(update=1)
+        return self
+
+    def until(self, expression, seconds=20.0):
+        """Wait until an expression is true in the page; Playwright's own way needs an eval that the page forbids."""
+        wait_until(lambda: self.page.evaluate(expression), seconds, expression)
+
+    @property
+    def form(self):
+        return self.page.locator("form.panel")
+
+    def update(self):
+        """Number of the last update that was painted."""
+        return int(self.form.get_attribute("data-update") or 0)
+
+    def settle(self, update=0):
+        """Wait until at least update number ``update`` is on the screen and nothing is under way."""
+        self.form.wait_for(state="attached")  # some tabs hide it
+        wait_until(lambda: self.update() >= update, what=f"update {update}")
+        self.until("Bokeh.documents.every(d => d.is_idle)")
+        painted = "new Promise(done => requestAnimationFrame(() => setTimeout(done, 60)))"
+        self.page.evaluate(f"document.fonts.ready.then(() => {painted})")
+
+    def explained(self):
+        """Wait until the difference is explained; that comes a moment after the last move."""
+        self.page.locator(".lines[data-pending=false]").wait_for()
+        return self
+
+    def moved(self, act):
+        """Do ``act`` and wait for its update."""
+        before = self.update()
+        act()
+        self.settle(before + 1)
+
+    def slider(self, name):
+        return self.page.locator(f"#vibroscope-{name}-slider")
+
+    def typed(self, name):
+        return self.page.locator(f"#vibroscope-{name}-typed")
+
+    def type(self, name, text):
+        self.typed(name).fill(text)
+        self.typed(name).press("Enter")
+
+    def scene(self, label, group="motion"):
+        self.page.get_by_role("button", name=f"{group} {label}:", exact=False).click()
+
+    def address(self):
+        """Name and first text of each entry of the page's query string."""
+        return {name: texts[0] for name, texts in parse_qs(self.query()[1:]).items()}
+
+    def wait_for_address(self, **wanted):
+        """Wait until these entries are in the query string."""
+        wait_until(lambda: wanted.items() <= self.address().items(), 5, f"{wanted} in the address")
+
+    def query(self):
+        """The page's query string, now (Playwright's own ``page.url`` lags behind ``replaceState``)."""
+        return self.page.evaluate("location.search")
+
+    def error(self):
+        """The error messages on the page."""
+        shown = self.page.locator(".error:not([hidden]) span, .refusal:not([hidden])")
+        return " ".join(shown.all_text_contents())
+
+    def open_tab(self, title):
+        self.page.get_by_role("tab", name=title, exact=True).click()
+        self.page.locator(f"[role=tab][aria-selected=true]:text-is('{title}')").wait_for()
+
+    def model(self, name, attribute):
+        """One attribute of a Bokeh model, as the browser has it."""
+        return self.page.evaluate("([n, a]) => Bokeh.documents[0].get_model_by_name(n)[a]", [name, attribute])
+
+    def line(self, name):
+        return self.page.locator(f".line.{name} p").text_content()
+
+    def source(self, name):
+        """Columns of one data source as lists; not a number becomes None."""
+        return self.page.evaluate(SOURCE, name)
+
+    def figure(self, name):
+        """Ranges, labels and layout boxes of one figure."""
+        return self.page.evaluate(FIGURE, name)
+
+    def count_messages(self):
+        """Count what the server sends from now on; returns a function that gives the bytes so far (needs `counted`)."""
+        self.page.evaluate("""() => {
+          window.received = 0;
+          for (const socket of window.sockets) socket.addEventListener("message",
+            event => { window.received += event.data.size ?? event.data.byteLength ?? event.data.length; });
+        }""")
+        return lambda: self.page.evaluate("window.received")
+
+    def sources(self):
+        return {name: self.source(name) for name in SOURCES}
+
+    def zoom(self, name, x0, x1, y0, y1):
+        """Drag a box in a figure, in shares of its frame from the top left."""
+        box = self.figure(name)["frame"]
+        self.page.mouse.move(box["x"] + x0 * box["width"], box["y"] + y0 * box["height"])
+        self.page.mouse.down()
+        self.page.mouse.move(box["x"] + x1 * box["width"], box["y"] + y1 * box["height"], steps=4)
+        self.page.mouse.up()
+
+    def ranges(self, *figures):
+        """Both ends of all axes of some figures; categories have none."""
+        return [ends for ends in self.page.evaluate(RANGES, list(figures)) if None not in ends]
+
+    def wait_for_zoom(self, figure):
+        """Wait until the ends of all axes of a figure are in the address."""
+
+        def is_in_address():
+            zoom = self.address().get("zoom", "")
+            known = [[float(end) for end in part.partition(":")[2].split(",")] for part in zoom.split(";") if part]
+            return all(any(_almost_equal(ends, others) for others in known) for ends in self.ranges(figure))
+
+        wait_until(is_in_address, 5, f"the zoom of {figure} in the address")
+
+
+def _almost_equal(ends, others):
+    return all(math.isclose(one, other, rel_tol=2e-5, abs_tol=2e-4) for one, other in zip(ends, others, strict=True))
+
+
+RANGES = """names => names.map(name => {
+  const figure = Bokeh.documents[0].get_model_by_name(name);
+  return [figure.x_range, figure.y_range, ...Object.values(figure.extra_y_ranges ?? {})].map(r => [r.start, r.end]);
+}).flat()"""
+SOURCES = (
+    "displacements",
+    "phase_reference",
+    "phase_penalty",
+    "section_reference",
+    "section_penalty",
+    "strip_reference",
+    "strip_penalty",
+    "force_reference",
+    "force_penalty",
+    "impulse_reference",
+    "impulse_penalty",
+)
+SOURCE = """name => {
+  const source = Bokeh.documents[0].get_model_by_name(name);
+  return Object.fromEntries(Object.entries(source.data instanceof Map ? Object.fromEntries(source.data) : source.data)
+    .map(([column, values]) => [column, Array.from(values, v => Number.isFinite(v) ? v : null)]));
+}"""
+FIGURE = """name => {
+  const model = Bokeh.documents[0].get_model_by_name(name);
+  const view = Bokeh.index.find_one_by_id(model.id);
+  const box = view.el.getBoundingClientRect();
+  const frame = view.frame.bbox;
+  const canvas = view.canvas_view.el.getBoundingClientRect();
+  return {
+    x: [model.x_range.start, model.x_range.end], y: [model.y_range.start, model.y_range.end],
+    title: model.title.text, labels: [...model.below, ...model.left, ...model.right].map(a => a.axis_label ?? ""),
+    box: {x: box.x, y: box.y, width: box.width, height: box.height},
+    frame: {x: canvas.x + frame.x0, y: canvas.y + frame.y0, width: frame.x1 - frame.x0, height: frame.y1 - frame.y0},
+  };
+}"""

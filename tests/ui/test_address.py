@@ -1,0 +1,61 @@
+"""The address restores the page; a bad one is refused as a whole, in words."""
+
+from urllib.parse import quote
+from urllib.request import urlopen
+
+
+def test_a_link_restores_its_state(visit):
+    first = visit()
+    first.moved(lambda: first.type("eta", "2.7612345"))
+    first.page.get_by_text("System and solver").click()
+    first.moved(lambda: first.page.locator("[name=vibroscope-joint_damping][value=derived]").set_checked(True))
+    first.moved(lambda: first.page.get_by_text("absolute").click())
+    first.wait_for_address(eta="2.7612345", joint_damping="derived", frame="absolute")
+    second = visit(first.query())
+    assert second.sources() == first.sources()
+    assert second.typed("eta").input_value() == "2.7612345"
+    assert second.page.get_by_label("absolute").is_checked()
+
+
+def test_the_tab_is_part_of_the_address_and_an_unknown_one_is_refused(visit):
+    explorer = visit()
+    assert "tab" not in explorer.address()
+    explorer.open_tab("Help")
+    explorer.wait_for_address(tab="help")
+    assert visit(explorer.query()).page.get_by_role("tab", name="Help").get_attribute("aria-selected") == "true"
+    assert "There is no tab “nonsense”" in visit("?tab=nonsense").error()
+
+
+def test_a_half_valid_address_is_refused_as_a_whole_and_the_page_says_so(visit):
+    explorer = visit("?eta=2.76&K=nan&D=18")
+    assert "K must be a number from 10 to 100000" in explorer.error()
+    assert explorer.typed("eta").input_value() == "1.08"
+
+
+def test_a_refused_link_leaves_complete_controls(visit):
+    explorer = visit("?eta=nan")
+    assert "The link was not accepted" in explorer.error()
+    assert explorer.typed("eta").input_value() == "1.08"
+    assert explorer.page.locator("[aria-invalid=true]").count() == 0
+    assert explorer.query() == "?eta=nan"
+    explorer.moved(lambda: explorer.type("eta", "2"))
+    assert explorer.error() == ""
+    explorer.wait_for_address(eta="2")
+
+
+def test_hostile_addresses_never_break_the_page(visit, server):
+    long = "?steps=" + "9" * 5000
+    for query in ("?eta=²", "?eta=" + "9" * 1900, "?eta=%FF%FE", "?eta=1&eta=2", "?eta=1e999", "?pin=eta%3D²", long):
+        assert urlopen(server + "/" + quote(query, safe="?&=%"), timeout=20).status == 200, query
+    for query in ("?eta=²", long):
+        assert visit(query).error() != "", query
+
+
+def test_a_second_session_is_independent(visit):
+    first, second = visit(), visit()
+    before = second.sources()
+    first.moved(lambda: first.scene("C"))
+    assert second.sources() == before
+    assert second.typed("eta").input_value() == "1.08"
+    second.moved(lambda: second.type("eta", "3.1"))
+    assert first.typed("eta").input_value() == "2.76"

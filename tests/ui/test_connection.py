@@ -1,0 +1,44 @@
+"""A page that loses its connection, and one whose session the server ends."""
+
+from .explorer import Explorer, wait_until
+
+SOCKETS = """window.sockets = [];
+window.WebSocket = class extends WebSocket {
+  constructor(...given) { super(...given); window.sockets.push(this); }
+}"""
+
+
+def test_a_page_that_loses_its_connection_comes_back_to_its_view(windows, server):
+    page = windows(viewport={"width": 1440, "height": 870}).new_page()  # in a window of its own
+    page.add_init_script(SOCKETS)
+    explorer = Explorer(page, server).open()
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    now = page.evaluate("performance.now()")
+    explorer.until(f"performance.now() > {now + 5000}")  # earlier, a page does not reload: it might do so for ever
+    failed = []
+    page.on("requestfailed", lambda request: failed.append(request))
+    page.context.set_offline(True)
+    page.evaluate("sockets.at(-1).close()")
+    assert "The connection to the server is lost" in page.locator(".lost [role=alert]").text_content()
+    wait_until(lambda: page.evaluate("true") and len(failed) > 1, what="attempts to reload")
+    assert explorer.typed("K").input_value() == "9000"  # what is shown stays
+    with page.expect_navigation():
+        page.context.set_offline(False)
+    explorer.settle(update=1)
+    assert explorer.typed("K").input_value() == "9000"
+    assert page.locator(".lost").count() == 0
+    explorer.moved(lambda: explorer.type("K", "9001"))
+    page.close()
+
+
+def test_the_page_says_why_the_server_has_ended_its_session(windows, server):
+    page = windows(viewport={"width": 1440, "height": 900}).new_page()
+    page.add_init_script(SOCKETS)
+    explorer = Explorer(page, server).open()
+    page.evaluate("sockets[0].send('nonsense'); sockets[0].send('nonsense'); sockets[0].send('nonsense')")
+    page.locator(".lost").wait_for()
+    assert "The server has ended this session: " in page.locator(".lost [role=alert]").text_content()
+    with page.expect_navigation():
+        page.get_by_role("link", name="Load the page again").click()
+    explorer.settle(update=1)
+    page.close()

@@ -1,0 +1,189 @@
+"""The panel of inputs in a real browser: sliders, typed values, scenes, refusals."""
+
+from vibroscope.app.explorer.state import FIELDS
+
+from .explorer import SOURCES, wait_until
+
+
+def test_a_slider_moved_by_the_keyboard_changes_all_figures_and_the_address(visit):
+    explorer = visit()
+    before = explorer.sources()
+    explorer.slider("eta").focus()
+    explorer.moved(lambda: explorer.page.keyboard.press("ArrowRight"))
+    after = explorer.sources()
+    assert [name for name in SOURCES if before[name] == after[name]] == []
+    assert explorer.typed("eta").input_value() == "1.09"
+    explorer.wait_for_address(eta="1.09", K="2500", D="8", steps="2000")
+
+
+def test_a_typed_value_is_accepted_as_it_is(visit):
+    explorer = visit()
+    explorer.moved(lambda: explorer.type("K", "3141.59"))
+    explorer.wait_for_address(K="3141.59")
+    assert explorer.typed("K").input_value() == "3141.59"
+
+
+def test_an_answer_does_not_change_what_is_being_typed(visit):
+    explorer = visit()
+    explorer.typed("K").fill("31")
+    other = """document.dispatchEvent(new CustomEvent("vibroscope:set", { detail: { eta: "1.2" } }))"""
+    explorer.moved(lambda: explorer.page.evaluate(other))
+    assert explorer.typed("K").input_value() == "31"
+    explorer.typed("K").press("End")
+    explorer.typed("K").press_sequentially("41")
+    explorer.moved(lambda: explorer.typed("K").press("Enter"))
+    explorer.wait_for_address(K="3141", eta="1.2")
+    explorer.typed("D").fill("9")
+    explorer.typed("D").press("Backspace")
+    explorer.typed("D").press("8")  # what it was
+    explorer.typed("D").blur()
+    explorer.moved(lambda: explorer.scene("B"))
+    explorer.wait_for_address(D=explorer.typed("D").input_value())
+    assert explorer.address()["D"] != "8"
+
+
+def test_a_scene_comes_after_the_moves_that_still_wait(visit):
+    explorer = visit()
+    explorer.page.evaluate("""for (const eta of ["1.2", "1.25", "1.3"]) {
+        document.dispatchEvent(new CustomEvent("vibroscope:set", { detail: { eta } }));
+    }
+    document.dispatchEvent(new CustomEvent("vibroscope:scene", { detail: { value: "C" } }))""")
+    explorer.wait_for_address(eta="2.76")
+    assert explorer.typed("eta").input_value() == "2.76"  # the address comes after the last answer
+    explorer.page.keyboard.press("Control+z")
+    explorer.wait_for_address(eta="1.3")
+
+
+def test_only_the_penalty_solution_depends_on_the_penalty_numbers(visit):
+    explorer = visit()
+    before = explorer.sources()
+    explorer.moved(lambda: explorer.type("D", "20"))
+    after = explorer.sources()
+    changed = {name for name in SOURCES if before[name] != after[name]}
+    assert changed == {name for name in SOURCES if name.endswith("penalty")} | {"displacements"}
+    assert before["displacements"]["reference1"] == after["displacements"]["reference1"]
+
+
+def test_scene_buttons_set_all_four_numbers(visit):
+    explorer = visit()
+    explorer.moved(lambda: explorer.scene("[B]", "Figure 14"))
+    explorer.wait_for_address(eta="2.76", K="12000", D="18", steps="4000")
+    assert "Δτ = T/4000" in explorer.form.text_content()
+    pressed = explorer.page.locator("button[aria-pressed=true]")
+    assert [button.get_attribute("aria-label").split(":")[0] for button in pressed.all()] == ["Figure 14 [B]"]
+
+
+def test_a_drag_ends_on_its_last_value(visit):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=32000")
+    slider = explorer.slider("eta")
+    slider.focus()
+    for _ in range(25):
+        explorer.page.keyboard.press("ArrowRight")
+    shown = "section_reference"
+    wait_until(lambda: abs(explorer.source(shown)["eta"][0] - 3.01) < 1e-5, 30, "the last value's figures")
+    assert explorer.typed("eta").input_value() == "3.01"
+    explorer.wait_for_address(eta="3.01")
+
+
+def test_a_slow_computation_is_announced(visit):
+    explorer = visit("?eta=1.08&K=2500&D=8&steps=31999")
+    explorer.page.evaluate("""() => {
+      window.marks = [];
+      const find = root => root.querySelector?.(".busy") ?? [...root.querySelectorAll("*")]
+        .map(e => e.shadowRoot && find(e.shadowRoot)).find(Boolean);
+      const mark = find(document);
+      new MutationObserver(() => window.marks.push(mark.hidden)).observe(mark, {attributes: true});
+    }""")
+    explorer.moved(lambda: explorer.type("steps", "32000"))
+    assert explorer.page.locator(".busy").is_hidden()
+    assert explorer.page.evaluate("window.marks")[-1] is True
+
+
+def test_the_page_says_why_a_bad_value_is_refused_and_nothing_moves(visit):
+    explorer = visit()
+    before = explorer.sources()
+    for name, text in (("eta", "7"), ("K", "nan"), ("steps", "1e999"), ("D", "²"), ("steps", "2000.5"), ("eta", "")):
+        explorer.type(name, text)
+        explorer.page.locator(f"#vibroscope-{name}-typed[aria-invalid=true]").wait_for()
+        assert f"{name} must be" in explorer.error()
+    assert explorer.sources() == before
+    explorer.wait_for_address(eta="1.08", K="2500", D="8", steps="2000")
+    explorer.moved(lambda: explorer.type("eta", "1.2"))
+    assert explorer.error() == ""
+
+
+def test_a_refusal_names_the_way_out_and_escape_restores_the_value(visit):
+    explorer = visit()
+    explorer.type("K", "7")
+    explorer.page.locator("#vibroscope-K-refusal:not([hidden])").wait_for()
+    assert "Escape brings back 2500" in explorer.error()
+    explorer.typed("K").press("Escape")
+    wait_until(lambda: explorer.error() == "", what="no error")
+    assert explorer.typed("K").input_value() == "2500"
+
+
+def test_sliders_and_switches_forged_in_the_browser_are_refused(visit):
+    explorer = visit()
+    before = explorer.sources()
+    forged = [
+        {"set": {"eta": 1e9}},
+        {"set": {"eta": None}},
+        {"set": {"frame": "__class__"}},
+        {"set": ["eta"]},
+        {"scene": 3},
+        {"tab": ["help"]},
+        {"tab": "nonsense"},
+        {"take": {"csv": 1}},
+        {"take": "csv:nonsense"},
+        {"set": {"K": "2000", "D": "-1"}},
+        "text",
+        None,
+        {"painted": "x"},
+        {"move": "x"},
+    ]
+    explorer.page.evaluate(FORGE, forged)
+    explorer.page.locator(".refusal:not([hidden])").first.wait_for()
+    assert explorer.sources() == before
+    explorer.moved(lambda: explorer.type("eta", "1.2"))
+
+
+FORGE = """forged => {
+  const model = [...Bokeh.documents[0].all_models].find(m => m.class_name === "Controls");
+  const view = Bokeh.index.find_one_by_id(model.id);
+  forged.forEach(data => view.model_proxy.send_msg(data));
+}"""
+
+
+def test_every_field_of_the_setting_has_a_control(visit):
+    explorer = visit()
+    for name in FIELDS:
+        assert explorer.page.locator(f"#vibroscope-{name}-typed, [name=vibroscope-{name}]").count() >= 1
+
+
+def test_system_and_solver_are_folded_until_one_is_not_the_default(visit):
+    explorer = visit()
+    assert explorer.typed("restitution").is_hidden()
+    other = visit("?restitution=0.8&located=yes")
+    assert other.typed("restitution").input_value() == "0.8"
+    other.moved(lambda: other.type("kappa", "3"))
+    other.wait_for_address(kappa="3", restitution="0.8", located="yes")
+    other.type("kappa3", "3.5")
+    other.page.locator("#vibroscope-kappa3-refusal:not([hidden])").wait_for()
+    assert "between 1 and kappa" in other.error()
+
+
+def test_undo_redo_and_reset(visit):
+    explorer = visit()
+    explorer.moved(lambda: explorer.type("eta", "1.5"))
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    explorer.page.locator("h1").click()
+    explorer.moved(lambda: explorer.page.keyboard.press("Control+z"))
+    assert (explorer.typed("eta").input_value(), explorer.typed("K").input_value()) == ("1.5", "2500")
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Undo").click())
+    assert explorer.typed("eta").input_value() == "1.08"
+    assert explorer.page.get_by_role("button", name="Undo").is_disabled()
+    explorer.page.locator("h1").click()
+    explorer.moved(lambda: explorer.page.keyboard.press("Control+Shift+Z"))
+    assert explorer.typed("eta").input_value() == "1.5"
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Back to the default").click())
+    explorer.wait_for_address(eta="1.08", K="2500")

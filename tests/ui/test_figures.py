@@ -1,0 +1,99 @@
+"""The figures of Explore in a real browser, and the findings beside them."""
+
+import json
+
+from .explorer import wait_until
+
+FIGURES = ("phase1", "phase2", "displacement", "strip", "force", "diagram")
+
+
+def test_a_click_in_the_diagram_sets_eta(visit):
+    explorer = visit()
+    box = explorer.figure("diagram")["frame"]
+    explorer.moved(lambda: explorer.page.mouse.click(box["x"] + box["width"] * 2 / 7, box["y"] + box["height"] / 2))
+    eta = float(explorer.typed("eta").input_value())
+    assert abs(eta - 1.5) < 0.01
+    explorer.wait_for_address(eta=explorer.typed("eta").input_value())
+
+
+def test_zoom_survives_updates_and_a_scene_gives_it_back(visit):
+    explorer = visit()
+    explorer.zoom("displacement", 0.2, 0.6, 0.2, 0.7)
+    wait_until(lambda: explorer.figure("displacement")["x"] != [0, 2], what="zoom")
+    zoomed = explorer.figure("displacement")
+    assert explorer.figure("force")["x"] == explorer.figure("strip")["x"] == zoomed["x"]
+    explorer.wait_for_zoom("displacement")
+    for text in ("1.1", "1.2", "2.5"):
+        explorer.moved(lambda text=text: explorer.type("eta", text))
+    now = explorer.figure("displacement")
+    assert (now["x"], now["y"]) == (zoomed["x"], zoomed["y"])
+    explorer.moved(lambda: explorer.scene("C"))
+    now = explorer.figure("displacement")
+    assert now["x"] == [0, 2]
+    assert now["y"] != zoomed["y"]
+
+
+def test_no_figure_is_rebuilt_by_an_update(visit):
+    explorer = visit()
+    identities = """() => [...Bokeh.documents[0].all_models].filter(m => m.type === "Figure").map(m => m.id).sort()"""
+    before = explorer.page.evaluate(identities)
+    explorer.moved(lambda: explorer.scene("D"))
+    assert explorer.page.evaluate(identities) == before
+
+
+def test_a_diverged_penalty_run_is_reported_and_the_reference_stays(visit):
+    explorer = visit("?eta=1.08&K=100000&D=100&steps=2000")
+    before = explorer.sources()
+    explorer.moved(lambda: explorer.type("steps", "100"))
+    after = explorer.sources()
+    assert "step" in explorer.line("penalty")
+    assert after["phase_penalty"]["x1"] == []
+    assert set(after["displacements"]["penalty1"]) == {None}
+    assert after["phase_reference"] == before["phase_reference"]
+    explorer.explained()
+    assert "nothing to compare" in explorer.line("verdict")
+
+
+def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000")
+    assert explorer.source("difference")["total"] == []
+    explorer.moved(lambda: explorer.page.get_by_text("difference", exact=True).click())
+    wait_until(lambda: len(explorer.source("difference")["total"]) > 100, what="the difference")
+    assert "Δξ₂ / base amplitude" in explorer.figure("displacement")["labels"]
+    explorer.wait_for_address(frame="difference")
+    explorer.moved(lambda: explorer.page.get_by_text("relative", exact=True).click())
+    assert "ξ / base amplitude" in explorer.figure("displacement")["labels"]
+
+
+def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
+    explorer = visit()
+    first = explorer.sources()
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
+    assert explorer.source("pinned_phase_penalty") == first["phase_penalty"]
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    assert explorer.source("pinned_phase_penalty") == first["phase_penalty"] != explorer.source("phase_penalty")
+    explorer.wait_for_address(K="9000", pin="eta=1.08&K=2500&D=8&steps=2000")
+    second = visit(explorer.query())
+    wait_until(lambda: second.source("pinned_phase_penalty") == first["phase_penalty"], what="the pinned curves")
+    assert second.source("phase_penalty") == explorer.source("phase_penalty")
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
+    assert explorer.source("pinned_phase_penalty")["x1"] == []
+    wait_until(lambda: "pin" not in explorer.address(), what="an address without a pin")
+
+
+def test_the_first_thing_to_change_is_a_button(visit):
+    explorer = visit("?eta=1.08&K=100&D=50&steps=2000").explained()
+    before = float(explorer.page.locator(".part.total .number").text_content().split()[0])
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Try K =").click())
+    explorer.explained()
+    assert float(explorer.typed("K").input_value()) > 100
+    assert float(explorer.page.locator(".part.total .number").text_content().split()[0]) < before / 3
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Undo").click())
+    assert explorer.typed("K").input_value() == "100"
+
+
+def test_axes_carry_symbols_and_units(visit):
+    explorer = visit()
+    labels = json.dumps([explorer.figure(name)["labels"] for name in FIGURES], ensure_ascii=False)
+    for symbol in ("ξ₁ / base amplitude", "ξ₁′", "ξ₂′", "τ/T", "λ", "∫λ dτ", "η = Ω/ω₁", "base amplitude"):
+        assert symbol in labels

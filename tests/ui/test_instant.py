@@ -1,0 +1,66 @@
+"""The present instant: its marks in all figures, and the animation."""
+
+from .explorer import wait_until
+
+
+def mark(explorer, name):
+    """Position of a mark of the present instant: in the data of its figure, and on the page."""
+    return explorer.page.locator(f"[data-mark={name}]").evaluate("""element => {
+        const { left, top } = element.getBoundingClientRect();
+        return { x: Number(element.dataset.x), y: Number(element.dataset.y), left, top };
+    }""")
+
+
+def test_marks_follow_a_zoom_and_leave_with_it(visit):
+    explorer = visit()
+    at = {n: mark(explorer, f"reference{n}") for n in "12"}
+    for n in "12":
+        box = explorer.figure(f"phase{n}")
+        (x0, x1), (y0, y1), frame = box["x"], box["y"], box["frame"]
+        assert abs(at[n]["left"] + 5.5 - frame["x"] - frame["width"] * (at[n]["x"] - x0) / (x1 - x0)) < 1
+        assert abs(at[n]["top"] + 5.5 - frame["y"] - frame["height"] * (y1 - at[n]["y"]) / (y1 - y0)) < 1
+    explorer.zoom("displacement", 0.5, 0.9, 0.1, 0.9)
+    line = explorer.page.locator("[data-mark=now-displacement]")
+    assert line.is_visible()  # where the pointer was last
+    explorer.page.locator(".player input").fill("0")
+    wait_until(lambda: not line.is_visible(), what="the line at τ = 0 gone from a view that begins later")
+
+
+def test_a_time_under_the_pointer_is_marked_in_every_figure(visit):
+    explorer = visit()
+    frame = explorer.figure("force")["frame"]
+    explorer.page.mouse.move(frame["x"] + 0.25 * frame["width"], frame["y"] + 0.5 * frame["height"])
+    wait_until(lambda: abs(mark(explorer, "now-displacement")["x"] - 0.5) < 0.005, what="a mark at half a period")
+    line = mark(explorer, "now-displacement")
+    time = line["x"]
+    for name in ("strip", "force"):
+        assert mark(explorer, f"now-{name}") == line | {"top": mark(explorer, f"now-{name}")["top"]}
+    assert abs(line["left"] - (frame["x"] + 0.25 * frame["width"])) < 2
+    columns = explorer.source("displacements")
+    nearest = min(range(len(columns["t"])), key=lambda i: abs(columns["t"][i] - time))
+    for solver in ("reference", "penalty"):
+        for n in "12":
+            state = mark(explorer, f"{solver}{n}")
+            assert abs(state["x"] - columns[f"{solver}{n}"][nearest]) < 0.05
+            assert abs(state["y"] - columns[f"{solver}_v{n}"][nearest]) < 0.1
+    assert explorer.page.locator(".readout").text_content() == f"τ/T {time:.3f}"
+
+
+def test_the_marks_are_relative_to_the_base_also_when_the_curves_are_not(visit):
+    explorer = visit()
+    relative = mark(explorer, "reference1")["x"]
+    explorer.moved(lambda: explorer.page.get_by_text("absolute").click())
+    wait_until(lambda: explorer.page.evaluate("Bokeh.documents[0].is_idle"))
+    assert abs(mark(explorer, "reference1")["x"] - relative) < 1e-3
+
+
+def test_playing_moves_the_pendulums_without_the_server(counted, visit):
+    explorer = visit()
+    received = explorer.count_messages()
+    bob = explorer.page.locator(".reference .bob").first
+    before = bob.get_attribute("cx")
+    explorer.page.get_by_role("button", name="Play").click()
+    wait_until(lambda: bob.get_attribute("cx") != before, what="motion")
+    wait_until(lambda: mark(explorer, "now-force")["x"] > 0.05, what="a line that moves along")
+    explorer.page.get_by_role("button", name="Pause").click()
+    assert received() == 0

@@ -1,0 +1,212 @@
+"""On each tab everything that it shows can be taken away, and each file is of the requested kind."""
+
+import csv
+import json
+import time
+import tomllib
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+from vibroscope.app.page.tabs import TABS
+
+from .explorer import wait_until
+
+_APART = 0.1  # s between two downloads: Chromium drops all but ten in a second, and reports nothing to wait for
+
+
+def taken(explorer, name):
+    """Click a button of the menu and read the file that comes."""
+    menu = explorer.page.locator("details.take-away")
+    if not menu.evaluate("menu => menu.open"):
+        menu.locator("summary").click()
+    time.sleep(_APART)
+    with explorer.page.expect_download() as download:
+        menu.get_by_role("button", name=name, exact=True).click()
+    return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+
+
+def test_figures_data_and_report_can_be_taken_away(visit):
+    explorer = visit().explained()
+    name, picture = taken(explorer, "Displacements as PNG")
+    assert (name, picture[:8]) == ("vibroscope-displacement.png", b"\x89PNG\r\n\x1a\n")
+    name, drawing = taken(explorer, "Phase plot 1 as SVG")
+    assert name.endswith(".svg")
+    assert b"<path" in drawing
+    assert "velocity ξ₁′".encode() in drawing
+    _, table = taken(explorer, "Contact force: data as CSV")
+    rows = list(csv.DictReader(table.decode().splitlines()))
+    assert {row["series"] for row in rows} >= {"reference", "penalty", "reference impulse"}
+    _, data = taken(explorer, "Save all data as JSON")
+    assert json.loads(data)["setting"]["eta"] == 1.08
+    _, report = taken(explorer, "Save the report")
+    assert explorer.line("verdict") in report.decode()
+    assert report.count(b"<svg") == 7
+    _, toml = taken(explorer, "Save the parameters")
+    assert b"eta = 1.08" in toml
+
+
+def shapes(drawing):
+    """Kind and attributes of every shape of an SVG."""
+    return [(shape.tag.rpartition("}")[2], shape.attrib) for shape in ET.fromstring(drawing).iter()]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_drawing_of_the_page_looks_the_same_outside_it(visit, scheme):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000", color_scheme=scheme)
+    name, drawing = taken(explorer, "Pendulums as SVG")
+    assert name == "vibroscope-mechanism.svg"
+    looks = [look for kind, look in shapes(drawing) if kind == "circle"]
+    reference, paper = {"light": ("0, 114, 178", "#FFFFFF"), "dark": ("86, 180, 233", "#171E26")}[scheme]
+    assert sum(look["fill"] == f"rgb({reference})" for look in looks) == 2
+    assert shapes(drawing)[1][1]["fill"] == paper
+    assert b"class=" not in drawing
+    name, picture = taken(explorer, "Pendulums as PNG")
+    assert picture[:8] == b"\x89PNG\r\n\x1a\n"
+    assert [int.from_bytes(picture[at : at + 4]) for at in (16, 20)] == [520, 380]
+    assert len(picture) > 5000  # a blank one has 2000
+    assert "CSV" not in menu(explorer)["Pendulums"]
+
+
+def test_a_suggestion_is_offered_as_long_as_it_is_shown(visit):
+    explorer = visit()
+    assert "Suggestion" not in menu(explorer)
+    explorer.page.get_by_role("button", name="Suggest K, D, Δτ").click()
+    explorer.page.locator(".suggest[data-phase=done]").wait_for(timeout=60_000)
+    wait_until(lambda: "Suggestion" in menu(explorer), 5, "the suggestion in the menu")
+    _, drawing = taken(explorer, "Suggestion as SVG")
+    _, table = taken(explorer, "Suggestion: data as CSV")
+    rows = list(csv.DictReader(table.decode().splitlines()))
+    assert sum(kind == "circle" for kind, _ in shapes(drawing)) == len(rows) > 1
+    assert set(rows[0]) == {"series", "steps", "error", "K", "D"}
+    assert taken(explorer, "Suggestion as PNG")[1][:8] == b"\x89PNG\r\n\x1a\n"
+    explorer.page.get_by_role("button", name="Close the result of the search").click()
+    wait_until(lambda: "Suggestion" not in menu(explorer), 5, "a menu without it")
+
+
+def test_the_report_opens_without_a_server(visit, tmp_path):
+    explorer = visit()
+    _, report = taken(explorer, "Save the report")
+    path = tmp_path / "report.html"
+    path.write_bytes(report)
+    page = explorer.page.context.new_page()
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(path.as_uri())
+    assert page.locator("figure svg").count() == 7
+    assert page.locator("figure svg").first.bounding_box()["height"] > 100
+    link = page.locator("a[data-page]")
+    assert link.get_attribute("href") == link.text_content()
+    assert link.text_content().startswith(f"{explorer.server}/?eta=1.08")
+    assert asked == [path.as_uri()]
+    page.close()
+
+
+STUDY = "eta=2.76&K=12000&D=18&steps=2000"
+COLUMNS = {  # some of them, by figure
+    "phase1": {"xi1", "velocity1"},
+    "displacement": {"time", "xi1", "xi2"},
+    "strip": {"contact_begin", "contact_end"},
+    "force": {"time", "force", "impulse"},
+    "diagram": {"eta", "xi2"},
+    "bifurcation": {"eta", "xi2"},
+    "bifurcation_strip": {"from_eta", "to_eta", "period"},
+    "plane_penalty": {"K", "D", "period", "contact_steps"},
+    "plane_exact": {"K", "D", "period", "impacts_per_period"},
+    "step_phase_fixed": {"xi2", "v2"},
+    "step_spread": {"n", "spread"},
+    "speed": {"steps", "us_per_period", "error"},
+    "claims": {"claim", "agrees", "found"},
+}
+CALLS = {"bifurcation": "sweep_eta(", "plane": "sweep_plane(", "step": "sweep_step(", "paper": "CLAIMS"}
+
+
+def menu(explorer):
+    """Titles in the open menu, each with the texts of its buttons."""
+    box = explorer.page.locator("details.take-away")
+    if not box.evaluate("menu => menu.open"):
+        box.locator("summary").click()
+    rows = box.locator(".item")
+    return {row.locator("span").first.text_content(): row.locator("button").all_text_contents() for row in rows.all()}
+
+
+@pytest.mark.parametrize("tab", TABS)
+def test_each_tab_offers_files_of_each_kind(visit, tab):
+    explorer = visit(f"?tab={tab}&{STUDY}")
+    if tab == "explore":
+        explorer.explained()
+    if tab != "help":
+        wait_until(lambda: "All data (JSON)" in menu(explorer), 60, "something to take away")
+    offered = menu(explorer)
+    assert tomllib.loads(taken(explorer, "Save the parameters")[1].decode())["setting"]["K"] == 12000
+    script = taken(explorer, "Save the Python script")[1].decode()
+    compile(script, "script", "exec")
+    assert CALLS.get(tab, "import") in script
+    assert taken(explorer, "Save the commands")[1].startswith(b"vibroscope ")
+    if tab == "help":
+        assert set(offered) == {
+            "Link to this view", "Parameters (TOML)", "Parameters from a file", "Python", "Command line"
+        }  # fmt: skip
+        return
+    name, data = taken(explorer, "Save all data as JSON")
+    assert name == f"vibroscope-{tab}.json"
+    assert json.loads(data)["data"]
+    figures = {title: kinds for title, kinds in offered.items() if "CSV" in kinds}
+    assert figures
+    for title, kinds in figures.items():
+        name, table = taken(explorer, f"{title}: data as CSV")
+        rows = list(csv.DictReader(table.decode().splitlines()))
+        assert rows
+        assert COLUMNS.get(name.removeprefix("vibroscope-").removesuffix(".csv"), {"series"}) <= set(rows[0])
+        if "PNG" in kinds:
+            picture = taken(explorer, f"{title} as PNG")[1]
+            assert picture.startswith(b"\x89PNG\r\n\x1a\n")
+            assert len(picture) > 1000
+            root = ET.fromstring(taken(explorer, f"{title} as SVG")[1])
+            assert root.tag == "{http://www.w3.org/2000/svg}svg"
+            assert len(list(root.iter())) > 20
+    report = taken(explorer, "Save the report")[1].decode()
+    assert report.count("<svg") >= sum("PNG" in kinds for kinds in figures.values())
+    assert f"tab={tab}" in report or tab == "explore"
+
+
+def test_the_menu_follows_the_tab(visit):
+    explorer = visit()
+    assert "Contact force" in menu(explorer)
+    explorer.open_tab("Help")
+    wait_until(lambda: "Contact force" not in menu(explorer), what="a menu without figures")
+    explorer.open_tab("Explore")
+    wait_until(lambda: "Contact force" in menu(explorer), what="a menu with figures")
+
+
+def test_an_error_in_making_a_picture_is_shown_like_any_other(visit):
+    explorer = visit().explained()
+    explorer.page.evaluate("""() => {
+      const of = (name) => Bokeh.documents[0].get_model_by_name(name);
+      Bokeh.index.find_one_by_id(of("phase1").id).export = () => { throw new Error("no canvas"); };
+      of("phase2").setv({ name: "gone" }, { sync: false });
+    }""")
+    menu(explorer)
+    click = explorer.page.locator("details.take-away").get_by_role
+    for button, why in (("Phase plot 1 as PNG", "no canvas"), ("Phase plot 2 as SVG", "phase2 is not drawn")):
+        click("button", name=button, exact=True).click()
+        wait_until(lambda why=why: why in explorer.error(), what="an error on the page")
+    explorer.page.get_by_role("button", name="Close this message").click()
+    assert explorer.error() == ""
+    menu(explorer)  # a click elsewhere has closed it
+    click("button", name="Save the report", exact=True).click()
+    wait_until(lambda: "vibroscope-report.html could not be made (no canvas)" in explorer.error(), what="an error")
+    taken(explorer, "Displacements as PNG")
+    assert explorer.error() == ""
+
+
+def test_a_button_keeps_the_keyboard_while_more_is_offered(visit):
+    explorer = visit("?tab=paper")
+    wait_until(lambda: "Claims and findings" in menu(explorer), 60, "something to take away")
+    button = explorer.page.get_by_role("button", name="Claims and findings: data as CSV")
+    button.focus()
+    offered = len(menu(explorer))
+    explorer.page.mouse.move(300, 700)
+    explorer.page.mouse.wheel(0, 2500)
+    wait_until(lambda: len(menu(explorer)) > offered, 60, "more to take away")
+    assert button.evaluate("button => button.getRootNode().activeElement === button")
