@@ -189,7 +189,7 @@ class Latest:
             self._waiting = None
 
     def _work(self) -> None:
-        with logs.named(self._session):
+        with logs.in_session(self._session):
             while (job := self._next()) is not None:
                 self._run(*job)
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
 import param
-from vibroscope.app.runtime.limits import TooMuch, check_cost
+from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.engine import Newmark, Reference, System, Units, simulate
 
 # A number as a person writes one. Stricter than float(), which also takes
@@ -161,7 +161,7 @@ def check_together(setting: Setting) -> None:
     """Raise `Refused` where values that are valid each for itself make no system together, or cost too much."""
     try:
         check_cost(setting.steps, _PERIODS)
-    except TooMuch as error:
+    except CostLimitError as error:
         raise Refused("steps", str(error)) from None
     try:
         _ = setting.system

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.state import Explorer, Setting, print_number, read_number
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.job import Job, stand_back
+from vibroscope.app.runtime.job import Job, lower_priority
 from vibroscope.app.runtime.workers import Workers, pool
 from vibroscope.engine import Recommendation, Reference, System, recommend
 
@@ -35,7 +35,7 @@ def question_of(setting: Setting, percent: object) -> Question:
 
 def _threads() -> Workers:
     """What a search starts inherits the low priority of its thread."""
-    return pool("suggestion", _THREADS, stand_back)
+    return pool("suggestion", _THREADS, lower_priority)
 
 
 class Search(Job):

@@ -11,7 +11,7 @@ from vibroscope.app.explorer.words import cause
 from vibroscope.app.page.tabs import Desk
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import pool
-from vibroscope.app.studies.live import stand_back
+from vibroscope.app.studies.live import lower_priority
 
 File = dict[str, str]
 
@@ -32,7 +32,7 @@ class Handout:
             self._desk.tell("One file after the other: the last one is still being written.")
         else:
             self._writing = True
-            pool("files", 1, stand_back).submit(made).add_done_callback(
+            pool("files", 1, lower_priority).submit(made).add_done_callback(
                 lambda done: self._desk.later(partial(self._written, what, done))
             )
 

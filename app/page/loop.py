@@ -37,7 +37,7 @@ class Loop:
 
     def _once_loaded(self, callback: Callable[[], None]) -> None:
         if self._loaded:
-            with logs.named(self._name):
+            with logs.in_session(self._name):
                 callback()
         else:
             self._waiting.append(callback)

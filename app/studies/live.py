@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.job import Job, stand_back
+from vibroscope.app.runtime.job import Job, lower_priority
 from vibroscope.app.runtime.workers import Workers, pool
 
 _THREADS = 4  # studies that run at the same time, of all sessions
@@ -34,7 +34,7 @@ Refine = Callable[[object, Stage | None, Callable[[], bool]], Iterator[Stage]]
 
 def studies() -> Workers:
     """The threads of all studies; what they start inherits their priority."""
-    return pool("study", _THREADS, stand_back)
+    return pool("study", _THREADS, lower_priority)
 
 
 class Live(Job):

@@ -12,7 +12,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import Desk
 from vibroscope.app.runtime import metrics
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.workers import jobs, patient_worker
+from vibroscope.app.runtime.workers import background_worker, jobs
 
 _RESTS = 150  # ms without another frame before the difference is explained: while a slider moves, the curves come first
 _PATIENCE, _LOOKS = 0.5, 0.01  # s that an explanation stands back while curves are waited for; s between two looks
@@ -32,7 +32,7 @@ class Explaining:
             self._explained,
             solve=_explain,
             grace=0.0,
-            pool=patient_worker(),
+            pool=background_worker(),
             what="explained",
             measure=metrics.EXPLAINED,
         )
