@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import math
 
-import panel as pn
 import param
 from vibroscope.app.explorer.scenes import Scene, scenes
 from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, texts_of
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 # Steps of one arrow key: linear in η, in decades elsewhere.
 _STEP = 0.01
@@ -31,7 +30,7 @@ _SHOWN = {
 }
 
 
-class Controls(Lean, pn.custom.JSComponent):
+class Controls(Component):
     """The panel of inputs; ``spec`` is fixed, ``shown`` is what the server last accepted."""
 
     spec = param.Dict(doc="Limits, labels and scenes")

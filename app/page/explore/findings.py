@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import panel as pn
 import param
 from vibroscope.app.explorer.words import Meaning, Told
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 
-class Findings(Lean, pn.custom.JSComponent):
+class Findings(Component):
     """Plain text in live regions: screen readers hear what changes, and no text can become markup."""
 
     told = param.Dict(default={}, doc="Lines by name, costs; parts of the difference and what to change, once known")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import panel as pn
 import param
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 
-class Mechanism(Lean, pn.custom.JSComponent):
+class Mechanism(Component):
     """Sends nothing and is sent nothing, but for what the displacements are relative to."""
 
     absolute = param.Boolean(

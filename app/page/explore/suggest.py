@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import panel as pn
 import param
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 
-class Suggest(Lean, pn.custom.JSComponent):
+class Suggest(Component):
     """Sends ``{"suggest": tolerance in per cent, as typed}`` and ``{"cancel": true}``; draws ``told``."""
 
     told = param.Dict(

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import panel as pn
 import param
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 
-class Header(Lean, pn.custom.JSComponent):
+class Header(Component):
     """Lives in the browser; sends which tab, file and theme, and what was loaded, as text that the session reads."""
 
     tabs = param.List(doc="Key and title of each tab")

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import panel as pn
 from bokeh.models import ColumnDataSource
+from vibroscope.app.compat import update_silently
 from vibroscope.app.page.files import script
+from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import changed, write
-from vibroscope.app.page.shared.lean import Lean
 
 
-class Feed(Lean, pn.custom.JSComponent):
+class Feed(Component):
     """Keeps the sources here and those in the browser alike; until the browser listens, by Bokeh's own way."""
 
     _esm = script("shared/dom", "shared/feed")
@@ -34,7 +34,7 @@ class Feed(Lean, pn.custom.JSComponent):
             write(source, columns)
             return
         new = changed(source, columns)
-        dict.update(source.data, new)  # quietly: Bokeh would send them
+        update_silently(source, new)
         self._waiting += [(source.id, name, column) for name, column in new.items()]
 
     def send(self) -> None:
