@@ -28,7 +28,7 @@ _BROKEN = "This page could not be built. The fault is the server's, and it has b
 _STOPPING = "This server is being restarted. Please try again in a moment."
 _PLACEHOLDER = "THE-TOKEN-OF-THIS-SESSION"
 _TEMPLATE_SESSION = "the page itself"
-# The page draws without WebGL, and its modules import nothing.
+# The page draws without WebGL; for the other script see page/shared/compat.js.
 _UNUSED_SCRIPT = re.compile(r'<script[^>]*src="[^"]*/(?:bokeh-gl|es-module-shims)[^"]*"[^>]*></script>')
 
 

@@ -1,11 +1,11 @@
-// The only file of the page that uses private or undocumented names of Bokeh's and Panel's scripts. It runs in the page's
-// head, after their scripts and before any figure.
+// The only file of the page that uses private or undocumented names of Bokeh's and Panel's scripts. It runs in the
+// page's head, after their scripts and before any figure.
 //
 // Bokeh asks the browser for styles between writing others, so that all styles are computed again some sixty times per
-// paint, and it prepares curves that nobody sees: together more work than the painting. Each hook leaves one part of that
-// out; what is painted stays the same. Its comment says what the page's main thread takes without it, compared with all
-// hooks in place (benchmarks/hooks.py NAME). If a later version lacks a name, that part works as the library has it, the
-// console says so, and tests/ui/test_compat.py fails.
+// paint, and it prepares curves that nobody sees: together more work than the painting. Each hook leaves one part of
+// that out; what is painted stays the same. Its comment says what the page's main thread takes without it, compared
+// with all hooks in place (benchmarks/hooks.py NAME). If a later version lacks a name, that part works as the library
+// has it, the console says so, and tests/ui/test_compat.py fails.
 
 function hook(name, path, className, changes) {
   const prototype = Bokeh.loader[path]?.[className]?.prototype;
@@ -15,8 +15,9 @@ function hook(name, path, className, changes) {
   }
 }
 
-// Panel loads the modules of components through es-module-shims. The page's modules import nothing, so that the browser's
-// own import suffices, and that script, which tries out import maps first, is not loaded (`app.server.admission`).
+// Panel loads the modules of components through es-module-shims, which fetches them from blob: addresses. The page's
+// security policy forbids that. Its modules import nothing, so that the browser's own import suffices, and that script is
+// not loaded (`app.server.admission`).
 window.importShim = Object.assign((url) => import(url), { addImportMap() {} });
 
 // Colours from CSS variables (--bk-…), which Bokeh reads one by one; the page's themes exchange the models' colours.
@@ -38,8 +39,8 @@ hook("positions", "models/renderers/glyph_renderer", "GlyphRendererView", {
   update_position: () => () => {},
 });
 
-// Beside its own glyph, which is built first, a curve has four more: selected, not selected, muted, thinned. They take new
-// data when they are painted. A key press takes 19 % more.
+// Beside its own glyph, which is built first, a curve has four more: selected, not selected, muted, thinned. They take
+// new data when they are painted. A key press takes 19 % more.
 hook("glyphs", "models/renderers/glyph_renderer", "GlyphRendererView", {
   build_glyph_view: (build) => async function (glyph) {
     const view = await build.call(this, glyph);
@@ -62,8 +63,8 @@ function updateWhenPainted(view) {
   return view;
 }
 
-// Entries of a legend mute their curves. Bokeh offers that to a pointer only; here they are switches that keys and screen
-// readers reach.
+// Entries of a legend mute their curves. Bokeh offers that to a pointer only; here they are switches that keys and
+// screen readers reach.
 hook("switches", "models/annotations/legend", "LegendView", {
   _render_items: (renderItems) => function () {
     const focused = this.entries.findIndex(({ el }) => el === this.shadow_el.activeElement);
