@@ -45,6 +45,13 @@ class Served:
                 time.sleep(0.05)
         raise AssertionError(f"no server: {self.log.read_text()}")
 
+    def wait_for(self, holds, seconds=60):
+        """Poll until ``holds()``."""
+        end = time.monotonic() + seconds
+        while not holds():
+            assert time.monotonic() < end, self.log.read_text()
+            time.sleep(0.05)
+
     def metric(self, line):
         """One number of /metrics by the beginning of its line, 0 if there is none yet."""
         text = urllib.request.urlopen(f"{self.url}/metrics", timeout=20).read().decode()

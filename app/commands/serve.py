@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     """Start the explorer; the first scene is solved while the page's packages are imported, which takes longer."""
     given = {"port": options.port, "address": options.address, "origins": options.origin and ",".join(options.origin)}
     chosen = from_environment(given=given)
-    settings.put_in_force(chosen)
+    settings.use_settings(chosen)
 
     from vibroscope.app.explorer import compute
 

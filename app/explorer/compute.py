@@ -214,7 +214,7 @@ class JobQueue:
             self._waiting = None
 
     def _work(self) -> None:
-        with logs.named(self._session):
+        with logs.in_session(self._session):
             while (job := self._next_job()) is not None:
                 self._run(*job)
 

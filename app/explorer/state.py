@@ -14,7 +14,7 @@ from inspect import signature
 
 import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.runtime.limits import TooMuch, check_cost
+from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.engine import Newmark, Reference, System, Units, simulate
 
 _PAPER, _UNITS = System(), Units()
@@ -153,7 +153,7 @@ def _check_combination(setting: Setting) -> None:
     """Raise `Refused` where values that are valid one by one give no system together, or cost too much."""
     try:
         check_cost(setting.steps, _PERIODS)
-    except TooMuch as error:
+    except CostLimitError as error:
         raise Refused("steps", str(error)) from None
     try:
         _ = setting.system

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Explorer, Setting, print_number, read_number
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.job import Job, stand_back
+from vibroscope.app.runtime.job import Job, lower_priority
 from vibroscope.app.runtime.workers import Workers, pool
 from vibroscope.engine import Recommendation, Reference, System, recommend
 
@@ -36,7 +36,7 @@ def make_question(setting: Setting, percent: object) -> Question:
 
 def search_threads() -> Workers:
     """The threads of all searches; threads that a search starts inherit their low priority."""
-    return pool("suggestion", _THREADS, stand_back)
+    return pool("suggestion", _THREADS, lower_priority)
 
 
 class Search(Job):

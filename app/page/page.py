@@ -20,7 +20,7 @@ def create_app() -> pn.Column:
     """The page of the session that is being opened."""
     doc = pn.state.curdoc
     html = template("shared/page.html").replace("TOKENS", style("shared/tokens"))
-    doc.template = html.replace("FIRST", script("shared/legend", "shared/painting"))
+    doc.template = html.replace("FIRST", script("shared/compat"))
     # Panel sets this only where the session is built with the page; otherwise its style sheets come from another host.
     doc.template_variables["dist_url"] = LOCAL_DIST
     doc.theme = THEME

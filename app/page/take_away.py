@@ -14,7 +14,7 @@ from vibroscope.app.export.formats import as_csv, as_json, as_toml, join_parts, 
 from vibroscope.app.export.report import as_report
 from vibroscope.app.page.tab import Tab, TabHost
 from vibroscope.app.runtime import logs
-from vibroscope.app.runtime.job import stand_back
+from vibroscope.app.runtime.job import lower_priority
 from vibroscope.app.runtime.workers import pool
 
 File = dict[str, str]  # name, type (of media), text
@@ -38,7 +38,7 @@ class TakeAway:
             self._host.report_error("The last file is still being written: try again in a moment.")
         else:
             self._writing = True
-            pool("files", 1, stand_back).submit(write).add_done_callback(
+            pool("files", 1, lower_priority).submit(write).add_done_callback(
                 lambda done: self._host.call_later(partial(self._written, what, done))
             )
 

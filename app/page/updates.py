@@ -50,7 +50,7 @@ class SessionLoop:
 
     def _call_when_open(self, callback: Callable[[], None]) -> None:
         if self._open:
-            with logs.named(self._session):
+            with logs.in_session(self._session):
                 callback()
         else:
             self._waiting.append(callback)

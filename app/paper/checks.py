@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from vibroscope.app.paper import CLAIMS, Finding
 from vibroscope.app.runtime import logs
-from vibroscope.app.runtime.job import stand_back
+from vibroscope.app.runtime.job import lower_priority
 from vibroscope.app.runtime.workers import Workers, pool
 
 Deliver = Callable[[str, Finding | Exception], None]
@@ -16,7 +16,7 @@ Deliver = Callable[[str, Finding | Exception], None]
 
 def _thread() -> Workers:
     """One thread behind the sliders'."""
-    return pool("paper", 1, stand_back)
+    return pool("paper", 1, lower_priority)
 
 
 class Checks:

@@ -1,4 +1,4 @@
-"""What was found is kept for whoever asks for it again: a bounded memory that all sessions share."""
+"""A bounded cache in memory that all sessions of the process share."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from collections import OrderedDict
 
 
 class Cache:
-    """Values by key, at most ``size`` of them, the least recently used dropped first; safe between threads."""
+    """At most ``size`` values by key; the least recently used is dropped first. Safe between threads."""
 
     def __init__(self, size: int) -> None:
         self._size = size
-        self._kept: OrderedDict[object, object] = OrderedDict()
+        self._values: OrderedDict[object, object] = OrderedDict()
         self._lock = threading.Lock()
 
     def get(self, key: object):
-        """What is kept under ``key``, or None."""
+        """Return the value stored under ``key``, or None."""
         with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-            return self._kept.get(key)
+            if key in self._values:
+                self._values.move_to_end(key)
+            return self._values.get(key)
 
     def put(self, key: object, value: object) -> None:
-        """Keep ``value``, dropping the one that was not asked for the longest."""
+        """Store ``value`` and drop the least recently used values beyond ``size``."""
         with self._lock:
-            self._kept[key] = value
-            self._kept.move_to_end(key)
-            while len(self._kept) > self._size:
-                self._kept.popitem(last=False)
+            self._values[key] = value
+            self._values.move_to_end(key)
+            while len(self._values) > self._size:
+                self._values.popitem(last=False)
 
     def __len__(self) -> int:
-        return len(self._kept)
+        return len(self._values)

@@ -1,4 +1,4 @@
-"""Where the data files lie: scenes, shipped figures and diagrams, 60-digit solutions."""
+"""The data files of the package: scenes, shipped figures and diagrams, 60-digit solutions."""
 
 from __future__ import annotations
 
@@ -12,5 +12,5 @@ ASSETS = files(assets)
 
 @cache
 def asset(name: str) -> str:
-    """The text of one file in ``assets``."""
+    """Return the text of one file in ``assets``."""
     return (ASSETS / name).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Work that stands back behind the sliders and can be withdrawn: what studies and searches share. No panel import."""
+"""Cancellable work at low priority: what studies and searches have in common. No panel import."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import Workers
 from vibroscope.engine import Cancelled
 
-_NICE = 10  # how far its threads stand back (Linux: each thread has a priority of its own)
+_NICE = 10  # added to the niceness of background threads; on Linux each thread has its own
 
 
-def stand_back() -> None:
-    """Give this thread, and those that it starts, a lower priority than the sliders' (on Linux)."""
+def lower_priority() -> None:
+    """Give this thread, and those that it starts, a lower priority than the solvers of the figures (on Linux)."""
     if sys.platform == "linux":
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
 
 
 class Job(ABC):
-    """One question under way in a worker thread, where all that it tells is told, until it is cancelled."""
+    """One question that a worker thread answers, until it is cancelled. A subclass reports its results itself."""
 
     def __init__(self, question: object) -> None:
         self.question = question
@@ -30,21 +30,21 @@ class Job(ABC):
         self._session = logs.session.get()
 
     def cancel(self) -> None:
-        """Nothing more is wanted, nothing is told any more; it stops within some hundredths of a second."""
+        """Stop the work, within some hundredths of a second, and report nothing more."""
         self._cancelled.set()
 
     @property
     def cancelled(self) -> bool:
-        """Whether it was withdrawn."""
+        """Whether `cancel` was called."""
         return self._cancelled.is_set()
 
     @abstractmethod
     def _answer(self) -> None:
-        """Find the answer and tell it; may raise `engine.Cancelled`."""
+        """Find the answer and report it; may raise `engine.Cancelled`."""
 
     @abstractmethod
     def _fail(self, error: Exception) -> None:
-        """Tell that it failed."""
+        """Report that the work failed."""
 
     def _begin(self, threads: Workers) -> None:
         threads.submit(self._work)
@@ -52,12 +52,12 @@ class Job(ABC):
     def _work(self) -> None:
         if self.cancelled:
             return
-        with logs.named(self._session):
+        with logs.in_session(self._session):
             try:
                 self._answer()
             except Cancelled:
                 return
-            except Exception as error:  # told on the page; a worker must not die of it
+            except Exception as error:  # the page shows it; the worker thread must survive
                 logs.event("not answered", logging.ERROR, error=error, job=type(self).__name__.lower())
                 if not self.cancelled:
                     self._fail(error)

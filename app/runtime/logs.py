@@ -1,11 +1,11 @@
-"""One line per event: when, how grave, what, which session, how long, and what else there is to know.
+"""The log: one line per event with its time, level, name, session and further fields.
 
-``event("computed", seconds=0.02)`` is all that the rest calls. As text::
+The rest of the app calls only ``event("computed", seconds=0.02)``. In text form that is::
 
     2026-01-31 12:00:00 INFO computed session=3f2a91cc seconds=0.020
 
-or, where ``VIBROSCOPE_LOG_FORMAT=json``, the same as one JSON object a line. A session is named by a digest: its
-identifier lets whoever reads it into the session.
+With ``VIBROSCOPE_LOG_FORMAT=json`` it is one JSON object per line. A session appears as a digest, because its
+identifier gives access to the session.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-# The session at hand: set where its messages come in, read by whatever they lead to.
+# The session that the current code works for: set where its messages arrive, read by all that they cause.
 session: ContextVar[str] = ContextVar("session", default="")
 _log = logging.getLogger("vibroscope")
-_LONGEST = 10_000  # characters of a message or a traceback: Bokeh logs whatever a browser has sent
+_MOST_CHARACTERS = 10_000  # of a message or a traceback: Bokeh logs whatever a browser has sent
 
 
-def name_of(session_id: str) -> str:
-    """A short name of a session that gives nothing away."""
+def session_name(session_id: str) -> str:
+    """Return a short name of a session that does not disclose its identifier."""
     return hashlib.sha256(session_id.encode()).hexdigest()[:8]
 
 
 @contextmanager
-def named(name: str) -> Iterator[None]:
-    """What is logged in here is of the session of this name."""
+def in_session(name: str) -> Iterator[None]:
+    """Attribute the events of this block to the session with this name."""
     token = session.set(name)
     try:
         yield
@@ -41,20 +41,20 @@ def named(name: str) -> Iterator[None]:
 
 
 def event(what: str, level: int = logging.INFO, /, *, error: BaseException | None = None, **details: object) -> None:
-    """Log that something happened; ``session`` is added where one is at hand."""
+    """Log an event; the name of the current session is added if there is one."""
     if session.get() and "session" not in details:
         details = {"session": session.get(), **details}
     _log.log(level, what, exc_info=error, extra={"details": details})
 
 
 def configure(form: str = "text", level: str = "info") -> None:
-    """Send everything that this process logs to the standard error stream, in one form."""
+    """Write everything that this process logs to the standard error stream, in one format."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(Json() if form == "json" else Text())
-    handler.addFilter(left_in_the_middle)
+    handler.addFilter(is_not_a_closed_connection)
     logging.basicConfig(handlers=[handler], level=logging.WARNING, force=True)
     logging.captureWarnings(True)
-    for name in ("bokeh", "panel"):  # these come with handlers of their own
+    for name in ("bokeh", "panel"):  # these two install handlers of their own
         library = logging.getLogger(name)
         library.handlers.clear()
         library.propagate = True
@@ -62,11 +62,11 @@ def configure(form: str = "text", level: str = "info") -> None:
     _log.setLevel(level.upper())
 
 
-def left_in_the_middle(record: logging.LogRecord) -> bool:
-    """False for the traceback that a library leaves when a browser goes while it is being written to.
+def is_not_a_closed_connection(record: logging.LogRecord) -> bool:
+    """Return False for the traceback of a write to a connection that the browser has closed.
 
-    Tornado and Bokeh raise this one exception from a write to a websocket that is closed; Bokeh tells its session so by
-    another way, and nothing is lost but a message to nobody.
+    Tornado and Bokeh raise these exceptions whenever a browser leaves during an update. Bokeh ends the session by
+    another way, so that nothing is lost but a message without a receiver.
     """
     kind = record.exc_info[0] if record.exc_info else None
     return kind is None or kind.__name__ not in ("WebSocketClosedError", "StreamClosedError")
@@ -76,8 +76,8 @@ def _fields(record: logging.LogRecord) -> dict[str, object]:
     return getattr(record, "details", {})
 
 
-def _plain(value: object) -> object:
-    """A value that is one line and printable, whatever came from outside."""
+def _printable(value: object) -> object:
+    """Return a value for one line of the log: text is cut and freed of unprintable characters."""
     if isinstance(value, float):
         return round(value, 6)
     if isinstance(value, int | bool) or value is None:
@@ -85,35 +85,35 @@ def _plain(value: object) -> object:
     return "".join(c if c.isprintable() else "�" for c in str(value)[:200])
 
 
-def _bounded(text: str) -> str:
-    """Beginning and end of a text that is too long."""
-    half = _LONGEST // 2
-    return text if len(text) <= _LONGEST else f"{text[:half]} … {text[-half:]}"
+def _shorten(text: str) -> str:
+    """Return the text, or its beginning and end if it is too long."""
+    half = _MOST_CHARACTERS // 2
+    return text if len(text) <= _MOST_CHARACTERS else f"{text[:half]} … {text[-half:]}"
 
 
 class Text(logging.Formatter):
-    """For people."""
+    """Format for people: one line, followed by the traceback if there is one."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """One line, and below it the traceback where there is one."""
-        begun = time.strftime("%Y-%m-%d %H:%M:%S", time.gmtime(record.created))
-        pairs = "".join(f" {name}={_plain(value)}" for name, value in _fields(record).items())
-        line = f"{begun} {record.levelname} {_bounded(record.getMessage())}{pairs}"
-        return f"{line}\n{_bounded(self.formatException(record.exc_info))}" if record.exc_info else line
+        """See `logging.Formatter.format`."""
+        created = time.strftime("%Y-%m-%d %H:%M:%S", time.gmtime(record.created))
+        pairs = "".join(f" {name}={_printable(value)}" for name, value in _fields(record).items())
+        line = f"{created} {record.levelname} {_shorten(record.getMessage())}{pairs}"
+        return f"{line}\n{_shorten(self.formatException(record.exc_info))}" if record.exc_info else line
 
 
 class Json(logging.Formatter):
-    """For machines: nothing but JSON, one object a line."""
+    """Format for programs: one JSON object per line."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """One object."""
-        told: dict[str, object] = {
+        """See `logging.Formatter.format`."""
+        entry: dict[str, object] = {
             "time": time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(record.created)) + f".{int(record.msecs):03d}Z",
             "level": record.levelname.lower(),
             "logger": record.name,
-            "event": _bounded(record.getMessage()),
+            "event": _shorten(record.getMessage()),
         }
-        told |= {name: _plain(value) for name, value in _fields(record).items()}
+        entry |= {name: _printable(value) for name, value in _fields(record).items()}
         if record.exc_info:
-            told["traceback"] = _bounded(self.formatException(record.exc_info))
-        return json.dumps(told, ensure_ascii=False)
+            entry["traceback"] = _shorten(self.formatException(record.exc_info))
+        return json.dumps(entry, ensure_ascii=False)

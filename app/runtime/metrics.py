@@ -1,6 +1,7 @@
-"""Counts and durations of this process, in Prometheus's text format; a handful, so no library for it.
+"""Counters, gauges and durations of this process in Prometheus's text format.
 
-A histogram has cumulative buckets, ``le`` the upper bound of each (Prometheus exposition format 0.0.4).
+A histogram has cumulative buckets, ``le`` is the upper bound of each (Prometheus exposition format 0.0.4). The few
+metrics here need no client library.
 """
 
 from __future__ import annotations
@@ -15,46 +16,44 @@ _lock = threading.Lock()
 
 
 class Count:
-    """A number that only grows, told apart by one label."""
+    """A counter with one label."""
 
     def __init__(self, name: str, doc: str, label: str) -> None:
         self.name, self.doc, self.label = name, doc, label
         self._counts: Counter[str] = Counter()
-        _ALL.append(self)
 
     def add(self, value: str) -> None:
-        """One more of this kind; ``value`` is one of few words, never text from outside."""
+        """Add one to the counter of a label value, which is one of few words and never text from outside."""
         with _lock:
             self._counts[value] += 1
 
     def total(self) -> int:
-        """Of all kinds."""
+        """Return the sum over all label values."""
         return self._counts.total()
 
     def lines(self) -> list[str]:
-        """As Prometheus reads it."""
+        """Return the lines that Prometheus reads."""
         with _lock:
             counts = sorted(self._counts.items())
         return [*_head(self, "counter"), *(f'{self.name}{{{self.label}="{value}"}} {n}' for value, n in counts)]
 
 
 class Durations:
-    """Seconds that something took."""
+    """A histogram of durations in seconds."""
 
     def __init__(self, name: str, doc: str) -> None:
         self.name, self.doc = name, doc
         self._counts = [0] * (len(_BOUNDS) + 1)
         self._sum = 0.0
-        _ALL.append(self)
 
     def add(self, seconds: float) -> None:
-        """One more."""
+        """Add one duration."""
         with _lock:
             self._counts[bisect_left(_BOUNDS, seconds)] += 1
             self._sum += seconds
 
     def lines(self) -> list[str]:
-        """As Prometheus reads it."""
+        """Return the lines that Prometheus reads."""
         with _lock:
             counts, total = list(self._counts), self._sum
         lines, below = _head(self, "histogram"), 0
@@ -65,21 +64,17 @@ class Durations:
 
 
 class Gauge:
-    """A number as it is when asked for; with a label, one for each of its values."""
+    """A number that ``read`` returns at the time of the request; with a label, one number per label value."""
 
     def __init__(self, name: str, doc: str, label: str = "") -> None:
         self.name, self.doc, self._label = name, doc, label
         self.read: Callable[[], Mapping[str, float] | float] = lambda: {} if label else 0
-        _ALL.append(self)
 
     def lines(self) -> list[str]:
-        """As Prometheus reads it."""
+        """Return the lines that Prometheus reads."""
         found = self.read()
         numbers = {f'{{{self._label}="{value}"}}': n for value, n in found.items()} if self._label else {"": found}
         return [*_head(self, "gauge"), *(f"{self.name}{which} {n:g}" for which, n in numbers.items())]
-
-
-_ALL: list[Count | Durations | Gauge] = []
 
 
 def _head(metric: Count | Durations | Gauge, kind: str) -> list[str]:
@@ -87,16 +82,17 @@ def _head(metric: Count | Durations | Gauge, kind: str) -> list[str]:
 
 
 REQUESTS = Count("vibroscope_requests_total", "HTTP requests answered", "status")
-REFUSED = Count("vibroscope_refused_total", "What was not taken: values, messages, sessions, connections", "what")
+REFUSED = Count("vibroscope_refused_total", "Refused values, messages, sessions and connections", "what")
 OPENED = Count("vibroscope_sessions_total", "Sessions opened and closed", "what")
-SESSIONS = Gauge("vibroscope_sessions", "Sessions held now")
-QUEUE = Gauge("vibroscope_queue", "Jobs that wait for a thread or run in one: figures, studies, searches", "pool")
-WAITED = Durations("vibroscope_wait_seconds", "From asking for a job to its begin")
-SOLVED = Durations("vibroscope_solve_seconds", "What both solvers took for one setting, kept results included")
-EXPLAINED = Durations("vibroscope_explain_seconds", "What explaining one difference took, kept ones included")
-BUILT = Durations("vibroscope_open_seconds", "What opening a session took")
+SESSIONS = Gauge("vibroscope_sessions", "Sessions that exist now")
+QUEUE = Gauge("vibroscope_queue", "Jobs that wait or run: figures, studies, searches", "pool")
+WAITED = Durations("vibroscope_wait_seconds", "Time from submitting a job to its start")
+SOLVED = Durations("vibroscope_solve_seconds", "Time of both solvers for one setting, cached results included")
+EXPLAINED = Durations("vibroscope_explain_seconds", "Time to explain one difference, cached explanations included")
+BUILT = Durations("vibroscope_open_seconds", "Time to open a session")
+_ALL = (REQUESTS, REFUSED, OPENED, SESSIONS, QUEUE, WAITED, SOLVED, EXPLAINED, BUILT)
 
 
 def exposition() -> str:
-    """Everything, as text."""
+    """Return all metrics as text."""
     return "\n".join(line for metric in _ALL for line in metric.lines()) + "\n"

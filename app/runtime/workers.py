@@ -1,6 +1,6 @@
-"""The threads that compute, shared by all sessions of a process: the kernels release the GIL, so threads are enough.
+"""The thread pools of one process, shared by all sessions; threads suffice because the kernels release the GIL.
 
-All of them belong to pools that are made here, so that a server that stops knows what is still under way.
+Every pool is created here, so that a server that stops knows which jobs are still running.
 """
 
 from __future__ import annotations
@@ -11,95 +11,95 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from vibroscope.app.runtime import metrics
-from vibroscope.app.runtime.settings import in_force
+from vibroscope.app.runtime.settings import current_settings
 
 _SOLVER = "solver"
 
 
 class Workers(ThreadPoolExecutor):
-    """A pool that knows how many jobs wait or run."""
+    """A thread pool that counts its unfinished jobs."""
 
     def __init__(self, name: str, threads: int, initializer: Callable[[], None] | None = None) -> None:
         super().__init__(max_workers=threads, thread_name_prefix=name, initializer=initializer)
         self._jobs = 0
-        self._counted = threading.Lock()
+        self._lock = threading.Lock()
 
     def submit(self, job: Callable, /, *args, **kwargs) -> Future:
-        """As the pool does, counted."""
+        """See `concurrent.futures.Executor.submit`."""
         self._count(1)
         try:
             future = super().submit(job, *args, **kwargs)
-        except RuntimeError:  # shut down
+        except RuntimeError:  # the pool is shut down
             self._count(-1)
             raise
         future.add_done_callback(lambda _: self._count(-1))
         return future
 
     def _count(self, more: int) -> None:
-        with self._counted:
+        with self._lock:
             self._jobs += more
 
     @property
     def jobs(self) -> int:
-        """Jobs that wait or run."""
+        """Number of jobs that wait or run."""
         return self._jobs
 
 
 class _Solvers(Workers):
-    """Those that figures wait for: how long they wait is measured."""
+    """The pool that solves what figures wait for; it measures how long a job waits for its thread."""
 
     def submit(self, job: Callable, /, *args, **kwargs) -> Future:
-        asked = time.monotonic()
+        submitted = time.monotonic()
 
-        def begun():
-            metrics.WAITED.add(time.monotonic() - asked)
+        def measured():
+            metrics.WAITED.add(time.monotonic() - submitted)
             return job(*args, **kwargs)
 
-        return super().submit(begun)
+        return super().submit(measured)
 
 
 _pools: dict[str, Workers] = {}
 _pools_lock = threading.Lock()
 
 
-def _pool(name: str, make: Callable[[], Workers]) -> Workers:
+def _pool(name: str, create: Callable[[], Workers]) -> Workers:
     with _pools_lock:
         if name not in _pools:
-            _pools[name] = make()
+            _pools[name] = create()
         return _pools[name]
 
 
 def pool(name: str, threads: int, initializer: Callable[[], None] | None = None) -> Workers:
-    """The pool of this name, made when it is first wanted; ``initializer`` is called once in each of its threads."""
+    """Return the pool of this name, created on first use; ``initializer`` runs once in each of its threads."""
     return _pool(name, lambda: Workers(name, threads, initializer))
 
 
 def workers() -> Workers:
-    """The threads that solve what figures wait for."""
-    return _pool(_SOLVER, lambda: _Solvers(_SOLVER, in_force().threads))
+    """Return the pool that solves what figures wait for."""
+    return _pool(_SOLVER, lambda: _Solvers(_SOLVER, current_settings().threads))
 
 
-def patient_worker() -> Workers:
-    """One thread for what may wait, explanations, so that many of them never keep the figures of others waiting."""
+def background_worker() -> Workers:
+    """Return a pool of one thread for explanations, so that many of them never delay another session's figures."""
     return pool("patient", 1)
 
 
 def jobs() -> int:
-    """Figures that wait or are solved now."""
+    """Number of figures that wait for a thread or are being solved."""
     return _pools[_SOLVER].jobs if _SOLVER in _pools else 0
 
 
-def end(seconds: float) -> int:
-    """Drop what has not begun, of all pools, and wait so long for what has; returns how many jobs still run.
+def shut_down(seconds: float) -> int:
+    """Cancel the waiting jobs of all pools, give the running ones ``seconds`` to end, and return how many still run.
 
-    Nothing can be submitted afterwards. What can be withdrawn is to be withdrawn before: the interpreter, ending, waits
-    for every thread as long as it takes, and those that start threads of their own then fail.
+    No pool takes jobs afterwards. Cancel what can be cancelled beforehand: at exit the interpreter waits for every
+    thread without a limit, and jobs that start threads of their own then fail.
     """
-    limit = time.monotonic() + seconds
+    deadline = time.monotonic() + seconds
     pools = list(_pools.values())
     for each in pools:
         each.shutdown(wait=False, cancel_futures=True)
-    while (left := sum(each.jobs for each in pools)) and time.monotonic() < limit:
+    while (left := sum(each.jobs for each in pools)) and time.monotonic() < deadline:
         time.sleep(0.02)
     return left
 

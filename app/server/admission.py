@@ -1,137 +1,98 @@
-"""The house: who gets a page, whether there is room for a session, and what a session shows.
+"""Admission of visitors: the page that all of them get, the limit on sessions, and what a session shows.
 
-A request for the page costs about a millisecond: the page is the same for everyone but for a signed token, so it
-is made once. Only when the browser then opens its websocket with that token is a session built, from the address that
-Bokeh's script sends along; so a flood of page requests builds nothing. One session is kept ready
-(`app.server.prewarmed`).
+A page request costs about a millisecond, because the page is the same for everyone but for a signed token and is made
+once. A session is built only when the browser opens its websocket with that token, from the address that Bokeh's script
+sends along; a flood of page requests therefore builds no session.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
-from functools import partial
+import re
 
 import panel as pn
-from bokeh.server import tornado as bokeh_tornado
 from bokeh.server.session import ServerSession
+from bokeh.server.tornado import BokehTornado
 from bokeh.util.token import generate_jwt_token, generate_session_id
-from panel.io.resources import Resources
-from panel.io.server import DocHandler, server_html_page_for_session
+from panel.io.server import server_html_page_for_session
 from panel.io.state import set_curdoc
-from vibroscope.app.page.files import style, template
+from vibroscope.app.page.files import style
 from vibroscope.app.page.page import create_app
 from vibroscope.app.runtime import logs, metrics
-from vibroscope.app.server.prewarmed import PLAIN, Spare
+from vibroscope.app.server.prewarmed import PLAIN_REQUEST, PrewarmedSession
 
 TOKEN_SECONDS = 300
 _FULL = "This server holds as many sessions as it can. Please try again in a minute."
 _BROKEN = "This page could not be built. The fault is the server's, and it has been noted. Please load the page again."
 _STOPPING = "This server is being restarted. Please try again in a moment."
+_PLACEHOLDER = "THE-TOKEN-OF-THIS-SESSION"
+_TEMPLATE_SESSION = "the page itself"
+# The page draws without WebGL; for the other script see page/shared/compat.js.
+_UNUSED_SCRIPT = re.compile(r'<script[^>]*src="[^"]*/(?:bokeh-gl|es-module-shims)[^"]*"[^>]*></script>')
 
 
-class _Scripts(Resources):
-    """Those of Bokeh and Panel that the page uses: it draws without WebGL, and its modules import nothing.
+class Admission:
+    """The state that all requests of one server share: the page, the sessions and the limit on their number."""
 
-    The loader for modules tries out import maps before the browser reads anything else.
-    """
-
-    _LEFT_OUT = ("bokeh-gl", "es-module-shims")
-
-    @property
-    def js_files(self) -> list[str]:
-        """Addresses, in the order in which they are read."""
-        return [file for file in super().js_files if not any(name in file for name in self._LEFT_OUT)]
-
-    def clone(self, **_) -> _Scripts:
-        """Itself: Panel reads the page's scripts from a copy, which would be one of its own kind."""
-        return self
-
-
-class House:
-    """What all requests of one server share: the page as it is sent, and whether there is room."""
-
-    _MARK = "THE-TOKEN-OF-THIS-SESSION"
-    _OWN = "the page itself"
-
-    def __init__(self, most: int) -> None:
-        self._most = most
+    def __init__(self, most_sessions: int) -> None:
+        self._most = most_sessions
         self._page = ""
-        self._tasks: set[asyncio.Task] = set()  # a task that nobody holds may vanish
+        self._tasks: set[asyncio.Task] = set()  # asyncio itself holds no strong reference to a task
         self.stopping = False
 
-    async def open(self, server: bokeh_tornado.BokehTornado) -> None:
-        """Make the page from a session that no browser comes to, and that therefore ends soon."""
-        self._context = server.applications["/"]
-        session = await self._context.create_session_if_needed(self._OWN, PLAIN)
+    async def open(self, app: BokehTornado) -> None:
+        """Make the page from a session that no browser opens, and start to prewarm sessions."""
+        self._app, self._context = app, app.applications["/"]
+        session = await self._context.create_session_if_needed(_TEMPLATE_SESSION, PLAIN_REQUEST)
         doc = session.document
         with set_curdoc(doc):
-            resources = _Scripts.from_bokeh(server.resources())
-            self._page = server_html_page_for_session(
-                session, resources, doc.title, self._MARK, doc.template, doc.template_variables
+            html = server_html_page_for_session(
+                session, app.resources(), doc.title, _PLACEHOLDER, doc.template, doc.template_variables
             )
-        self.spare = Spare(self._context, partial(generate_session_id, secret_key=server.secret_key, signed=True))
-        self._tasks.add(asyncio.get_running_loop().create_task(self.spare.keep(lambda: not self.refusal())))
+        self._page = _UNUSED_SCRIPT.sub("", html)
+        self.prewarmed = PrewarmedSession(self._context, self._new_id)
+        run = self.prewarmed.run(lambda: not self.refusal())
+        self._tasks.add(asyncio.get_running_loop().create_task(run))
         metrics.SESSIONS.read = lambda: self.sessions
+
+    def _new_id(self) -> str:
+        return generate_session_id(secret_key=self._app.secret_key, signed=True)
 
     @property
     def sessions(self) -> int:
-        """Sessions held, those included whose browser has just gone."""
-        return sum(session.id != self._OWN and not self.spare.holds(session.id) for session in self._context.sessions)
+        """Number of visitors' sessions, including those whose browser has just gone."""
+        return sum(s.id != _TEMPLATE_SESSION and not self.prewarmed.owns(s.id) for s in self._context.sessions)
 
     def refusal(self) -> str:
-        """Why nobody may come in now, or nothing."""
+        """Return why no visitor is admitted now, or an empty text."""
         if self.stopping:
             return _STOPPING
         return _FULL if self.sessions >= self._most else ""
 
     def session(self, session_id: str) -> ServerSession | None:
-        """The session that a browser has opened before."""
-        held = (session for session in self._context.sessions if session.id == session_id)
-        return None if self.spare.holds(session_id) else next(held, None)
+        """Return the session if a browser has opened it before."""
+        found = (session for session in self._context.sessions if session.id == session_id)
+        return None if self.prewarmed.owns(session_id) else next(found, None)
 
-    def page(self, token: str) -> str:
-        """The page for one session."""
-        return self._page.replace(self._MARK, token)
+    def page(self, *, plain: bool) -> str:
+        """Return the page for one visitor; a ``plain`` request, without a query, may get the prewarmed session."""
+        session_id = (plain and self.prewarmed.hand_out()) or self._new_id()
+        key = self._app.secret_key
+        token = generate_jwt_token(session_id, secret_key=key, signed=True, expiration=TOKEN_SECONDS)
+        return self._page.replace(_PLACEHOLDER, token)
 
     async def end_sessions(self) -> None:
-        """Tell every session that it has ended: whatever is still computed for it is withdrawn."""
+        """Tell every session that it ends, so that it cancels what is still computed for it."""
         for session in list(self._context.sessions):
             await self._context.application.on_session_destroyed(session.document.session_context)
 
 
-class Page(DocHandler):
-    """The page."""
-
-    async def get(self, *args, **kwargs) -> None:
-        """Answer at once, with a session to be built or with the reason why not."""
-        house, app = self.application.settings["house"], self.application
-        self.set_header("Cache-Control", "no-store")  # the token is for one browser
-        self.set_header("Content-Type", "text/html; charset=utf-8")
-        reason = house.refusal()
-        if reason:
-            metrics.REFUSED.add("session")
-            logs.event("refused", logging.WARNING, what="page", reason=reason, address=self.request.remote_ip)
-            self.set_status(503)
-            self.set_header("Retry-After", "60")
-            self.write(template("shared/refused.html").replace("REASON", reason))
-            return
-        spare = "" if self.request.query or self.request.method != "GET" else house.spare.lend()
-        session_id = spare or generate_session_id(secret_key=app.secret_key, signed=True)
-        self.write(
-            house.page(generate_jwt_token(session_id, secret_key=app.secret_key, signed=True, expiration=TOKEN_SECONDS))
-        )
-
-    async def head(self, *args, **kwargs) -> None:
-        """The same without the body."""
-        await self.get(*args, **kwargs)
-
-
-def page_or_words() -> pn.viewable.Viewable:
-    """What a session shows; if it cannot be built, that in our words: the traceback is for the log."""
+def page_or_apology() -> pn.viewable.Viewable:
+    """Return what a session shows; if it cannot be built, an apology, while the traceback goes to the log."""
     try:
         return create_app()
-    except Exception as error:  # whatever it is
+    except Exception as error:
         logs.event("session not built", logging.ERROR, error=error)
-        words = pn.pane.HTML(f'<p role="alert">{_BROKEN}</p>')
-        return pn.Column(words, css_classes=["page"], stylesheets=[style("shared/page")])
+        apology = pn.pane.HTML(f'<p role="alert">{_BROKEN}</p>')
+        return pn.Column(apology, css_classes=["page"], stylesheets=[style("shared/page")])

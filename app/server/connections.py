@@ -1,9 +1,9 @@
-"""Connections: how long one may be silent, and how many there may be.
+"""HTTP connections: time limits for silent ones, a limit on their number, and writing without waiting.
 
-Tornado lets a connection that says nothing be for an hour. So enough of them take every descriptor there is; nobody
-comes in any more, and each turn of the loop fails to accept and logs that it failed. Here a silent one ends soon, and
-some descriptors are never given to connections: once only those are left, whoever comes in takes the place of the one
-that has been silent the longest. Websockets are not silent, whatever they say: Bokeh asks whether they still live.
+Tornado keeps a silent connection for an hour, so that enough of them take every file descriptor; then nobody can
+connect, and each turn of the event loop fails to accept and logs that. Here a silent connection ends soon, and some
+descriptors are never given to connections: when only those are left, a new connection replaces the one that has been
+silent longest. Websockets do not count as silent: Bokeh checks with pings whether they are alive.
 """
 
 from __future__ import annotations
@@ -12,64 +12,76 @@ import errno
 import logging
 import resource
 import socket
-from functools import partial
+from asyncio import Future
+from collections.abc import Awaitable, Callable, Iterable
 
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPConnection, HTTPMessageDelegate
 from tornado.ioloop import IOLoop
-from tornado.iostream import IOStream
+from tornado.iostream import IOStream, StreamBufferFullError
 from vibroscope.app.runtime import logs, metrics
-from vibroscope.app.runtime.limits import Bucket
+from vibroscope.app.runtime.limits import TokenBucket
 
-_SILENT_SECONDS = 30  # between connecting or an answer and the next request, and for its body: the page sends none
-_LONGEST_BODY = 1 << 16
+_SILENT_SECONDS = 30  # between connecting or an answer and the next request, and for a body, which the page never sends
+_MOST_BODY_BYTES = 1 << 16
 OPTIONS = {
     "idle_connection_timeout": _SILENT_SECONDS,
     "body_timeout": _SILENT_SECONDS,
-    "max_body_size": _LONGEST_BODY,
+    "max_body_size": _MOST_BODY_BYTES,
 }
-_KEPT_FREE = 128  # for files: as many connections as Tornado accepts in one turn may each ask for one
-_REST_SECONDS = 1
-_NO_ROOM = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+MOST_UNREAD_BYTES = 16_000_000  # that wait for one browser; larger than any export
+_RESERVED_DESCRIPTORS = 128  # for files: all connections that Tornado accepts in one turn may each open one
+_PAUSE_SECONDS = 1
+_NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
 
 class Listener(HTTPServer):
-    """Tornado's server, whose connections leave some descriptors free."""
+    """Tornado's HTTP server with at most ``most_descriptors`` connections; by default as many as the system allows."""
 
-    def initialize(self, *args, **kwargs) -> None:
+    def initialize(self, *args, most_descriptors: int | None = None, **kwargs) -> None:
         """See `tornado.util.Configurable`."""
         super().initialize(*args, **kwargs)
         limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-        self._most = limit - min(_KEPT_FREE, limit // 2)
-        self._silent: dict[IOStream, None] = {}  # those that are no websockets, the longest silent first
-        self._words = Bucket(rate=1, burst=1)
+        reserved = min(_RESERVED_DESCRIPTORS, limit // 2)
+        self._most = limit - reserved if most_descriptors is None else most_descriptors
+        self._silent: dict[IOStream, None] = {}  # the connections that are no websockets, longest silent first
+        self._stopped_listening = False
+        self._log_rate = TokenBucket(rate=1, burst=1)
 
-    def add_sockets(self, sockets) -> None:
-        """Accept on these, and rest where the system refuses."""
-        super().add_sockets([_Resting(sock, self._rest) for sock in sockets])
+    def add_sockets(self, sockets: Iterable[socket.socket]) -> None:
+        """Accept connections on these sockets, and pause when the system refuses."""
+        super().add_sockets([_ListeningSocket(sock, self._admit, self._pause) for sock in sockets])
 
-    def _rest(self, sock: socket.socket) -> None:
-        self._handlers[sock.fileno()]()  # Tornado's, to accept no more; it may be called again
-        self._tell("none accepted for a moment")
-        IOLoop.current().call_later(_REST_SECONDS, self._accept_again, sock)
+    def stop(self) -> None:
+        """Accept no more connections."""
+        self._stopped_listening = True
+        super().stop()
 
-    def _accept_again(self, sock: socket.socket) -> None:
-        if not self._stopped:
+    def handle_stream(self, stream: IOStream, address: tuple) -> Awaitable[None] | None:
+        """Serve one connection; its stream can write without waiting."""
+        return super().handle_stream(Stream(stream.socket, self.max_buffer_size, self.read_chunk_size), address)
+
+    def _pause(self, sock: socket.socket) -> None:
+        IOLoop.current().remove_handler(sock)  # else each turn of the loop would try again
+        self._log("none accepted for a moment")
+        IOLoop.current().call_later(_PAUSE_SECONDS, self._resume, sock)
+
+    def _resume(self, sock: socket.socket) -> None:
+        if not self._stopped_listening:
             super().add_sockets([sock])
 
-    def _handle_connection(self, connection: socket.socket, address: object) -> None:
-        # The system gives the lowest number that is free, so that here all below are taken, whoever has them.
-        if connection.fileno() >= self._most:
-            metrics.REFUSED.add("connection")
-            higher, room = connection, self._end_longest_silent()
-            self._tell("the longest silent one ended" if room else "none let in")
-            with higher:
-                if not room:
-                    return
-                connection = higher.dup()  # has the number that just became free
-        super()._handle_connection(connection, address)
+    def _admit(self, connection: socket.socket) -> socket.socket | None:
+        """Return the connection to serve in place of a new one, or None to refuse it."""
+        # The system assigns the lowest free number: at this number all lower descriptors are in use.
+        if connection.fileno() < self._most:
+            return connection
+        metrics.REFUSED.add("connection")
+        replaced = self._close_longest_silent()
+        self._log("the longest silent one ended" if replaced else "none let in")
+        with connection:
+            return connection.dup() if replaced else None  # the copy gets the number that has just become free
 
-    def _end_longest_silent(self) -> bool:
+    def _close_longest_silent(self) -> bool:
         while self._silent:
             stream = next(iter(self._silent))
             del self._silent[stream]
@@ -78,36 +90,78 @@ class Listener(HTTPServer):
                 return True
         return False
 
-    def _tell(self, what: str) -> None:
-        if self._words.take():
+    def _log(self, what: str) -> None:
+        if self._log_rate.take():
             logs.event("connections at their limit", logging.WARNING, most=self._most, what=what)
 
+    @property
+    def silent_connections(self) -> int:
+        """Number of connections that wait for a request or send one, websockets excluded."""
+        return len(self._silent)
+
     def start_request(self, server_conn: object, request_conn: HTTPConnection) -> HTTPMessageDelegate:
-        """Tornado waits for the next request of a connection."""
+        """Called when Tornado waits for the next request of a connection."""
         self._silent.pop(server_conn.stream, None)
         self._silent[server_conn.stream] = None
         return super().start_request(server_conn, request_conn)
 
     def on_close(self, server_conn: object) -> None:
-        """It ended, or became a websocket."""
+        """Called when a connection ends or becomes a websocket."""
         self._silent.pop(server_conn.stream, None)
         super().on_close(server_conn)
 
 
-class _Resting(socket.socket):
-    """A listening socket that says so where the system has no descriptor left, instead of failing in every turn."""
+class _ListeningSocket(socket.socket):
+    """A listening socket that asks ``admit`` about each connection and calls ``pause`` when descriptors run out."""
 
-    def __init__(self, sock: socket.socket, rest) -> None:
+    def __init__(
+        self,
+        sock: socket.socket,
+        admit: Callable[[socket.socket], socket.socket | None],
+        pause: Callable[[socket.socket], None],
+    ) -> None:
         super().__init__(fileno=sock.detach())
         self.setblocking(False)
-        self._rest = partial(rest, self)
+        self._admit, self._pause = admit, pause
 
     def accept(self) -> tuple[socket.socket, object]:
-        """See `socket.socket.accept`; Tornado takes a `BlockingIOError` for the end of this turn."""
+        """See `socket.socket.accept`; Tornado takes these two errors for "no more" and "this one has gone"."""
         try:
-            return super().accept()
+            connection, address = super().accept()
         except OSError as error:
-            if error.errno not in _NO_ROOM:
+            if error.errno not in _NO_DESCRIPTORS:
                 raise
-            self._rest()
+            self._pause(self)
             raise BlockingIOError from error
+        admitted = self._admit(connection)
+        if admitted is None:
+            raise ConnectionAbortedError
+        return admitted, address
+
+
+class Stream(IOStream):
+    """A connection whose writer need not wait until the browser has read what was written.
+
+    Bokeh waits with the session locked, so that a browser that never reads would stop every other connection to its
+    session.
+    """
+
+    _give_up: Callable[[], None] | None = None
+
+    def write_without_waiting(self, give_up: Callable[[], None]) -> None:
+        """From now on report every write as done; call ``give_up`` once if too many bytes remain unread."""
+        self.max_write_buffer_size = MOST_UNREAD_BYTES
+        self._give_up = give_up
+
+    def write(self, data: bytes | memoryview) -> Future[None]:
+        """See `tornado.iostream.IOStream`."""
+        if self._give_up is None:
+            return super().write(data)
+        try:
+            super().write(data)
+        except StreamBufferFullError:
+            self.max_write_buffer_size = None  # the message that closes the connection is written, too
+            self._give_up()
+        done: Future[None] = Future()
+        done.set_result(None)
+        return done

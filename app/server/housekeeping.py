@@ -1,7 +1,7 @@
-"""The cache folder, kept within its bound: sweeps that were not used for the longest go first.
+"""The size limit of the cache folder: the least recently used studies are deleted first.
 
-The engine drops them, after each study that it keeps, and knows which of them another process is at work on; how many
-megabytes may stay is for whoever serves to say.
+The engine deletes them after each study that it stores, and spares those that another process works on. The settings of
+the server say how many megabytes may stay.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from vibroscope.engine import cache_root
 from vibroscope.engine.sweeps import cache
 
 
-def bound_cache(megabytes: int) -> None:
-    """Keep no more than this from now on."""
+def limit_cache(megabytes: int) -> None:
+    """Store no more than this from now on."""
     cache.BYTES_KEPT = megabytes * 1_000_000
 
 
-def drop_oldest() -> None:
-    """Drop now what is beyond the bound; it may have been larger when the server ran last."""
-    with contextlib.suppress(OSError):  # there is none yet
+def trim_cache() -> None:
+    """Delete what exceeds the limit now; it may have been larger when the server last ran."""
+    with contextlib.suppress(OSError):  # there is no folder yet
         cache.drop_oldest(cache_root() / "studies")

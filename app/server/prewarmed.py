@@ -1,8 +1,8 @@
-"""One session kept ready for whoever asks for the page next: building one takes longer than all else before a figure.
+"""A session built in advance for the next visitor, because building one takes most of the time before the first figure.
 
-It is lent with the page's token, once, and only where the page is asked for as it comes, without an address that says
-otherwise. The next is built when nobody has said anything for a while, since nothing is answered meanwhile; so a flood
-of requests builds none, and a page that is never opened costs one session in a minute at most.
+A page request gets the prewarmed session together with its token, once, and only if the request has no address query.
+The next one is built when no browser has sent anything for a while, because the server answers nothing meanwhile. A
+flood of page requests therefore builds no session, and pages that are never opened cost at most one session per minute.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable
+from weakref import WeakKeyDictionary
 
 from bokeh.core.serialization import Serialized
 from bokeh.document import Document
@@ -20,85 +21,99 @@ from tornado.httputil import HTTPHeaders, HTTPServerRequest, RequestStartLine
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import jobs
 
-# For the page as it comes; Panel asks for the arguments of whatever request a session was built for.
-PLAIN = HTTPServerRequest(
+# Panel reads the arguments of the request that a session is built for; this one has none.
+PLAIN_REQUEST = HTTPServerRequest(
     start_line=RequestStartLine("GET", "/", "HTTP/1.1"), headers=HTTPHeaders({"Host": "localhost"})
 )
-_QUIET = 3.0  # s without a word from any browser before one is built
-_LOOKS = 0.5  # s between two looks whether it is quiet
-_LENT = 60.0  # s in which a lent one is to be opened; then it ends and the next is built
+_CHECK_SECONDS = 0.5
 
 
-class Spare:
-    """Looks after the spare session of one server, from `keep` on; ``new_id`` names sessions."""
+class PrewarmedSession:
+    """Builds and hands out the prewarmed session of one server.
 
-    def __init__(self, context: ApplicationContext, new_id: Callable[[], str]) -> None:
+    Parameters
+    ----------
+    context
+        Bokeh's registry of sessions.
+    new_id
+        Returns an identifier for a session.
+    quiet_seconds
+        Time without a message from any browser before a session is built.
+    claim_seconds
+        Time in which a browser must open a session that was handed out; then it ends and the next is built.
+    """
+
+    def __init__(
+        self,
+        context: ApplicationContext,
+        new_id: Callable[[], str],
+        *,
+        quiet_seconds: float = 3.0,
+        claim_seconds: float = 60.0,
+    ) -> None:
         self._context, self._new_id = context, new_id
-        self._ready = ""  # the session that can be lent
-        self._lent = ""  # the one that was, until it is opened
-        self._lent_at = 0.0
-        self._heard = 0.0
+        self._quiet_seconds, self._claim_seconds = quiet_seconds, claim_seconds
+        self._ready = ""  # identifier of the session that can be handed out
+        self._handed_out = ""  # identifier of the one that was, until a browser opens it
+        self._handed_out_at = 0.0
+        self._active_at = 0.0
+        self._stored: WeakKeyDictionary[Document, Serialized] = WeakKeyDictionary()
 
-    def heard(self) -> None:
-        """Some browser has said something."""
-        self._heard = time.monotonic()
+    def note_activity(self) -> None:
+        """Record that a browser has sent a message."""
+        self._active_at = time.monotonic()
 
-    def holds(self, session_id: str) -> bool:
-        """Whether this is a session that no browser has opened."""
-        return bool(session_id) and session_id in (self._ready, self._lent)
+    def owns(self, session_id: str) -> bool:
+        """Return whether this is a prewarmed session that no browser has opened yet."""
+        return bool(session_id) and session_id in (self._ready, self._handed_out)
 
-    def lend(self) -> str:
-        """The session for one page, or nothing."""
-        lent, self._ready = self._ready, ""
-        if lent:
-            self._lent, self._lent_at = lent, time.monotonic()
-        return lent
+    def hand_out(self) -> str:
+        """Return the identifier of the prewarmed session, once, or an empty text if there is none."""
+        session_id, self._ready = self._ready, ""
+        if session_id:
+            self._handed_out, self._handed_out_at = session_id, time.monotonic()
+        return session_id
 
-    def opened(self, session_id: str) -> None:
-        """A browser has come: it is a session as any other."""
-        if session_id == self._lent:
+    def release(self, session_id: str) -> None:
+        """Treat the session like any other, because a browser has opened it."""
+        if session_id == self._handed_out:
             self._context.get_session(session_id).unblock_expiration()
-            self._lent = ""
+            self._handed_out = ""
 
-    async def keep(self, wanted: Callable[[], bool]) -> None:
-        """See to it that there is one, while it is ``wanted()``."""
+    async def run(self, wanted: Callable[[], bool]) -> None:
+        """Keep a session ready while ``wanted()``; never returns."""
         while True:
-            await asyncio.sleep(_LOOKS)
-            await self.look(wanted())
+            await asyncio.sleep(_CHECK_SECONDS)
+            await self.update(wanted())
 
-    async def look(self, wanted: bool) -> None:
-        """End one that was lent in vain; build one, if it is wanted and quiet."""
-        if self._lent and time.monotonic() - self._lent_at > _LENT:
-            self.opened(self._lent)  # Bokeh ends what nobody is connected to
-        quiet = time.monotonic() - self._heard > _QUIET and not jobs()
-        if quiet and wanted and not self._ready and not self._lent:
+    async def update(self, wanted: bool) -> None:
+        """Release a session that nobody opened in time; build one if it is wanted and the server is idle."""
+        if self._handed_out and time.monotonic() - self._handed_out_at > self._claim_seconds:
+            self.release(self._handed_out)  # Bokeh ends a session without connections
+        idle = time.monotonic() - self._active_at > self._quiet_seconds and not jobs()
+        if idle and wanted and not self._ready and not self._handed_out:
             await self._build()
 
     async def _build(self) -> None:
         session_id = self._new_id()
-        with logs.named(logs.name_of(session_id)):
-            session = await self._context.create_session_if_needed(session_id, PLAIN)
+        with logs.in_session(logs.session_name(session_id)):
+            session = await self._context.create_session_if_needed(session_id, PLAIN_REQUEST)
             logs.event("session kept ready", logging.DEBUG)
         session.block_expiration()
-        _write_down(session.document)
+        self._store_json(session.document)
         self._ready = session_id
 
+    def _store_json(self, doc: Document) -> None:
+        """Serialise the document now, which would be most of the wait for it, and drop the result when it changes."""
 
-def _write_down(doc: Document) -> None:
-    """Make now what a browser is told first: making it would be most of the wait for it."""
-    written = doc.to_json()
+        def drop(event: DocumentChangedEvent) -> None:
+            if isinstance(event, DocumentPatchedEvent):  # a change that the browser sees
+                self.take_json(doc)
+                doc.remove_on_change(drop)
 
-    def told_once(**_) -> Serialized:
-        forget()
-        return written
+        self._stored[doc] = doc.to_json()
+        doc.on_change(drop)
 
-    def changed(event: DocumentChangedEvent) -> None:
-        if isinstance(event, DocumentPatchedEvent):  # the browser would see it
-            forget()
-
-    def forget() -> None:
-        doc.remove_on_change(changed)
-        del doc.to_json
-
-    doc.to_json = told_once
-    doc.on_change(changed)
+    def take_json(self, doc: Document) -> Serialized | None:
+        """Return the stored form of a document once, or None if there is none or the document has changed since."""
+        return self._stored.pop(doc, None)

@@ -1,8 +1,8 @@
-"""Headers that every answer carries, from the page to a 404.
+"""Security headers of every answer, from the page to a 404.
 
-They are set by an output transform, Tornado's own hook for what leaves an application, since the answers come from a
-dozen handlers of three libraries. The policy allows no outside host and no ``eval``; Bokeh needs inline scripts and
-styles (it knows no nonces), and code of components comes as ``blob:``.
+An output transform sets them, which is Tornado's own door for what leaves an application, since the answers come from a
+dozen handlers of three libraries. The policy allows no other host and no ``eval``. Bokeh needs inline scripts and
+styles (it does not support nonces), and Panel loads the code of components as ``blob:``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ POLICY = {
 HEADERS = {
     "Content-Security-Policy": "; ".join(f"{name} {sources}" for name, sources in POLICY.items()),
     "X-Content-Type-Options": "nosniff",
-    "X-Frame-Options": "DENY",  # for browsers that do not know frame-ancestors
+    "X-Frame-Options": "DENY",  # for browsers that do not support frame-ancestors
     "Referrer-Policy": "no-referrer",
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -34,7 +34,7 @@ HEADERS = {
 
 
 class SecurityHeaders(OutputTransform):
-    """Puts the headers on, and takes off the one that names the server's version."""
+    """Adds the headers and removes the one that names the server's version."""
 
     def transform_first_chunk(
         self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool

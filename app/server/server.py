@@ -1,223 +1,179 @@
-"""The server: what it is made of, and how it runs and stops."""
+"""The server: its routes and options, how it starts, runs and stops."""
 
 from __future__ import annotations
 
 import asyncio
 import gc
-import hmac
-import ipaddress
 import logging
 import os
 import signal
 import time
-from functools import partial
 
-import panel as pn
-from bokeh.server import tornado as bokeh_tornado
-from bokeh.server.server import Server
+from bokeh.core.validation import silence
+from bokeh.core.validation.warnings import EMPTY_LAYOUT
+from bokeh.server.server import BaseServer
+from bokeh.server.tornado import BokehTornado
 from bokeh.util.browser import view
 from panel.io.application import build_applications
-from tornado.httpserver import HTTPServer
-from tornado.web import ErrorHandler, RequestHandler
+from panel.io.resources import DIST_DIR
+from tornado.ioloop import IOLoop
+from tornado.netutil import bind_sockets
+from tornado.web import ErrorHandler, StaticFileHandler
 from vibroscope.app.explorer import compute
 from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.page.page import TITLE
-from vibroscope.app.runtime import logs, metrics, settings
+from vibroscope.app.runtime import logs, settings
 from vibroscope.app.runtime.files import ASSETS
 from vibroscope.app.runtime.settings import Settings
-from vibroscope.app.runtime.workers import end, jobs, workers
-from vibroscope.app.server import connections
-from vibroscope.app.server.admission import TOKEN_SECONDS, House, Page, page_or_words
-from vibroscope.app.server.housekeeping import bound_cache, drop_oldest
+from vibroscope.app.runtime.workers import jobs, shut_down, workers
+from vibroscope.app.server import connections, endpoints
+from vibroscope.app.server.admission import TOKEN_SECONDS, Admission, page_or_apology
+from vibroscope.app.server.housekeeping import limit_cache, trim_cache
 from vibroscope.app.server.security import SecurityHeaders
-from vibroscope.app.server.websocket import Socket
+from vibroscope.app.server.websocket import SessionSocket, without_default_port
 
-# The page sends a few hundred bytes at a time; anything large is not from it.
-_MESSAGE_LIMIT = 1 << 18
-# Control characters, escaped or not: functions for files fail on some of them, in ways of their own.
+_MOST_MESSAGE_BYTES = 1 << 18  # the page sends a few hundred bytes at a time
+# Control characters, escaped or not: file functions fail on some of them in ways of their own.
 _UNREADABLE = r"(?is).*(?:%[01][0-9a-f]|%7f|[\x00-\x1f\x7f]).*"
-_LOST_SECONDS = 15  # a browser that lost its connection finds its session again for so long
-_STOP_SECONDS, _LAST_SECONDS = 20, 5  # for what is asked for; for what is withdrawn
+# Bokeh's own routes beyond these could build a session for each request or import a module that the address names.
+_NOT_SERVED = r"(?s)(?!/static/|/favicon\.ico$).*"
+_RECONNECT_SECONDS = 15  # in which a browser that lost its connection finds its session again
+_FINISH_SECONDS, _CANCEL_SECONDS = 20, 5  # for the figures that are asked for, and for what is cancelled
 
 
-class Unreadable(RequestHandler):
-    """The answer to an address that holds a control character, whatever it begins with."""
-
-    def initialize(self, **_) -> None:
-        """Bokeh tells each handler of a page's routes about the page."""
-
-    def prepare(self) -> None:
-        """Said before any method is looked for."""
-        self.set_status(400)
-        self.set_header("Content-Type", "text/plain; charset=utf-8")
-        self.finish("This address cannot be read: it holds a control character.\n")
-
-
-class Alive(RequestHandler):
-    """Whether the server answers; Panel's own can be asked to build a whole session for it."""
-
-    def get(self) -> None:
-        """One word; 503 while it stops, so that a proxy sends nobody here any more."""
-        if self.application.settings["house"].stopping:
-            self.set_status(503)
-        self.write("alive\n")
-
-
-class Metrics(RequestHandler):
-    """Numbers for whoever runs the server: from this machine, or with the token."""
-
-    def get(self) -> None:
-        """Everything that `app.runtime.metrics` counts."""
-        if not (self._knows_token() or self._is_near()):
-            self.send_error(404)
-            return
-        self.set_header("Content-Type", "text/plain; version=0.0.4; charset=utf-8")
-        self.write(metrics.exposition())
-
-    def _knows_token(self) -> bool:
-        token = settings.in_force().metrics_token
-        given = self.request.headers.get("Authorization", "")
-        return bool(token) and hmac.compare_digest(given.encode(), f"Bearer {token}".encode())
-
-    def _is_near(self) -> bool:
-        """A proxy is near, whoever asked it is not."""
-        passed_on = any(name in self.request.headers for name in ("X-Forwarded-For", "X-Real-Ip", "Forwarded", "Via"))
-        try:
-            return not passed_on and ipaddress.ip_address(self.request.remote_ip).is_loopback
-        except ValueError:  # a Unix socket has no address
-            return False
-
-
-def _answered(handler: RequestHandler) -> None:
-    """Tornado calls this at the end of each request."""
-    status = handler.get_status()
-    metrics.REQUESTS.add(str(status))
-    level = logging.ERROR if status >= 500 and status != 503 else logging.DEBUG
-    request = handler.request
-    told = {"status": status, "path": request.path, "address": request.remote_ip, "seconds": request.request_time()}
-    logs.event("answered", level, **told)
-
-
-def make_server(chosen: Settings) -> Server:
-    """The server, listening but not yet answering.
+class Server(BaseServer):
+    """The explorer's server; it listens from the start and answers from `start` on.
 
     Raises
     ------
     OSError
-        If the port cannot be had.
+        If the port is not available.
     """
-    # Bokeh takes its routes from this list, as Panel does. Left out are the scripts for embedding the page elsewhere,
-    # each of which would build a session, and what tells of the application. They come before all that serve files.
-    bokeh_tornado.per_app_patterns[:] = [(_UNREADABLE, Unreadable), (r"/ws", Socket), (r"/?", Page)]
-    HTTPServer.configure(connections.Listener)  # what Bokeh's makes is of this kind from now on
-    house = House(chosen.sessions)
-    server = pn.io.server.get_server(
-        build_applications({"/": page_or_words}, title=TITLE, location=False),
-        address=chosen.address,
-        port=chosen.port,
-        start=False,
-        verbose=False,  # Panel's line has IPv6 without brackets
-        use_xheaders=chosen.proxied == "yes",
-        websocket_max_message_size=_MESSAGE_LIMIT,
-        static_dirs={"speed": str(ASSETS / "speed")},
-        # Panel would import any module that an address below /components names.
-        extra_patterns=[
-            (r"/components/.*", ErrorHandler, {"status_code": 404}),
-            (r"/liveness", Alive),
-            (r"/metrics", Metrics),
-        ],
-        http_server_kwargs={**connections.OPTIONS},
+
+    def __init__(self, chosen: Settings) -> None:
+        sockets = bind_sockets(chosen.port, chosen.address)
+        try:
+            port = sockets[0].getsockname()[1]
+            self.url = f"http://{chosen.host}:{port}"
+            self.admission = Admission(chosen.sessions)
+            app = _make_app(chosen, self.admission, allowed_origins(chosen, port))
+            listener = connections.Listener(app, xheaders=chosen.proxied == "yes", **connections.OPTIONS)
+            listener.add_sockets(sockets)
+        except Exception:
+            for sock in sockets:
+                sock.close()
+            raise
+        super().__init__(IOLoop.current(), app, listener)
+        self.io_loop.run_sync(lambda: self.admission.open(app))
+
+    async def finish(self) -> None:
+        """Admit nobody, finish the figures, cancel the rest, and stop the loop; a second call does not wait."""
+        if not self.admission.stopping:
+            self.admission.stopping = True
+            logs.event("stopping", sessions=self.admission.sessions, jobs=jobs())
+            deadline = time.monotonic() + _FINISH_SECONDS
+            while jobs() and time.monotonic() < deadline:
+                await asyncio.sleep(0.02)
+            await asyncio.sleep(0.3)  # the last figures go out once the browsers have painted those before
+        try:
+            await self.admission.end_sessions()
+        finally:  # the server stops whatever fails here
+            logs.event("stopped", jobs=jobs())
+            self.io_loop.stop()
+
+
+def _make_app(chosen: Settings, admission: Admission, origins: set[str]) -> BokehTornado:
+    """Return the web application with its routes."""
+    silence(EMPTY_LAYOUT, True)  # a tab's place is empty until the tab is opened
+    app = BokehTornado(
+        build_applications({"/": page_or_apology}, title=TITLE, location=False),
+        websocket_max_message_size_bytes=_MOST_MESSAGE_BYTES,
+        ico_path=str(DIST_DIR / "images" / "favicon.ico"),
         use_index=False,
         sign_sessions=True,
         secret_key=chosen.secret_key.encode(),
         session_token_expiration=TOKEN_SECONDS,
-        include_cookies=[],
-        unused_session_lifetime_milliseconds=1000 * _LOST_SECONDS,
+        unused_session_lifetime_milliseconds=1000 * _RECONNECT_SECONDS,
         check_unused_sessions_milliseconds=5000,
         transforms=[SecurityHeaders],
-        log_function=_answered,
-        house=house,
+        log_function=endpoints.log_answer,
+        admission=admission,
+        origins=origins,
     )
-    server._tornado.websocket_origins.clear()
-    server._tornado.websocket_origins.update(_origins(chosen, server.port))
-    server.io_loop.run_sync(partial(house.open, server._tornado))
-    return server
+    session_arguments = {"application_context": app.applications["/"], "bokeh_websocket_path": "/ws"}
+    app.add_handlers(  # they come before Bokeh's own
+        ".*",
+        [
+            (_UNREADABLE, endpoints.UnreadableAddress),
+            (r"/ws", SessionSocket, session_arguments),
+            (r"/?", endpoints.Page),
+            (r"/liveness", endpoints.Liveness),
+            (r"/metrics", endpoints.Metrics),
+            (r"/speed/(.*)", StaticFileHandler, {"path": str(ASSETS / "speed")}),
+            (_NOT_SERVED, ErrorHandler, {"status_code": 404}),
+        ],
+    )
+    return app
 
 
-def _origins(chosen: Settings, port: int) -> set[str]:
-    """Hosts that the page may be opened under, as Bokeh compares them; of IPv6 it would take none as an option."""
+def allowed_origins(chosen: Settings, port: int) -> set[str]:
+    """Return the hosts under which browsers may open the page."""
     hosts = chosen.origins or (f"{chosen.host}:{port}", f"localhost:{port}")
-    # A browser leaves out port 80; Bokeh puts it back, but for IPv6.
-    named = {host if ":" in host else f"{host}:80" for host in hosts}
-    return {host.removesuffix(":80") if host.startswith("[") else host for host in named}
-
-
-async def _stop(server: Server) -> None:
-    """Let nobody in, end what is asked for, withdraw the rest, and stop; at a second signal at once."""
-    house = server._tornado.settings["house"]
-    if not house.stopping:
-        house.stopping = True
-        logs.event("stopping", sessions=house.sessions, jobs=jobs())
-        limit = time.monotonic() + _STOP_SECONDS
-        while jobs() and time.monotonic() < limit:
-            await asyncio.sleep(0.02)
-        await asyncio.sleep(0.3)  # what was just solved goes out, once the browser has painted what went before
-    try:
-        await house.end_sessions()
-    finally:  # whatever there may be to say about it, it stops
-        logs.event("stopped", jobs=jobs())
-        server.io_loop.stop()
+    return {without_default_port(host) for host in hosts}
 
 
 def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
-    """Serve the explorer until a signal ends it: SIGTERM and SIGINT let what is under way end, a second one does not.
+    """Serve the explorer until a signal ends it: the first SIGTERM or SIGINT lets figures finish, a second does not.
 
     Parameters
     ----------
     chosen
-        How; by default as the environment says.
+        The settings; by default those of the environment.
     show
-        Open a browser.
+        Whether to open a browser.
 
     Raises
     ------
     ValueError
-        If the environment is wrong.
+        If a setting in the environment is invalid.
     OSError
-        If the port cannot be had.
+        If the port is not available.
     """
     chosen = chosen or settings.from_environment()
-    settings.put_in_force(chosen)
+    settings.use_settings(chosen)
     logs.configure(chosen.log_format, chosen.log_level)
-    for name in settings.unknown():
+    for name in settings.unknown_variables():
         logs.event("no such setting", logging.WARNING, name=name)
-    bound_cache(chosen.cache_mb)
+    limit_cache(chosen.cache_mb)
     compute.warm()
     load_diagram("table")
-    gc.freeze()  # what is imported stays: each full collection would go through it, for 0.1 to 0.3 s
-    server = make_server(chosen)
-    workers().submit(drop_oldest)
-    loop = server.io_loop.asyncio_loop
-    ends = set()  # a task that nobody holds may vanish
-
-    def stop() -> None:
-        ends.add(loop.create_task(_stop(server)))
-
-    for number in (signal.SIGTERM, signal.SIGINT):
-        loop.add_signal_handler(number, stop)
+    gc.freeze()  # imported objects stay: each full collection would visit them, for 0.1 to 0.3 s
+    server = Server(chosen)
+    workers().submit(trim_cache)
+    _finish_on_signals(server)
     server.start()
     logs.event("started", address=chosen.address, port=server.port)
-    url = f"http://{chosen.host}:{server.port}"
-    if chosen.log_format == "text":  # a line for people
-        print(f"Launching server at {url}")
+    if chosen.log_format == "text":
+        print(f"Launching server at {server.url}")
     if show:
-        server.io_loop.add_callback(view, url, new="tab")
+        server.io_loop.add_callback(view, server.url, new="tab")
     try:
         server.io_loop.start()
     finally:
         server.stop(wait=False)
-    left = end(_LAST_SECONDS)
-    if left:  # what knows no withdrawal: the interpreter would wait for it as long as it takes
-        logs.event("left unfinished", logging.WARNING, jobs=left)
+    unfinished = shut_down(_CANCEL_SECONDS)
+    if unfinished:  # jobs that cannot be cancelled: the interpreter would wait for them without a limit
+        logs.event("left unfinished", logging.WARNING, jobs=unfinished)
         logging.shutdown()
         os._exit(0)
+
+
+def _finish_on_signals(server: Server) -> None:
+    loop = server.io_loop.asyncio_loop
+    tasks = set()  # asyncio itself holds no strong reference to a task
+
+    def finish() -> None:
+        tasks.add(loop.create_task(server.finish()))
+
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, finish)

@@ -1,161 +1,188 @@
-"""The websocket of one browser: its token, what it may say and how often, and what is told when it is refused."""
+"""The websocket of one browser: its token and origin, the rate and content of its messages, and answers to failures."""
 
 from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Awaitable, Callable
 from functools import partial
+from urllib.parse import urlsplit
 from weakref import WeakKeyDictionary
 
+from bokeh.document import Document
+from bokeh.protocol.message import Message
+from bokeh.protocol.receiver import Receiver
+from bokeh.server.connection import ServerConnection
 from bokeh.server.session import ServerSession
+from bokeh.server.views.ws import WSHandler
 from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
-from panel.io.server import WSHandler
+from vibroscope.app.compat import stream_of
 from vibroscope.app.runtime import logs, metrics
-from vibroscope.app.runtime.limits import Bucket
-from vibroscope.app.server import patch
-from vibroscope.app.server import validation as gate
-from vibroscope.app.server.batched_writes import Gathered
+from vibroscope.app.runtime.limits import TokenBucket
+from vibroscope.app.server.protocol import PageProtocol
+from vibroscope.app.server.validation import cost_of, is_worth_logging, valid_events
 
-# Of one session, whatever the number of its connections: `validation.price` of what they say, a second and at once. To
-# connect again, and to send the document, cost as much as many moves. A drag takes 12 for each frame that is painted,
-# and a screen shows 60 a second.
-_RATE, _BURST, _AGAIN, _PULL = 720, 1000, 100, 450
-_CONNECTIONS = 3  # of one session: a browser that comes back may be faster than the news that it had gone
-_BUCKETS: WeakKeyDictionary[ServerSession, Bucket] = WeakKeyDictionary()
+# Budget of one session over all its connections: `validation.cost_of` its messages, per second and at once. Connecting
+# again and sending the document cost as much as many moves. A drag costs 12 for each painted frame, and a screen shows
+# 60 frames per second.
+_RATE, _BURST, _RECONNECT, _PULL = 720, 1000, 100, 450
+_MOST_CONNECTIONS = 3  # per session: a browser may reconnect before the server knows that it had gone
 _FAILED = "This could not be done. The fault is the server's, and it has been noted."
+_budgets: WeakKeyDictionary[ServerSession, TokenBucket] = WeakKeyDictionary()
+_handlers: dict[str, Callable[[Message, ServerConnection], Awaitable[Message]]] = {
+    "PULL-DOC-REQ": ServerSession.pull,
+    "PATCH-DOC": ServerSession.patch,
+}
 
 
-class Socket(WSHandler):
-    """One browser's connection; what it says passes `app.server.validation`."""
+class SessionSocket(WSHandler):
+    """Connects one browser to its session; `app.server.validation` filters what it sends."""
 
     async def prepare(self) -> None:
-        """Refuse a token that is not of this server, or too old, before there is a connection."""
+        """Refuse a token that is forged or too old before there is a connection."""
         await super().prepare()
         offered = self.request.headers.get("Sec-WebSocket-Protocol", "").split(",")
-        if len(offered) != 2 or not _ours(offered[1].strip(), self.application.secret_key):
+        self._token_text = offered[1].strip() if len(offered) == 2 else ""
+        self._stream = stream_of(self)
+        self._closed = False
+        if not _is_valid_token(self._token_text, self.application.secret_key):
             metrics.REFUSED.add("token")
             logs.event("refused", logging.WARNING, what="token", address=self.request.remote_ip)
             self.send_error(403)
 
-    async def _async_open(self, token: str) -> None:
-        house, begun = self.application.settings["house"], time.monotonic()
-        session_id = get_session_id(token)
-        self._session_name = logs.name_of(session_id)
-        # A message is many small frames: else the last wait until the receiver's delayed acknowledgement, 40 ms.
+    def check_origin(self, origin: str) -> bool:
+        """Return whether the page that connects was loaded from one of the server's own addresses."""
+        if without_default_port(urlsplit(origin).netloc.lower()) in self.application.settings["origins"]:
+            return True
+        logs.event("refused", logging.WARNING, what="origin", origin=origin, address=self.request.remote_ip)
+        return False
+
+    async def open(self) -> None:
+        """Connect to the session of the token, which is built if there is none yet; or close with the reason."""
+        admission, begun = self.application.settings["admission"], time.monotonic()
+        session_id = get_session_id(self._token_text)
+        self._session_name = logs.session_name(session_id)
+        # A message is several small frames; otherwise the last one waits 40 ms for the receiver's delayed
+        # acknowledgement.
         self.set_nodelay(True)
-        self.ws_connection.stream.write = Gathered(self.ws_connection.stream, partial(self._refuse, "it does not read"))
-        with logs.named(self._session_name):
-            known = house.session(session_id)
-            reason = "" if known else house.refusal()
-            if reason:
+        self._stream.write_without_waiting(partial(self._end, "it does not read"))
+        with logs.in_session(self._session_name):
+            known = admission.session(session_id)
+            if known is None and (reason := admission.refusal()):
                 metrics.REFUSED.add("session")
                 logs.event("refused", logging.WARNING, what="session", reason=reason)
                 self.close(1013, reason[:100])
                 return
-            if known and known.connection_count >= _CONNECTIONS:
-                self._refuse("too many connections")
+            self._budget = (known and _budgets.get(known)) or TokenBucket(_RATE, _BURST)
+            if known and (known.connection_count >= _MOST_CONNECTIONS or not self._budget.take(_RECONNECT)):
+                self._end("too many connections")
                 return
-            new = not known
-            self._bucket = (known and _BUCKETS.get(known)) or Bucket(_RATE, _BURST)
-            if known and not self._bucket.take(_AGAIN):
-                self._refuse("too many connections")
+            admission.prewarmed.release(session_id)
+            session = await self.application_context.create_session_if_needed(session_id, self.request)
+            if self._closed:
                 return
-            house.spare.opened(session_id)
-            await super()._async_open(token)
-            if self._left():
-                return
-            self._bucket = _BUCKETS.setdefault(self.connection.session, self._bucket)
-            patch.speak(self.connection.protocol)
-            if new:
+            self._budget = _budgets.setdefault(session, self._budget)
+            await self._connect(session, PageProtocol(admission.prewarmed.take_json))
+            if known is None:
                 seconds = time.monotonic() - begun
                 metrics.OPENED.add("opened")
                 metrics.BUILT.add(seconds)
-                logs.event("session opened", seconds=seconds, sessions=house.sessions)
-                _when_closed(self.connection.session.document, self._session_name)
+                logs.event("session opened", seconds=seconds, sessions=admission.sessions)
+                _log_end_of_session(session.document, self._session_name)
+
+    async def _connect(self, session: ServerSession, protocol: PageProtocol) -> None:
+        self.receiver = Receiver(protocol)
+        self.connection = self.application.new_connection(protocol, self, self.application_context, session)
+        await self.send_message(protocol.create("ACK"))
 
     async def on_message(self, fragment: str | bytes) -> None:
-        """One frame of a message; the page's are text, and come after the session stands."""
-        if isinstance(fragment, bytes) or self.receiver is None:
-            self._refuse("a frame that is not the page's")
+        """Collect the frames of a message and answer it; all frames of the page are text."""
+        if self._closed or self.connection is None:
             return
-        self.application.settings["house"].spare.heard()
-        await super().on_message(fragment)
-
-    async def _receive(self, fragment: str):
+        self.application.settings["admission"].prewarmed.note_activity()
+        if isinstance(fragment, bytes):
+            self._end("a frame that is not the page's")
+            return
         try:
-            return await self.receiver.consume(fragment)
-        except Exception:  # whatever keeps it from being read, it is not the page's; Bokeh would log all of it
-            self._refuse("a message that cannot be read")
-            return None
+            message = await self.receiver.consume(fragment)
+        except Exception:  # of any kind: the page sends nothing that cannot be read
+            self._end("a message that cannot be read")
+            return
+        if message:
+            with logs.in_session(self._session_name):
+                answer = await self._answer(message)
+                if answer:
+                    await self.send_message(answer)
 
-    async def _handle(self, message):
-        """One message, with what may not pass taken out of it."""
-        if self._left():
+    async def _answer(self, message: Message) -> Message | None:
+        pull = message.msgtype == "PULL-DOC-REQ"
+        if not self._budget.take(_PULL if pull else cost_of(message.content)):
+            self._end("too many messages")
             return None
-        with logs.named(self._session_name):
-            if not self._bucket.take(_PULL if message.msgtype == "PULL-DOC-REQ" else gate.price(message.content)):
-                self._refuse("too many messages")
-                return None
-            if message.msgtype == "PATCH-DOC":
-                return await self._patch(message)
-            if message.msgtype != "PULL-DOC-REQ":
-                self._refuse("a message that is not the page's")
-                return None
-            return _in_plain_words(await super()._handle(message))
-
-    async def _patch(self, message):
-        document = self.connection.session.document
-        passed, dropped = gate.sift(message.content, document)
-        if dropped and gate.worth_a_word(message.content):
-            metrics.REFUSED.add("message")
-            logs.event("refused", logging.WARNING, what="message", dropped=dropped, passed=len(passed))
-        if not passed:
+        if message.msgtype not in _handlers:
+            self._end("a message that is not the page's")
+            return None
+        if not pull and not self._filter(message):
             return self.connection.ok(message)
-        message.content = {"events": passed}
-        return _in_plain_words(await super()._handle(message))
+        return await answer(message, self.connection, _handlers[message.msgtype])
+
+    def _filter(self, message: Message) -> bool:
+        """Remove the events that are not allowed; return whether any are left."""
+        valid, dropped = valid_events(message.content, self.connection.session.document)
+        if dropped and is_worth_logging(message.content):
+            metrics.REFUSED.add("message")
+            logs.event("refused", logging.WARNING, what="message", dropped=dropped, passed=len(valid))
+        message.content = {"events": valid}
+        return bool(valid)
 
     def on_close(self) -> None:
-        """The browser has gone."""
+        """Disconnect from the session."""
+        self._closed = True
         if hasattr(self, "_session_name"):
-            with logs.named(self._session_name):
+            with logs.in_session(self._session_name):
                 logs.event("connection closed", logging.DEBUG, code=self.close_code)
-        if not self._left():
-            super().on_close()
+        super().on_close()
 
-    def _left(self) -> bool:
-        """Whether there is no session any more; what was said before it ended may still be read."""
-        return self.connection is None or self.connection._session is None
-
-    def _refuse(self, what: str) -> None:
+    def _end(self, reason: str) -> None:
         metrics.REFUSED.add("message")
-        logs.event("refused", logging.WARNING, what="connection", reason=what)
-        self.close(1008, what)
+        logs.event("refused", logging.WARNING, what="connection", reason=reason)
+        self.close(1008, reason)
 
 
-def _in_plain_words(answer):
-    """The answer; Bokeh's to what failed holds the exception and its traceback, which are for the log alone."""
-    if answer is not None and answer.msgtype == "ERROR":
-        logs.event("message failed", logging.ERROR)
-        answer.content = {"text": _FAILED, "traceback": None}
-    return answer
+async def answer(
+    message: Message,
+    connection: ServerConnection,
+    handle: Callable[[Message, ServerConnection], Awaitable[Message]],
+) -> Message:
+    """Return the answer of ``handle``; if it fails, an answer without the error, which goes to the log."""
+    try:
+        return await handle(message, connection)
+    except Exception as error:
+        logs.event("message failed", logging.ERROR, error=error)
+    return connection.error(message, _FAILED)
 
 
-def _ours(token: str, key: bytes) -> bool:
-    """Whether a token was signed here and still holds."""
+def without_default_port(host: str) -> str:
+    """Return a host in the form in which origins are compared: browsers omit port 80."""
+    return host.removesuffix(":80")
+
+
+def _is_valid_token(token: str, key: bytes) -> bool:
+    """Return whether this server, or a replica with the same key, signed the token and it has not expired."""
     try:
         return (
             check_token_signature(token, secret_key=key, signed=True)
             and get_token_payload(token)["session_expiry"] > time.time()
         )
-    except (ValueError, KeyError, TypeError):  # nothing that could be read as one
+    except (ValueError, KeyError, TypeError):  # this is no token
         return False
 
 
-def _when_closed(doc, name: str) -> None:
+def _log_end_of_session(doc: Document, name: str) -> None:
     begun = time.monotonic()
 
-    def closed(context) -> None:
+    def log(context: object) -> None:
         metrics.OPENED.add("closed")
         logs.event("session closed", session=name, seconds=time.monotonic() - begun)
 
-    doc.on_session_destroyed(closed)
+    doc.on_session_destroyed(log)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.job import Job, stand_back
+from vibroscope.app.runtime.job import Job, lower_priority
 from vibroscope.app.runtime.workers import Workers, pool
 
 THREADS = 4  # studies that run at the same time, of all sessions
@@ -36,7 +36,7 @@ Grow = Callable[[object, PartialResult | None, Callable[[], bool]], Iterator[Par
 
 def study_threads() -> Workers:
     """The threads of all studies; the threads that they start have their low priority too."""
-    return pool("study", THREADS, stand_back)
+    return pool("study", THREADS, lower_priority)
 
 
 class StudyJob(Job):

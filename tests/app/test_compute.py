@@ -157,7 +157,7 @@ def test_each_job_is_logged_once_by_its_name_and_session_and_measured_where_it_s
         if move == 3:
             raise RuntimeError("no page")
 
-    with logs.named("3f2a91cc"):
+    with logs.in_session("3f2a91cc"):
         queue = JobQueue(deliver, solve=solve, pool=pool, what="explained", measure=measure)
     for move, eta in ((1, 1.0), (2, 2.0), (3, 3.0)):
         queue.submit(move, at(eta))

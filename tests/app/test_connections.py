@@ -1,4 +1,4 @@
-"""Connections that say nothing: they end, and while there are more of them than descriptors, others are served."""
+"""Silent connections end, even when there are more than descriptors; a browser that never reads delays nobody."""
 
 import asyncio
 import errno
@@ -8,7 +8,9 @@ import time
 import urllib.request
 from contextlib import ExitStack, contextmanager
 
-from vibroscope.app.server.connections import Listener
+import pytest
+from tornado.iostream import StreamClosedError
+from vibroscope.app.server.connections import MOST_UNREAD_BYTES, Listener, Stream
 
 from tests.browserless import Client
 from tests.served import served
@@ -18,7 +20,7 @@ LIMIT, SILENT = 400, 420
 
 @contextmanager
 def descriptors(number):
-    """What is started in here has no more."""
+    """A process that starts in this block has no more."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (number, hard))
     try:
@@ -46,16 +48,14 @@ def ended(connection):
 
 def test_more_silent_connections_than_descriptors(tmp_path):
     async def steps():
-        async with Client(server.url) as client:  # a websocket is let be, however long it says nothing
+        async with Client(server.url) as client:  # a websocket may be silent for ever
             await client.ready()
             silent = [half_sent(server) for _ in range(SILENT)]
-            begun, asked = time.monotonic(), 0
-            while time.monotonic() < begun + 5:
+            begun = time.monotonic()
+            for _ in range(25):
                 assert alive(server)
-                asked += 1
-                await asyncio.sleep(0.2)
             assert len(server.log.read_text().splitlines()) < 40
-            assert server.metric('vibroscope_refused_total{what="connection"}') >= SILENT - LIMIT + 100 + asked
+            assert server.metric('vibroscope_refused_total{what="connection"}') >= SILENT - LIMIT + 100 + 25
             for connection in silent:
                 connection.settimeout(max(0.1, begun + 33 - time.monotonic()))
                 assert ended(connection)
@@ -69,40 +69,96 @@ def test_more_silent_connections_than_descriptors(tmp_path):
     assert "Traceback" not in server.log.read_text()
 
 
-def test_a_full_table_is_no_spin(monkeypatch, caplog):
-    tried = []
-
-    def full(_):
-        tried.append(1)
-        raise OSError(errno.EMFILE, "Too many open files")
-
-    async def steps():
-        server = Listener(lambda request: None)
-        server.listen(0, "127.0.0.1")
-        (listening,) = server._sockets.values()
-        with socket.create_connection(listening.getsockname()):
-            await asyncio.sleep(1.4)
-            assert len(tried) == 2  # at once, and after a second
-            monkeypatch.undo()
-            await asyncio.sleep(1)
-            assert server._silent  # let in after all
+@contextmanager
+def listening(**options):
+    """A listener and the address that it listens on."""
+    server = Listener(lambda request: None, **options)
+    sock = socket.create_server(("127.0.0.1", 0))
+    address = sock.getsockname()
+    server.add_sockets([sock])
+    try:
+        yield server, address
+    finally:
         server.stop()
+
+
+def test_the_listener_pauses_while_the_system_has_no_descriptors(monkeypatch, caplog):
+    async def steps():
+        tried, again = [], asyncio.Event()
+
+        def full(_):
+            tried.append(time.monotonic())
+            if len(tried) == 2:
+                again.set()
+            raise OSError(errno.EMFILE, "Too many open files")
+
+        monkeypatch.setattr(socket.socket, "accept", full)
+        with listening() as (server, address), socket.create_connection(address):
+            await again.wait()
+            assert tried[1] - tried[0] > 0.9
+            monkeypatch.undo()
+            while not server.silent_connections:  # admitted after all
+                await asyncio.sleep(0.02)
         await server.close_all_connections()
 
-    monkeypatch.setattr(socket.socket, "accept", full)
     asyncio.run(asyncio.wait_for(steps(), 20))
     assert len(caplog.records) <= 3
 
 
-def test_a_full_table_of_websockets_lets_nobody_in():
+def test_a_connection_is_refused_when_only_websockets_could_make_room():
     async def steps():
-        server = Listener(lambda request: None)
-        server.listen(0, "127.0.0.1")
-        server._most = 0
-        (listening,) = server._sockets.values()
-        with socket.create_connection(listening.getsockname()) as refused:
+        with listening(most_descriptors=0) as (_, address), socket.create_connection(address) as refused:
             refused.setblocking(False)
             assert await asyncio.get_running_loop().sock_recv(refused, 1) == b""
-        server.stop()
 
     asyncio.run(asyncio.wait_for(steps(), 20))
+
+
+@contextmanager
+def stream_and_reader():
+    ours, theirs = socket.socketpair()
+    with theirs:
+        stream = Stream(ours)
+        yield stream, theirs
+        stream.close()
+
+
+def test_writing_does_not_wait_for_a_browser_that_never_reads_and_gives_up_on_it_once():
+    async def steps():
+        given_up = []
+
+        def give_up():
+            given_up.append(True)
+            stream.write(b"farewell")
+
+        with stream_and_reader() as (stream, _):
+            stream.write_without_waiting(give_up)
+            for _ in range(MOST_UNREAD_BYTES // 1_000_000):
+                await asyncio.wait_for(stream.write(bytes(1_000_000)), 1)
+            assert not given_up  # the system has taken a part of it
+            for _ in range(5):
+                await asyncio.wait_for(stream.write(bytes(1_000_000)), 1)
+        assert given_up == [True]
+
+    asyncio.run(steps())
+
+
+def test_what_is_written_without_waiting_arrives():
+    async def steps():
+        with stream_and_reader() as (stream, reader):
+            stream.write_without_waiting(lambda: None)
+            await asyncio.gather(stream.write(b"one "), stream.write(b"two"))
+            assert reader.recv(100) == b"one two"
+
+    asyncio.run(steps())
+
+
+def test_writing_to_a_closed_stream_is_an_error():
+    async def steps():
+        with stream_and_reader() as (stream, _):
+            stream.write_without_waiting(lambda: None)
+            stream.close()
+            with pytest.raises(StreamClosedError):
+                await stream.write(b"x")
+
+    asyncio.run(steps())

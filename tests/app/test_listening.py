@@ -1,4 +1,4 @@
-"""Where the server listens: an address of IPv6 as well, which its users see in brackets; what is none is refused."""
+"""Addresses that the server listens on, IPv6 among them, and the origins that it accepts."""
 
 import asyncio
 import socket
@@ -6,7 +6,7 @@ import socket
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.runtime.settings import Settings
-from vibroscope.app.server.server import _origins
+from vibroscope.app.server.server import allowed_origins
 
 from tests.browserless import Client
 from tests.served import served
@@ -41,15 +41,15 @@ def test_a_session_over_ipv6(tmp_path):
         (Settings(address="::1"), {"[::1]:8000", "localhost:8000"}),
         (
             Settings(origins=("a.example", "b.example:81", "[::1]", "[::2]:80", "[::3]:8080")),
-            {"a.example:80", "b.example:81", "[::1]", "[::2]", "[::3]:8080"},
+            {"a.example", "b.example:81", "[::1]", "[::2]", "[::3]:8080"},
         ),
     ],
 )
-def test_origins_are_as_bokeh_compares_them(chosen, origins):
-    assert _origins(chosen, 8000) == origins
+def test_origins_are_compared_without_the_default_port(chosen, origins):
+    assert allowed_origins(chosen, 8000) == origins
 
 
-def test_what_is_no_address_is_refused_in_words(capsys):
+def test_an_invalid_address_is_refused_with_an_explanation(capsys):
     assert main(["serve", "--address", "..."]) == 2
     said = capsys.readouterr().err
     assert said.startswith("vibroscope serve: --address must be an IP address")

@@ -1,4 +1,4 @@
-"""Behind a proxy the log names the client that the proxy names; without that setting nobody's word is taken for it."""
+"""The log names the client that a proxy names; without that setting nobody can name another client."""
 
 import asyncio
 import json
@@ -12,7 +12,7 @@ CLIENT = "203.0.113.7"
 
 
 @pytest.mark.parametrize(("proxied", "named"), [("no", "127.0.0.1"), ("yes", CLIENT)])
-def test_who_is_refused(proxied, named, tmp_path):
+def test_the_log_names_the_client_that_was_refused(proxied, named, tmp_path):
     async def ask():
         headers = {"X-Forwarded-For": CLIENT, "Sec-WebSocket-Protocol": "bokeh, forged"}
         assert (await get(f"{server.url}/ws", headers=headers)).code == 403

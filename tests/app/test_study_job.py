@@ -77,7 +77,7 @@ def test_a_failure_is_delivered_and_logged_and_the_thread_goes_on(caplog):
         yield Count(1)
         raise ValueError("eta = 9 is too large")
 
-    with logs.named("3f2a91cc"):
+    with logs.in_session("3f2a91cc"):
         _, delivered = collect(broken)
     assert delivered.get(timeout=5).number == 1
     assert "too large" in str(delivered.get(timeout=5))

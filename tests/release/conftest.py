@@ -1,6 +1,6 @@
-"""What `make release` adds: thousands of fuzzed inputs, faults, malicious clients, a stop under load, a soak.
+"""The long tests of `make release`: thousands of fuzzed inputs, faults, hostile clients, a stop under load, a soak.
 
-Prints its figures, and their sum at the end. ``RELEASE_INPUTS`` sets how many inputs of each kind are tried,
+They print their figures, and the sums at the end. ``RELEASE_INPUTS`` sets how many inputs of each kind are tried,
 ``RELEASE_SOAK`` the seconds of the soak; many visitors at once, and a thousand that come and go, are measured by
 ``benchmarks/sessions.py``.
 """
@@ -32,11 +32,11 @@ def pytest_terminal_summary(terminalreporter, config):
     skipped = [report.longrepr[2].removeprefix("Skipped: ") for report in terminalreporter.stats.get("skipped", [])]
     failed = sum(len(terminalreporter.stats.get(end, [])) for end in ("failed", "error"))
     if sums or skipped:
-        told = f"{sums['inputs']} inputs tried, {sums['faults']} faults survived, {sums['sessions']} sessions held"
+        text = f"{sums['inputs']} inputs tried, {sums['faults']} faults survived, {sums['sessions']} sessions held"
         end = f"NOT HELD: {failed} checks" if failed else "nothing lost"
         if skipped:
             end += f" in what was tried; NOT TRIED: {len(skipped)} checks ({', '.join(sorted(set(skipped)))})"
-        terminalreporter.write_line(f"release: {told}, {end}")
+        terminalreporter.write_line(f"release: {text}, {end}")
 
 
 @pytest.fixture(scope="session")
@@ -45,15 +45,15 @@ def inputs():
 
 
 @pytest.fixture
-def tell(request, capsys):
-    """Print a line of figures, and add to the sums: ``inputs``, ``faults`` (one a scenario), ``sessions``."""
+def report(request, capsys):
+    """Prints a line of figures and adds to the sums: ``inputs``, ``faults`` (one per scenario), ``sessions``."""
 
-    def tell(text, **counted):
+    def report(text, **counted):
         request.config.stash[SUMS].update(counted)
         with capsys.disabled():
             print(f"\n{text}")
 
-    return tell
+    return report
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Sessions at once, each moved: ``hold_sessions.py ADDRESS [SESSIONS]``; ends with an error if one does not work."""
+"""Open several sessions and move each: ``hold_sessions.py ADDRESS [SESSIONS]``; fails if one does not work."""
 
 import asyncio
 import sys
@@ -13,8 +13,8 @@ async def main(url, sessions=3):
     clients = await asyncio.gather(*(Client(url, f"eta=1.{n + 10}").open(token) for n, token in enumerate(tokens)))
     for number, client in enumerate(clients):
         await client.ready()
-        told = await client.set(1, eta=f"2.{number + 10}")
-        assert told["texts"]["eta"] == f"{2.1 + number / 100:.2f}".rstrip("0")
+        shown = await client.set(1, eta=f"2.{number + 10}")
+        assert shown["texts"]["eta"] == f"{2.1 + number / 100:.2f}".rstrip("0")
     for client in clients:
         client.socket.close()
 

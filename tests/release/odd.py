@@ -1,4 +1,4 @@
-"""Odd values: what no page and no person would send, at random or from a list of what programs stumble over."""
+"""Odd inputs that no page and no person would send: random ones, and a list of known stumbling blocks."""
 
 import asyncio
 
@@ -13,8 +13,8 @@ from tests.browserless import changed, event, mapped, move
 NO_NUMBERS = ("nan", "inf", "-inf", "1e999", "²", "", "0x10", "é" * 50, "NaN%", "+")
 ODD = (*NO_NUMBERS, "9" * 4000, "\0", "-0", "1e-400", "1_0", "1,5")
 
-# Whatever a component of the page listens to, and whatever a tab offers to zoom or choose.
-KEYS = (
+# Everything that a component of the page listens to, and everything that a tab offers to zoom or choose.
+MESSAGE_KEYS = (
     *("set", "scene", "undo", "redo", "reset", "pin", "tab", "theme", "take", "load", "painted"),  # header and controls
     *("stop", "choose", "suggest", "cancel", "seen", "listens"),  # a study, the search, a claim, the feed
 )
@@ -37,7 +37,7 @@ def random_text(chance):
 
 
 def random_query(chance, pairs=5):
-    """An address: numbers, a tab, what is pinned, zoomed, chosen and muted, names of no meaning; some twice."""
+    """Return an address query: numbers, tabs, pins, zooms, choices, mutes and unknown names, some of them twice."""
     names = (*Setting._fields, *VIEW_FIELDS, *VIEW_FIELDS, "bokeh-token", "x")
     chosen = [chance.choice(names) for _ in range(chance.randint(0, pairs))]
     return "&".join(f"{name}={_value(chance, name)}" for name in chosen)
@@ -155,7 +155,7 @@ VALUES += (
 
 
 def random_request(chance):
-    """A request as bytes, some of them none that HTTP knows."""
+    """Return a request as bytes, which may be invalid HTTP."""
     steps = [chance.choice(STEPS) for _ in range(chance.randint(0, 3))]
     path = chance.choice(PLACES) + b"".join(steps)
     lines = [b" ".join((chance.choice(METHODS), path, chance.choice(VERSIONS)))]
@@ -171,14 +171,14 @@ def random_json(chance, depth=3):
     if depth:
         kinds += [
             lambda c: [random_json(c, depth - 1) for _ in range(c.randint(0, 4))],
-            lambda c: mapped({c.choice((*Setting._fields, *KEYS, "move", "x")): random_json(c, depth - 1)}),
+            lambda c: mapped({c.choice((*Setting._fields, *MESSAGE_KEYS, "move", "x")): random_json(c, depth - 1)}),
             lambda c: {c.choice(("type", "id", "entries", "kind")): random_json(c, depth - 1)},
         ]
     return chance.choice(kinds)(chance)
 
 
 def random_message(chance):
-    """What a component of the page might be told: a key that one of them knows, with something that may fit it."""
+    """Return a message to a component of the page: a key that one of them knows, with a value that may fit."""
     if chance.random() < 0.2:
         return move({chance.choice(Setting._fields): random_text(chance)}, chance.randint(0, 9))
     fitting = {
@@ -191,18 +191,18 @@ def random_message(chance):
         "stop": chance.random() < 0.5,
         "suggest": random_text(chance),
     }
-    key = chance.choice(KEYS)
+    key = chance.choice(MESSAGE_KEYS)
     value = fitting.get(key) if chance.random() < 0.5 else random_json(chance)
     return mapped({key: value, "move": chance.choice((1, random_json(chance, 1)))})
 
 
 def forged(chance, model, component, value):
-    """One event that no page would send, about a model of the document or to one of the page's own components."""
+    """Return an event that no page sends, about a model of the document or to a component of the page."""
     kind = chance.randrange(6)
     if kind == 0:
-        return _said(component, value)
+        return _component_message(component, value)
     if kind < 3:
-        return _said(component, random_message(chance))
+        return _component_message(component, random_message(chance))
     if kind == 3:
         return changed(model, chance.choice(("start", "end", "muted", "data", "shown", "inner_width")), value)
     if kind == 4:
@@ -210,12 +210,12 @@ def forged(chance, model, component, value):
     return value
 
 
-def _said(component, data):
+def _component_message(component, data):
     return event("data_event", mapped({"model": {"id": component}, "data": data}))
 
 
 def damaged(chance, content):
-    """Some bytes changed, cut off, doubled or overwritten; at times nothing is left."""
+    """Return the content with some bytes changed, cut off, doubled or overwritten; sometimes nothing is left."""
     content = bytearray(content)
     for _ in range(chance.randint(1, 3)):
         at = chance.randrange(len(content) or 1)

@@ -1,4 +1,4 @@
-"""The explorer serves whatever the cache folder is like."""
+"""The explorer serves with any cache folder: full, read-only or damaged."""
 
 import json
 import random
@@ -16,7 +16,7 @@ from tests.served import served
 
 @contextmanager
 def small_disk(folder, kilobytes):
-    """A folder with room for so much."""
+    """A folder on a file system of this size."""
     folder.mkdir()
     if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", folder]).returncode:
         pytest.skip("mounting needs root")
@@ -27,12 +27,12 @@ def small_disk(folder, kilobytes):
 
 
 def serves(tmp_path, cache):
-    """One session that moves and has a study done, which is kept where that is possible; and no traceback."""
+    """Assert that a session can move and run a study, without a traceback."""
 
     async def steps():
         async with Client(server.url) as client:
             await client.ready()
-            await client.shown(lambda told: told.get("update"), seconds=500)  # nothing kept: kernels compile
+            await client.shown(lambda shown: shown.get("update"), seconds=500)  # the kernels compile first
             shown = await client.set(1, eta="1.5")
             await client.patch(client.message(mapped({"tab": "step", "move": 2}), "Header"))
             while '"complete"' not in json.dumps((await client.receive())["content"]):
@@ -45,7 +45,7 @@ def serves(tmp_path, cache):
 
 
 @pytest.mark.parametrize("fault", ["full", "read-only"])
-def test_nothing_can_be_kept(fault, tmp_path, tell):
+def test_nothing_can_be_stored(fault, tmp_path, report):
     with small_disk(tmp_path / "cache", 256) as cache:
         if fault == "full":
             with suppress(OSError):
@@ -53,11 +53,11 @@ def test_nothing_can_be_kept(fault, tmp_path, tell):
         else:
             subprocess.run(["mount", "-o", "remount,ro", cache], check=True)
         serves(tmp_path, cache)
-    tell(f"cache folder {fault}: served, no traceback", faults=1, sessions=1)
+    report(f"cache folder {fault}: served, no traceback", faults=1, sessions=1)
 
 
-def test_every_tenth_file_is_damaged(tmp_path, tell):
-    """Compiled kernels, all of which are there at first: some are no longer what they were."""
+def test_every_tenth_file_is_damaged(tmp_path, report):
+    """Of the compiled kernels in the cache, some are damaged."""
     chance, cache = random.Random(5), tmp_path / "cache"
     kernels = f"kernels-{source_digest()}"
     shutil.copytree(cache_root() / kernels, cache / kernels)
@@ -66,6 +66,6 @@ def test_every_tenth_file_is_damaged(tmp_path, tell):
     for path in hit:
         path.write_bytes(damaged(chance, path.read_bytes()))
     serves(tmp_path, cache)
-    tell(
+    report(
         f"{len(hit)} of {len(files)} kept kernels damaged: served, no traceback", faults=1, inputs=len(hit), sessions=1
     )

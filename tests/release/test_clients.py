@@ -1,4 +1,4 @@
-"""Clients that vanish, say nothing, or never read."""
+"""Clients that vanish, are silent, or never read."""
 
 import asyncio
 import random
@@ -9,17 +9,17 @@ from tests.browserless import Client, mapped, move, token_of
 from tests.release.odd import run
 
 
-async def as_ever(server):
+async def check_session(server):
     async with Client(server.url) as client:
         await client.ready()
         assert (await client.set(1, eta="1.7"))["texts"]["eta"] == "1.7"
 
 
-def test_gone_in_the_middle_of_an_update_and_silent(server, tell):
-    """Half a request, half a message, gone in the middle of an update, two hundred connections that say nothing."""
+def test_clients_that_vanish_during_an_update_and_silent_connections(server, report):
+    """Half a request, half a message, a client that vanishes during an update, and two hundred silent connections."""
     chance = random.Random(4)
 
-    async def gone(number):
+    async def vanish(number):
         client = await Client(server.url).open()
         await client.ready()
         moved = client.message(move({"eta": f"{1 + number / 500:.4f}"}, 1))
@@ -27,8 +27,8 @@ def test_gone_in_the_middle_of_an_update_and_silent(server, tell):
             await client.send("PATCH-DOC", {"events": [moved]})
         else:
             await client.socket.write_message('{"msgid": "1", "msgtype": "PATCH-DOC"}')  # and not the rest of it
-        client.socket.protocol.stream.close()  # without a word
-        client.socket.close()  # says nothing any more, and frees what is left here
+        client.socket.protocol.stream.close()  # without a closing handshake
+        client.socket.close()  # sends nothing any more, and frees the client
 
     silent = []
     for _ in range(200):
@@ -37,18 +37,18 @@ def test_gone_in_the_middle_of_an_update_and_silent(server, tell):
 
     async def all_of_them():
         for begin in range(0, 40, 8):
-            await asyncio.gather(*(gone(begin + n) for n in range(8)))
-        await as_ever(server)
+            await asyncio.gather(*(vanish(begin + n) for n in range(8)))
+        await check_session(server)
 
     run(all_of_them())
     for connection in silent:
         connection.close()
-    told = "40 browsers gone in the middle of an update, 200 silent connections: a session as ever, no traceback"
-    tell(told, faults=2, sessions=41)
+    text = "40 browsers vanished during an update, 200 silent connections: another session still works, no traceback"
+    report(text, faults=2, sessions=41)
 
 
-def test_a_browser_that_never_reads_while_updates_come(server, tell):
-    """What waits for it piles up to a bound, then it is let go; the other one at the same session goes on."""
+def test_a_browser_that_never_reads_while_updates_come(server, report):
+    """What it does not read is limited, then the server closes it; the other browser of the session is not affected."""
     refused = 'vibroscope_refused_total{what="message"}'
 
     async def moves():
@@ -56,14 +56,14 @@ def test_a_browser_that_never_reads_while_updates_come(server, tell):
         client = await Client(server.url).open(token=token)
         silent = await Client(server.url).connect(token=token)  # reads nothing from here on
         await client.ready()
-        before, let_go, number, begun = server.memory(), server.metric(refused), 0, time.monotonic()
-        while server.metric(refused) == let_go:
-            assert time.monotonic() < begun + 200, "never let go"
+        before, closed, number, begun = server.memory(), server.metric(refused), 0, time.monotonic()
+        while server.metric(refused) == closed:
+            assert time.monotonic() < begun + 200, "never closed"
             number += 1
-            told = await client.set(number, eta=f"{1 + number % 1000 / 1000:.3f}")
-            await client.patch(client.message(mapped({"painted": told["update"]})))
+            shown = await client.set(number, eta=f"{1 + number % 1000 / 1000:.3f}")
+            await client.patch(client.message(mapped({"painted": shown["update"]})))
             client.answers.clear()
-            await asyncio.sleep(1 / 60)  # a screen shows no more
+            await asyncio.sleep(1 / 60)  # as often as a screen shows a frame
         seconds, more = time.monotonic() - begun, server.memory() - before
         silent.socket.protocol.stream.close()
         for connection in (client, silent):
@@ -71,6 +71,6 @@ def test_a_browser_that_never_reads_while_updates_come(server, tell):
         return number, seconds, more
 
     number, seconds, more = run(moves(), 300)
-    told = f"let go after {seconds:.0f} s and {number} updates, every one of which the other browser got"
-    tell(f"a browser that never reads: {told}; the server grew by {more:.0f} MB", faults=1, sessions=1)
+    text = f"closed after {seconds:.0f} s and {number} updates, all of which the other browser received"
+    report(f"a browser that never reads: {text}; the server grew by {more:.0f} MB", faults=1, sessions=1)
     assert more < 300

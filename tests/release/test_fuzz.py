@@ -1,4 +1,4 @@
-"""Values from outside by the thousand: addresses, messages, files, the command line."""
+"""Thousands of fuzzed inputs: addresses, requests, messages, files, the command line."""
 
 import argparse
 import asyncio
@@ -24,14 +24,14 @@ from tests.release.odd import NO_NUMBERS, ODD, forged, random_json, random_query
 from tests.served import ROOT
 
 
-def holds_no_odd_number(setting):
+def all_numbers_finite(setting):
     return all(isinstance(value, str) or np.isfinite(value) for value in setting)
 
 
-def test_addresses(server, inputs, tell):
-    """Every one read as a session reads it; a share of them as requests for the page and as sessions."""
+def test_addresses(server, inputs, report):
+    """Each is read as a session reads it; some are also requested as pages and opened as sessions."""
     chance, refused = random.Random(1), {}
-    # Each byte that an address cannot hold as it is is escaped; what looks like an escape already stays one.
+    # Escape each byte that an address cannot contain; what looks like an escape already stays one.
     queries = [quote(random_query(chance), safe="=&%+;:,") for _ in range(inputs)]
     for query in queries:
         try:
@@ -40,7 +40,7 @@ def test_addresses(server, inputs, tell):
             refused[query] = str(error)
             assert refused[query]
             continue
-        assert holds_no_odd_number((*asked.setting, *(asked.pinned or ())))
+        assert all_numbers_finite((*asked.setting, *(asked.pinned or ())))
         assert np.isfinite([*asked.view.zoom.values()]).all()
 
     async def ask():
@@ -57,21 +57,21 @@ def test_addresses(server, inputs, tell):
         return len(statuses), len(opened)
 
     asked, opened = run(ask())
-    told = f"{len(refused)} refused in words, {asked} asked for as pages: no answer of 500; {opened} opened, as read"
-    tell(f"{inputs} addresses: {told}", inputs=inputs, sessions=opened)
+    text = f"{len(refused)} refused with an explanation, {asked} requested as pages: no answer of 500; {opened} opened"
+    report(f"{inputs} addresses: {text}", inputs=inputs, sessions=opened)
 
 
-def test_requests(server, inputs, tell):
-    """Request lines and headers as raw bytes: an answer other than 500, or the connection's end."""
+def test_requests(server, inputs, report):
+    """Request lines and headers as raw bytes: the server answers, but not with 500, or closes the connection."""
     chance, statuses = random.Random(5), Counter()
 
     async def ask(request):
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
         try:
             writer.write(request)
-            writer.write_eof()  # nothing more comes, whatever length was promised
+            writer.write_eof()  # nothing more follows, whatever length was announced
             answer = await asyncio.wait_for(reader.read(), 20)
-        except ConnectionError:  # ended before all of it was taken in
+        except ConnectionError:  # closed before all of it was read
             return "none"
         finally:
             writer.transport.abort()
@@ -86,13 +86,13 @@ def test_requests(server, inputs, tell):
         assert (await get(f"{server.url}/liveness")).code == 200
 
     run(all_of_them())
-    told = ", ".join(f"{number} × {status}" for status, number in sorted(statuses.items()))
-    tell(f"{inputs} raw requests: {told}: no answer of 500", inputs=inputs)
+    text = ", ".join(f"{number} × {status}" for status, number in sorted(statuses.items()))
+    report(f"{inputs} raw requests: {text}: no answer of 500", inputs=inputs)
     assert statuses["400"] > 0
 
 
-def test_messages(server, inputs, tell):
-    """Forged messages of every kind to all that listens on every tab; connections that the server ends are renewed."""
+def test_messages(server, inputs, report):
+    """Forged messages of every kind to every model of every tab; connections that the server closes are renewed."""
     chance, ended, opened, tabs = random.Random(2), 0, 0, cycle(TABS)
     each = min(500, inputs // 8 + 1)
 
@@ -100,10 +100,10 @@ def test_messages(server, inputs, tell):
         models = [m["id"] for kind in ("Range1d", "ColumnDataSource", "Figure", "1") for m in client.models(kind)]
         components = [m["id"] for m in client.models("ReactiveESM")]
         for _ in range(each):
-            told = forged(chance, chance.choice(models), chance.choice(components), random_json(chance))
-            await client.patch(told)
-            client.answers.clear()  # each may be a whole page
-            await asyncio.sleep(0.015)  # within the rate that is granted
+            sent = forged(chance, chance.choice(models), chance.choice(components), random_json(chance))
+            await client.patch(sent)
+            client.answers.clear()  # an answer may hold a whole page
+            await asyncio.sleep(0.015)  # within the rate limit
 
     async def all_of_them():
         nonlocal ended, opened
@@ -120,21 +120,21 @@ def test_messages(server, inputs, tell):
             tried += 8 * each
             for client in batch:
                 client.socket.close()
-        async with Client(server.url) as client:  # and a session as ever
+        async with Client(server.url) as client:  # and another session still works
             await client.ready()
             assert (await client.set(1, eta="1.5"))["texts"]["eta"] == "1.5"
         return tried
 
     tried = run(all_of_them())
     refused = [server.metric(f'vibroscope_refused_total{{what="{what}"}}') for what in ("message", "value")]
-    told = f"{refused[0]:.0f} taken apart, {refused[1]:.0f} values refused in words, {ended} connections ended"
-    tell(f"{tried} forged messages: {told}", inputs=tried, sessions=opened + 1)
+    text = f"{refused[0]:.0f} dropped, {refused[1]:.0f} values refused with an explanation, {ended} connections ended"
+    report(f"{tried} forged messages: {text}", inputs=tried, sessions=opened + 1)
     assert refused[0] > 0
     assert refused[1] > 0
 
 
-def test_files(tmp_path, inputs, tell):
-    """System files, measurements, uploads, damaged at random: refused with a ValueError, or read as finite numbers."""
+def test_files(tmp_path, inputs, report):
+    """Files and uploads, damaged at random: refused with a ValueError or read as finite numbers."""
     chance, refused = random.Random(3), 0
     measured = (ROOT / "assets/example-measurement.csv").read_bytes()[:4000]
     system = subprocess.run([ROOT / ".venv/bin/vibroscope", "system"], capture_output=True, check=True).stdout
@@ -158,16 +158,16 @@ def test_files(tmp_path, inputs, tell):
             refused += bool(str(error))
         else:
             assert all_finite(found), (name, found)
-    tell(f"{inputs} damaged files: {refused} refused in words, none ended otherwise", inputs=inputs)
+    report(f"{inputs} damaged files: {refused} refused with an explanation, none ended otherwise", inputs=inputs)
 
 
 def uploaded(path):
-    """What the page makes of a file that its user loads."""
+    """Return the setting that the page makes of a file that its user loads."""
     return read_setting(texts_from_toml(path.read_bytes().decode(errors="replace")))
 
 
 def all_finite(found):
-    """Every number in an object and in those it is made of."""
+    """Return whether every number in an object and its parts is finite."""
     if isinstance(found, tuple):
         return all(map(all_finite, found))
     if isinstance(found, int | float | np.ndarray):
@@ -192,14 +192,14 @@ COMMANDS = (
     ["system"],
     ["measurement", "--eta", "2.76", "--periods", "5"],
 )
-# Any text may be the name of a file to write, and a host's.
+# Any text may be the name of a file or of a host.
 FREE = ("--out", "--address", "--origin")
-# Dozens of Dask clients that fail in one process may hang in their own clean-up; test_sweep_cluster.py tries one.
+# Dozens of Dask clients that fail in one process may hang in their clean-up; test_sweep_cluster.py tries one.
 ELSEWHERE = ("--scheduler",)
 
 
 def options_of(command):
-    """The options of a command that take a value."""
+    """Return the options of a command that take a value."""
     parser = build_parser()
     for word in command:
         subs = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
@@ -218,8 +218,8 @@ def ended(arguments):
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: "-".join(command[:2]).replace("---", "-"))
-def test_command_line(command, tmp_path, monkeypatch, capsys, tell):
-    """Every option with every odd value: a line of words and a status, and no number where none was given."""
+def test_command_line(command, tmp_path, monkeypatch, capsys, report):
+    """Every option with every odd value: the command ends with one line and a status, or accepts the value."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("vibroscope.app.server.server.serve", lambda *_, **__: None)
     tried, refused, wrong = 0, 0, []
@@ -235,4 +235,4 @@ def test_command_line(command, tmp_path, monkeypatch, capsys, tell):
             if not in_words and not taken:
                 wrong.append((option, value, status, said))
     assert not wrong
-    tell(f"vibroscope {' '.join(command[:2])}: {tried} odd values, {refused} refused in a line", inputs=tried)
+    report(f"vibroscope {' '.join(command[:2])}: {tried} odd values, {refused} refused in a line", inputs=tried)

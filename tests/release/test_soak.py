@@ -1,4 +1,4 @@
-"""Memory is flat while sessions come, move, look at every tab, take files, load one and go, for some minutes."""
+"""Memory stays flat while sessions open, move, visit every tab, export files, load one and close, for some minutes."""
 
 import asyncio
 import os
@@ -13,14 +13,14 @@ from tests.served import served
 
 AT_ONCE = 4  # visitors
 SECONDS = float(os.environ.get("RELEASE_SOAK", "180"))
-# MB in the last quarter: +5 and +7 were measured on two busy cores, some 400 MB an hour, since caches still fill; after
-# five minutes it was 160 an hour. In an hour's soak the same bound is 60 an hour.
+# MB in the last quarter: +5 and +7 were measured on two busy cores, about 400 MB an hour, because caches still fill;
+# after five minutes it was 160 MB an hour. In a soak of one hour the same limit is 60 MB an hour.
 MOST = 15.0
 TAKEN = ("json", "report", "python", "command", "toml")
 
 
 def _given(message):
-    """Files in a message, as `app.page.take_away` gives them."""
+    """Return the exported files in a message."""
     for change in message["content"].get("events", []) if message["msgtype"] == "PATCH-DOC" else []:
         if change.get("msg_type") == "bokeh_event" and change["msg_data"]["name"] == "esm_event":
             data = dict(change["msg_data"]["values"]["entries"])["data"]
@@ -28,7 +28,7 @@ def _given(message):
                 yield plain(data)
 
 
-def test_soak(tmp_path, tell):
+def test_soak(tmp_path, report):
     with served(tmp_path / "log.txt", VIBROSCOPE_LOG_LEVEL="warning") as server:
         measured, files = [], Counter()
 
@@ -49,7 +49,7 @@ def test_soak(tmp_path, tell):
                 if text := next((file["text"] for file in given if file["give"] == "toml"), ""):
                     parts = mapped({"0": text})
                     await client.patch(client.message(mapped({"load": parts, "move": turn + 2}), "Header"))
-                    await client.shown(lambda told: told["texts"]["eta"] != "3.9")
+                    await client.shown(lambda shown: shown["texts"]["eta"] != "3.9")
                     files["loaded"] += 1
 
         async def come_and_go(number, end):
@@ -75,8 +75,8 @@ def test_soak(tmp_path, tell):
         seconds = measured[-1][0] - measured[0][0]
     quarters = [measured[len(measured) * n // 4 - (n == 4)][1] for n in range(5)]
     growth = quarters[4] - quarters[3]
-    told = f"{sessions} sessions on every tab, {files.total()} files taken or loaded, in {seconds:.0f} s"
-    told += f", {' → '.join(f'{each:.0f}' for each in quarters)} MB by quarters, {growth:+.1f} MB in the last"
-    tell(f"soak: {told}, at that rate {growth * 14400 / seconds:+.0f} MB an hour", sessions=sessions)
+    text = f"{sessions} sessions on every tab, {files.total()} files exported or loaded, in {seconds:.0f} s"
+    text += f", {' → '.join(f'{each:.0f}' for each in quarters)} MB by quarters, {growth:+.1f} MB in the last"
+    report(f"soak: {text}, at that rate {growth * 14400 / seconds:+.0f} MB an hour", sessions=sessions)
     assert {*TAKEN, "loaded"} <= files.keys()
     assert growth < MOST

@@ -1,4 +1,4 @@
-"""Stored results that are damaged, disks that fill up, processes that end: a clear error or the very same numbers."""
+"""Damaged stores, full disks, killed processes: a clear error or exactly the same numbers."""
 
 import random
 import shutil
@@ -25,8 +25,8 @@ def swept(out=None, **more):
     return sweep_eta(System(), Reference(), ETAS, out=out, cells_per_chunk=4, transient=60, sample=10, **more)
 
 
-def test_damaged_sweeps(tmp_path, inputs, tell):
-    """A damaged result is mended or refused in words, and never read as other numbers."""
+def test_damaged_sweeps(tmp_path, inputs, report):
+    """A damaged result is repaired or refused with an explanation, and never read as other numbers."""
     chance, good, refused, mended = random.Random(6), swept().load(), 0, 0
     swept(tmp_path / "whole.zarr")
     tried = max(10, inputs // 60)
@@ -43,14 +43,14 @@ def test_damaged_sweeps(tmp_path, inputs, tell):
             mended += 1
             xarray.testing.assert_equal(found, good)
         shutil.rmtree(copy)
-    tell(
-        f"{tried} damaged sweeps: {refused} refused in words, {mended} mended to the same numbers",
+    report(
+        f"{tried} damaged sweeps: {refused} refused with an explanation, {mended} repaired to the same numbers",
         faults=1,
         inputs=tried,
     )
 
 
-def test_damaged_diagrams(tmp_path, inputs, tell):
+def test_damaged_diagrams(tmp_path, inputs, report):
     chance, path, missing = random.Random(7), tmp_path / "a.npz", 0
     good = Diagram(ETAS, np.random.default_rng(0).random((2, 24, 10)).astype(np.float32))
     save_diagram(path, "key", good)
@@ -62,12 +62,10 @@ def test_damaged_diagrams(tmp_path, inputs, tell):
         if found is not None:
             np.testing.assert_array_equal(found.eta, good.eta)
             np.testing.assert_array_equal(found.displacement, good.displacement)
-    tell(
-        f"{tried} damaged diagrams: {missing} count as missing, the others hold what they held", faults=1, inputs=tried
-    )
+    report(f"{tried} damaged diagrams: {missing} count as missing, the others are unchanged", faults=1, inputs=tried)
 
 
-def test_a_disk_that_fills_up_in_the_middle_of_a_sweep(tmp_path, tell):
+def test_a_disk_that_fills_up_during_a_sweep(tmp_path, report):
     with small_disk(tmp_path / "disk", 700) as disk:
 
         def fill(now):
@@ -81,8 +79,8 @@ def test_a_disk_that_fills_up_in_the_middle_of_a_sweep(tmp_path, tell):
         rest = swept(disk / "a.zarr")
         assert rest.attrs["reused"] >= 4
         xarray.testing.assert_equal(rest.load(), swept().load())
-        told = f"{rest.attrs['reused']} of 24 cells were kept and the rest followed once there was room"
-    tell(f"disk full in the middle of a sweep: {told}", faults=1)
+        text = f"{rest.attrs['reused']} of 24 cells were stored and the rest followed once there was room"
+    report(f"disk full during a sweep: {text}", faults=1)
 
 
 KILLED = """
@@ -94,9 +92,9 @@ sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 400), transient=40, sampl
 """
 
 
-def test_a_sweep_that_is_killed_again_and_again(tmp_path, tell):
-    """At any moment: of what was told as done at most the two chunks in hand are computed again."""
-    chance, kills, kept, told = random.Random(8), 0, 0, (0, 0)
+def test_a_sweep_that_is_killed_repeatedly(tmp_path, report):
+    """At any moment: of the cells reported as done at most the two chunks in hand are computed again."""
+    chance, kills, kept, progress = random.Random(8), 0, 0, (0, 0)
     while True:
         process = subprocess.Popen(
             [sys.executable, "-c", KILLED, str(tmp_path / "a.zarr")], stdout=subprocess.PIPE, text=True, cwd=ROOT
@@ -104,21 +102,21 @@ def test_a_sweep_that_is_killed_again_and_again(tmp_path, tell):
         end = time.monotonic() + chance.uniform(0.2, 1.0)
         with process:
             for line in process.stdout:
-                told = tuple(map(int, line.split()))
-                if time.monotonic() > end and told[0] >= 4 and kills < 3:
+                progress = tuple(map(int, line.split()))
+                if time.monotonic() > end and progress[0] >= 4 and kills < 3:
                     process.send_signal(signal.SIGKILL)
-                elif told[0] == 0:
+                elif progress[0] == 0:
                     end = time.monotonic() + chance.uniform(0.0, 0.3)
         if process.returncode == 0:
             break
         assert process.returncode == -signal.SIGKILL
         kills += 1
-        kept = sum(told)
+        kept = sum(progress)
     assert kills
-    assert told[1] >= kept - 8
+    assert progress[1] >= kept - 8
     whole = sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 400), transient=40, sample=10, keep=False)
     xarray.testing.assert_equal(xarray.open_zarr(tmp_path / "a.zarr").load(), whole.load())
-    tell(
-        f"a sweep killed {kills} times: the same numbers, {told[1]} of 400 cells from before the last kill",
+    report(
+        f"a sweep killed {kills} times: the same numbers, {progress[1]} of 400 cells from before the last kill",
         faults=1,
     )

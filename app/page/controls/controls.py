@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 
-import panel as pn
 import param
 from vibroscope.app.explorer.scenes import Scene, scenes
 from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
 _NUMBERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution", "threshold", "omega1", "m1", "amplitude")
@@ -29,7 +28,7 @@ _VIEW_SWITCHES = {
 }
 
 
-class Controls(Lean, pn.custom.JSComponent):
+class Controls(Component):
     """The panel of inputs."""
 
     spec = param.Dict(doc="Limits, labels and scenes; fixed")

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import panel as pn
 from bokeh.models import ColumnDataSource
+from vibroscope.app.compat import update_silently
 from vibroscope.app.page.files import script
+from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import changed_columns, write
-from vibroscope.app.page.shared.lean import Lean
 
 
-class ColumnSender(Lean, pn.custom.JSComponent):
+class ColumnSender(Component):
     """Keeps the sources here and in the browser equal; Bokeh sends the columns until the browser listens."""
 
     _esm = script("shared/dom", "explore/column_sender")
@@ -34,7 +34,7 @@ class ColumnSender(Lean, pn.custom.JSComponent):
             write(source, columns)
             return
         new = changed_columns(source, columns)
-        dict.update(source.data, new)  # bypasses Bokeh, which would send them
+        update_silently(source, new)
         self._waiting += [(source.id, name, column) for name, column in new.items()]
 
     def send(self) -> None:

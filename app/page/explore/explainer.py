@@ -13,7 +13,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import TabHost
 from vibroscope.app.runtime import metrics
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.workers import jobs, patient_worker
+from vibroscope.app.runtime.workers import background_worker, jobs
 
 _REST = 150  # ms without a new result before the difference is explained: while a slider moves, the curves come first
 _PATIENCE, _POLL = 0.5, 0.01  # s that an explanation waits for the computation of curves; s between two checks
@@ -33,7 +33,7 @@ class Explainer:
             self._deliver,
             solve=_explain,
             grace=0.0,
-            pool=patient_worker(),
+            pool=background_worker(),
             what="explained",
             measure=metrics.EXPLAINED,
         )

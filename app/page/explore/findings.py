@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import panel as pn
 import param
 from vibroscope.app.explorer.explanation import Description, Explanation
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 _EXPLANATION_FIELDS = ("headline", "agree", "parts", "change", "details")
 
 
-class Findings(Lean, pn.custom.JSComponent):
+class Findings(Component):
     """Plain text in live regions: screen readers read what changes, and no text can become markup."""
 
     content = param.Dict(default={}, doc="The fields of a description; those of its explanation, once it is known")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import panel as pn
 import param
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 
-class Mechanism(Lean, pn.custom.JSComponent):
+class Mechanism(Component):
     """Draws the data that the browser already has; only the reference of the displacements is sent to it."""
 
     absolute = param.Boolean(default=False, doc="Whether the displacements over time are relative to a fixed sensor")

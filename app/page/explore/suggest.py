@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from functools import partial
 
-import panel as pn
 import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import Search, make_question, suggestion_content
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.tab import TabHost
 from vibroscope.engine import Recommendation
 
 
-class SuggestPanel(Lean, pn.custom.JSComponent):
+class SuggestPanel(Component):
     """Sends ``{"suggest": tolerance in per cent, as typed}`` and ``{"cancel": true}``; draws ``content``."""
 
     content = param.Dict(

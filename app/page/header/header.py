@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import panel as pn
 import param
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 
-class Header(Lean, pn.custom.JSComponent):
+class Header(Component):
     """Sends the tab, file or theme that the user chooses, and uploaded parameters; `app.page.messages` reads them."""
 
     tabs = param.List(doc="Key and title of each tab")

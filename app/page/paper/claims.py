@@ -6,14 +6,13 @@ from collections.abc import Callable, Iterable
 from functools import singledispatch
 
 import numpy as np
-import panel as pn
 import param
 from bokeh.models import BasicTickFormatter, LinearColorMapper, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.page.files import script, style
+from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import BLUE, INK, PENALTY, REFERENCE, VERMILLION, make_figure
-from vibroscope.app.page.shared.lean import Lean
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
 from vibroscope.app.paper import Finding, Orbits, Plane, Times
 from vibroscope.app.studies.raster import raster
@@ -33,7 +32,7 @@ _PIXELS = (640, 260)
 _OPTIONS = {"height": 230, "sizing_mode": "stretch_width", "tools": "", "active_drag": None, "toolbar_location": None}
 
 
-class ClaimCard(Lean, pn.custom.JSComponent):
+class ClaimCard(Component):
     """The sentence, the verdict, what was found, why, and a button; tells when it comes into view."""
 
     claim = param.Dict(default={}, doc="name, place, text, scene; tab that the button opens and its title")

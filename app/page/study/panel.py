@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import panel as pn
 import param
 from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.lean import Lean
+from vibroscope.app.page.shared.component import Component
 
 
-class StudyPanel(Lean, pn.custom.JSComponent):
+class StudyPanel(Component):
     """Native inputs; every message from them is checked against ``spec``."""
 
     spec = param.Dict(doc="Title, hint, switches (name, label, choices), limits (name, label, low, high), cursor")

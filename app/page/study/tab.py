@@ -158,7 +158,8 @@ class StudyTab(Tab):
         if job is not self._job or job.cancelled:
             return
         if isinstance(result, Exception):
-            self._failed = f"This could not be computed ({error_text(result)}). Change what you moved last; the last picture stays."
+            cause = error_text(result)
+            self._failed = f"This could not be computed ({cause}). Change what you moved last; the last picture stays."
             self.host.report_error(self._failed, self._move.number)
         else:
             self.result, self._result_setting = result, self._move.setting

@@ -1,6 +1,6 @@
-"""What Bokeh does for each paint and our figures leave out (`app/page/shared/painting.js`); what fails to, complains.
+"""The contract of each hook into Bokeh's and Panel's scripts (`app/page/shared/compat.js`), and the animation frames.
 
-And which frames the page asks the browser for.
+Each test fails when a later version of the library no longer has the name or the behaviour that its hook relies on.
 """
 
 import pytest
@@ -28,6 +28,20 @@ PAINTED = """() => {
   return { x: Array.from(curve.muted_glyph.x), sx: Array.from(curve.muted_glyph.sx), base: Array.from(curve.glyph.x) };
 }"""
 
+# How often the text of a style sheet reaches the browser: written twice, then changed.
+SHEET = """(() => {
+  const sheet = new (Bokeh.loader["core/dom"].InlineStyleSheet)();
+  let written = 0;
+  const { set } = Object.getOwnPropertyDescriptor(Node.prototype, "textContent");
+  Object.defineProperty(sheet.el, "textContent", { set(text) { written += 1; set.call(this, text); } });
+  const counts = [];
+  for (const css of [":host { color: red }", ":host { color: red }", ":host { color: blue }"]) {
+    sheet.replace(css);
+    counts.push(written);
+  }
+  return counts.slice(1);
+})()"""
+
 # A point of the first displacement, on the page, and how many tooltips that figure shows.
 NEAR = """(() => {
   const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("displacement").id);
@@ -48,13 +62,49 @@ def explorer(visit):
     return page
 
 
-def test_no_style_is_asked_for_while_figures_paint(explorer):
+def test_bokeh_has_every_name_that_a_hook_uses(explorer):
+    assert [complaint for complaint in explorer.complaints if "hook" in complaint] == []
+
+
+def test_components_load_without_es_module_shims(explorer):
+    """The hook "import": Panel loads modules through ``window.importShim``."""
+    sources = explorer.page.evaluate("[...document.scripts].map(script => script.src).join(' ')")
+    assert "panel.min.js" in sources
+    assert "es-module-shims" not in sources
+    assert "bokeh-gl" not in sources
+    assert explorer.page.evaluate("String(importShim).includes('import(')")
+
+
+def test_colours_are_not_read_from_css_while_figures_paint(explorer):
+    """The hook "colours"."""
     explorer.page.evaluate(ASKED)
     explorer.moved(lambda: explorer.type("K", "9000"))
     assert explorer.page.evaluate("window.asked") == 0
 
 
+def test_a_style_sheet_is_not_written_again_with_the_same_text(explorer):
+    """The hook "sheets"."""
+    assert explorer.page.evaluate(SHEET) == [1, 2]
+
+
+def test_a_curve_does_not_position_its_empty_element(explorer):
+    """The hook "positions"."""
+    assert explorer.page.evaluate("curve.position.css") == ""
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    assert explorer.page.evaluate("curve.position.css") == ""
+    assert explorer.page.evaluate("curve.el.childElementCount") == 0  # else its position would matter
+
+
+def test_entries_of_a_legend_are_switches(explorer):
+    """The hook "switches"."""
+    assert explorer.page.evaluate("kept.map(({ el }) => [el.role, el.tabIndex, el.ariaChecked])") == [
+        ["switch", 0, "true"],
+        ["switch", 0, "true"],
+    ]
+
+
 def test_a_legend_keeps_its_entries_until_one_of_them_changes(explorer):
+    """The hook "legends"."""
     explorer.moved(lambda: explorer.type("K", "9000"))
     assert explorer.page.evaluate("legend.entries === kept && kept.length === 2")
     explorer.page.evaluate(MUTE, True)
@@ -62,12 +112,13 @@ def test_a_legend_keeps_its_entries_until_one_of_them_changes(explorer):
     assert explorer.page.evaluate("legend.entries.length") == 2
 
 
-def test_a_legend_that_folds_makes_its_entries_anew(explorer):
+def test_a_legend_builds_its_entries_again_when_it_changes_itself(explorer):
     explorer.page.evaluate("legend.model.ncols = 1")
     explorer.until("legend.entries !== kept")
 
 
-def test_a_look_that_was_not_seen_has_the_latest_numbers_when_it_is(explorer):
+def test_a_glyph_that_was_not_seen_has_the_latest_data_when_it_is_painted(explorer):
+    """The hook "glyphs"."""
     explorer.moved(lambda: explorer.type("K", "9000"))
     explorer.page.evaluate(MUTE, True)
     explorer.settle()
@@ -80,7 +131,7 @@ def test_a_look_that_was_not_seen_has_the_latest_numbers_when_it_is(explorer):
 
 
 def test_a_tooltip_waits_for_the_pointer_to_rest(explorer):
-    """It is there where the pointer rests, and gone as soon as it moves on."""
+    """The hook "tooltips": it appears where the pointer rests and vanishes as soon as the pointer moves on."""
     explorer.page.evaluate(NEAR)
     x, y = explorer.page.evaluate("near")
     explorer.page.mouse.move(x, y)
@@ -94,22 +145,6 @@ def test_a_tooltip_waits_for_the_pointer_to_rest(explorer):
     explorer.until("tips() === 0")
 
 
-LAYER = """Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("displacement").id)
-    .canvas_view.overlays.el.style.display"""
-
-
-def test_the_layer_above_all_is_there_while_a_box_is_drawn(explorer):
-    explorer.page.evaluate(NEAR)
-    (x, y), mouse = explorer.page.evaluate("near"), explorer.page.mouse
-    assert explorer.page.evaluate(LAYER) == "none"
-    mouse.move(x, y)
-    mouse.down()
-    mouse.move(x + 40, y + 30, steps=4)
-    explorer.until(f"{LAYER} === ''")
-    mouse.up()
-    explorer.until(f"{LAYER} === 'none'")
-
-
 COUNT = """(() => {
   const ask = requestAnimationFrame;
   window.frames = 0;
@@ -118,13 +153,13 @@ COUNT = """(() => {
 
 
 def asked_for(page):
-    """Frames within half a second."""
+    """Number of frames that the page asks for within half a second."""
     before = page.evaluate("window.frames")
     page.wait_for_timeout(500)
     return page.evaluate("window.frames") - before
 
 
-def test_frames_are_asked_for_only_while_the_pendulums_swing_and_are_seen(explorer):
+def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(explorer):
     page, play = explorer.page, explorer.page.get_by_role("button", name="Play", exact=True)
     page.evaluate(COUNT)
     assert asked_for(page) == 0
@@ -137,6 +172,6 @@ def test_frames_are_asked_for_only_while_the_pendulums_swing_and_are_seen(explor
     explorer.settle()
     assert asked_for(page) > 3
     page.evaluate(NEAR)
-    page.mouse.move(*page.evaluate("near"))  # what is pointed at stands still
-    page.wait_for_timeout(500)
+    page.mouse.move(*page.evaluate("near"))  # the pendulums stand still at the time that is pointed at
+    explorer.settle()
     assert asked_for(page) == 0

@@ -1,0 +1,63 @@
+"""The only module of the app that uses private or undocumented names of Panel, Bokeh or Tornado.
+
+Each part names what it uses, why, and the measurement that justifies it; ``benchmarks/hooks.py`` repeats the
+measurement. `tests/app/test_compat.py` has a contract test for each part, and pyproject.toml caps the libraries'
+versions. The hooks into the libraries' scripts are in ``page/shared/compat.js``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from bokeh.models import ColumnDataSource
+from panel.io.state import set_curdoc
+from tornado.iostream import IOStream
+from tornado.websocket import WebSocketHandler
+
+
+class FastUpdates:
+    """Goes before `panel.custom.JSComponent`: handle messages and changes of a component with less work.
+
+    The component must hold no other components.
+    """
+
+    def _process_bokeh_event(self, doc, event) -> None:
+        """Handle an event without Panel's list of busy callbacks.
+
+        Uses ``Syncable._process_bokeh_event`` and ``ReactiveESM._process_event``. Only Panel's busy indicator reads
+        that list, and the page has none. Without this hook a move takes 23 to 32 % more time of the server's event loop
+        (``benchmarks/hooks.py events``).
+        """
+        with set_curdoc(doc):
+            self._process_event(event)
+
+    def _update_model(self, events, msg, root, model, doc, comm) -> None:
+        """Write parameters of the component straight into its data model, which is all that they change.
+
+        Uses ``ReactiveESM._update_model``, ``Syncable._in_process__events`` and ``ReactiveCustomBase._set_on_model``.
+        Panel's own way looks for child components and new models, and compares each value with the parameters of every
+        base class. Without this hook a move takes 8 to 13 % more time of the server's event loop
+        (``benchmarks/hooks.py updates``).
+        """
+        if msg.keys() <= model.data.properties() and not self._in_process__events.get(doc):
+            self._set_on_model(msg, root, model.data)
+        else:
+            super()._update_model(events, msg, root, model, doc, comm)
+
+
+def update_silently(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> None:
+    """Put columns into a source without sending them.
+
+    Relies on ``source.data`` being a ``dict`` whose own ``update`` reports the change to the document. The page sends
+    the columns of all sources in one message instead (`app.page.explore.column_sender`).
+    """
+    dict.update(source.data, columns)
+
+
+def stream_of(handler: WebSocketHandler) -> IOStream:
+    """Return the stream that a websocket writes to.
+
+    Uses ``HTTP1Connection.stream`` of the request, before the connection becomes a websocket.
+    """
+    return handler.request.connection.stream

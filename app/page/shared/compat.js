@@ -1,0 +1,122 @@
+// The only file of the page that uses private or undocumented names of Bokeh's and Panel's scripts. It runs in the
+// page's head, after their scripts and before any figure.
+//
+// Bokeh asks the browser for styles between writing others, so that all styles are computed again some sixty times per
+// paint, and it prepares curves that nobody sees: together more work than the painting. Each hook leaves one part of
+// that out; what is painted stays the same. Its comment says what the page's main thread takes without it, compared
+// with all hooks in place (benchmarks/hooks.py NAME). If a later version lacks a name, that part works as the library
+// has it, the console says so, and tests/ui/test_compat.py fails.
+
+function hook(name, path, className, changes) {
+  const prototype = Bokeh.loader[path]?.[className]?.prototype;
+  for (const [method, change] of Object.entries(changes)) {
+    if (typeof prototype?.[method] === "function") prototype[method] = change(prototype[method]);
+    else console.warn(`hook "${name}": Bokeh has no method ${path} ${className}.${method}`);
+  }
+}
+
+// Panel loads the modules of components through es-module-shims, which fetches them from blob: addresses. The page's
+// security policy forbids that. Its modules import nothing, so that the browser's own import suffices, and that script is
+// not loaded (`app.server.admission`).
+window.importShim = Object.assign((url) => import(url), { addImportMap() {} });
+
+// Colours from CSS variables (--bk-…), which Bokeh reads one by one; the page's themes exchange the models' colours.
+// A key press takes 6 to 10 % more.
+hook("colours", "core/visuals/visual", "VisualProperties", {
+  _get_css_value: () => () => "",
+});
+
+// The browser parses a style sheet again when the same text is written to it. A key press takes 17 to 24 % more.
+hook("sheets", "core/dom", "InlineStyleSheet", {
+  _update: (update) => function (css) {
+    if (css !== this.written) update.call(this, css);
+    this.written = css;
+  },
+});
+
+// The position of a curve's HTML element, which is empty, changes with its data. A key press takes 13 to 21 % more.
+hook("positions", "models/renderers/glyph_renderer", "GlyphRendererView", {
+  update_position: () => () => {},
+});
+
+// Beside its own glyph, which is built first, a curve has four more: selected, not selected, muted, thinned. They take
+// new data when they are painted. A key press takes 19 % more.
+hook("glyphs", "models/renderers/glyph_renderer", "GlyphRendererView", {
+  build_glyph_view: (build) => async function (glyph) {
+    const view = await build.call(this, glyph);
+    return this.glyph ? updateWhenPainted(view) : view;
+  },
+});
+
+function updateWhenPainted(view) {
+  const due = new Map(); // the latest call of each method
+  for (const name of ["set_data", "set_visuals", "after_visuals", "map_data"]) {
+    const update = view[name];
+    view[name] = (...given) => { due.set(name, () => update.apply(view, given)); };
+  }
+  const paint = view.paint;
+  view.paint = (...given) => {
+    for (const update of due.values()) update();
+    due.clear();
+    paint.apply(view, given);
+  };
+  return view;
+}
+
+// Entries of a legend mute their curves. Bokeh offers that to a pointer only; here they are switches that keys and
+// screen readers reach.
+hook("switches", "models/annotations/legend", "LegendView", {
+  _render_items: (renderItems) => function () {
+    const focused = this.entries.findIndex(({ el }) => el === this.shadow_el.activeElement);
+    renderItems.call(this);
+    if (this.model.click_policy === "none") return;
+    for (const { el } of this.entries) {
+      el.tabIndex = 0;
+      el.role = "switch";
+      el.addEventListener("keydown", pressEntry);
+    }
+    this.entries[focused]?.el.focus({ preventScroll: true }); // the entry that was pressed is a new element
+  },
+  _toggle_inactive: (toggle) => function (entry) {
+    toggle.call(this, entry);
+    if (this.model.click_policy !== "none") entry.el.ariaChecked = String(this.is_active(entry.item));
+  },
+});
+
+function pressEntry(event) {
+  if (event.key !== "Enter" && event.key !== " ") return;
+  event.preventDefault();
+  event.stopPropagation(); // these are keys of the page, too
+  event.currentTarget.dispatchEvent(new PointerEvent("pointerdown"));
+}
+
+// A legend builds its entries again whenever the data of their curves change. A key press takes 18 % more.
+hook("legends", "models/annotations/legend", "LegendView", {
+  render: (render) => function () {
+    this.states = null; // the legend itself has changed
+    render.call(this);
+  },
+  _render_items: (renderItems) => function () {
+    const states = JSON.stringify(this.model.items.map((item) => [item.visible, this.is_active(item)]));
+    if (this._should_rerender_items || states !== this.states) renderItems.call(this);
+    this.states = states;
+  },
+});
+
+// A tooltip follows the pointer; here it appears where the pointer rests. A move of the pointer takes twice as long.
+const REST = 100; // ms
+
+hook("tooltips", "models/tools/inspectors/hover_tool", "HoverToolView", {
+  _inspect: (inspect) => function (sx, sy, dims) {
+    clearTimeout(this.resting);
+    const show = () => inspect.call(this, sx, sy, dims);
+    if (!Number.isFinite(sx + sy)) {
+      show(); // the pointer has left the figure: this hides the tooltip
+      return;
+    }
+    const place = `${sx} ${sy}`;
+    if (place !== this.place) this.ttmodels.forEach((tooltip) => tooltip.clear());
+    this.place = place;
+    this.resting = setTimeout(show, REST);
+  },
+});

@@ -1,0 +1,42 @@
+"""What the page's own components have in common."""
+
+from __future__ import annotations
+
+from weakref import WeakKeyDictionary
+
+import panel as pn
+from panel.theme.native import Native
+from vibroscope.app.compat import FastUpdates
+
+
+class _CachedDesign(Native):
+    """Panel's default design; it looks up its style sheets once per document and kind of component.
+
+    Panel asks its design with each change of a parameter, and the design looks for its files each time. Without the
+    cache a move takes 7 to 10 % more time of the server's event loop (``benchmarks/hooks.py design``).
+    """
+
+    def __init__(self, **params) -> None:
+        super().__init__(**params)
+        self._cached = WeakKeyDictionary()
+
+    def params(self, viewable: pn.viewable.Viewable, doc=None) -> tuple[dict, dict]:
+        """See `panel.theme.Design.params`."""
+        if doc is None:
+            return super().params(viewable, doc)
+        cached = self._cached.setdefault(doc, {})
+        kind = type(viewable)
+        if kind not in cached:
+            cached[kind] = super().params(viewable, doc)
+        parameters, of_children = cached[kind]
+        return dict(parameters), of_children
+
+
+_DESIGN = _CachedDesign()
+
+
+class Component(FastUpdates, pn.custom.JSComponent):
+    """A component of the page: parameters in Python, a view in JavaScript. It holds no other components."""
+
+    def __init__(self, **params) -> None:
+        super().__init__(**({"design": _DESIGN} | params))

@@ -1,0 +1,134 @@
+"""The contract of each hook in `app.compat`.
+
+A test fails when a later version of the library no longer has the name or the behaviour that its hook relies
+on.
+"""
+
+import asyncio
+import inspect
+import socket
+
+import numpy as np
+import param
+import pytest
+from bokeh.document import Document
+from bokeh.events import Event
+from bokeh.models import ColumnDataSource
+from panel.custom import JSComponent
+from panel.reactive import ReactiveCustomBase, Syncable
+from tornado.web import Application
+from tornado.websocket import WebSocketHandler, websocket_connect
+from vibroscope.app.compat import FastUpdates, stream_of, update_silently
+from vibroscope.app.page.shared.component import Component
+from vibroscope.app.server.connections import Listener, Stream
+
+
+class Example(Component):
+    _esm = "export function render() {}"
+
+    text = param.String()
+    numbers = param.Dict(default={})
+
+
+@pytest.fixture
+def shown():
+    """A component, its document and its model."""
+    component, doc = Example(), Document()
+    model = component.get_root(doc)
+    doc.add_root(model)
+    return component, doc, model
+
+
+def needs(owner, name):
+    assert hasattr(owner, name), f"{owner.__module__}.{owner.__qualname__} has no {name} any more: see app/compat.py"
+
+
+@pytest.mark.parametrize(
+    ("owner", "name"),
+    [
+        (Syncable, "_process_bokeh_event"),
+        (JSComponent, "_process_event"),
+        (JSComponent, "_update_model"),
+        (ReactiveCustomBase, "_set_on_model"),
+        (JSComponent, "_send_msg"),
+    ],
+)
+def test_panel_has_the_methods_that_the_hooks_replace_or_call(owner, name):
+    needs(owner, name)
+
+
+def test_panel_calls_the_hooks_with_the_arguments_that_they_take():
+    for name in ("_process_bokeh_event", "_update_model"):
+        theirs = inspect.signature(getattr(JSComponent, name)).parameters
+        ours = inspect.signature(getattr(FastUpdates, name)).parameters
+        assert [*ours] == [*theirs], f"Panel calls {name} with other arguments: see app/compat.py"
+
+
+def test_an_event_reaches_its_component_without_the_list_of_busy_callbacks(shown, monkeypatch):
+    component, doc, _ = shown
+    heard = []
+    monkeypatch.setattr(component, "_process_event", heard.append)
+    event = Event()
+    component._process_bokeh_event(doc, event)
+    assert heard == [event]
+
+
+def test_a_parameter_is_written_into_the_data_model_and_equals_panels_own_result(shown, monkeypatch):
+    component, _, model = shown
+    written = []
+    set_on_model = ReactiveCustomBase._set_on_model
+    monkeypatch.setattr(
+        ReactiveCustomBase,
+        "_set_on_model",
+        lambda self, msg, root, target: written.append(target) or set_on_model(self, msg, root, target),
+    )
+    component.param.update(text="new", numbers={"a": 1})
+    assert written
+    assert all(target is model.data for target in written), "Panel wrote it: the hook _update_model was not called"
+    assert (model.data.text, model.data.numbers) == ("new", {"a": 1})
+
+
+def test_a_change_that_comes_from_the_browser_is_left_to_panel(shown):
+    component, doc, model = shown
+    needs(component, "_in_process__events")
+    component._in_process__events[doc] = {"text": "typed"}
+    component.text = "typed"
+    assert model.data.text == "", "Panel no longer holds back what the browser has already: see app/compat.py"
+
+
+def test_silent_columns_are_stored_and_not_sent():
+    doc, events = Document(), []
+    source = ColumnDataSource({"x": np.zeros(2)})
+    doc.add_root(source)
+    doc.on_change(events.append)
+    update_silently(source, {"x": np.ones(3)})
+    assert events == [], "ColumnDataSource.data reports what dict.update does: see app/compat.py"
+    assert list(source.data["x"]) == [1, 1, 1]
+    source.data.update(x=np.ones(4))
+    assert len(events) == 1
+
+
+def test_the_stream_of_a_request_is_the_one_that_its_websocket_writes_to():
+    found = []
+
+    class Handler(WebSocketHandler):
+        def prepare(self):
+            found.append(stream_of(self))
+
+        def open(self):
+            self.write_message("opened")
+
+    async def steps():
+        listener = Listener(Application([("/", Handler)]))
+        with socket.create_server(("127.0.0.1", 0)) as sock:
+            url = f"ws://127.0.0.1:{sock.getsockname()[1]}/"
+            listener.add_sockets([sock])
+            client = await websocket_connect(url)
+            assert await client.read_message() == "opened"
+            assert isinstance(found[0], Stream), "the stream is not the one that Listener.handle_stream made"
+            assert not found[0].closed()
+            client.close()
+            listener.stop()
+            await listener.close_all_connections()
+
+    asyncio.run(asyncio.wait_for(steps(), 20))

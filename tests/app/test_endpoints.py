@@ -1,0 +1,63 @@
+"""HTTP endpoints: security headers, what is served and what is not, metrics, and the cost of a page request."""
+
+import asyncio
+import urllib.request
+
+import pytest
+
+from tests.browserless import get
+from tests.served import served
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    with served(tmp_path_factory.mktemp("server") / "log.txt") as server:
+        yield server
+
+
+def run(steps):
+    return asyncio.run(asyncio.wait_for(steps, 60))
+
+
+def test_every_answer_carries_the_headers(server):
+    for path in ("/", "/nothing", "/static/js/bokeh.min.js", "/liveness", "/speed/work-precision.svg"):
+        headers = run(get(server.url + path)).headers
+        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+        assert "unsafe-eval" not in headers["Content-Security-Policy"]
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert "Server" not in headers
+
+
+def test_endpoints_that_the_page_does_not_need_are_not_served(server):
+    for path in (
+        "/autoload.js?bokeh-autoload-element=x",
+        "/metadata",
+        "/components/this/x/_css/y",
+        "/admin",
+        "/index.html",
+    ):
+        assert run(get(server.url + path)).code == 404, path
+
+
+@pytest.mark.parametrize(
+    "path", ["/%00", "/static/%00", "/speed/x%00.svg", "/components/%0A", "/liveness%7f", "/%1F/ws"]
+)
+def test_an_address_with_a_control_character_is_refused_in_words(server, path):
+    for method in ("GET", "HEAD", "DELETE"):
+        answer = run(get(server.url + path, method=method))
+        assert answer.code == 400
+        assert (b"cannot be read" in answer.body) == (method != "HEAD")
+        assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
+
+
+def test_metrics_are_served_to_this_machine_alone(server):
+    assert run(get(f"{server.url}/metrics")).code == 200
+    assert run(get(f"{server.url}/metrics", headers={"X-Forwarded-For": "127.0.0.1"})).code == 404
+
+
+def test_a_page_request_is_cheap_and_builds_no_session(server):
+    held, before = server.metric("vibroscope_sessions "), server.cpu()
+    for _ in range(50):
+        urllib.request.urlopen(server.url).close()
+    assert (server.cpu() - before) / 50 < 0.02
+    assert server.metric("vibroscope_sessions ") <= held

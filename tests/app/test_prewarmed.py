@@ -1,0 +1,157 @@
+"""The prewarmed session: handed out once, for a plain page request, counted as nobody's, ended if it is not opened."""
+
+import asyncio
+import itertools
+import json
+
+import pytest
+from bokeh.document import Document
+from bokeh.models import Range1d
+from vibroscope.app.server import prewarmed as module
+from vibroscope.app.server.prewarmed import PrewarmedSession
+
+from tests.browserless import Client
+from tests.served import served
+
+
+class Registry:
+    """The part of Bokeh's application context that prewarming needs: sessions are built, and may expire or not."""
+
+    def __init__(self):
+        self.blocked = {}
+        self.documents = {}
+
+    async def create_session_if_needed(self, session_id, request):
+        assert not request.query
+        self.blocked[session_id] = 0
+        self.documents[session_id] = Document()
+        self.documents[session_id].add_root(Range1d(start=0, end=1))
+        return self.get_session(session_id)
+
+    def get_session(self, session_id):
+        registry = self
+
+        class Session:
+            document = registry.documents[session_id]
+
+            def block_expiration(self):
+                registry.blocked[session_id] += 1
+
+            def unblock_expiration(self):
+                registry.blocked[session_id] -= 1
+
+        return Session()
+
+
+@pytest.fixture
+def registry():
+    return Registry()
+
+
+@pytest.fixture
+def prewarmed(registry, monkeypatch):
+    monkeypatch.setattr(module, "jobs", lambda: 0)
+    return make(registry)
+
+
+def make(registry, **options):
+    names = itertools.count(1)
+    return PrewarmedSession(registry, lambda: f"s{next(names)}", **options)
+
+
+def update(prewarmed, wanted=True):
+    asyncio.run(prewarmed.update(wanted))
+
+
+def test_it_is_handed_out_once_and_the_next_is_built_when_it_is_opened(prewarmed, registry):
+    assert prewarmed.hand_out() == ""
+    update(prewarmed)
+    assert registry.blocked == {"s1": 1}
+    assert prewarmed.owns("s1")
+    assert prewarmed.hand_out() == "s1"
+    assert prewarmed.hand_out() == ""
+    update(prewarmed)
+    assert list(registry.blocked) == ["s1"]
+    assert prewarmed.owns("s1")
+    prewarmed.release("s1")
+    assert registry.blocked["s1"] == 0
+    assert not prewarmed.owns("s1")
+    update(prewarmed)
+    assert prewarmed.hand_out() == "s2"
+
+
+def test_its_document_is_stored_and_sent_once(prewarmed, registry):
+    update(prewarmed)
+    doc = registry.documents["s1"]
+    assert prewarmed.take_json(doc).content == doc.to_json().content
+    assert prewarmed.take_json(doc) is None
+
+
+def test_a_stored_document_is_dropped_when_the_browser_would_see_a_change(prewarmed, registry):
+    update(prewarmed)
+    doc = registry.documents["s1"]
+    doc.add_next_tick_callback(lambda: None)  # a browser does not see this
+    doc.roots[0].end = 2
+    assert prewarmed.take_json(doc) is None
+    prewarmed.hand_out()
+    prewarmed.release("s1")
+    update(prewarmed)
+    unchanged = registry.documents["s2"]
+    unchanged.add_next_tick_callback(lambda: None)
+    assert prewarmed.take_json(unchanged).content == unchanged.to_json().content
+
+
+def test_none_is_built_while_a_browser_is_active_or_jobs_run_or_none_is_wanted(registry, monkeypatch):
+    monkeypatch.setattr(module, "jobs", lambda: 0)
+    active = make(registry)
+    active.note_activity()
+    update(active)
+    prewarmed = make(registry, quiet_seconds=0)
+    monkeypatch.setattr(module, "jobs", lambda: 1)
+    update(prewarmed)
+    monkeypatch.setattr(module, "jobs", lambda: 0)
+    update(prewarmed, wanted=False)
+    assert registry.blocked == {}
+    update(prewarmed)
+    assert registry.blocked == {"s1": 1}
+
+
+def test_one_that_is_not_opened_in_time_may_expire(registry, monkeypatch):
+    monkeypatch.setattr(module, "jobs", lambda: 0)
+    prewarmed = make(registry, claim_seconds=-1.0)
+    update(prewarmed)
+    prewarmed.hand_out()
+    update(prewarmed)
+    assert registry.blocked == {"s1": 0, "s2": 1}
+
+
+def test_opening_another_session_does_not_release_it(prewarmed, registry):
+    update(prewarmed)
+    prewarmed.hand_out()
+    prewarmed.release("another")
+    assert prewarmed.owns("s1")
+    assert registry.blocked == {"s1": 1}
+    assert not prewarmed.owns("")
+
+
+def test_a_prewarmed_page_works_like_any_other(tmp_path):
+    with served(tmp_path / "log.txt", VIBROSCOPE_LOG_FORMAT="json", VIBROSCOPE_LOG_LEVEL="debug") as server:
+        server.wait_for(lambda: "session kept ready" in server.log.read_text())
+
+        async def steps():
+            assert server.metric("vibroscope_sessions ") == 0
+            async with Client(server.url) as one, Client(server.url) as two, Client(server.url, "eta=1.5") as three:
+                assert server.metric("vibroscope_sessions ") == 3
+                for client in (one, two, three):
+                    await client.ready()
+                assert (await one.set(1, eta="1.3"))["texts"]["eta"] == "1.3"
+                assert (await two.set(1, K="9000"))["texts"]["eta"] == "1.08"
+                assert (await three.set(1, K="9000"))["texts"]["eta"] == "1.5"
+
+        asyncio.run(asyncio.wait_for(steps(), 60))
+    lines = [json.loads(line) for line in (tmp_path / "log.txt").read_text().splitlines() if line.startswith("{")]
+    built = [line["session"] for line in lines if line["event"] == "session kept ready"]
+    opened = [line["session"] for line in lines if line["event"] == "session opened"]
+    assert len(opened) == 3
+    assert built[0] == opened[0]
+    assert not {*opened[1:]} & {*built}
