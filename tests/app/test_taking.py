@@ -48,7 +48,7 @@ def _filled(tab):
     tab.build()
     if tab.key == "paper":
         for key in PAPER:
-            tab._checked(key, CLAIMS[key].find())
+            tab.show_result(key, CLAIMS[key].find())
         assert len({type(found.picture) for found in tab._findings.values()}) == len(PAPER)
         return tab
     if tab.key == "explore":
