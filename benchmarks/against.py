@@ -105,7 +105,7 @@ class Worker:
     """A checkout whose interpreter does the work in a process of its own."""
 
     def __init__(self, checkout, cache):
-        self.bin = checkout / ".venv" / "bin"
+        self.checkout, self.bin = checkout, checkout / ".venv" / "bin"
         if not (self.bin / "python").exists():
             raise SystemExit(f"{checkout} has no .venv: make it there with `make .venv/run`")
         self.environment = {**os.environ, "VIBROSCOPE_CACHE_DIR": str(cache)}
@@ -115,6 +115,7 @@ class Worker:
         """A new process; returns the names of what it can do."""
         self.process = subprocess.Popen(
             [self.bin / "python", __file__, "--worker"],
+            cwd=self.checkout,
             env=self.environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -144,8 +145,9 @@ class Worker:
 
     def wall(self, command, *arguments):
         """Seconds on the wall of a command of this checkout."""
+        options = {"cwd": self.checkout, "env": self.environment, "stdout": subprocess.DEVNULL, "check": True}
         begin = time.perf_counter()
-        subprocess.run([self.bin / command, *arguments], env=self.environment, stdout=subprocess.DEVNULL, check=True)
+        subprocess.run([self.bin / command, *arguments], **options)
         return time.perf_counter() - begin
 
 
@@ -186,9 +188,9 @@ def ratio(upper, lower):
 def main():
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("other", type=Path, nargs="?", metavar="OTHER_CHECKOUT", help="default: this one, for the noise")
+    parser.add_argument("other", type=Path, nargs="?", metavar="OTHER_CHECKOUT", help="default: this one")
     parser.add_argument("--rounds", type=int, default=7, help="turns of each process (default %(default)s)")
-    parser.add_argument("--starts", type=int, default=3, help="times that the processes start anew (default %(default)s)")
+    parser.add_argument("--starts", type=int, default=3, help="starts of the processes (default %(default)s)")
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
