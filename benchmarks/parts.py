@@ -1,20 +1,21 @@
-"""Where the time of a march goes: cycles of each part of a flight beside the least that its arithmetic could take.
+"""Prints cycles of each part of a flight, beside the least that its arithmetic could take.
 
     .venv/bin/python benchmarks/parts.py
 
-Two bounds. **Width**: a table product is so many fused products and sums; the processor does two vectors of them a
-cycle. **Latency**: Horner's rule and Halley's method are chains, in which each operation waits for the one before, four
-cycles for a product and sum, some fourteen for a division or a root. Each part is repeated on its own result, so that
-it cannot overlap with itself, as in the march, where the next flight waits for this one. The clock is taken from a
-chain of products and sums, four cycles each.
+There are two bounds. **Width**: a table product consists of fused products and sums, of which the processor does two
+vectors a cycle. **Latency**: Horner's rule and Halley's method are chains, in which each operation waits for the one
+before, four cycles for a product and sum, some fourteen for a division or a root. Each part is repeated on its own
+result, so that it cannot overlap with itself, as in a run, where the next flight waits for this one. The clock is taken
+from a chain of products and sums, four cycles each.
 
-A flight of the reference with one impact a period (η = 2.76) is: its first interval, one block, the interval of the
-zero, the state there. What the march takes beyond these parts is impact law, time keeping and moving numbers between
+A flight of the reference with one impact a period (η = 2.76) consists of its first interval, one block, the interval of
+the root, and the state there. A run takes longer than these parts by the impact law, time keeping and moves between
 registers.
 
-A leap of fast Newmark is rounds, one for each level of the tables: chunks of margins, formed side by side until one of
-them says where contact may change, and a move. Their bound is the width of the chunks and the latency of two sums of
-six products a round; what turns 32 comparisons into one index, some twenty cycles, depends on the processor.
+A skip of accelerated Newmark consists of rounds, one for each level of the tables: chunks of signed gaps, formed side
+by side until one of them shows where contact may change, and a move. Their bound is the width of the chunks and the
+latency of two sums of six products a round; turning 32 comparisons into one index, some twenty cycles, depends on the
+processor.
 """
 
 import time
@@ -30,7 +31,7 @@ LANES = 8  # of a vector: AVX-512; with AVX2 it is 4
 FUSED, DIVISION = 4, 14  # cycles until the result is there
 REPEATS = 100_000
 TURNS = 7
-# a state on the surface, just parted; and one that falls towards it within an interval
+# a state on the surface that has just parted, and one that reaches it within an interval
 PARTED, FALLING = (-1.0, 3.0, 0.0, 5.0, 1.0, 0.0), (-1.0, 3.0, 0.05, -5.0, 1.0, 0.0)
 
 compiled = numba.njit(error_model="numpy", fastmath={"contract"}, _nrt=False)
@@ -87,7 +88,7 @@ PARTS = {
 }
 
 # η, K, D; chunks and rounds in a period of T/2000, counted once the motion has settled
-LEAPS = {"A": (1.08, 2500.0, 8.0, 21, 9), "C": (2.76, 12000.0, 18.0, 5, 3)}
+SKIPS = {"A": (1.08, 2500.0, 8.0, 21, 9), "C": (2.76, 12000.0, 18.0, 5, 3)}
 
 
 @compiled
@@ -123,7 +124,7 @@ def repeated(function):
     return loop
 
 
-def march(eta, method, periods=20_000):
+def run_seconds(eta, method, periods=20_000):
     """Seconds per period."""
     runs = [simulate(System(), eta, method, periods=periods, keep=1) for _ in range(TURNS)]
     return min(run.cost.seconds for run in runs) / periods
@@ -141,13 +142,13 @@ def main():
         spent = least(lambda loop=loop, z=z: loop(tables, z, scratch, REPEATS)) / REPEATS
         total, floor = total + spent, floor + bound
         print(f"{name:24}{spent * 1e9:8.1f}{spent / cycle:9.0f}{bound:8.0f}")
-    spent = march(2.76, Reference("derived"))
+    spent = run_seconds(2.76, Reference("derived"))
     print(f"{'sum':24}{total * 1e9:8.1f}{total / cycle:9.0f}{floor:8.0f}")
-    print(f"{'the march, a period':24}{spent * 1e9:8.1f}{spent / cycle:9.0f}\n")
-    for name, (eta, stiffness, damping, chunks, rounds) in LEAPS.items():
-        spent = march(eta, Newmark(stiffness, damping, 2000))
+    print(f"{'a run, a period':24}{spent * 1e9:8.1f}{spent / cycle:9.0f}\n")
+    for name, (eta, stiffness, damping, chunks, rounds) in SKIPS.items():
+        spent = run_seconds(eta, Newmark(stiffness, damping, 2000))
         bound = chunks * width(6 * CHUNK) + rounds * chain(12)
-        print(f"{f'leaps, a period [{name}]':24}{spent * 1e9:8.1f}{spent / cycle:9.0f}{bound:8.0f}")
+        print(f"{f'skips, a period [{name}]':24}{spent * 1e9:8.1f}{spent / cycle:9.0f}{bound:8.0f}")
 
 
 if __name__ == "__main__":
