@@ -64,9 +64,7 @@ class Installed:
 
     def run(self, name, *arguments):
         command = [*self.command(name), *arguments]
-        done = subprocess.run(
-            command, cwd=self.cwd, env=self.environment, capture_output=True, text=True, timeout=600
-        )
+        done = subprocess.run(command, cwd=self.cwd, env=self.environment, capture_output=True, text=True, timeout=600)
         assert done.returncode == 0, done.stderr
         return done.stdout
 

@@ -160,9 +160,7 @@ class Paper(Tab):
             self.slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
             self.cards[key].show_finding(CLAIMS[key].verdict(result), result)
             self.desk.offer()
-            if (
-                self._visible and not self._requested
-            ):  # for screen readers: once, when all in view is known
+            if self._visible and not self._requested:  # for screen readers: once, when all in view is known
                 self.desk.summarise(self._tally())
 
 
