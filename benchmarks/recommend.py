@@ -16,7 +16,7 @@ import numpy as np
 from vibroscope.engine import Newmark, Record, Reference, System, recommend, simulate, steady
 from vibroscope.engine.divergence.contact import damping_for, damping_ratio_for, stiffness_for
 from vibroscope.engine.divergence.error import Target
-from vibroscope.engine.recommendation.trials import Setting, Trials
+from vibroscope.engine.recommendation.trials import NewmarkSetting, Trials
 
 SYSTEM = System()
 CASES = (
@@ -42,9 +42,9 @@ def brute(trials, eta, tolerance, steps, stiffness_max):
     low, high = (10.0, stiffness_max) if trials.located else (stiffness_for(SYSTEM, eta, steps, c) for c in (150, 1.2))
     low, high = max(low, 3.0), min(high, stiffness_max)
     stiffnesses = np.geomspace(low, high, 2 + round(math.log(high / low, RATIO)))
-    grid = [Setting(k, damping_for(SYSTEM, k, ratio * share), steps) for k in stiffnesses for share in SHARES]
-    seem = [trial.setting for trial in trials.quick(grid) if trial.error <= tolerance]
-    good = [trial for trial in trials.quick(seem, 10, tolerance) if math.isfinite(trial.robust)]
+    grid = [NewmarkSetting(k, damping_for(SYSTEM, k, ratio * share), steps) for k in stiffnesses for share in SHARES]
+    seem = [trial.setting for trial in trials.screen(grid) if trial.error <= tolerance]
+    good = [trial for trial in trials.screen(seem, 10, tolerance) if math.isfinite(trial.robust)]
     good = [trial.setting for trial in sorted(good, key=lambda trial: trial.robust)[:20]]
     return any(trial.robust <= tolerance for trial in trials.confirm(good, tolerance))
 

@@ -6,12 +6,13 @@ from .divergence.compare import PARTS, Comparison, compare
 from .divergence.contact import equal_restitution_damping
 from .divergence.regularisation import Regularisation
 from .divergence.verdict import Verdict, verdict
-from .kernels.compile.options import cache_root
-from .measurement.alignment import MeasuredComparison, Solved, compare_measured
+from .drivers.code_cache import cache_root
+from .measurement.comparison import MeasuredComparison, Solved, compare_measured
 from .measurement.fit import FITTED, Fit, fit
-from .measurement.measured import Measurement, measurement_text, read_measurement
-from .measurement.measured_verdict import measured_verdict
+from .measurement.measurement import Measurement
+from .measurement.measurement_file import measurement_text, read_measurement
 from .measurement.synthetic import synthetic_measurement
+from .measurement.verdict import measured_verdict
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System
 from .motions.attractors import Attractor, attractors

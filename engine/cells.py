@@ -1,17 +1,15 @@
-"""Cells of a sweep, and what becomes of them: arrays with an entry each."""
+"""Cells of a sweep, and their results: arrays with an entry for each cell."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .drivers.parameters import numbers_of
-from .kernels.event_driven.setup import Cell
+from .drivers.parameters import parameter_rows, parameters_of
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System, check_eta, require
-from .result import Status
+from .result import STATUSES, Status
 
-STATUSES = tuple(Status)  # a cell's status is an index into them
 _OWN = {"stiffness": ExactPenalty | Newmark, "damping": ExactPenalty | Newmark, "steps": Newmark}
 
 
@@ -103,17 +101,16 @@ class Cells:
 
     def steps_each(self) -> np.ndarray:
         """n of each cell, (n,); zeros for methods without."""
-        return self.numbers()[:, Cell._fields.index("steps")]
+        steps = getattr(self.method, "steps", 0) if self.steps is None else self.steps
+        return np.broadcast_to(np.asarray(steps, dtype=float), len(self))
 
-    def numbers(self) -> np.ndarray:
-        """A row of :class:`engine.kernels.event_driven.setup.Cell` for each cell, (n, len(Cell))."""
+    def parameters(self) -> np.ndarray:
+        """A row of :class:`engine.kernels.parameters.Parameters` for each cell."""
         if isinstance(self.system, System):
-            rows = np.tile(numbers_of(self.system, 1.0, self.method), (len(self), 1))
+            rows = np.tile(parameters_of(self.system, 1.0, self.method), (len(self), 1))
         else:
-            rows = np.array([numbers_of(system, 1.0, self.method) for system in self.system])
-        for name, values in {"eta": self.eta, **self._own()}.items():
-            rows[:, Cell._fields.index(name)] = values
-        return rows
+            rows = np.array([parameters_of(system, 1.0, self.method) for system in self.system])
+        return parameter_rows(rows, {"eta": self.eta, **self._own()})
 
     def __len__(self) -> int:
         return len(self.eta)

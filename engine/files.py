@@ -1,4 +1,4 @@
-"""Files from outside: read no further than they may be long, and named in whatever is wrong with them."""
+"""Read files that users give: bounded in size, and with errors that name the file."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,12 +8,14 @@ T = TypeVar("T")
 
 
 def read_file(path: str | Path, size_limit: int, parse: Callable[[bytes], T]) -> T:
-    """What ``parse`` makes of the bytes of a file; of one that is too large it is given one byte more than the limit.
+    """Read a file and return what ``parse`` makes of its bytes.
+
+    At most ``size_limit + 1`` bytes are read, so ``parse`` recognises a file that is too large by its length.
 
     Raises
     ------
     ValueError
-        If the file cannot be read, or what ``parse`` raised: one line that begins with the path.
+        If the file cannot be read or ``parse`` refuses its content: one line that begins with the path.
     """
     try:
         with open(path, "rb") as file:

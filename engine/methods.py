@@ -1,8 +1,9 @@
-"""The solution methods, as small frozen objects that hold their numbers and nothing else."""
+"""The solution methods, as frozen objects that hold their validated numbers and nothing else."""
 
 from dataclasses import dataclass
 from typing import ClassVar
 
+from .kernels.equations.contact_law import LAWS as CONTACT_LAWS
 from .model import require, whole
 
 JOINT_DAMPINGS = ("table", "derived")
@@ -19,11 +20,11 @@ class Reference:
     Attributes
     ----------
     joint_damping : {"table", "derived"}
-        Damping of the joined pendulums: measured (Table 1), or what the two dampers add up to, which is what a
-        penalty model tends to as K → ∞.
+        Damping of the joined pendulums: measured (Table 1), or what the two dampers add up to, which a penalty model
+        tends to as K → ∞.
     threshold : float
         ε: an impact that leaves a parting speed of at most ε under compression begins a permanent contact. 0 is the
-        limit ε → 0: a chatter goes through all its infinitely many impacts, completed in closed form.
+        limit ε → 0: a chatter has infinitely many impacts, which are summed in closed form.
 
     Raises
     ------
@@ -44,9 +45,9 @@ class Reference:
 
 @dataclass(frozen=True)
 class ExactPenalty:
-    """Penalty contact without a time step: closed form in flight and in contact (MODEL.md, "Exact penalty").
+    """Penalty contact without a time step: closed form in flight and in contact.
 
-    It is what Newmark's solution tends to as Δτ → 0.
+    Newmark's solution tends to it as Δτ → 0.
 
     Attributes
     ----------
@@ -82,13 +83,15 @@ class Newmark:
     steps : int
         n, steps per excitation period: Δτ = T/n.
     every_step : bool
-        Walk through every step, as an FE code must, instead of leaping over those at which contact does not change.
-        The solution is the same but for rounding, the cost is not. Rounding shows where it is multiplied: in chaotic
-        motion after some hundred periods (also in how many of them are kept, since those are always walked), in the
-        step at which a run blows up, and in the scatter that a coarse step causes.
+        Take every step, as an FE code must, instead of skipping those in which contact does not change. The solution is
+        the same but for rounding, the cost is not. Rounding shows where it is amplified: in chaotic motion after some
+        hundred periods, in the step at which a run diverges, and in the scatter that a coarse step causes.
     located : bool
-        Cut a step at each contact change, located within it, instead of finding contact at the start of steps alone;
-        contacts shorter than some steps are resolved by shorter ones. All steps are walked; the cost counts each solve.
+        Cut a step at each contact change, located within it, instead of finding contact only at the start of steps;
+        contacts shorter than some steps are resolved by shorter ones. All steps are taken; the cost counts each solve.
+    law : {"kelvin-voigt", "cut"}
+        Contact law: a spring and a damper, as in the paper, which may pull near the end of a contact; or the same cut
+        at zero. With "cut" all steps are taken.
 
     Raises
     ------
@@ -101,10 +104,13 @@ class Newmark:
     steps: int
     every_step: bool = False
     located: bool = False
+    law: str = CONTACT_LAWS[0]
     name: ClassVar[str] = "newmark"
 
     def __post_init__(self):
         _check_contact(self)
+        if self.law not in CONTACT_LAWS:
+            raise ValueError(f"law = {self.law!r} is not one of {', '.join(CONTACT_LAWS)}")
         n = whole("steps", self.steps, *STEPS_RANGE, "give steps per excitation period; the paper uses 2000 to 8000")
         object.__setattr__(self, "steps", n)
 

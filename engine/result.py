@@ -1,21 +1,24 @@
-"""What a run returns: plain arrays, in the field's own terms."""
+"""What a run returns: plain arrays with the standard names of the field."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
+from .kernels.status import STATUSES, Status
 from .methods import Method
 from .model import System
 
-
-class Status(StrEnum):
-    """Why a run ended."""
-
-    OK = "ok"
-    DIVERGED = "diverged"
-    PILED_UP = "piled-up"
-    UNRESOLVED = "unresolved"
+__all__ = [
+    "STATUSES",
+    "Cancelled",
+    "Checkpoint",
+    "Cost",
+    "Impacts",
+    "Record",
+    "Response",
+    "Status",
+    "Trajectory",
+]
 
 
 class Cancelled(Exception):
@@ -75,7 +78,7 @@ class Trajectory:
 class Cost:
     """What a run took: seconds in compiled code; steps (Newmark) or events and evaluations (reference).
 
-    Steps are those of the discrete solution, which an FE code pays for one by one, whether or not they were leapt over.
+    Steps are those of the discrete solution, all of which an FE code takes, whether or not they were skipped here.
     """
 
     seconds: float
@@ -100,7 +103,7 @@ class Checkpoint:
 
 @dataclass(frozen=True)
 class Record:
-    """Ask for samples of the last ``periods`` kept periods.
+    """A request for samples of the last ``periods`` kept periods.
 
     Attributes
     ----------

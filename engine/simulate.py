@@ -1,9 +1,9 @@
-"""The way in: validate, allocate, run the kernel, check, wrap."""
+"""One run of one solver: validate, call its driver, return a Response."""
 
 from collections.abc import Callable, Sequence
 
 from .drivers.base import Driver
-from .drivers.event_driven import ClosedDriver
+from .drivers.event_driven import EventDriver
 from .drivers.located import LocatedDriver
 from .drivers.newmark import NewmarkDriver
 from .methods import ExactPenalty, Method, Newmark, Reference
@@ -14,7 +14,7 @@ PERIODS_LIMIT = 100_000_000
 KEEP_LIMIT = 1_000_000
 SAMPLES_LIMIT = 20_000_000
 STEPS_LIMIT = 10**13
-_DRIVERS = {Reference: ClosedDriver, ExactPenalty: ClosedDriver, Newmark: NewmarkDriver}
+_DRIVERS = {Reference: EventDriver, ExactPenalty: EventDriver, Newmark: NewmarkDriver}
 
 
 def simulate(
@@ -66,14 +66,14 @@ def simulate(
         steps = periods * method.steps
         require("periods × steps", steps, 1, STEPS_LIMIT, "run fewer periods or fewer steps per period")
     if record is not None:
-        record = _checked(record, keep)
-    start = beginning(initial, system, eta, method)
+        record = _check_record(record, keep)
+    start = starting_checkpoint(initial, system, eta, method)
     kept_from = start.periods + periods - keep
     driver = _driver(method)(system, eta, method, start, keep, kept_from, record)
-    status, message = driver.advance(kept_from, cancelled, kept=False)
+    status, message = driver.advance(kept_from, cancelled, record=False)
     checkpoint = driver.checkpoint()
     if status is Status.OK:
-        status, message = driver.advance(kept_from + keep, cancelled, kept=True)
+        status, message = driver.advance(kept_from + keep, cancelled, record=True)
     return Response(
         system=system,
         eta=eta,
@@ -93,7 +93,7 @@ def _driver(method: Method) -> type[Driver]:
     return _DRIVERS[type(method)]
 
 
-def _checked(record: Record, keep: int) -> Record:
+def _check_record(record: Record, keep: int) -> Record:
     periods = whole("record.periods", record.periods, 1, keep, "sample at most the kept periods")
     per_period = whole("record.per_period", record.per_period, 1, 10_000_000, "give samples per period")
     require("samples", periods * per_period, 1, SAMPLES_LIMIT, "sample fewer periods or fewer points in each")
@@ -103,7 +103,9 @@ def _checked(record: Record, keep: int) -> Record:
     return Record(periods, per_period, steps)
 
 
-def beginning(initial: Sequence[float] | Checkpoint, system: System, eta: float, method: Method) -> Checkpoint:
+def starting_checkpoint(
+    initial: Sequence[float] | Checkpoint, system: System, eta: float, method: Method
+) -> Checkpoint:
     """The checkpoint from which a run begins, as :func:`simulate` takes it.
 
     Raises

@@ -1,12 +1,12 @@
-"""Physical units: the same numbers as they go into an FE input file, and back.
+"""Conversion between the numbers of the model and physical units, as an FE input file needs them.
 
-The model counts time in 1/ω₁, length in base amplitudes A and mass in m₁ (paper, sections 2 and 3). A quantity of the
-dimension mass^a · length^b · time^c therefore has the unit
+The model measures time in units of 1/ω₁, length in base amplitudes A and mass in units of m₁ (paper, sections 2
+and 3). A quantity of the dimension mass^a · length^b · time^c therefore has the unit
 
     m₁^a · A^b · ω₁^(−c).
 
-One convention comes on top: the contact force is λ = Kg + 2Dg′ (g the penetration here), as the pendulums' dampers
-are 2dᵢ. The damper that an FE code wants, in force per speed, is hence 2D of these units:
+Dampers need a factor of 2 besides. The model writes the damping forces as 2dᵢξᵢ′ and the contact force as
+λ = −K g − 2D g′ with the gap g = ξ₂ − ξ₁. The stiffness and the damper (force per speed) of an FE code are hence
 
     k = K m₁ω₁²,    c = 2D m₁ω₁.
 """
@@ -29,26 +29,26 @@ BASE_AMPLITUDE_RANGE = (1e-9, 1e6)  # mm
 
 
 class Quantity(NamedTuple):
-    """A kind of number: its unit outside, the size of that unit in SI, its dimension, and what convention adds."""
+    """A physical quantity: its unit, that unit in SI units, its dimension as exponents, and a conventional factor."""
 
     unit: str
-    size: float
+    size: float  # of the unit, in SI units
     mass: int
     length: int
     time: int
-    convention: float = 1.0
+    convention: float = 1.0  # factor by which the model's number differs, such as the 2 of 2D
 
 
 QUANTITIES = {
     "time": Quantity("s", 1.0, 0, 0, 1),
     "angular_frequency": Quantity("1/s", 1.0, 0, 0, -1),
-    "frequency": Quantity("Hz", 1.0, 0, 0, -1, 1 / (2 * math.pi)),  # of η, which is an angular frequency
+    "frequency": Quantity("Hz", 1.0, 0, 0, -1, 1 / (2 * math.pi)),  # belongs to η, an angular frequency
     "displacement": Quantity("mm", 1e-3, 0, 1, 0),
     "velocity": Quantity("mm/s", 1e-3, 0, 1, -1),
     "acceleration": Quantity("mm/s²", 1e-3, 0, 1, -2),
     "mass": Quantity("kg", 1.0, 1, 0, 0),
     "stiffness": Quantity("N/m", 1.0, 1, 0, -2),
-    "damping": Quantity("N·s/m", 1.0, 1, 0, -1, 2.0),  # D and dᵢ: the force is 2D times the speed
+    "damping": Quantity("N·s/m", 1.0, 1, 0, -1, 2.0),  # of D and dᵢ: the force is 2D times the speed
     "force": Quantity("N", 1.0, 1, 1, -2),
     "impulse": Quantity("N·s", 1.0, 1, 1, -1),
     "energy": Quantity("J", 1.0, 1, 2, -2),
@@ -58,7 +58,7 @@ QUANTITIES = {
 
 @dataclass(frozen=True)
 class Units:
-    """What the non-dimensional numbers are counted in.
+    """The physical units of time, mass and length that the non-dimensional numbers are multiples of.
 
     Attributes
     ----------
@@ -80,39 +80,39 @@ class Units:
     base_amplitude: float = 1.07
 
     def __post_init__(self):
-        for name, span, advice in (
+        for name, allowed, advice in (
             ("omega1", OMEGA1_RANGE, "give the angular frequency ω₁ in 1/s"),
             ("m1", M1_RANGE, "give the mass m₁ in kg"),
             ("base_amplitude", BASE_AMPLITUDE_RANGE, "give the amplitude of the base in mm"),
         ):
-            object.__setattr__(self, name, require(name, getattr(self, name), *span, advice))
+            object.__setattr__(self, name, require(name, getattr(self, name), *allowed, advice))
 
     def factor(self, quantity: str) -> float:
-        """What one non-dimensional unit of the quantity is, in the unit that :meth:`unit` names.
+        """Return the physical value of a non-dimensional 1 of this quantity, in the unit that :meth:`unit` names.
 
         Raises
         ------
         ValueError
-            If there is no such quantity.
+            If the quantity is unknown.
         """
-        q = _quantity(quantity)
-        si = self.m1**q.mass * (self.base_amplitude * 1e-3) ** q.length / self.omega1**q.time
-        return q.convention * si / q.size
+        kind = _quantity(quantity)
+        si = self.m1**kind.mass * (self.base_amplitude * 1e-3) ** kind.length / self.omega1**kind.time
+        return kind.convention * si / kind.size
 
     def unit(self, quantity: str) -> str:
-        """Name of the physical unit, such as ``"N/m"``; ValueError as for :meth:`factor`."""
+        """Return the name of the physical unit, such as ``"N/m"``; raises as :meth:`factor`."""
         return _quantity(quantity).unit
 
     def physical(self, quantity: str, value: Numbers) -> Numbers:
-        """The number, or array of numbers, in physical units; ValueError as for :meth:`factor`."""
+        """Convert a number or an array of the model to physical units; raises as :meth:`factor`."""
         return value * self.factor(quantity)
 
     def model(self, quantity: str, value: Numbers) -> Numbers:
-        """The way back, from physical units to those of the model; ValueError as for :meth:`factor`."""
+        """Convert a number or an array in physical units to those of the model; raises as :meth:`factor`."""
         return value / self.factor(quantity)
 
     def trajectory(self, trajectory: Trajectory) -> Trajectory:
-        """The same samples in s, mm, mm/s and N."""
+        """Convert a trajectory to s, mm, mm/s and N."""
         return Trajectory(
             time=self.physical("time", trajectory.time),
             displacement=self.physical("displacement", trajectory.displacement),
@@ -121,7 +121,7 @@ class Units:
         )
 
     def impacts(self, impacts: Impacts) -> Impacts:
-        """The same impacts in s, mm, mm/s and N·s."""
+        """Convert impacts to s, mm, mm/s and N·s."""
         return replace(
             impacts,
             time=self.physical("time", impacts.time),
@@ -133,9 +133,10 @@ class Units:
         )
 
     def pendulums(self, system: System) -> dict[str, float]:
-        """Masses in kg, springs in N/m and dampers in N·s/m of the two pendulums, as an FE model needs them.
+        """Return masses in kg, springs in N/m and dampers in N·s/m of both pendulums, as an FE model needs them.
 
-        They obey mᵢẍᵢ + cᵢẋᵢ + kᵢxᵢ = mᵢAΩ² cos Ωt ∓ F, x relative to the base.
+        The equations of motion are mᵢẍᵢ + cᵢẋᵢ + kᵢxᵢ = mᵢAΩ² cos Ωt ∓ F, with x relative to the base and the
+        contact force F.
 
         Returns
         -------
@@ -153,7 +154,7 @@ class Units:
         }
 
     def settings(self, eta: float, method: Method) -> dict[str, float]:
-        """The numbers of an FE input file for one run.
+        """Return the numbers of an FE input file for one run.
 
         Parameters
         ----------
@@ -174,13 +175,13 @@ class Units:
         """
         eta = check_eta(eta, System())
         period = self.physical("time", 2 * math.pi / eta)
-        found = {"excitation": self.physical("frequency", eta), "period": period}
+        numbers = {"excitation": self.physical("frequency", eta), "period": period}
         if not isinstance(method, Reference):
-            found["stiffness"] = self.physical("stiffness", method.stiffness)
-            found["damping"] = self.physical("damping", method.damping)
+            numbers["stiffness"] = self.physical("stiffness", method.stiffness)
+            numbers["damping"] = self.physical("damping", method.damping)
         if isinstance(method, Newmark):
-            found["time_step"] = period / method.steps
-        return found
+            numbers["time_step"] = period / method.steps
+        return numbers
 
 
 def _quantity(name: str) -> Quantity:

@@ -83,8 +83,11 @@ def reference(system, eta, d3, threshold, periods):
             events.append((tau, 1, 0.0))
 
 
-def newmark(system, eta, stiffness, damping, n, steps):
-    """Textbook Newmark (α = ½, β = ¼) with matrices: states (steps + 1, 4), and whether each step is with contact."""
+def newmark(system, eta, stiffness, damping, n, steps, cut=False):
+    """Textbook Newmark (α = ½, β = ¼) with matrices: states (steps + 1, 4), and whether each step is with contact.
+
+    ``cut``: a step at whose end the contact would pull is taken without its force.
+    """
     h, mu = 2 * math.pi / eta / n, system.mass_ratio
     mass = np.diag([1.0, mu])
     dampers = np.diag([2 * system.d1, mu * 2 * system.d2 * system.kappa])
@@ -107,6 +110,10 @@ def newmark(system, eta, stiffness, damping, n, steps):
         p, q = x + h * v + h * h / 4 * a, v + h / 2 * a
         a = np.linalg.solve(mass + h / 2 * c + h * h / 4 * k, load(i) - c @ q - k @ p)
         x, v = p + h * h / 4 * a, q + h / 2 * a
+        if cut and contact and stiffness * (x[0] - x[1]) + 2 * damping * (v[0] - v[1]) < 0:
+            c, k = matrices(False)
+            a = np.linalg.solve(mass + h / 2 * c + h * h / 4 * k, load(i) - c @ q - k @ p)
+            x, v = p + h * h / 4 * a, q + h / 2 * a
         contact = bool(x[1] - x[0] <= 0)
         states.append([x[0], v[0], x[1], v[1]])
         contacts.append(contact)

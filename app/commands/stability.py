@@ -46,7 +46,7 @@ def _row(outcome: Outcome) -> str:
         outcome.status,
         *(_number(value) for value in (outcome.error, outcome.allowed)),
         *(_number(value) for value in (outcome.residual, outcome.balanced)),
-        _number(outcome.penetration) if outcome.case.run.method.name == "reference" else "",
+        _number(outcome.penetration) if outcome.case.setup.method.name == "reference" else "",
         f"{outcome.microseconds:.1f}",
     )
     return "\n".join([line.rstrip(), *(f"    ✗ {failure}" for failure in outcome.failures)])

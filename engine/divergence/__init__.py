@@ -1,1 +1,1 @@
-"""Where a penalty solution leaves the reference, why, and what to change first."""
+"""The difference between a penalty solution and the reference: its size, its parts, its cause and what to change."""

@@ -1,74 +1,84 @@
 """Which number is to blame for a difference, and what to change first, in words."""
 
-from collections.abc import Callable
-
 import numpy as np
 
-from .agreement import SAME, shows
+from ..wording import percent
+from .agreement import SAME, is_visible
 from .compare import Comparison
-from .cures import HELPS, Cure, difference
-from .details import percent
+from .experiments import Experiment, total_difference
 
-NEARLY = 1.3  # times as much is left
-THIRD = 3.0  # a time step that adds a third of what K and D do hardly shows in the root of the sum of squares
+HELPS = 0.9  # an experiment that leaves more than this of the difference is no help
+NEARLY = 1.3  # times as much may remain without the time step, if the step scatters the section
+THIRD = 3.0  # a time-step part of a third of the rest adds 5 % to the root of the sum of squares
 MOST_STEPS = 10_000_000
 
 
-def best_cure(found: Comparison, tried: list[Cure], total: float, scatter: float) -> Cure | None:
-    """The cure that leaves least; the step's, if the step scatters the section and its cure leaves hardly more.
+def best_experiment(
+    comparison: Comparison, experiments: list[Experiment], total: float, scatter: float
+) -> Experiment | None:
+    """Return the experiment that leaves least of the difference, None if none helps.
 
-    For what K and D leave at such a step is scattered too, a matter of chance, and the section stays a blot with them.
+    If the time step scatters the section, the experiment without a time step is preferred: with such a step, what
+    other values of K and D leave is partly chance, and the section stays blurred.
     """
-    limit = [cure for cure in tried if cure.name == "steps"]
-    if limit and shows(found, scatter) and limit[0].left <= min(NEARLY * tried[0].left, total):
-        return limit[0]
-    return tried[0] if tried and tried[0].left <= HELPS * total else None
+    without_step = [each for each in experiments if each.changed == "steps"]
+    if without_step and is_visible(scatter, comparison):
+        remaining = without_step[0].remaining
+        if remaining <= min(NEARLY * experiments[0].remaining, total):
+            return without_step[0]
+    return experiments[0] if experiments and experiments[0].remaining <= HELPS * total else None
 
 
-def blamed(found: Comparison, total: float, best: Cure | None) -> tuple[str, dict]:
-    """What is to blame and the first thing to change, as a sentence and as numbers."""
-    if not found.motions.reference.period and found.statistics.alike:
+def blame_sentence(comparison: Comparison, total: float, best: Experiment | None) -> tuple[str, dict]:
+    """Return what is to blame and what to change first, as a sentence and as numbers."""
+    if not comparison.motions.reference.period and comparison.statistics.alike:
         return "Nothing is to blame.", {}
     if best is None:
         return "No single number is to blame: parts of it cancel; change K, D and the step together.", {}
     if total <= SAME:
-        name = {"steps": "the time step", "joint damping": "the joint damping"}.get(best.name, best.name)
-        return f"The largest share is that of {name}: without it, {percent(best.left)} would be left.", {}
-    say: dict[str, Callable] = {"steps": _steps, "joint damping": _joint, "K": _stiffness, "D": _damping}
-    return say[best.name](found, best)
+        name = {"steps": "the time step", "joint damping": "the joint damping"}.get(best.changed, best.changed)
+        return f"The largest share is that of {name}: without it, {percent(best.remaining)} would be left.", {}
+    sentences = {
+        "steps": _time_step_sentence,
+        "joint damping": _joint_damping_sentence,
+        "K": _stiffness_sentence,
+        "D": _damping_sentence,
+    }
+    return sentences[best.changed](comparison, best)
 
 
-def _steps(found: Comparison, best: Cure) -> tuple[str, dict]:
-    method = found.runs.penalty.method
-    part = found.time_step if found.motions.reference.period else found.statistics.time_step
-    steps = _rounded(method.steps * max(2.0, THIRD * part / max(best.left, 1e-6)))
+def _time_step_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
+    method = comparison.runs.penalty.method
+    part = comparison.time_step if comparison.motions.reference.period else comparison.statistics.time_step
+    steps = _rounded_up(method.steps * max(2.0, THIRD * part / max(best.remaining, 1e-6)))
     way = f"about {steps:,} steps" if method.located else f"the located step, or about {steps:,} steps"
     change = {"steps": steps} if method.located else {"located": True}
-    blame = "is to blame" if best.left <= HELPS * difference(found) else "comes first, since it hides what K and D do"
-    return f"The time step {blame}: without it {percent(best.left)} would be left; take {way}.", change
+    helps = best.remaining <= HELPS * total_difference(comparison)
+    blame = "is to blame" if helps else "comes first, since it hides what K and D do"
+    return f"The time step {blame}: without it {percent(best.remaining)} would be left; take {way}.", change
 
 
-def _joint(found: Comparison, best: Cure) -> tuple[str, dict]:
+def _joint_damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     return (
-        f"The joint damping is to blame: without it {percent(best.left)} would be left; the penalty model has no "
+        f"The joint damping is to blame: without it {percent(best.remaining)} would be left; the penalty model has no "
         "place for it, so no K, D or time step mends it.",
         {},
     )
 
 
-def _stiffness(found: Comparison, best: Cure) -> tuple[str, dict]:
-    now, new = found.runs.penalty.method, best.method
-    along = "" if new.damping == now.damping else f" with D = {new.damping:.3g}"
-    text = f"K is to blame: K = {new.stiffness:g}{along} leaves {percent(best.left)}."
+def _stiffness_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
+    old, new = comparison.runs.penalty.method, best.method
+    along = "" if new.damping == old.damping else f" with D = {new.damping:.3g}"
+    text = f"K is to blame: K = {new.stiffness:g}{along} leaves {percent(best.remaining)}."
     return text, {"K": new.stiffness} | ({"D": new.damping} if along else {})
 
 
-def _damping(found: Comparison, best: Cure) -> tuple[str, dict]:
+def _damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     value = best.method.damping
-    return f"D is to blame: D = {value:.3g}, of equal restitution, leaves {percent(best.left)}.", {"D": value}
+    return f"D is to blame: D = {value:.3g}, of equal restitution, leaves {percent(best.remaining)}.", {"D": value}
 
 
-def _rounded(steps: float) -> int:
-    """Up to the next number of one digit."""
+def _rounded_up(steps: float) -> int:
+    """Round up to one significant digit."""
     digit = 10 ** np.floor(np.log10(steps))
     return int(min(np.ceil(steps / digit) * digit, MOST_STEPS))

@@ -1,4 +1,4 @@
-"""Where a penalty solution leaves the reference, and by how much."""
+"""Comparison of a penalty solution with the reference: how far it is from it, and what the difference consists of."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -10,12 +10,13 @@ from ..methods import ExactPenalty, Newmark, Reference
 from ..model import System
 from ..motions.description import Motion, describe
 from ..motions.motion import motion
+from ..motions.poincare_map import without_penetration
 from ..result import Record, Response
 from ..simulate import simulate
-from .encounters import Encounters, encounters
+from .encounters import Encounters, match_encounters
 from .error import Target
 from .grid import PER_PERIOD
-from .parts import PARTS, Parts, Runs, parts_of
+from .parts import PARTS, DifferenceSeries, PerSolution, difference_series
 from .regularisation import Regularisation, split_regularisation
 from .statistics import Statistics, statistics
 
@@ -26,33 +27,33 @@ class Comparison:
 
     Attributes
     ----------
-    runs : Runs of Response
+    runs : PerSolution of Response
         Newmark, exact penalty, reference with derived joint damping, reference.
-    motions : Runs of Motion
-        What moves in each, as their kept periods show.
+    motions : PerSolution of Motion
+        Descriptions of their kept periods.
     reference, penalty : Motion
-        The reference's motion and Newmark's; :meth:`with_evidence` has found what they are.
+        The reference's motion and Newmark's; after :meth:`with_evidence` with multipliers and exponents.
     pointwise : bool
-        Whether all four motions repeat, Newmark's but for scatter. Only then they stay in step with the excitation, and
-        a difference at each instant means something; otherwise ``statistics`` does.
-    parts : Parts or None
-        The difference and its parts as series; None if Newmark or the reference ended early.
+        Whether all four motions repeat themselves, Newmark's but for scatter. Only then do they stay in phase with each
+        other, so that a difference at each instant is meaningful; otherwise ``statistics`` is.
+    parts : DifferenceSeries or None
+        The difference and its parts as time series; None if Newmark or the reference ended early.
     total, time_step, regularisation, joint_damping : float
-        Rms of the displacements in each over the kept periods, relative to the reference's.
+        Rms of the displacements in each of them over the kept periods, relative to the reference's.
     residual : float
         Largest deviation of the sum of the parts from the total at any instant, in base amplitudes.
     encounters : Encounters or None
-        How contacts match impacts; None unless the reference repeats.
+        How contacts match impacts; None unless the reference repeats itself.
     grid : Record
         Of one period of the series.
     """
 
-    runs: Runs[Response]
-    motions: Runs[Motion]
+    runs: PerSolution[Response]
+    motions: PerSolution[Motion]
     reference: Motion
     penalty: Motion
     pointwise: bool
-    parts: Parts | None
+    parts: DifferenceSeries | None
     total: float
     time_step: float
     regularisation: float
@@ -68,13 +69,13 @@ class Comparison:
 
     @cached_property
     def statistics(self) -> Statistics | None:
-        """Differences of the sections, from runs of another 1,000 periods; None if ``pointwise``, or without parts."""
+        """Differences of the sections over another 1,000 periods; None if ``pointwise``, or without ``parts``."""
         return statistics(self.runs) if self.parts and not self.pointwise else None
 
     def with_evidence(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
-        """The same, with multipliers and Lyapunov exponents of the reference's motion and Newmark's.
+        """Add multipliers and Lyapunov exponents to the reference's motion and Newmark's.
 
-        It takes some tenths of a second where they do not repeat (:func:`..motions.motion`).
+        It takes some tenths of a second where they do not repeat themselves (:func:`..motions.motion.motion`).
 
         Raises
         ------
@@ -82,11 +83,11 @@ class Comparison:
             If ``cancelled`` returned true.
         """
         runs = self.runs.reference, self.runs.penalty
-        told = (motion(run.system, run.eta, run.method, cancelled=cancelled) for run in runs)
-        return replace(self, **dict(zip(("reference", "penalty"), told, strict=True)))
+        reference, penalty = (motion(run.system, run.eta, run.method, cancelled=cancelled) for run in runs)
+        return replace(self, reference=reference, penalty=penalty)
 
     def split(self) -> Regularisation:
-        """What the regularisation is made of; runs the reference twice more.
+        """Split the regularisation into its own parts, by two more runs of the reference.
 
         Raises
         ------
@@ -110,7 +111,7 @@ def compare(
     per_period: int = PER_PERIOD,
     cancelled: Callable[[], bool] | None = None,
 ) -> Comparison:
-    """Compare a penalty solution with the reference, both from rest, and tell what the difference is made of.
+    """Compare a penalty solution with the reference, both from rest, and split the difference into its parts.
 
     Parameters
     ----------
@@ -119,59 +120,59 @@ def compare(
         Excitation frequency η = Ω/ω₁.
     penalty : Newmark
     reference : Reference, optional
-        By default the paper's. With derived joint damping there is no part of the joint's.
+        By default the paper's. With derived joint damping the part of the joint damping vanishes.
     periods, keep : int
         Excitation periods to run, and the last of them to compare.
     responses : iterable of Response
-        Any of the four runs if they were made already, with the same system, η, periods and keep, with samples or
-        without.
+        Those of the four runs that exist already, of the same system, η, periods and keep, with or without samples.
     per_period : int
         Samples per period at most; they are Newmark's own steps.
     cancelled : callable, optional
-        Polled many times a second; when it returns true the run is withdrawn.
+        Polled many times a second; when it returns true the comparison is cancelled.
 
     Raises
     ------
     ValueError
-        If a number is out of range, or a response belongs to none of the four runs.
+        If a number is out of range, or a response does not belong to the four runs.
     Cancelled
         If ``cancelled`` returned true.
     """
     if not isinstance(penalty, Newmark):
         raise ValueError(f"{penalty} has no time step: compare Newmark, whose limit it is")
     reference = reference or Reference()
-    runs = _runs(system, eta, penalty, reference, periods, keep, responses, cancelled)
-    motions = Runs(*(describe(run) for run in runs))
-    # a reference that only nearly repeats has no step to scatter it: it wanders, and nothing stays in step with it
-    pointwise = bool(motions.reference.period) and all(found.near_period for found in motions)
+    runs = _four_runs(system, eta, penalty, reference, periods, keep, responses, cancelled)
+    motions = PerSolution(*(describe(run) for run in runs))
+    # a reference that repeats itself only nearly has no time step that scatters it: nothing stays in phase with it
+    pointwise = bool(motions.reference.period) and all(described.near_period for described in motions)
     comparable = runs.penalty.ok and runs.reference.ok
-    parts = parts_of(runs, motions, per_period) if comparable else None
+    series = difference_series(runs, motions, per_period) if comparable else None
     period = motions.reference.period
-    matched = encounters(runs.reference, runs.penalty, period, parts.shifts.reference) if parts and period else None
+    shift = series.shifts.reference if series else 0
+    encounters = match_encounters(runs.reference, runs.penalty, period, shift) if series and period else None
     return Comparison(
         runs=runs,
         motions=motions,
         reference=motions.reference,
         penalty=motions.penalty,
         pointwise=pointwise,
-        parts=parts,
-        **{name: parts.relative(getattr(parts, name)) if parts else np.nan for name in ("total", *PARTS)},
-        residual=parts.residual if parts else np.nan,
-        encounters=matched,
+        parts=series,
+        **{name: series.relative(getattr(series, name)) if series else np.nan for name in ("total", *PARTS)},
+        residual=series.residual if series else np.nan,
+        encounters=encounters,
         grid=Record(1, per_period, penalty.steps),
     )
 
 
-def _runs(system, eta, penalty, reference, periods, keep, responses, cancelled) -> Runs[Response]:
-    """The four runs, those that are at hand taken as they are."""
-    methods = Runs(
+def _four_runs(system, eta, penalty, reference, periods, keep, responses, cancelled) -> PerSolution[Response]:
+    """Return the four runs; those that exist already are not simulated again."""
+    methods = PerSolution(
         penalty,
         ExactPenalty(penalty.stiffness, penalty.damping),
         replace(reference, joint_damping="derived"),
         reference,
     )
-    given = {response.method: response for response in responses}
-    for response in given.values():
+    known = {response.method: response for response in responses}
+    for response in known.values():
         asked = (system, eta, periods, keep)
         if response.method not in methods or (response.system, response.eta, response.periods, response.keep) != asked:
             raise ValueError(
@@ -179,28 +180,27 @@ def _runs(system, eta, penalty, reference, periods, keep, responses, cancelled) 
                 f"{response.keep} kept, is none of the four that are compared: {', '.join(map(str, methods))}"
             )
     for method in methods:
-        if method not in given:
-            given[method] = simulate(system, eta, method, periods=periods, keep=keep, cancelled=cancelled)
-    return Runs(*(given[method] for method in methods))
+        if method not in known:
+            known[method] = simulate(system, eta, method, periods=periods, keep=keep, cancelled=cancelled)
+    return PerSolution(*(known[method] for method in methods))
 
 
-def nearest_attractor(found: Comparison, cancelled: Callable[[], bool] | None = None) -> float:
-    """Error of the penalty solution from the motion that the reference has when it starts from the penalty's state.
+def error_from_penalty_state(comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> float:
+    """Return the error of the penalty solution against the reference that starts from the penalty's final state.
 
     The reference may have several motions at the same parameters. A penalty solution that agrees with one of them is
-    not wrong because another is reached from rest.
+    not wrong because the reference reaches another one from rest.
 
     Returns
     -------
     float
-        As ``total``; inf if the reference does not repeat from there, or a run ended early.
+        As ``total``; inf if the reference does not repeat itself from there, or a run ended early.
     """
-    run = found.runs.reference
-    if not found.runs.penalty.ok:
+    run = comparison.runs.reference
+    if not comparison.runs.penalty.ok:
         return np.inf
-    x1, v1, x2, v2 = found.runs.penalty.section[-1]
-    start = (x1, v1, max(x1, x2), v2)  # the reference knows no penetration
+    start = without_penetration(comparison.runs.penalty.section[-1])
     options = {"periods": run.periods, "keep": run.keep, "initial": start, "cancelled": cancelled}
     there = simulate(run.system, run.eta, run.method, **options)
     target = Target(there) if there.ok else None
-    return target.error(found.runs.penalty) if target and target.periodic else np.inf
+    return target.error(comparison.runs.penalty) if target and target.periodic else np.inf

@@ -1,9 +1,28 @@
-"""The penalty contact as a damped oscillator: closed-form relations that steer the choice of K, D and Δτ.
+"""The penalty contact as a damped oscillator: relations between K, D, duration and restitution in closed form.
 
-While the pendulums touch and nothing else counts, the gap obeys g″ + 2D(1 + 1/μ)g′ + K(1 + 1/μ)g = 0: an oscillation of
-the frequency ω_c = √(K(1 + 1/μ)) and the damping ratio ζ = D(1 + 1/μ)/ω_c (MODEL.md, "Penalty"). A contact lasts about
-half of it, π/ω_c, and returns the share exp(−πζ/√(1 − ζ²)) of the closing speed. These are no more than guides: the
-springs and the excitation act during the contact as well, and a step resolves it only in part.
+While the pendulums touch and no other force acts, the gap g obeys
+
+    g″ + 2D(1 + 1/μ) g′ + K(1 + 1/μ) g = 0,
+
+an oscillation of frequency ω_c = √(K(1 + 1/μ)) and damping ratio ζ = D(1 + 1/μ)/ω_c = D/√(Kμ/(1 + μ)). A contact that
+begins with the closing speed v has, with ω_d = ω_c √(1 − ζ²), the penetration −g = (v/ω_d) exp(−ζω_c t) sin ω_d t.
+
+*Restitution.* The paper's contact ends when g = 0, at ω_d t = π, with g′ = e(ζ) v,
+
+    e(ζ) = exp(−πζ/√(1 − ζ²)).
+
+For ζ ≥ 1 the gap creeps back and e(ζ) = 0.
+
+*Pulling.* Before that, from where g″ = 0 on, the contact force λ = μ/(1 + μ)·g″ is negative: the damper pulls. With
+ζ = sin φ, g″ = 0 reads tan ω_d t = −tan 2φ, so that ω_d t = π − 2φ, and there g′ = e°(ζ) v with
+
+    e°(ζ) = exp(−ζ (π − 2 arcsin ζ)/√(1 − ζ²)),        exp(−2ζ arcosh ζ/√(ζ² − 1)) for ζ > 1.
+
+A contact that ended where its force vanishes would deliver e° > e(ζ) (Schwager and Pöschel, Granular Matter 9 (2007)
+465).
+
+These relations are approximate for the model: the springs and the excitation act during the contact as well, and a time
+step resolves it only in part.
 """
 
 import math
@@ -13,13 +32,24 @@ import numpy as np
 from ..model import System
 
 
-def stiffness_for(system: System, eta: float, steps: int, contact: float) -> float:
-    """K for which half an oscillation of the contact, π/ω_c, takes so many steps Δτ = 2π/(ηn)."""
-    return system.mass_share * (eta * steps / (2 * contact)) ** 2
+def contact_frequency(system: System, stiffness: float) -> float:
+    """Return ω_c = √(K(1 + 1/μ)) of a contact."""
+    return math.sqrt(stiffness / system.mass_share)
+
+
+def stiffness_for(system: System, eta: float, steps: int, contact_steps: float) -> float:
+    """Return the K whose contact, half an oscillation π/ω_c, lasts ``contact_steps`` steps Δτ = 2π/(ηn).
+
+    Parameters
+    ----------
+    steps : int
+        n, steps per excitation period.
+    """
+    return system.mass_share * (eta * steps / (2 * contact_steps)) ** 2
 
 
 def damping_ratio_for(restitution: float) -> float:
-    """ζ with exp(−πζ/√(1 − ζ²)) = e: 0 for e = 1, 1 for e = 0."""
+    """Return the ζ with e(ζ) = ``restitution``: 0 for 1, and 1 for 0."""
     if restitution == 0:
         return 1.0
     logarithm = -math.log(restitution)
@@ -27,15 +57,28 @@ def damping_ratio_for(restitution: float) -> float:
 
 
 def damping_for(system: System, stiffness: float, ratio: float) -> float:
-    """D = ζ√(Kμ/(1 + μ)), the contact damping of the damping ratio ζ."""
+    """Return D = ζ√(Kμ/(1 + μ)), the contact damping of the damping ratio ζ."""
     return ratio * math.sqrt(stiffness * system.mass_share)
 
 
+def damping_ratio(system: System, stiffness: float, damping: float) -> float:
+    """Return ζ = D/√(Kμ/(1 + μ)), the inverse of :func:`damping_for`."""
+    return damping / math.sqrt(stiffness * system.mass_share)
+
+
 def equal_restitution_damping(system: System, stiffness: float | np.ndarray) -> float | np.ndarray:
-    """D = ζ(e) √(Kμ/(1 + μ)), with which a single contact of stiffness K returns the share e of the closing speed."""
+    """Return the D with which a contact of stiffness K has the system's restitution: e(ζ) = e."""
     return damping_ratio_for(system.restitution) * np.sqrt(stiffness * system.mass_share)
 
 
-def damping_ratio(system: System, stiffness: float, damping: float) -> float:
-    """ζ = D/√(Kμ/(1 + μ)): the inverse of :func:`damping_for`."""
-    return damping / math.sqrt(stiffness * system.mass_share)
+def restitution_of(ratio: float) -> float:
+    """Return e(ζ) = exp(−πζ/√(1 − ζ²)), the restitution of a contact; 0 for ζ ≥ 1."""
+    return math.exp(-math.pi * ratio / math.sqrt((1 - ratio) * (1 + ratio))) if ratio < 1 else 0.0
+
+
+def restitution_without_pull(ratio: float) -> float:
+    """Return e°(ζ), the restitution of a contact that ends where its force vanishes (see the module)."""
+    root = math.sqrt(abs(1 - ratio) * (1 + ratio))
+    if root < 1e-6:
+        return math.exp(-2.0)
+    return math.exp(-2 * ratio * (math.acos(ratio) if ratio < 1 else math.acosh(ratio)) / root)

@@ -1,8 +1,8 @@
-"""The error of a penalty solution: one number, quickly, for searches that try many settings.
+"""The error of a penalty solution as one number, computed quickly for searches that try many settings.
 
-It is the root mean square difference of both displacements from the reference over all sampled periods, relative to
-the root mean square of the reference: ``total`` of :func:`.compare`. All periods count, since a constant step
-scatters, and one of its periods may be near by luck.
+It is the root mean square difference of both displacements from the reference over all sampled periods, relative to the
+root mean square of the reference: ``total`` of :func:`.compare.compare`. All periods count, since a constant step makes
+a section scatter, and a single period may be close to the reference by chance.
 """
 
 from collections.abc import Callable
@@ -10,25 +10,25 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..drivers.section import period_of
 from ..methods import Newmark, Reference
 from ..model import System
-from ..motions.motion import repeats_after
 from ..motions.steady import steady
 from ..result import Record, Response
-from .grid import PER_PERIOD, best_shift, by_period, grid_of, on_grid, repeated, rms, sampled_again
+from .grid import PER_PERIOD, closest_repetition, grid_of, rms, samples_by_period, samples_on_grid, simulate_samples
 
 
 class Target:
-    """The reference's steady cycle, as what penalty solutions are held against.
+    """The steady cycle of the reference, which the errors of penalty solutions are measured from.
 
-    Calls from several threads do no harm.
+    It may be used from several threads.
 
     Parameters
     ----------
     reference : Response
         A run of the reference that reached its end.
     period : int, optional
-        Excitation periods after which it repeats itself; by default as its section says.
+        Excitation periods after which it repeats itself; by default it is found from the section.
 
     Raises
     ------
@@ -39,14 +39,14 @@ class Target:
     ----------
     reference : Response
     period : int
-        0 if the reference does not repeat itself; then no error exists (see ``periodic``).
+        0 if the reference does not repeat itself; then there is no error (see ``periodic``).
     """
 
     def __init__(self, reference: Response, period: int | None = None):
         if not reference.ok:
             raise ValueError(f"the reference ended as {reference.status}: {reference.message}")
         self.reference = reference
-        self.period = repeats_after(reference.section) if period is None else period
+        self.period = period_of(reference.section) if period is None else period
         self._cycles: dict[Record, tuple[np.ndarray, float]] = {}
 
     @classmethod
@@ -58,7 +58,7 @@ class Target:
         *,
         cancelled: Callable[[], bool] | None = None,
     ) -> "Target":
-        """The motion that the reference (by default the paper's) settles to from rest.
+        """Find the motion that the reference (by default the paper's) settles to from rest.
 
         Raises
         ------
@@ -72,17 +72,17 @@ class Target:
 
     @property
     def periodic(self) -> bool:
-        """Whether the reference repeats itself: only then an error at each instant means something."""
+        """Whether the reference repeats itself: only then a difference at each instant is meaningful."""
         return self.period > 0
 
     def error(self, penalty: Response) -> float:
-        """Rms difference of the displacements relative to the reference, over all sampled periods.
+        """Return the rms difference of the displacements over all sampled periods, relative to the reference.
 
         Parameters
         ----------
         penalty : Response
-            Of the same system and η, its sampled periods in step with the excitation as simulate gives them. Without
-            samples, its kept periods are run again with some.
+            Of the same system and η, sampled in phase with the excitation as by simulate. Without samples its kept
+            periods are simulated again.
 
         Returns
         -------
@@ -106,15 +106,14 @@ class Target:
             return np.inf
         if penalty.trajectory is None:
             steps = penalty.method.steps if isinstance(penalty.method, Newmark) else None
-            penalty = sampled_again(penalty, Record(penalty.keep, PER_PERIOD, steps))
+            penalty = simulate_samples(penalty, Record(penalty.keep, PER_PERIOD, steps))
         cycle, size = self.cycle(grid_of(penalty))
-        displacement = by_period(penalty)[:2]
-        shift = best_shift(cycle, displacement)
-        return rms(displacement - repeated(cycle, displacement.shape[1], shift)) / size
+        displacement = samples_by_period(penalty)[:2]
+        return rms(displacement - closest_repetition(cycle, displacement)) / size
 
     def cycle(self, grid: Record) -> tuple[np.ndarray, float]:
-        """One cycle of ξ₁ and ξ₂ at the grid's instants, (2, period, m), and its rms; kept for the next call."""
+        """Return one cycle of ξ₁ and ξ₂ on the grid, (2, period, m), and its rms; both are cached."""
         if grid not in self._cycles:
-            cycle = on_grid(self.reference, replace(grid, periods=self.period))[:2]
+            cycle = samples_on_grid(self.reference, replace(grid, periods=self.period))[:2]
             self._cycles[grid] = cycle, rms(cycle)
         return self._cycles[grid]

@@ -1,8 +1,8 @@
-"""One grid for several solutions: Newmark's own instants, period by period.
+"""One time grid for several solutions: the instants of Newmark's steps, period by period.
 
-Newmark's solution exists at its steps alone, so that a comparison takes its instants and asks the solvers in closed
-form for theirs there: nothing is interpolated. A run is never repeated for that. Its kept periods are run again from
-its checkpoint, bit for bit, with samples; of a motion that repeats itself one cycle is enough.
+Newmark's solution exists at its steps only. A comparison therefore takes these instants, and the closed-form solvers
+are evaluated there: nothing is interpolated. No run is repeated for that. The kept periods start again from their
+checkpoint, with the same bits, and are sampled; of a motion that repeats itself one cycle is enough.
 """
 
 from dataclasses import replace
@@ -16,8 +16,13 @@ from ..simulate import simulate
 PER_PERIOD = 100  # samples; more change the fourth digit of an rms of displacements (tests/engine/test_error.py)
 
 
-def sampled_again(response: Response, record: Record) -> Response:
-    """The first ``record.periods`` of the kept periods once more, all of them sampled.
+def rms(values: np.ndarray) -> float:
+    """Return the root mean square of all numbers."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def simulate_samples(response: Response, record: Record) -> Response:
+    """Simulate the first ``record.periods`` of the kept periods again, all of them sampled.
 
     Raises
     ------
@@ -37,13 +42,13 @@ def sampled_again(response: Response, record: Record) -> Response:
     )
 
 
-def on_grid(response: Response, record: Record) -> np.ndarray:
-    """ξ₁, ξ₂, ξ₁′, ξ₂′ of the first ``record.periods`` kept periods, (4, periods, m) at the record's phases."""
-    return by_period(sampled_again(response, record))
+def samples_on_grid(response: Response, record: Record) -> np.ndarray:
+    """Return ξ₁, ξ₂, ξ₁′, ξ₂′ of the first ``record.periods`` kept periods, (4, periods, m), at the record's phases."""
+    return samples_by_period(simulate_samples(response, record))
 
 
-def by_period(response: Response) -> np.ndarray:
-    """ξ₁, ξ₂, ξ₁′, ξ₂′ of a response's samples, (4, periods, m); the last instant is left out.
+def samples_by_period(response: Response) -> np.ndarray:
+    """Return ξ₁, ξ₂, ξ₁′, ξ₂′ of a response's samples, (4, periods, m), without the last instant.
 
     Raises
     ------
@@ -59,9 +64,9 @@ def by_period(response: Response) -> np.ndarray:
 
 
 def grid_of(response: Response) -> Record:
-    """The record that samples one period of another solution at the instants of this one."""
+    """Return the record that samples one period of another solution at the same phases as this response."""
     sampled = response.trajectory
-    m = by_period(response).shape[2]
+    m = samples_by_period(response).shape[2]
     if isinstance(response.method, Newmark):
         return Record(1, m, response.method.steps)
     spacing = (sampled.time[1] - sampled.time[0]) / response.period
@@ -70,53 +75,53 @@ def grid_of(response: Response) -> Record:
     return Record(1, m)
 
 
-def repeated(cycle: np.ndarray, periods: int, shift: int = 0) -> np.ndarray:
-    """A cycle (…, p, m) that begins ``shift`` periods later, for so many periods: (…, periods, m)."""
+def repeat_cycle(cycle: np.ndarray, periods: int, shift: int = 0) -> np.ndarray:
+    """Repeat a cycle (…, p, m) to (…, periods, m), starting with its period number ``shift``."""
     p = cycle.shape[-2]
     if shift % p == 0 and periods == p:
         return cycle
     return cycle[..., (np.arange(periods) + shift) % p, :]
 
 
-def best_shift(cycle: np.ndarray, fixed: np.ndarray) -> int:
-    """Periods by which a cycle (2, p, m) is to begin later to come closest to displacements (2, periods, m).
+def best_shift(cycle: np.ndarray, displacement: np.ndarray) -> int:
+    """Return the ``shift`` with which a repeated cycle (2, p, m) is closest to displacements (2, periods, m).
 
-    A motion of p periods can run in p ways that differ by whole excitation periods, and each is as right as the other.
+    A motion of p periods can run in p ways that differ by whole excitation periods; all are solutions of equal right.
     """
-    p, periods = cycle.shape[1], fixed.shape[1]
+    p, periods = cycle.shape[1], displacement.shape[1]
     if p == 1:
         return 0
-    return min(range(p), key=lambda shift: rms(repeated(cycle, periods, shift) - fixed))
+    return min(range(p), key=lambda shift: rms(repeat_cycle(cycle, periods, shift) - displacement))
 
 
-def laid_over(response: Response, period: int, fixed: np.ndarray, grid: Record) -> tuple[np.ndarray, int]:
-    """A run on the grid of another solution, moved by whole periods to where it is closest.
+def closest_repetition(cycle: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+    """Repeat a cycle (2, p, m) to be closest to displacements (2, periods, m)."""
+    return repeat_cycle(cycle, displacement.shape[1], best_shift(cycle, displacement))
+
+
+def samples_beside(response: Response, period: int, other: np.ndarray, grid: Record) -> tuple[np.ndarray, int]:
+    """Sample a run on the grid of another solution, shifted by whole periods to be closest to it.
 
     Parameters
     ----------
     response : Response
     period : int
-        After which it repeats itself, so that one cycle is sampled and moved; 0: all is sampled, nothing moved.
-    fixed : (4, periods, m) ndarray
+        Excitation periods after which it repeats itself; 0 if it does not: then nothing is shifted.
+    other : (4, periods, m) ndarray
         The other solution.
     grid : Record
-        Of one period of it.
+        Of one period of the other solution.
 
     Returns
     -------
     (4, periods, m) ndarray
         ξ₁, ξ₂, ξ₁′, ξ₂′; nan if the run ended early.
     int
-        Excitation periods by which it was moved.
+        Excitation periods by which it was shifted.
     """
     if not response.ok:
-        return np.full_like(fixed, np.nan), 0
-    periods = fixed.shape[1]
-    sampled = on_grid(response, replace(grid, periods=period or periods))
-    shift = best_shift(sampled[:2], fixed[:2]) if period else 0
-    return repeated(sampled, periods, shift), shift
-
-
-def rms(values: np.ndarray) -> float:
-    """Root mean square of all numbers."""
-    return float(np.sqrt(np.mean(np.square(values))))
+        return np.full_like(other, np.nan), 0
+    periods = other.shape[1]
+    cycle = samples_on_grid(response, replace(grid, periods=period or periods))
+    shift = best_shift(cycle[:2], other[:2]) if period else 0
+    return repeat_cycle(cycle, periods, shift), shift

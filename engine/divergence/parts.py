@@ -1,18 +1,18 @@
-"""Three parts that add up to the difference of a penalty solution from the reference.
+"""The three parts that add up to the difference between a penalty solution and the reference.
 
     Newmark(K, D, Δτ) − reference(d₃) =  [Newmark(K, D, Δτ) − exact penalty(K, D)]       time step
                                        + [exact penalty(K, D) − reference(derived d₃)]   regularisation by K and D
                                        + [reference(derived d₃) − reference(d₃)]         joint damping, the model's form
 
-(MODEL.md, "What the difference is made of".) Each bracket changes one thing: the step goes to zero, then K to infinity
-at the restitution e, then the joint takes the damping that was measured. The sum telescopes, so that it holds at every
-instant whatever the four solutions are.
+Each bracket changes one thing: the time step tends to zero; then K tends to infinity at the restitution e; then the
+joined pendulums have the measured damping instead of that of the two dampers. The sum telescopes, so that it holds at
+every instant for any four solutions.
 
-A motion of p > 1 periods can run in p ways that differ by whole excitation periods, and each is as right as the other.
-The brackets must not count that as a difference, so the reference and the exact penalty solution are moved to where
-they are closest to Newmark's, and the reference with derived damping to where it is closest to the reference:
-neighbours in the chain are held against each other. (Held against a reference of one period, the exact solution of a
-doubled motion would find both ways equally good, and could end up a period off Newmark's.)
+A motion of p > 1 periods can run in p ways that differ by whole excitation periods, all of equal right. The brackets
+must not count that as a difference. So the reference and the exact penalty solution are shifted by whole periods to be
+closest to Newmark's, and the reference with derived damping to be closest to the reference: each solution is aligned
+with a neighbour in the chain. (Aligned with a reference of one period, the exact penalty solution of a doubled motion
+would have two equally good shifts, and could end up one period off Newmark's.)
 """
 
 from dataclasses import dataclass
@@ -21,16 +21,16 @@ from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from ..motions.motion import Motion
+from ..motions.description import Motion
 from ..result import Record, Response
-from .grid import laid_over, on_grid, rms
+from .grid import rms, samples_beside, samples_on_grid
 
 T = TypeVar("T")
 PARTS = ("time_step", "regularisation", "joint_damping")
 
 
-class Runs(NamedTuple, Generic[T]):
-    """One thing of each of the four solutions."""
+class PerSolution(NamedTuple, Generic[T]):
+    """One value for each of the four solutions of a comparison."""
 
     penalty: T
     exact: T
@@ -39,26 +39,26 @@ class Runs(NamedTuple, Generic[T]):
 
 
 @dataclass(frozen=True)
-class Parts:
-    """Four solutions on Newmark's grid, and what they differ by.
+class DifferenceSeries:
+    """The four solutions on Newmark's grid, their difference and its parts as time series.
 
     Attributes
     ----------
     time : (n,) ndarray
         τ of Newmark's run at the sampled instants of its kept periods.
-    runs : Runs of (4, n) ndarray
+    runs : PerSolution of (4, n) ndarray
         ξ₁, ξ₂, ξ₁′, ξ₂′ of each solution; nan for one that ended early.
-    shifts : Runs of int
-        Excitation periods by which each was moved.
+    shifts : PerSolution of int
+        Excitation periods by which each was shifted.
     """
 
     time: np.ndarray
-    runs: Runs[np.ndarray]
-    shifts: Runs[int]
+    runs: PerSolution[np.ndarray]
+    shifts: PerSolution[int]
 
     @cached_property
     def total(self) -> np.ndarray:
-        """Newmark − reference, (4, n): ξ₁, ξ₂, ξ₁′, ξ₂′; the same rows in each part."""
+        """Newmark − reference, (4, n): ξ₁, ξ₂, ξ₁′, ξ₂′; the parts have the same rows."""
         return self.runs.penalty - self.runs.reference
 
     @cached_property
@@ -87,16 +87,18 @@ class Parts:
         return rms(self.runs.reference[:2])
 
     def relative(self, difference: np.ndarray) -> float:
-        """Rms of the displacements in a difference, relative to those of the reference."""
+        """Return the rms of the displacements in a difference, relative to those of the reference."""
         return rms(difference[:2]) / self.size
 
     def without(self, name: str) -> float:
-        """Relative rms that would be left of the total if one of PARTS vanished and the other parts stayed."""
+        """Return the relative rms of the total without one of PARTS."""
         return self.relative(self.total - getattr(self, name))
 
 
-def parts_of(runs: Runs[Response], motions: Runs[Motion], per_period: int) -> Parts:
-    """The kept periods of four runs on one grid; of those in closed form that repeat, one cycle is sampled.
+def difference_series(runs: PerSolution[Response], motions: PerSolution[Motion], per_period: int) -> DifferenceSeries:
+    """Sample the kept periods of four runs on one grid, at most ``per_period`` times a period.
+
+    Of closed-form solutions that repeat themselves one cycle is sampled and repeated.
 
     Raises
     ------
@@ -105,15 +107,15 @@ def parts_of(runs: Runs[Response], motions: Runs[Motion], per_period: int) -> Pa
     """
     penalty = runs.penalty
     keep, steps = penalty.keep, penalty.method.steps
-    newmark = on_grid(penalty, Record(keep, per_period, steps))
+    newmark = samples_on_grid(penalty, Record(keep, per_period, steps))
 
     grid = Record(1, per_period, steps)
-    reference, moved = laid_over(runs.reference, motions.reference.period, newmark, grid)
-    exact, moved_exact = laid_over(runs.exact, motions.exact.period, newmark, grid)
-    derived, moved_derived = laid_over(runs.derived, motions.derived.period, reference, grid)
+    reference, reference_shift = samples_beside(runs.reference, motions.reference.period, newmark, grid)
+    exact, exact_shift = samples_beside(runs.exact, motions.exact.period, newmark, grid)
+    derived, derived_shift = samples_beside(runs.derived, motions.derived.period, reference, grid)
     instants = np.arange(keep)[:, None] + grid.phases(steps)
-    return Parts(
+    return DifferenceSeries(
         time=penalty.window[0] + instants.ravel() * penalty.period,
-        runs=Runs(*(rows.reshape(4, -1) for rows in (newmark, exact, derived, reference))),
-        shifts=Runs(0, moved_exact, moved_derived, moved),
+        runs=PerSolution(*(rows.reshape(4, -1) for rows in (newmark, exact, derived, reference))),
+        shifts=PerSolution(0, exact_shift, derived_shift, reference_shift),
     )

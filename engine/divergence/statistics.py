@@ -1,13 +1,14 @@
-"""What survives where motions do not repeat in step: how their Poincaré sections are distributed.
+"""Comparison of motions that do not repeat in step: the distributions of their Poincaré sections.
 
-Two chaotic motions part at the rate of their Lyapunov exponent, so that their difference at an instant says nothing
-about either. The distribution of the section does not depend on the start. Two of them differ by the Wasserstein
-distance: how far the points of one must move, on average, to become those of the other. For as many points on a line it
-is the mean of |aₖ − bₖ| over the sorted values. (That is scipy.stats.wasserstein_distance, to which the tests hold it;
-the page does without SciPy.) It is taken for ξ₁ and ξ₂, relative to the rms of the reference's.
+Two chaotic motions separate at the rate of their Lyapunov exponent, so that their difference at an instant says nothing
+about either. The distribution of the section does not depend on the initial state. Two distributions differ by their
+Wasserstein distance: how far the points of one must move, on average, to become those of the other. For equally many
+points on a line it is the mean of |aᵢ − bᵢ| over the sorted values. (The tests check it against
+scipy.stats.wasserstein_distance; the engine does not need SciPy.) It is taken for ξ₁ and ξ₂, relative to the rms of the
+reference's section.
 
-Finite sections of one and the same motion differ as well. The distance between two halves of the reference's own
-section, scaled by 1/√2 as sections twice as long are compared, is the floor: differences below some of it are chance.
+Finite sections of one motion differ by chance, too. The distance between the two halves of the reference's own section,
+divided by √2 because the compared sections are twice as long, is the floor: a total of a few floors may be chance.
 """
 
 import math
@@ -18,9 +19,9 @@ import numpy as np
 from ..result import Response
 from ..simulate import simulate
 from .grid import rms
-from .parts import Runs
+from .parts import PerSolution
 
-SECTION = 1000  # periods: a section is cheap, and its distribution is told to about 1/√SECTION
+SECTION = 1000  # periods: quick to compute, and their distribution is known to about 1/√SECTION
 CHANCE = 3.0  # floors
 
 
@@ -31,13 +32,13 @@ class Statistics:
     Attributes
     ----------
     total : float
-        Newmark's section from the reference's.
+        Distance of Newmark's section from the reference's.
     time_step, regularisation, joint_damping : float
-        The same between neighbours in the chain of :mod:`.parts`. Distances do not add up: the total is at most
+        Distance between neighbours in the chain of :mod:`.parts`. Distances do not add up: the total is at most
         their sum.
     floor : float
-        What chance makes of sections as long as these.
-    sections : Runs of (SECTION, 2) ndarray
+        Distance that chance alone causes between sections of this length.
+    sections : PerSolution of (SECTION, 2) ndarray
         ξ₁ and ξ₂ of each run.
     """
 
@@ -46,40 +47,40 @@ class Statistics:
     regularisation: float
     joint_damping: float
     floor: float
-    sections: Runs[np.ndarray] = field(repr=False)
+    sections: PerSolution[np.ndarray] = field(repr=False)
 
     @property
     def alike(self) -> bool:
         """Whether the distributions differ by no more than CHANCE floors."""
         return self.total <= CHANCE * self.floor
 
-    def of(self, section: np.ndarray) -> float:
-        """``total`` if Newmark's section were this one."""
-        return distance(section, self.sections.reference) / rms(self.sections.reference)
+    def total_of(self, section: np.ndarray) -> float:
+        """Return the relative distance of another section, (SECTION, 2), from the reference's."""
+        return wasserstein_distance(section, self.sections.reference) / rms(self.sections.reference)
 
 
-def statistics(runs: Runs[Response]) -> Statistics:
-    """Hold the sections of four runs against each other, each followed from its checkpoint for SECTION periods."""
-    sections = Runs(*(section_of(run) for run in runs))
+def statistics(runs: PerSolution[Response]) -> Statistics:
+    """Compare the sections of four runs, each continued from its checkpoint for SECTION periods."""
+    sections = PerSolution(*(long_section(run) for run in runs))
     size = rms(sections.reference)
     halves = np.split(sections.reference, 2)
     return Statistics(
-        total=distance(sections.penalty, sections.reference) / size,
-        time_step=distance(sections.penalty, sections.exact) / size,
-        regularisation=distance(sections.exact, sections.derived) / size,
-        joint_damping=distance(sections.derived, sections.reference) / size,
-        floor=distance(*halves) / size / math.sqrt(2),
+        total=wasserstein_distance(sections.penalty, sections.reference) / size,
+        time_step=wasserstein_distance(sections.penalty, sections.exact) / size,
+        regularisation=wasserstein_distance(sections.exact, sections.derived) / size,
+        joint_damping=wasserstein_distance(sections.derived, sections.reference) / size,
+        floor=wasserstein_distance(*halves) / size / math.sqrt(2),
         sections=sections,
     )
 
 
-def distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Mean of the Wasserstein distances of the columns of two (n, k) arrays, n points on a line each."""
+def wasserstein_distance(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the mean of the Wasserstein distances between the columns of two (n, k) arrays."""
     return float(np.mean(np.abs(np.sort(one, axis=0) - np.sort(other, axis=0))))
 
 
-def section_of(run: Response) -> np.ndarray:
-    """ξ₁ and ξ₂, (SECTION, 2); nan if the run ended early."""
+def long_section(run: Response) -> np.ndarray:
+    """Return ξ₁ and ξ₂ of the section of a long run from the checkpoint, (SECTION, 2); nan if it ends early."""
     if run.ok:
         run = simulate(run.system, run.eta, run.method, periods=SECTION, keep=SECTION, initial=run.checkpoint)
     if not run.ok:

@@ -1,7 +1,7 @@
 """What a comparison means, in plain English: what agrees, which number is to blame, and what to change first.
 
-Every sentence is made from numbers that were computed: :mod:`.agreement` says what agrees, :mod:`.blame` which number
-it is, and that number was changed to see (:mod:`.cures`).
+Every sentence follows from computed numbers: :mod:`.agreement` says what agrees, :mod:`.experiments` changes one number
+at a time, and :mod:`.blame` names the number whose change helps most.
 """
 
 from collections.abc import Callable
@@ -11,13 +11,14 @@ import numpy as np
 
 from ..result import Status
 from ..simulate import simulate
-from .agreement import CLOSE, agreement, scatter_of, shows
-from .blame import MOST_STEPS, best_cure, blamed
-from .compare import Comparison, nearest_attractor
-from .cures import cures, difference
-from .details import details_of, percent
+from ..wording import percent
+from .agreement import CLOSE, agreement, is_visible, time_step_scatter
+from .blame import MOST_STEPS, best_experiment, blame_sentence
+from .compare import Comparison, error_from_penalty_state
+from .details import detail_sentences
+from .experiments import run_experiments, total_difference
 
-DOUBLINGS = 6  # of the steps, tried for a run that blew up
+DOUBLINGS = 6  # of the steps, tried for a run that diverged
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,11 @@ class Verdict:
         At most three short sentences.
     agree : {"yes", "partly", "no", "unknown"}
     blame : {"steps", "K", "D", "joint damping", ""}
-        The number that takes most of the difference away if it alone is changed; "" if none does.
+        The number whose change alone removes most of the difference; "" if there is none.
     change : dict of str to float or bool
-        What to set first: some of ``K``, ``D``, ``steps`` and ``located``; empty if no number mends it.
+        What to set first: some of ``K``, ``D``, ``steps`` and ``located``; empty if no setting helps.
     left : float
-        What is left of the difference without what is to blame; nan if nothing is.
+        What remains of the difference without the number that is to blame; nan if none is.
     scatter : float
         Standard deviation of ξ₂ about the section's points that the time step alone causes; 0 if there is none.
     details : tuple of str
@@ -50,63 +51,69 @@ class Verdict:
     details: tuple[str, ...] = ()
 
     def as_dict(self) -> dict:
-        """For scripts; None for what is not known."""
-        return {**vars(self), "left": _finite(self.left), "details": list(self.details)}
+        """Return plain values for scripts; None for unknown numbers."""
+        left = self.left if np.isfinite(self.left) else None
+        return {**vars(self), "left": left, "details": list(self.details)}
 
 
-def verdict(found: Comparison, *, cancelled: Callable[[], bool] | None = None) -> Verdict:
-    """Say what a comparison means; it runs Newmark and the reference a few times more.
+def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = None) -> Verdict:
+    """Say what a comparison means, by some more runs of Newmark and the reference.
 
     Raises
     ------
     Cancelled
         If ``cancelled`` returned true.
     """
-    if found.parts is None:
-        return _ended_early(found, cancelled)
-    total, scatter = difference(found), scatter_of(found)
-    if (
-        found.motions.reference.period
-        and total > CLOSE
-        and (elsewhere := nearest_attractor(found, cancelled)) < min(CLOSE, total / 2)
-    ):
-        told = (
-            "The penalty solution shows another motion, yet no wrong one: started from its state, the reference moves "
-            f"so too, {percent(elsewhere)} apart. From rest they are {percent(total)} apart: mind the start."
-        )
-        return Verdict(told, "partly", left=elsewhere, scatter=scatter, details=details_of(found, []))
-    tried = cures(found, cancelled)
-    agree, first = agreement(found, total)
-    best = best_cure(found, tried, total, scatter)
-    second, change = blamed(found, total, best)
-    noise = f" The section's scatter (σ of ξ₂ = {scatter:.2g}) is the time step's." if shows(found, scatter) else ""
+    if comparison.parts is None:
+        return _of_early_end(comparison, cancelled)
+    total, scatter = total_difference(comparison), time_step_scatter(comparison)
+    if comparison.motions.reference.period and total > CLOSE:
+        elsewhere = error_from_penalty_state(comparison, cancelled)
+        if elsewhere < min(CLOSE, total / 2):
+            return _of_other_motion(comparison, elsewhere, total, scatter)
+    experiments = run_experiments(comparison, cancelled)
+    agree, first = agreement(comparison, total)
+    best = best_experiment(comparison, experiments, total, scatter)
+    second, change = blame_sentence(comparison, total, best)
+    visible = is_visible(scatter, comparison)
+    third = f" The section's scatter (σ of ξ₂ = {scatter:.2g}) is the time step's." if visible else ""
     return Verdict(
-        f"{first} {second}{noise}",
+        f"{first} {second}{third}",
         agree,
-        best.name if best else "",
+        best.changed if best else "",
         change,
-        best.left if best else np.nan,
+        best.remaining if best else np.nan,
         scatter,
-        details_of(found, tried),
+        detail_sentences(comparison, experiments),
     )
 
 
-def _ended_early(found: Comparison, cancelled) -> Verdict:
-    runs = found.runs
+def _of_other_motion(comparison: Comparison, elsewhere: float, total: float, scatter: float) -> Verdict:
+    """Return the verdict on a penalty solution that agrees with another motion of the reference."""
+    headline = (
+        "The penalty solution shows another motion, yet no wrong one: started from its state, the reference moves "
+        f"so too, {percent(elsewhere)} apart. From rest they are {percent(total)} apart: mind the start."
+    )
+    return Verdict(headline, "partly", left=elsewhere, scatter=scatter, details=detail_sentences(comparison, []))
+
+
+def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
+    """Return the verdict where Newmark or the reference did not reach its end."""
+    runs = comparison.runs
     if not runs.reference.ok:
         message = runs.reference.message
         return Verdict(f"The reference ended early, so there is nothing to compare: {message}.", "unknown")
-    when = "The penalty solution blew up, so there is nothing to compare."
+    fact = "The penalty solution blew up, so there is nothing to compare."
     if runs.penalty.status is not Status.DIVERGED or not runs.exact.ok:
-        return Verdict(f"{when} K and D are to blame: take a smaller K.", "unknown", "K")
-    way, change = _enough(found, cancelled)
-    text = f"{when} The time step is to blame: the same K and D without one stay bounded."
-    return Verdict(f"{text} {way}", "unknown", "steps", change, details=(runs.penalty.message,))
+        return Verdict(f"{fact} K and D are to blame: take a smaller K.", "unknown", "K")
+    advice, change = _sufficient_steps(comparison, cancelled)
+    text = f"{fact} The time step is to blame: the same K and D without one stay bounded."
+    return Verdict(f"{text} {advice}", "unknown", "steps", change, details=(runs.penalty.message,))
 
 
-def _enough(found: Comparison, cancelled) -> tuple[str, dict]:
-    """Steps with which the run comes to its end, each tried."""
-    run = found.runs.penalty
+def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
+    """Find by trying with how many steps the run reaches its end."""
+    run = comparison.runs.penalty
     options = {"periods": run.periods, "keep": run.keep, "cancelled": cancelled}
     for doubling in range(1, DOUBLINGS + 1):
         steps = run.method.steps * 2**doubling
@@ -115,7 +122,3 @@ def _enough(found: Comparison, cancelled) -> tuple[str, dict]:
         if simulate(run.system, run.eta, replace(run.method, steps=steps), **options).ok:
             return f"{steps:,} steps are enough for that.", {"steps": steps}
     return "Take a smaller K, or the located step.", {}
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

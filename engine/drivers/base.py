@@ -1,4 +1,4 @@
-"""What every driver does: call a kernel in pieces that can be withdrawn, and gather what its buffers held."""
+"""What every driver does: call a kernel in pieces, so that a run can be withdrawn, and collect what it records."""
 
 import math
 import time
@@ -7,16 +7,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..kernels.compile.record import IMPACT_COLUMNS, Folded, Record, empty_record
+from ..kernels.compile.record import IMPACT_COLUMNS, Buffers, PackedBuffers, make_buffers
 from ..result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
 
-CAPACITY = 4096  # rows of impacts and contacts between two visits of the driver
+CAPACITY = 4096  # rows of impacts and contacts in the buffers, which the driver empties when they are full
 
 
 class Driver(ABC):
     """One run of one solver.
 
-    Subclasses hold the packed system and the solver's state; ``periods`` counts what is done since the start of the
+    Subclasses hold the packed tables and the solver's state; ``periods`` counts what is done since the start of the
     run.
     """
 
@@ -26,45 +26,52 @@ class Driver(ABC):
         self.kept_from = kept_from
         self.sampled_from = kept_from + keep - sampled_periods
         self.seconds = 0.0
-        self._kept = empty_record(keep, phases, sampled_periods, CAPACITY)
-        self._nothing = empty_record(0, phases, 0, 0)
+        self._buffers = make_buffers(keep, phases, sampled_periods, CAPACITY)
+        self._no_buffers = make_buffers(0, phases, 0, 0)
         self._impacts: list[np.ndarray] = []
         self._contacts: list[np.ndarray] = []
 
-    def advance(self, stop: int, cancelled: Callable[[], bool] | None, *, kept: bool) -> tuple[Status, str]:
-        """Run to the end of period ``stop``, recording if the periods are kept; returns status and message."""
-        record = self._kept if kept else self._nothing
+    def advance(self, stop: int, cancelled: Callable[[], bool] | None, *, record: bool) -> tuple[Status, str]:
+        """Run to the end of period ``stop``; returns status and message.
+
+        Raises
+        ------
+        Cancelled
+            If ``cancelled`` returned true.
+        """
+        buffers = self._buffers if record else self._no_buffers
         while self.periods < stop:
             if cancelled is not None and cancelled():
                 raise Cancelled
             upto = min(stop, self.periods + self.periods_per_call())
             begin = time.perf_counter()
-            status, full = self.march(upto, record)
+            status, again = self.integrate(upto, buffers)
             self.seconds += time.perf_counter() - begin
-            self._harvest(record.views)
+            self._collect(buffers.views)
             if status is not Status.OK:
                 return status, self.explain(status)
-            if not full:
+            if not again:
                 self.periods = upto
         return Status.OK, ""
 
-    def _harvest(self, record: Record) -> None:
-        impacts, contacts = record.used
+    def _collect(self, buffers: Buffers) -> None:
+        """Copy the recorded impacts and contacts, and empty their buffers."""
+        impacts, contacts = buffers.used
         if impacts:
-            self._impacts.append(record.impacts[:impacts].copy())
+            self._impacts.append(buffers.impacts[:impacts].copy())
         if contacts:
-            self._contacts.append(record.contacts[:contacts].copy())
-        record.used[:] = 0
+            self._contacts.append(buffers.contacts[:contacts].copy())
+        buffers.used[:] = 0
 
     @property
     def section(self) -> np.ndarray:
         """Rows of the kept periods that were completed."""
-        return self._kept.views.section[: self.section_rows_done()]
+        return self._buffers.views.section[: self.section_rows_done()]
 
     def results(self) -> dict:
         """The fields of a Response that the run has filled."""
-        self.close_open_contact(self._kept.views)
-        self._harvest(self._kept.views)
+        self.record_open_contact(self._buffers.views)
+        self._collect(self._buffers.views)
         rows = np.concatenate([np.empty((0, IMPACT_COLUMNS)), *self._impacts])
         contacts = np.concatenate([np.empty((0, 2)), *self._contacts])
         return {
@@ -83,8 +90,8 @@ class Driver(ABC):
         }
 
     def _trajectory(self) -> Trajectory | None:
-        phases, samples = self._kept.views.phases, self._kept.views.samples
-        if len(samples) == 0 or self.section_rows_done() < len(self._kept.views.section):
+        phases, samples = self._buffers.views.phases, self._buffers.views.samples
+        if len(samples) == 0 or self.section_rows_done() < len(self._buffers.views.section):
             return None
         whole, part = np.divmod(np.arange(len(samples)), len(phases))
         time = (self.sampled_from + whole + phases[part]) * self.period
@@ -93,19 +100,19 @@ class Driver(ABC):
 
     @abstractmethod
     def periods_per_call(self) -> int:
-        """Periods that take some hundredths of a second, so that a withdrawn run ends at once."""
+        """Periods that take some hundredths of a second, so that a withdrawn run ends soon."""
 
     @abstractmethod
-    def march(self, stop: int, record: Folded) -> tuple[Status, bool]:
-        """Call the kernel up to the end of period ``stop``; the flag says that a buffer was full before that."""
+    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
+        """Call the kernel up to the end of period ``stop``; the flag: it has to be called again."""
 
     @abstractmethod
     def explain(self, status: Status) -> str:
         """Why the run ended and what to change."""
 
     @abstractmethod
-    def close_open_contact(self, record: Record) -> None:
-        """Note the contact that is open at the end of the run as ending there."""
+    def record_open_contact(self, buffers: Buffers) -> None:
+        """Record the contact that is open at the end of the run as ending there."""
 
     @abstractmethod
     def section_rows_done(self) -> int:
@@ -117,4 +124,4 @@ class Driver(ABC):
 
     @abstractmethod
     def checkpoint(self) -> Checkpoint:
-        """The state as it stands."""
+        """The state as it is."""

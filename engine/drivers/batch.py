@@ -1,33 +1,37 @@
-"""Driver of many cells: room, rules and order for the compiled code that runs them."""
+"""Driver of many cells: work space, settings and order for the kernel that runs them, or one run after the other.
 
-import math
+Event-driven and skipping solvers take less time for a cell than Python takes to set it up, so compiled code runs them
+from the parameters of a cell to its description (:mod:`engine.kernels.batch`). Cells whose steps are all taken go
+through :func:`engine.simulate`. Which way a cell goes depends on its own numbers alone.
+"""
+
+from collections.abc import Callable
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels.accelerated.skip import SIZE as LEAPS_SIZE
-from ..kernels.accelerated.skip import SLOTS
-from ..kernels.accelerated.step_map import FREE, REACHES
+from ..kernels import section_statistics
+from ..kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
 from ..kernels.batch import run as kernel
-from ..kernels.batch import section_statistics as tally
-from ..kernels.batch.course import EXACT, LEAPS, REFERENCE
+from ..kernels.batch.course import EXACT, REFERENCE, SKIPPING
 from ..kernels.batch.recurrence import CYCLE
-from ..kernels.compile.packing import room
-from ..kernels.compile.record import empty_record
-from ..kernels.event_driven import setup
-from ..kernels.event_driven.state import Anchor, Touch
+from ..kernels.compile.record import make_buffers
+from ..kernels.event_driven.state import STATE as EVENT_STATE
+from ..kernels.event_driven.state import SYSTEM
+from ..kernels.parameters import Parameters, no_keys
+from ..kernels.time_stepping.newmark import STATE as STEP_STATE
 from ..methods import ExactPenalty, Method, Newmark, Reference
-from ..motions.section import MOST_NEARLY, SCATTER, TOLERANCE
 from .base import CAPACITY
 from .event_driven import COMPLETION
-from .newmark import SHORTEST_STRIDE
-from .slow_subspace import circles
+from .newmark import can_skip
+from .slow_subspace import separating_circles
 from .threads import Worker
 
-_KINDS = {Reference: REFERENCE, ExactPenalty: EXACT, Newmark: LEAPS}
+_KINDS = {Reference: REFERENCE, ExactPenalty: EXACT, Newmark: SKIPPING}
 
 
-class Plan(NamedTuple):
+class Task(NamedTuple):
     """What is asked of every cell."""
 
     transient: int
@@ -36,77 +40,93 @@ class Plan(NamedTuple):
     coordinates: tuple[int, ...]
 
 
-def compiled_for(method: Method, numbers: np.ndarray) -> bool:
-    """Whether compiled code runs these cells: all but those whose every step is walked."""
+def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
+    """Which cells the kernel runs, (n,) of bool: all but those of Newmark's method whose every step is taken."""
     if not isinstance(method, Newmark):
-        return True
-    cells = setup.Cell(*numbers.T)
-    fastest = np.maximum(np.maximum(cells.kappa, cells.eta), 1.0)
-    strides = SHORTEST_STRIDE * fastest * 2 * math.pi / cells.eta / cells.steps
-    return not (method.every_step or method.located) and bool((strides <= REACHES[FREE]).all())
+        return np.ones(len(rows), dtype=bool)
+    p = Parameters(*rows.T)
+    fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
+    return np.broadcast_to(can_skip(p.eta, fastest, p.steps, method), len(rows))
 
 
-def empty_results(n: int, plan: Plan) -> kernel.Results:
+def empty_results(n: int, task: Task) -> kernel.BatchResults:
     """Results of cells that have not been run."""
-    return kernel.Results(
+    return kernel.BatchResults(
         status=np.zeros(n, dtype=np.int64),
-        section=np.full((n, plan.sample, len(plan.coordinates)), np.nan),
-        numbers=np.full((n, tally.NUMBERS), np.nan),
+        section=np.full((n, task.sample, len(task.coordinates)), np.nan),
+        numbers=np.full((n, section_statistics.NUMBERS), np.nan),
         end=np.full((n, 4), np.nan),
         periods=np.zeros(n, dtype=np.int64),
     )
 
 
-def compiled_worker(
+def make_worker(
     method: Method,
-    numbers: np.ndarray,
+    rows: np.ndarray,
     initial: np.ndarray,
     order: np.ndarray,
     chained: np.ndarray,
-    plan: Plan,
-    results: kernel.Results,
-):
+    task: Task,
+    results: kernel.BatchResults,
+    run_cell: Callable[[int, np.ndarray, np.ndarray], bool],
+) -> Callable[[], Worker]:
     """What gives each thread its worker (see :func:`.threads.share_out`).
 
     Parameters
     ----------
-    numbers : (n, len(Cell)) ndarray
+    rows : (n, len(Parameters)) ndarray
     initial : (n, 4) ndarray
     order : (n,) ndarray of int64
         The cells in the order of their places.
     chained : (n,) ndarray of bool
-        Whether the cell at a place goes on from the one at the place before.
+        Whether the cell at a place starts from the end of the one at the place before.
+    run_cell : callable
+        ``run_cell(i, start, signals)`` runs cell i, which the kernel does not run; false if it was withdrawn.
     """
-    kind = _KINDS[type(method)]
-    columns = np.array(plan.coordinates, dtype=np.int64)
-    rules = TOLERANCE, SCATTER, MOST_NEARLY, COMPLETION
-    settings = kernel.Plan(kind, plan.transient, plan.sample, plan.early_stop, columns, *rules)
-    between = circles(numbers) if kind == EXACT else np.zeros((len(order), 2))
-    work = kernel.Work(order, chained, numbers, initial, between)
+    kind, compiled = _KINDS[type(method)], are_compiled(method, rows)[order]
+    columns = np.array(task.coordinates, dtype=np.int64)
+    plan = kernel.BatchPlan(kind, task.transient, task.sample, task.early_stop, columns, COMPLETION)
+    circles = separating_circles(rows) if kind == EXACT else np.zeros((len(order), 2))
+    cells = kernel.BatchCells(order, chained, rows, initial, circles)
+
+    def start_of(place: int) -> np.ndarray:
+        before = order[place - 1]
+        return results.end[before] if chained[place] and results.status[before] == 0 else initial[order[place]]
 
     def worker() -> Worker:
-        own = make_room(kind, plan.sample)
-        return lambda places, signals, slot: kernel.run_cells(work, places, settings, own, results, signals, slot)
+        work = make_work_space(kind, task.sample) if compiled.any() else None
+
+        def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
+            for by_kernel, group in groupby(range(*places), key=compiled.__getitem__):
+                group = list(group)
+                if by_kernel:
+                    kernel.run_cells(cells, (group[0], group[-1] + 1), plan, work, results, signals, slot)
+                    continue
+                for place in group:
+                    if signals[0] != 0 or not run_cell(order[place], start_of(place), signals):
+                        return
+                    signals[slot] += 1
+
+        return run
 
     return worker
 
 
-def make_room(kind: int, sample: int) -> kernel.Room:
-    """Room for one thread."""
-    leaping = kind == LEAPS
-    slots = SLOTS if leaping else len(Anchor._fields) + len(Touch._fields) - 1
-    nothing, cycle, kept = (empty_record(rows, np.zeros(1), 0, CAPACITY if rows else 0) for rows in (0, CYCLE, sample))
-    return kernel.Room(
-        folded=room(LEAPS_SIZE if leaping else setup.CLOSED_SIZE),
-        keys=setup.no_keys(),
-        state=np.zeros(slots),
-        before=np.zeros(slots),
+def make_work_space(kind: int, sample: int) -> kernel.WorkSpace:
+    """What one thread works in."""
+    layout, state = (SKIPPING_LAYOUT, STEP_STATE) if kind == SKIPPING else (SYSTEM, EVENT_STATE)
+    nothing, cycle, kept = (make_buffers(rows, np.zeros(1), 0, CAPACITY if rows else 0) for rows in (0, CYCLE, sample))
+    return kernel.WorkSpace(
+        packed=layout.zeros(),
+        keys=no_keys(),
+        state=state.zeros(),
+        before=state.zeros(),
         nothing=nothing.flat,
         no_sizes=nothing.sizes,
         cycle=cycle.flat,
         cycle_sizes=cycle.sizes,
-        kept=kept.flat,
-        kept_sizes=kept.sizes,
-        cycle_log=np.zeros((CYCLE, tally.COLUMNS)),
-        log=np.zeros((sample, tally.COLUMNS)),
+        sample=kept.flat,
+        sample_sizes=kept.sizes,
+        cycle_log=np.zeros((CYCLE, section_statistics.COLUMNS)),
+        log=np.zeros((sample, section_statistics.COLUMNS)),
     )

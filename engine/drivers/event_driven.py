@@ -1,62 +1,66 @@
-"""Driver of the solvers in closed form: the reference and the exact penalty solution."""
+"""Driver of the event-driven solvers in closed form: the reference and the exact penalty solution."""
 
-import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels.compile.packing import fold
-from ..kernels.compile.record import Folded
-from ..kernels.compile.record import Record as Buffers
+from ..kernels.compile.options import uncompiled
+from ..kernels.compile.record import Buffers, PackedBuffers, make_buffers
 from ..kernels.event_driven import integrate as kernel
-from ..kernels.event_driven import setup
-from ..kernels.event_driven.state import Anchor, Contact, Touch, touches
-from ..kernels.linear.slow_subspace import fast_part
-from ..kernels.linear.tables import INTEGRAL, full, make_scratch
+from ..kernels.event_driven.output import record_open_contact
+from ..kernels.event_driven.saltation import make_variation
+from ..kernels.event_driven.setup import full_pressed_generators, set_up_events, watched_in_contact
+from ..kernels.event_driven.state import (
+    STATE,
+    SYSTEM,
+    HybridState,
+    HybridSystem,
+    in_contact,
+    start_state,
+)
+from ..kernels.linear.tables import INTEGRAL
+from ..kernels.parameters import no_keys
+from ..kernels.status import FULL, OK, PAUSED, STATUSES
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
 from .base import Driver
-from .parameters import numbers_of
-from .slow_subspace import circles
+from .parameters import parameters_of
+from .slow_subspace import separating_circles
 
 PERIODS_PER_CALL = 2000
-_STATUS = {kernel.PILED_UP: Status.PILED_UP, kernel.UNRESOLVED: Status.UNRESOLVED}
 MOST_PAUSES = 8  # in one period
-COMPLETION = 1e-5  # the closed form of a chatter's rest leaves out the square of this
+_NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
+COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
 
 
-def pack(system: System, eta: float, method: Reference | ExactPenalty) -> Contact:
-    """Phases and contact law as the kernels want them (:mod:`engine.kernels.event_driven.setup`)."""
-    cell, rigid = numbers_of(system, eta, method), isinstance(method, Reference)
-    touching = setup.touching_phase(cell, rigid)
+class EventDrivenSystem(NamedTuple):
+    """The tables of a run, packed for the kernels and as views of the same array."""
+
+    packed: np.ndarray
+    views: HybridSystem
+
+
+def set_up(
+    system: System, eta: float, method: Reference | ExactPenalty, completion: float | None = None
+) -> EventDrivenSystem:
+    """Phases and laws of a run; ``completion``: how far a chatter must have come to be summed (COMPLETION)."""
+    parameters, rigid = parameters_of(system, eta, method), isinstance(method, Reference)
+    row = np.array(parameters)
+    circle = np.zeros(2) if rigid else separating_circles(row[None])[0]
+    packed = SYSTEM.zeros()
+    set_up_events(packed, no_keys(), row, rigid, circle, COMPLETION if completion is None else completion)
+    views = SYSTEM.read(packed)
     if not rigid:
-        # z′ = A z gives ∫z dτ = A⁻¹ Δz
-        generator = setup.pressed_generator(cell)
-        touching.rows[:, INTEGRAL] = np.linalg.solve(full(generator, eta).T, setup.watched(cell, rigid))
-    calm, fast = touching, np.zeros((4, 6))
-    radius, slow_pole = (0.0, 0.0) if rigid else circles(np.array([cell]))[0]
-    if radius > 0:
-        fast = fast_part(generator, cell.eta, radius)
-        calm = setup.calm_phase(cell, fast, slow_pole)
-        calm.rows[:, INTEGRAL] = touching.rows[:, INTEGRAL]
-    return Contact(
-        2 * math.pi / eta,
-        rigid,
-        setup.flight_phase(cell),
-        touching,
-        calm,
-        bool(radius > 0),
-        fast,
-        *setup.force_of(cell, rigid),
-        mass_share=cell.mass_share,
-        restitution=cell.restitution,
-        threshold=cell.threshold,
-        completion=COMPLETION,
-        scratch=make_scratch(),
-    )
+        # z′ = A z gives ∫z dτ = A⁻¹ Δz; only single runs ask for impulses
+        generator = full_pressed_generators(row[None])[0]
+        integral = np.linalg.solve(generator.T, watched_in_contact(parameters, rigid))
+        views.contact.rows[:, INTEGRAL] = views.slow_contact.rows[:, INTEGRAL] = integral
+    return EventDrivenSystem(packed, views)
 
 
-class ClosedDriver(Driver):
+class EventDriver(Driver):
     """One run in closed form, from event to event."""
 
     def __init__(
@@ -72,40 +76,39 @@ class ClosedDriver(Driver):
         phases = record.phases(record.steps or record.per_period) if record else np.zeros(1)
         self.run = system, eta, method
         super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
-        self.packed = pack(system, eta, method)
-        self._folded = fold(self.packed)
+        self._system = set_up(system, eta, method)
         self._events = self._evaluations = self._pauses = 0
         self._paused_in = -1.0
         self._window = (float(kept_from), float(self.sampled_from))
-        self._state = _state(self.packed, start)
-        if not getattr(kernel.march, "signatures", True):  # compile, or load, outside the measured seconds
+        self._state = packed_start(self._system.views, start)
+        if not getattr(kernel.integrate, "signatures", True):  # compile, or load, outside the measured seconds
             state, self._state = self._state, self._state.copy()
-            self.march(start.periods - 1, self._nothing)
+            self.integrate(start.periods - 1, self._no_buffers)
             self._state = state
 
     def periods_per_call(self) -> int:
         return PERIODS_PER_CALL
 
     @property
-    def _anchor(self) -> Anchor:
-        numbers = len(Anchor._fields) - 1
-        return Anchor(*self._state[:numbers], Touch(*self._state[numbers:]))
+    def _now(self) -> HybridState:
+        return STATE.read(self._state)
 
-    def march(self, stop: int, record: Folded) -> tuple[Status, bool]:
-        code, events, evaluations = kernel.march(
-            self._folded, self._state, float(stop), self._window, record.flat, record.sizes
+    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
+        code, events, evaluations = kernel.integrate(
+            self._system.packed, self._state, float(stop), self._window, buffers.flat, buffers.sizes, None
         )
         self._events += events
         self._evaluations += evaluations
-        if code == kernel.PAUSED:
-            self._pauses = self._pauses + 1 if self._state[0] == self._paused_in else 0
-            self._paused_in = self._state[0]
+        if code == PAUSED:
+            self._pauses = self._pauses + 1 if self._now.period == self._paused_in else 0
+            self._paused_in = self._now.period
             if self._pauses > MOST_PAUSES:
                 return Status.UNRESOLVED, False
-        return _STATUS.get(code, Status.OK), code in (kernel.FULL, kernel.PAUSED)
+        again = code in (FULL, PAUSED)
+        return Status.OK if again else STATUSES[code], again
 
     def explain(self, status: Status) -> str:
-        period = int(self._anchor.period) + 1
+        period = int(self._now.period) + 1
         if status is Status.UNRESOLVED and self._pauses > MOST_PAUSES:
             return (
                 f"following period {period} was given up: what is fast in it does not die away; "
@@ -116,12 +119,13 @@ class ClosedDriver(Driver):
                 f"in period {period} the joined pendulums would part into each other: their joint damping and the two "
                 "dampers contradict each other; take the derived joint damping, or smaller damping ratios"
             )
-        change = "take a larger threshold or a smaller restitution" if self.packed.rigid else "take a smaller K"
+        rigid = self._system.views.rigid
+        change = "take a larger threshold or a smaller restitution" if rigid else "take a smaller K"
         return f"over {kernel.MOST_EVENTS} impacts and contacts in period {period}: the chatter does not end; {change}"
 
-    def close_open_contact(self, record: Buffers) -> None:
-        if touches(self._anchor) and self.periods > self.kept_from:
-            kernel.note_open(self.packed, self._anchor, float(self.periods), self._window, record)
+    def record_open_contact(self, buffers: Buffers) -> None:
+        if uncompiled(in_contact)(self._now) and self.periods > self.kept_from:
+            record_open_contact(self._system.views, self._now, float(self.periods), self._window, buffers)
 
     def section_rows_done(self) -> int:
         return max(0, self.periods - self.kept_from)
@@ -133,13 +137,49 @@ class ClosedDriver(Driver):
         return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
 
 
-def _state(packed: Contact, start: Checkpoint) -> np.ndarray:
+def start_at(y: Sequence[float]) -> np.ndarray:
+    """The packed hybrid state at τ = 0 with y = (ξ₁, ξ₁′, g, g′)."""
+    return STATE.pack(start_state(*map(float, y)))
+
+
+def integrate_variation(
+    system: EventDrivenSystem, start: np.ndarray, periods: float
+) -> tuple[np.ndarray, np.ndarray, int] | None:
+    """Integrate the motion with its derivative with respect to its start.
+
+    Parameters
+    ----------
+    system : EventDrivenSystem
+    start : ndarray
+        Packed hybrid state at τ = 0.
+    periods : float
+
+    Returns
+    -------
+    (4,) ndarray, (4, 4) ndarray, int
+        y = (ξ₁, ξ₁′, g, g′) at the end; its Jacobian; a number that differs between different sequences of events.
+        None if the integration ends early.
+    """
+    variation = make_variation()
+    status, _, _ = kernel.integrate(
+        system.packed, start, periods, (0.0, 0.0), _NO_BUFFERS.flat, _NO_BUFFERS.sizes, variation
+    )
+    return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
+
+
+def packed_start(system: HybridSystem, start: Checkpoint) -> np.ndarray:
+    """The packed hybrid state of a checkpoint.
+
+    Raises
+    ------
+    ValueError
+        If the bodies of a reference penetrate each other.
+    """
     if len(start.state) > 4:
         return np.array(start.state)
     x1, v1, x2, v2 = start.state
-    if packed.rigid and x2 < x1:
+    if system.rigid and x2 < x1:
         raise ValueError(
             f"initial gap ξ₂ − ξ₁ = {x2 - x1:g} is negative: the reference knows no penetration, start with ξ₂ ≥ ξ₁"
         )
-    *numbers, touch = kernel.prepare(packed, x1, v1, x2 - x1, v2 - v1)
-    return np.array([*numbers, *touch])
+    return start_at((x1, v1, x2 - x1, v2 - v1))

@@ -1,101 +1,95 @@
-"""Driver of Newmark's method."""
+"""Driver of Newmark's method with a constant step."""
 
 import numpy as np
 
-from ..kernels.accelerated import skip as leaps
-from ..kernels.accelerated.step_map import FREE, REACHES
-from ..kernels.compile.packing import room
-from ..kernels.compile.record import Folded
-from ..kernels.compile.record import Record as Buffers
-from ..kernels.event_driven.setup import free_pole, no_keys
+from ..kernels.accelerated import skip
+from ..kernels.accelerated.step_map import FREE, REACHES, SKIPPING, set_up_skipping
+from ..kernels.compile.options import uncompiled
+from ..kernels.compile.record import Buffers, PackedBuffers
+from ..kernels.equations.rates import free_rate
+from ..kernels.parameters import no_keys
+from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import newmark as kernel
-from ..kernels.time_stepping.setup import begin_steps, scheme_of, set_up_leaps
-from ..methods import Newmark
-from ..model import System
+from ..methods import CONTACT_LAWS, Newmark
 from ..result import Checkpoint, Cost, Status
-from .parameters import numbers_of
-from .stepping import SteppedDriver
+from .parameters import parameters_of
+from .stepping import SteppingDriver
 
 STEPS_PER_CALL = 5_000_000
-SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; with fewer, walking is as quick
+SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; with fewer, skipping is no quicker
 
 
-def pack(system: System, eta: float, method: Newmark) -> kernel.Scheme:
-    """Coefficients of one step (derived in :mod:`engine.kernels.time_stepping.newmark`)."""
-    return scheme_of(numbers_of(system, eta, method))
+def can_skip(eta: float, free_rate, steps, method: Newmark):
+    """Whether skipping is possible and worth it; η, rates and steps may be arrays."""
+    strides = SHORTEST_STRIDE * free_rate * 2 * np.pi / eta / steps
+    accelerated = method.law == CONTACT_LAWS[0] and not (method.every_step or method.located)
+    return accelerated & (strides <= REACHES[FREE])
 
 
-class NewmarkDriver(SteppedDriver):
-    """One run of Newmark's method."""
+class NewmarkDriver(SteppingDriver):
+    """One run of Newmark's method: skipping steps where that is possible, else step by step."""
 
     def begin(self, start: Checkpoint) -> None:
         system, eta, method = self.run
-        self._scheme = pack(system, eta, method)
-        self._leaps = self._cosines = None
-        cell = numbers_of(system, eta, method)
-        if method.every_step or SHORTEST_STRIDE * free_pole(cell) * self._scheme.h > REACHES[FREE]:
-            self._cosines = self._cosines_of_steps()
+        parameters = parameters_of(system, eta, method)
+        self._scheme = kernel.scheme_of(parameters)
+        self._packed = self._cosines = None
+        if can_skip(eta, free_rate(parameters), method.steps, method):
+            self._packed = SKIPPING.zeros()
+            set_up_skipping(self._packed, no_keys(), np.array(parameters))
         else:
-            self._leaps = room(leaps.SIZE)
-            set_up_leaps(self._leaps, no_keys(), np.array(cell))
-        self._state = _state(self._scheme, system, eta, method, start)
+            self._cosines = self.cosines_of_steps()
+        if len(start.state) == kernel.STATE.size:
+            self._state = np.array(start.state)
+        else:
+            self._state = kernel.STATE.pack(kernel.start_state(self._scheme, parameters, start.state))
         self._started = start.periods * method.steps
         self._load()
 
     def _load(self) -> None:
-        """Compile or load what this run calls, outside the measured seconds; a call up to step 0 does nothing."""
-        if not getattr(self._kernel(True), "signatures", True) or not getattr(self._kernel(False), "signatures", True):
+        """Compile or load the kernels outside the measured seconds; a call up to step 0 does nothing."""
+        kernels = (kernel.integrate, kernel.integrate_recorded) if self._packed is None else (skip.integrate_skipping,)
+        if not all(getattr(each, "signatures", True) for each in kernels):
             state, self._state = self._state, self._state.copy()
-            self.march(0, self._nothing)
+            self.integrate(0, self._no_buffers)
             self._state = state
 
-    def _kernel(self, kept: bool):
-        if self._leaps is not None:
-            return leaps.leap
-        return kernel.advance_recorded if kept else kernel.advance
+    @property
+    def _now(self) -> kernel.StepState:
+        return kernel.STATE.read(self._state)
 
     def periods_per_call(self) -> int:
         return max(1, STEPS_PER_CALL // self._method.steps)
 
-    def march(self, stop: int, record: Folded) -> tuple[Status, bool]:
-        last = stop * self._method.steps
-        if self._leaps is not None:
-            code = leaps.leap(self._leaps, self._state, last, self._window, record.flat, record.sizes, True)
-        elif record is not self._nothing:
-            code = kernel.advance_recorded(self._scheme, self._cosines, self._state, last, self._window, record.views)
+    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
+        last, window = stop * self._method.steps, self._window
+        if self._packed is not None:
+            code = skip.integrate_skipping(self._packed, self._state, last, window, buffers.flat, buffers.sizes, True)
+        elif buffers is not self._no_buffers:
+            code = kernel.integrate_recorded(self._scheme, self._cosines, self._state, last, window, buffers.views)
         else:
-            code = kernel.advance(self._scheme, self._cosines, self._state, last)
-        return (Status.DIVERGED if code == kernel.DIVERGED else Status.OK), code == kernel.FULL
+            code = kernel.integrate(self._scheme, self._cosines, self._state, last)
+        return Status.OK if code == FULL else STATUSES[code], code == FULL
 
     def explain(self, status: Status) -> str:
-        step = int(self._state[kernel.STEP])
-        return self._blown_up(f"step {step} (period {step / self._method.steps:.2f})", kernel.LIMIT)
+        return self.explain_divergence(self._now.step)
 
-    def close_open_contact(self, record: Buffers) -> None:
-        last = self._steps_done()
-        if self._state[kernel.CONTACT] > 0.0 and last > self._window[0]:
-            if self._leaps is not None:
-                leaps.finish(self._leaps, self._state.copy(), last, record)
-            else:
-                kernel.close_contact(
-                    self._scheme, self._state, last, kernel.motion_of(self._scheme, self._state), record
-                )
+    def record_open_contact(self, buffers: Buffers) -> None:
+        last, now = self._steps_done(), self._now
+        if not now.pressed or last <= self._window[0]:
+            return
+        if self._packed is not None:
+            skip.record_open_contact(self._packed, self._state, last, buffers)
+        else:
+            motion = uncompiled(kernel.motion_of)(self._scheme, now)
+            kernel.end_contact(self._scheme, now.contact, last, motion, buffers)
 
     def _steps_done(self) -> int:
-        # leaps stop short of where a run is cut; a run that blew up stands where it did
-        return max(int(self._state[kernel.STEP]), self.periods * self._method.steps)
+        # a skip stops short of where a run is cut; a run that diverged stands where it did
+        return max(self._now.step, self.periods * self._method.steps)
 
     def section_rows_done(self) -> int:
         return max(0, (self._steps_done() - self._window[0]) // self._method.steps)
 
     def cost(self) -> Cost:
         return Cost(self.seconds, steps=self._steps_done() - self._started)
-
-
-def _state(scheme: kernel.Scheme, system: System, eta: float, method: Newmark, start: Checkpoint) -> np.ndarray:
-    state = np.zeros(leaps.SLOTS)
-    if len(start.state) == leaps.SLOTS:
-        state[:] = start.state
-        return state
-    begin_steps(state, scheme, numbers_of(system, eta, method), start.state)
-    return state

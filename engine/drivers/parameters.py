@@ -1,14 +1,22 @@
-"""A system, an η and a method as the row of numbers from which compiled code sets up a solver."""
+"""A system, an η and a method as the parameters from which compiled code sets up a solver."""
 
-from ..kernels.event_driven.setup import Cell
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..kernels.equations.contact_law import KELVIN_VOIGT, LAWS
+from ..kernels.equations.motion import joined_generator, pressed_generator, separated_generator
+from ..kernels.linear.tables import full_generator
+from ..kernels.parameters import Parameters
 from ..methods import Method, Newmark, Reference
 from ..model import System
 
 
-def numbers_of(system: System, eta: float, method: Method) -> Cell:
-    """The numbers of one cell; those that its method does not know are 0."""
+def parameters_of(system: System, eta: float, method: Method) -> Parameters:
+    """The parameters of one run; 0 for those that its method does not have."""
     rigid = isinstance(method, Reference)
-    return Cell(
+    law = LAWS.index(method.law) if isinstance(method, Newmark) else KELVIN_VOIGT
+    return Parameters(
         eta=float(eta),
         kappa=system.kappa,
         d1=system.d1,
@@ -22,4 +30,20 @@ def numbers_of(system: System, eta: float, method: Method) -> Cell:
         damping=0.0 if rigid else method.damping,
         restitution=system.restitution,
         threshold=method.threshold if rigid else 0.0,
+        law=float(law),
     )
+
+
+def parameter_rows(rows: np.ndarray, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Rows of parameters, (n, len(Parameters)), with the columns of these names replaced, in place."""
+    for name, values in columns.items():
+        rows[:, Parameters._fields.index(name)] = values
+    return rows
+
+
+def generators(system: System, eta: float, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A of z′ = A z, (6, 6), in flight, in contact, and of the common motion without the measured joint damping."""
+    p = parameters_of(system, eta, method)
+    joined = joined_generator(eta, system.kappa3, system.derived_joint_damping)
+    contact = joined_generator(eta, p.kappa3, p.d3) if isinstance(method, Reference) else pressed_generator(p)
+    return tuple(full_generator(rows, eta) for rows in (separated_generator(p), contact, joined))

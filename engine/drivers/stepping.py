@@ -1,16 +1,17 @@
-"""What both drivers of Newmark's method share: counting in steps, and telling that the solution blew up."""
+"""What the drivers of Newmark's method share: counting in steps, and the message of a solution that diverged."""
 
 from abc import abstractmethod
 
 import numpy as np
 
+from ..kernels.time_stepping.newmark import LIMIT
 from ..methods import Newmark
 from ..model import System
 from ..result import Checkpoint, Record
 from .base import Driver
 
 
-class SteppedDriver(Driver):
+class SteppingDriver(Driver):
     """One run of Newmark's method; subclasses hold the solver's state as ``_state``."""
 
     def __init__(
@@ -33,18 +34,20 @@ class SteppedDriver(Driver):
 
     @abstractmethod
     def begin(self, start: Checkpoint) -> None:
-        """Set up what the kernel needs, and the state that the run starts from."""
+        """Set up the kernel and the state that the run starts from."""
 
     def checkpoint(self) -> Checkpoint:
-        return Checkpoint(*self.run, self.periods, tuple(self._state))
+        return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
 
-    def _cosines_of_steps(self) -> np.ndarray:
-        """cos ητ at the beginning of each step, and at the end of the last."""
+    def cosines_of_steps(self) -> np.ndarray:
+        """cos ητ at the beginning of each step of a period, and at the end of the last."""
         n = self._method.steps
         return np.cos(2 * np.pi * np.arange(n + 1) / n)
 
-    def _blown_up(self, where: str, limit: float) -> str:
+    def explain_divergence(self, step: int) -> str:
+        """What happened at which step, and what to change."""
+        n = self._method.steps
         return (
-            f"Newmark's solution blew up: the gap passed {limit:g} base amplitudes at {where}; "
-            f"take more steps per period than {self._method.steps}, or a smaller K or D"
+            f"Newmark's solution blew up: the gap passed {LIMIT:g} base amplitudes at step {step} "
+            f"(period {step / n:.2f}); take more steps per period than {n}, or a smaller K or D"
         )

@@ -1,6 +1,6 @@
-"""Sharing cells out among threads, withdrawn and watched from the calling one.
+"""Distribution of cells to threads, watched and withdrawn from the calling thread.
 
-Threads take the next few cells from one counter as they become free, so that a hard cell holds up no other.
+Threads take the next few cells from one iterator as they become free, so that a hard cell delays no other.
 """
 
 import threading
@@ -11,7 +11,7 @@ import numpy as np
 
 from ..result import Cancelled
 
-GRAIN = 4  # cells that a thread takes at a time, or as many chains as have them
+GRAIN = 4  # cells that a thread takes at a time, at least; chains stay together
 POLL = 0.02  # seconds between two looks at how far the threads are
 
 Worker = Callable[[tuple[int, int], np.ndarray, int], None]
@@ -60,13 +60,13 @@ def share_out(
     with ThreadPoolExecutor(threads) as pool:
         running = [pool.submit(work, 1 + k) for k in range(threads)]
         try:
-            told = 0
+            reported = 0
             while wait(running, POLL).not_done:
                 if cancelled is not None and cancelled():
                     raise Cancelled
                 done = int(signals[1:].sum())
-                if progress is not None and done > told:
-                    told = done
+                if progress is not None and done > reported:
+                    reported = done
                     progress(done)
         finally:
             signals[0] = 1

@@ -1,48 +1,62 @@
-"""What an energy balance says: where the energy of each period comes from, and where it goes."""
+"""Energy balance of a response: how much energy the excitation supplies, and where it goes.
 
-from dataclasses import dataclass
+    gain of mechanical energy = work of the excitation − dampers − contact damper − impacts
+
+in units of m₁ω₁² times the base amplitude squared. The mechanical energy of the motion relative to the base is
+
+    E = [ξ₁′² + ξ₁² + μ(ξ₂′² + κ²ξ₂²) + K min(g, 0)²] / 2,
+
+with K = 0 for the reference. The powers are
+
+- η² cos ητ (ξ₁′ + μξ₂′) of the excitation,
+- 2d₁ξ₁′² + 2μd₂κξ₂′² of the dampers, or 2d₃κ₃(1 + μ)ξ′² in permanent contact,
+- 2Dg′² of the contact damper.
+
+An impact dissipates μ/(1 + μ) (g′⁻² − g′⁺²)/2.
+
+The balance is independent of the integration that it checks. For the reference, the exact penalty and located steps it
+follows the motion from one row of the section to the next through the events of the response (:mod:`.events`). An event
+that is missing, misplaced or wrong leaves a residual. For Newmark with a constant step the sums are those of the
+discrete solution (:mod:`.steps`), which balances exactly within each step: its residual is the energy that the
+time-stepping creates where contact changes.
+"""
 
 import numpy as np
 
+from ..methods import Newmark
+from ..result import Response
+from .events import balance_between_events
+from .result import EnergyBalance
+from .steps import balance_of_steps
 
-@dataclass(frozen=True)
-class EnergyBalance:
-    """Energy over each kept period, in units of m₁ω₁² times the base amplitude squared; all (n,) ndarrays.
 
-    Attributes
+def energy_balance(response: Response, start: tuple[float, float, float, float] | None = None) -> EnergyBalance:
+    """Compute the energy balance of the kept periods of a response.
+
+    Parameters
     ----------
-    gain : ndarray
-        What mechanical energy grows by.
-    work : ndarray
-        Work of the excitation on both masses, relative to the base.
-    dampers : ndarray
-        What the dampers of the pendulums take; while they are joined, that of the joint.
-    contact : ndarray
-        What the contact damper takes (penalty).
-    impacts : ndarray
-        What impacts take (reference).
-    stored : float
-        Largest mechanical energy met: at events, and at the quarters of each period.
+    response : Response
+        For Newmark with a constant step it must hold every step of its sampled periods; these are balanced.
+    start : (4,) sequence, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at the beginning of the kept periods: the initial state, if all periods are kept. Without it
+        the balance begins with the second kept period, since the section is sampled at the end of each period.
+
+    Returns
+    -------
+    EnergyBalance
+        If located steps are so coarse that they misplace contacts by more than their depth, the closed form deviates
+        from the solution. The residual is then large, and nan where numbers overflow.
+
+    Raises
+    ------
+    ValueError
+        If the run ended early, if too few periods are kept, or if not every step of Newmark was recorded.
     """
-
-    gain: np.ndarray
-    work: np.ndarray
-    dampers: np.ndarray
-    contact: np.ndarray
-    impacts: np.ndarray
-    stored: float
-
-    @property
-    def lost(self) -> np.ndarray:
-        """What dampers, contact and impacts take."""
-        return self.dampers + self.contact + self.impacts
-
-    @property
-    def residual(self) -> np.ndarray:
-        """Gain + losses − work; 0 but for errors of the solution."""
-        return self.gain + self.lost - self.work
-
-    @property
-    def size(self) -> float:
-        """What a residual compares with: the energy stored, or put in or taken within a period."""
-        return float(self.stored + max(np.abs(self.work).max(initial=0.0), self.lost.max(initial=0.0)))
+    if not response.ok:
+        raise ValueError(response.ending)
+    if isinstance(response.method, Newmark) and not response.method.located:
+        return balance_of_steps(response)
+    rows = response.section if start is None else np.vstack([np.asarray(start, dtype=float), response.section])
+    if len(rows) < 2:
+        raise ValueError("the balance of one kept period needs its initial state: keep two periods, or give the start")
+    return balance_between_events(response, rows)

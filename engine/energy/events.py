@@ -1,4 +1,9 @@
-"""The balance of a motion that is in closed form between events, followed from each event to the next."""
+"""Energy balance of a motion that is known in closed form between its events, followed from event to event.
+
+The way from one row of the section to the next is cut into segments of a single phase: at the events, and at the
+quarters of the period, where the stored energy is evaluated as well. On each segment the powers are integrated exactly
+(:mod:`.quadratic_forms`). The state starts anew from each row of the section, so that errors do not add up.
+"""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -7,127 +12,148 @@ import numpy as np
 
 from ..methods import Reference
 from ..result import Response
-from .balance import EnergyBalance
-from .powers import Law, integrals, law_of
+from .quadratic_forms import EnergyForms, energy_forms, phase_integrals
+from .result import EnergyBalance
 
-FLIGHT, TOUCHING, CHATTERING = range(3)  # the phases, in the order of `Law.generators`
+FLIGHT, CONTACT, CHATTER = range(3)  # phases, in the order of `EnergyForms.generators`
+QUARTERS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 EPSILON = np.finfo(float).eps
-_BATCH = 2048
+_SEGMENTS_AT_ONCE = 2048
 
 
-def along_events(response: Response, rows: np.ndarray) -> EnergyBalance:
-    """The balance between consecutive rows of the section, (n + 1, 4)."""
-    law, pieces = law_of(response), _pieces(response, rows)
-    spans = np.array([piece.end - piece.begin for piece in pieces])
-    modes = np.array([piece.mode for piece in pieces])
-    sums = np.zeros((len(rows) - 1, 4))
-    walk = _Walk(response, law, rows, sums)
-    for low in range(0, len(pieces), _BATCH):
-        part = slice(low, low + _BATCH)
-        moves, held = np.zeros((len(spans[part]), 6, 6)), np.zeros((len(spans[part]), 3, 6, 6))
-        for mode in np.unique(modes[part]):
-            chosen = modes[part] == mode
-            moves[chosen], held[chosen] = integrals(law.generators[mode], law.powers[mode], spans[part][chosen])
-        # what the events of a coarse located step lead to can be beyond all numbers: told below, no cause for a warning
+def balance_between_events(response: Response, rows: np.ndarray) -> EnergyBalance:
+    """Balance the energy between consecutive rows of the section, (n + 1, 4): n periods."""
+    forms, segments = energy_forms(response), _segments(response, len(rows) - 1)
+    walk = _Walk(response, forms, rows)
+    for first in range(0, len(segments), _SEGMENTS_AT_ONCE):
+        part = segments[first : first + _SEGMENTS_AT_ONCE]
+        changes, integrals = _all_integrals(forms, part)
+        # events of coarse located steps may lead beyond all numbers: then the sums are nan, see below
         with np.errstate(over="ignore", invalid="ignore"):
-            for piece, span, move, form in zip(pieces[part], spans[part], moves, held, strict=True):
-                walk.along(piece, span, move, form)
+            for segment, change, integral in zip(part, changes, integrals, strict=True):
+                walk.follow(segment, change, integral)
+    sums = walk.sums
     sums[~np.isfinite(sums).all(axis=1)] = np.nan
-    ends = np.array([walk.stored(walk.state(row)) for row in rows])
+    stored = np.array([walk.stored(walk.section_state(row)) for row in rows])
     work, dampers, contact, impacts = sums.T
-    return EnergyBalance(np.diff(ends), work, dampers, contact, impacts, max(walk.most, float(ends.max())))
+    largest = max(walk.largest_stored, float(stored.max()))
+    return EnergyBalance(np.diff(stored), work, dampers, contact, impacts, largest)
 
 
-class _Piece(NamedTuple):
-    """A stretch of one phase."""
+class _Segment(NamedTuple):
+    """A part of one phase between two events, or between an event and a quarter of the period."""
 
     row: int  # kept period
-    mode: int
+    phase: int
     begin: float  # τ
     end: float
     impact: int  # index of the impact that it begins with, or −1
-    clock: float  # the share of the period at which it ends; 0 if an event ends it
+    quarter: float  # fraction of the period at which it ends; 0 if an event ends it
 
 
-def _pieces(response: Response, rows: np.ndarray) -> list[_Piece]:
-    """The phases between consecutive rows of the section, cut at events and at the quarters of each period."""
-    period, last = response.period, round(response.window[1] / response.period)
-    impacts, contacts = response.impacts.time, response.contacts
+def _segments(response: Response, periods: int) -> list[_Segment]:
+    """Cut the last ``periods`` periods at the events and at their quarters."""
     rigid = isinstance(response.method, Reference)
+    impacts, contacts = response.impacts.time, response.contacts
     closed = contacts[contacts[:, 1] < response.window[1], 1]
     times = np.unique(np.concatenate([impacts if rigid else [], contacts[:, 0], closed]))
-    bare = np.setdiff1d(contacts[:, 0], impacts)  # contacts that begin without an impact: at the end of a chatter
-    pieces, first, chattering = [], last - (len(rows) - 1), False
-    for n in range(first, last):
-        shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # to see the energy between events too
-        clock = (n + shares) * period
-        events = times[(times > clock[0] if n > 0 else times >= 0) & (times < clock[-1])]
-        cuts = np.union1d(clock, events)
-        for begin, end in pairwise(cuts):
-            k = np.searchsorted(contacts[:, 0], begin, side="right") - 1
-            touching = k >= 0 and begin < contacts[k, 1]
-            hit = int(np.searchsorted(impacts, begin, side="right")) - 1 if rigid else -1
-            struck = hit >= 0 and impacts[hit] == begin and (begin > clock[0] or n == 0)
+    without_impact = np.setdiff1d(contacts[:, 0], impacts)  # contacts at the end of a chatter
+    last = round(response.window[1] / response.period)
+    segments, chattering = [], False
+    for period in range(last - periods, last):
+        quarters = (period + QUARTERS) * response.period
+        events = times[(times > quarters[0] if period > 0 else times >= 0) & (times < quarters[-1])]
+        for begin, end in pairwise(np.union1d(quarters, events)):
+            contact = np.searchsorted(contacts[:, 0], begin, side="right") - 1
+            touching = contact >= 0 and begin < contacts[contact, 1]
+            impact = int(np.searchsorted(impacts, begin, side="right")) - 1 if rigid else -1
+            # the state at a row of the section already includes an impact there
+            struck = impact >= 0 and impacts[impact] == begin and (begin > quarters[0] or period == 0)
             following = times[min(np.searchsorted(times, begin, side="right"), len(times) - 1)] if len(times) else 0.0
-            chattering = rigid and not touching and (struck or chattering) and following in bare
-            mode = TOUCHING if touching else CHATTERING if chattering else FLIGHT
-            by_clock = 0.0 if end in events else float(shares[np.searchsorted(clock, end)])
-            pieces.append(_Piece(n - first, mode, begin, end, hit if struck else -1, by_clock))
-    return pieces
+            chattering = rigid and not touching and (struck or chattering) and following in without_impact
+            phase = CONTACT if touching else CHATTER if chattering else FLIGHT
+            quarter = 0.0 if end in events else float(QUARTERS[np.searchsorted(quarters, end)])
+            row = period - (last - periods)
+            segments.append(_Segment(row, phase, begin, end, impact if struck else -1, quarter))
+    return segments
+
+
+def _all_integrals(forms: EnergyForms, segments: list[_Segment]) -> tuple[np.ndarray, np.ndarray]:
+    """E − 1, (n, 6, 6), and the integrals of the powers, (n, 3, 6, 6), of n segments."""
+    durations = np.array([segment.end - segment.begin for segment in segments])
+    phases = np.array([segment.phase for segment in segments])
+    changes, integrals = np.zeros((len(segments), 6, 6)), np.zeros((len(segments), 3, 6, 6))
+    for phase in np.unique(phases):
+        chosen = phases == phase
+        changes[chosen], integrals[chosen] = phase_integrals(
+            forms.generators[phase], forms.powers[phase], durations[chosen]
+        )
+    return changes, integrals
 
 
 class _Walk:
-    """The way through the events, summing what each piece takes."""
+    """Follows the state through all segments and sums what each of them dissipates."""
 
-    def __init__(self, response: Response, law: Law, rows: np.ndarray, sums: np.ndarray):
-        self.response, self.law, self.rows, self.sums = response, law, rows, sums
-        self.row, self.most = -1, 0.0
+    def __init__(self, response: Response, forms: EnergyForms, rows: np.ndarray):
+        self.response, self.forms, self.rows = response, forms, rows
+        self.sums = np.zeros((len(rows) - 1, 4))  # of each period: work, dampers, contact damper, impacts
+        self.largest_stored = 0.0
+        self.row, self.elapsed, self.z = -1, 0.0, np.zeros(6)
 
     @staticmethod
-    def state(row: np.ndarray) -> np.ndarray:
-        """z at the section."""
+    def section_state(row: np.ndarray) -> np.ndarray:
+        """Return z for a row ξ₁, ξ₁′, ξ₂, ξ₂′ of the section."""
         return np.array([row[0], row[1], row[2] - row[0], row[3] - row[1], 1.0, 0.0])
 
     def stored(self, z: np.ndarray) -> float:
-        """E."""
-        return z @ self.law.stored @ z + 0.5 * self.law.stiffness * min(z[2], 0.0) ** 2
+        """Return the mechanical energy E."""
+        return z @ self.forms.stored @ z + 0.5 * self.forms.stiffness * min(z[2], 0.0) ** 2
 
-    def along(self, piece: _Piece, span: float, move: np.ndarray, held: np.ndarray) -> None:
-        """Follow one piece."""
-        if piece.row != self.row:
-            self.row, self.elapsed, self.z = piece.row, 0.0, self.state(self.rows[piece.row])
-        if piece.impact >= 0:
-            self.strike(piece)
-        z, a = self.z, self.law.generators[piece.mode]
-        end = z + move @ z
-        change = self.correction(piece, span, end, a)
-        slope = a @ end
-        self.sums[piece.row, :3] += z @ held @ z + change * (end @ self.law.powers[piece.mode] @ end)
-        self.z = end + change * slope + 0.5 * change**2 * (a @ slope)
-        self.elapsed += span + change
-        self.most = max(self.most, float(self.stored(self.z)))
-        if piece.clock == 0.0 and self.law.rigid:
+    def follow(self, segment: _Segment, change: np.ndarray, integral: np.ndarray) -> None:
+        """Move the state to the end of a segment and add the energies of the segment to the sums.
+
+        Parameters
+        ----------
+        change : (6, 6) ndarray
+            E − 1 over the duration of the segment.
+        integral : (3, 6, 6) ndarray
+            G of each power.
+        """
+        if segment.row != self.row:
+            self.row, self.elapsed, self.z = segment.row, 0.0, self.section_state(self.rows[segment.row])
+        if segment.impact >= 0:
+            self._apply_impact(segment)
+        z, generator, duration = self.z, self.forms.generators[segment.phase], segment.end - segment.begin
+        end = z + change @ z
+        correction = self._duration_correction(segment, duration, end, generator)
+        slope = generator @ end
+        power = end @ self.forms.powers[segment.phase] @ end
+        self.sums[segment.row, :3] += z @ integral @ z + correction * power
+        self.z = end + correction * slope + 0.5 * correction**2 * (generator @ slope)
+        self.elapsed += duration + correction
+        self.largest_stored = max(self.largest_stored, float(self.stored(self.z)))
+        if segment.quarter == 0.0 and self.forms.rigid:
             self.z[2] = 0.0
 
-    def correction(self, piece: _Piece, span: float, end: np.ndarray, a: np.ndarray) -> float:
-        """What the duration lacks: the times of events are rounded, what vanishes at them need not be."""
-        if piece.clock > 0.0:
-            return piece.clock * self.response.period - self.elapsed - span
-        allowed = 4 * EPSILON * (piece.end + self.response.period)
-        if piece.mode == CHATTERING:
+    def _duration_correction(self, segment: _Segment, duration: float, end: np.ndarray, generator: np.ndarray) -> float:
+        """Return the rounding error of the duration: the quantity that ends a phase vanishes at its exact end."""
+        if segment.quarter > 0.0:
+            return segment.quarter * self.response.period - self.elapsed - duration
+        if segment.phase == CHATTER:
             return 0.0
-        row = self.law.ends[piece.mode]
-        slope = row @ a @ end
-        change = -(row @ end) / slope if slope != 0.0 else 0.0
-        return change if abs(change) <= allowed else 0.0
+        row = self.forms.ends[segment.phase]
+        slope = row @ generator @ end
+        correction = -(row @ end) / slope if slope != 0.0 else 0.0
+        allowed = 4 * EPSILON * (segment.end + self.response.period)
+        return correction if abs(correction) <= allowed else 0.0
 
-    def strike(self, piece: _Piece) -> None:
-        """Set out from an impact; the rest of a chatter loses its relative speed."""
-        impacts, share = self.response.impacts, self.law.share
-        v1, v2 = impacts.velocity_after[piece.impact]
-        before = np.diff(impacts.velocity_before[piece.impact])[0]
-        rate = v2 - v1
-        if piece.mode != FLIGHT:
-            v1, rate = v1 + share * rate, 0.0
-        self.sums[piece.row, 3] += 0.5 * share * (before - rate) * (before + rate)
-        self.z[:4] = impacts.position[piece.impact], v1, 0.0, rate
+    def _apply_impact(self, segment: _Segment) -> None:
+        """Set the state after an impact. If the rest of a chatter follows, it dissipates all relative motion."""
+        impacts, share = self.response.impacts, self.forms.mass_share
+        v1, v2 = impacts.velocity_after[segment.impact]
+        before = np.diff(impacts.velocity_before[segment.impact])[0]
+        after = v2 - v1
+        if segment.phase != FLIGHT:
+            v1, after = v1 + share * after, 0.0
+        self.sums[segment.row, 3] += 0.5 * share * (before - after) * (before + after)
+        self.z[:4] = impacts.position[segment.impact], v1, 0.0, after

@@ -1,13 +1,13 @@
-"""The balance of Newmark's discrete solution with a constant step, summed step by step."""
+"""Energy balance of Newmark's discrete solution with a constant step, summed step by step."""
 
 import numpy as np
 
 from ..result import Response
-from .balance import EnergyBalance
+from .result import EnergyBalance
 
 
-def along_steps(response: Response) -> EnergyBalance:
-    """The balance of the discrete solution: Δξ = Δτ·mean ξ′ and Δξ′ = Δτ·mean ξ″ in each step."""
+def balance_of_steps(response: Response) -> EnergyBalance:
+    """Balance the discrete solution, in which each step obeys Δξ = Δτ·mean ξ′ and Δξ′ = Δτ·mean ξ″."""
     sampled, c, method = response.trajectory, response.system, response.method
     if sampled is None or not np.isclose(sampled.time[1] - sampled.time[0], response.period / method.steps, rtol=1e-3):
         raise ValueError("Newmark's energy is balanced step by step: record every step of the sampled periods")
@@ -18,17 +18,16 @@ def along_steps(response: Response) -> EnergyBalance:
     phase = np.arange(len(sampled.time)) % method.steps * (2 * np.pi / method.steps)
     load = response.eta**2 * np.cos(phase)
     gap, rate = x[1] - x[0], mean[1] - mean[0]
-    # what the force λ takes from the pendulums, less what its spring stores, is the contact damper's
+    # the contact damper dissipates the work of λ on the pendulums, less the energy that the contact spring stores
     spring = 0.5 * method.stiffness * np.minimum(gap, 0.0) ** 2
     contact = -h * 0.5 * (force[1:] + force[:-1]) * rate - np.diff(spring)
     stored = 0.5 * (v[0] ** 2 + x[0] ** 2 + mu * (v[1] ** 2 + (c.kappa * x[1]) ** 2)) + spring
-    ends = stored[:: method.steps]
 
-    def per_period(each):
-        return each.reshape(periods, method.steps).sum(axis=1)
+    def per_period(of_steps: np.ndarray) -> np.ndarray:
+        return of_steps.reshape(periods, method.steps).sum(axis=1)
 
     return EnergyBalance(
-        gain=np.diff(ends),
+        gain=np.diff(stored[:: method.steps]),
         work=per_period(h * 0.5 * (load[1:] + load[:-1]) * (mean[0] + mu * mean[1])),
         dampers=per_period(2 * h * (c.d1 * mean[0] ** 2 + mu * c.d2 * c.kappa * mean[1] ** 2)),
         contact=per_period(contact),

@@ -1,1 +1,1 @@
-"""Hard cases, with what can be expected of each."""
+"""Hard cases: runs that a solver of impacts can get wrong, and how this engine does in them."""

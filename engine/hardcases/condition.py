@@ -1,42 +1,49 @@
-"""How far a result answers to the last digits of its data: the error that no solver in double precision can undercut.
+"""The conditioning of a run: the error that no solver in double precision can undercut.
 
-Every number that goes in carries a relative rounding error ε = 2⁻⁵². A solver is as good as can be if its error is not
-much more than what the same run shows when its data change by ε. The change is not measured at ε, where it would hold
-the solver's own errors, but at a larger δ, and scaled down: errors of the solver enter it with ε/δ at most. δ is the
-largest for which no event comes or goes, and which the result answers to in proportion.
+Every number of the data carries a relative rounding error ε = 2⁻⁵². A solver is as accurate as possible if its error is
+not much larger than the change of the result when the data change by ε. This change is not measured at ε, where it
+would include the solver's own errors, but at a larger relative change r, and scaled down: the solver's errors then
+contribute at most the fraction ε/r. r is the largest change for which no event appears or disappears and the result
+changes in proportion to r.
 
-At the edge of two results, as in a grazing impact, there is no such δ. A gap off by δg changes the speed of such an
-impact by √(2 g″ δg) at most: half of the digits are all there are.
+In a grazing impact there is no such r: the smallest change decides whether there is an impact. A gap in error by δg
+changes the speed of such an impact by at most √(2 g″ δg): only half of the digits are left.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..divergence.contact import contact_frequency
 from ..methods import ExactPenalty, Method, Reference
 from ..model import System
+from ..motions.poincare_map import displacement_coordinates, gap_coordinates
+from ..motions.steady import REST
+from ..result import Response
 from ..simulate import simulate
 
 EPSILON = float(np.finfo(float).eps)
-SHARES = tuple(10.0**-k for k in range(6, 13))
-PROPORTION = (1.5, 2.7)  # the answer to 2δ in units of that to δ
-MARGIN = 64  # what is allowed for: some tens of operations in each piece
-PIECE = 1.0  # radians in each of which a motion in closed form may be rounded once
+RELATIVE_CHANGES = tuple(10.0**-k for k in range(6, 13))
+PROPORTION = (1.5, 2.7)  # allowed ratio of the changes of the result due to 2r and to r
+MARGIN = 64  # rounding errors in each piece: some tens of operations
+PIECE = 1.0  # radians; a closed-form motion may be rounded once in each
+
+Change = Callable[["SimulationSetup", float], "SimulationSetup"]
 
 
 @dataclass(frozen=True)
-class Run:
-    """What a run is made of; all periods are kept."""
+class SimulationSetup:
+    """The arguments of a simulation that keeps all its periods."""
 
     system: System
     eta: float
     method: Method
     periods: int
-    initial: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    initial: tuple[float, float, float, float] = REST
 
-    def solve(self, **options):
-        """The Response."""
+    def solve(self, **options) -> Response:
+        """Simulate; ``options`` are further arguments of :func:`engine.simulate`."""
         return simulate(
             self.system,
             self.eta,
@@ -48,96 +55,108 @@ class Run:
         )
 
 
-def sensitivity(run: Run) -> float | None:
-    """Largest change of any state of the section per relative change of the data, summed over these.
+def sensitivity(setup: SimulationSetup) -> float | None:
+    """Return the largest change of a state of the section per relative change of the data, summed over all data.
 
     Returns
     -------
     float or None
-        None if an event comes or goes with the smallest change that can be measured: then the result is at the edge of
-        two, as in a grazing impact.
+        None if an event appears or disappears at the smallest change that can be measured, as in a grazing impact.
     """
-    base = run.solve()
-    return sum(parts) if None not in (parts := [_answer(base, run, change) for change in _changes(run)]) else None
+    response = setup.solve()
+    parts = [_sensitivity_to(response, setup, change) for change in _changes(setup)]
+    return None if None in parts else sum(parts)
 
 
-def attainable(run: Run) -> float | None:
-    """The error to be expected of a solver in double precision, MARGIN included; None as for :func:`sensitivity`."""
-    measured = sensitivity(run)
-    return None if measured is None else MARGIN * EPSILON * (measured + rounding(run))
+def attainable_error(setup: SimulationSetup) -> float | None:
+    """Return the error that a solver in double precision may have; None as for :func:`sensitivity`."""
+    measured = sensitivity(setup)
+    return None if measured is None else MARGIN * EPSILON * (measured + accumulated_rounding(setup))
 
 
-def at_the_edge(run: Run, clear: Run) -> float:
-    """The same for a run with a grazing impact; ``clear`` is the same but for the graze, which it passes by."""
+def attainable_grazing_error(setup: SimulationSetup, clear: SimulationSetup) -> float:
+    """Return the same for a run with a grazing impact.
+
+    Parameters
+    ----------
+    clear : SimulationSetup
+        The same run, except that the pendulums pass at a small distance instead of grazing.
+    """
     size = _size(clear.solve())
-    bend = max(1.0, run.system.kappa) ** 2 * size + run.eta**2
-    speed = np.sqrt(2 * bend * MARGIN * EPSILON * size)
+    acceleration = max(1.0, setup.system.kappa) ** 2 * size + setup.eta**2
+    speed = np.sqrt(2 * acceleration * MARGIN * EPSILON * size)
     return float(2 * speed * max(1.0, sensitivity(clear) / size))
 
 
-def rounding(run: Run) -> float:
-    """What rounding the states adds up to, in units of ε: once in PIECE radians, of the contact's vibration too."""
-    response = run.solve()
-    turned = response.window[1] * max(1.0, run.system.kappa, run.eta)
-    stiffness = getattr(run.method, "stiffness", 0.0)
+def accumulated_rounding(setup: SimulationSetup) -> float:
+    """Return the sum of the rounding errors of the states in units of ε: one per PIECE of motion, contact included."""
+    response = setup.solve()
+    angle = response.window[1] * max(1.0, setup.system.kappa, setup.eta)
     touching = float((response.contacts[:, 1] - response.contacts[:, 0]).sum())
-    turned += touching * np.sqrt(stiffness / run.system.mass_share)
-    return _size(response) * (1 + turned / PIECE)
+    angle += touching * contact_frequency(setup.system, getattr(setup.method, "stiffness", 0.0))
+    return _size(response) * (1 + angle / PIECE)
 
 
-def _size(response) -> float:
-    return float(max(np.abs(response.section).max(), response.eta))  # a body at rest in space has ξ′ = η sin ητ
+def _size(response: Response) -> float:
+    """Largest number of the section; at least η, since a body at rest in space has ξ′ = η sin ητ."""
+    return float(max(np.abs(response.section).max(), response.eta))
 
 
-def _answer(base, run, change) -> float | None:
-    for share in SHARES:
-        once, twice, back = (_state_if_same(base, change(run, factor * share)) for factor in (1, 2, -1))
+def _sensitivity_to(response: Response, setup: SimulationSetup, change: Change) -> float | None:
+    """Change of the result per relative change of one number; None if it cannot be measured."""
+    for relative in RELATIVE_CHANGES:
+        once, twice, back = (
+            _section_with_same_events(response, change(setup, factor * relative)) for factor in (1, 2, -1)
+        )
         if once is None or twice is None or back is None:
             continue
         small = np.abs(once - back).max() / 2
-        noise = 1e-13 * np.abs(base.section).max()
-        if small <= noise or PROPORTION[0] <= np.abs(twice - base.section).max() / small <= PROPORTION[1]:
-            return float(max(small, np.abs(once - base.section).max()) / share)
+        noise = 1e-13 * np.abs(response.section).max()
+        if small <= noise or PROPORTION[0] <= np.abs(twice - response.section).max() / small <= PROPORTION[1]:
+            return float(max(small, np.abs(once - response.section).max()) / relative)
     return None
 
 
-def _state_if_same(base, run):
-    """The section, if all events are the same in number."""
+def _section_with_same_events(response: Response, changed: SimulationSetup) -> np.ndarray | None:
+    """Return the section of a changed run; None if it has more or fewer events."""
     try:
-        other = run.solve()
-    except ValueError:  # the change leads out of what is allowed
+        other = changed.solve()
+    except ValueError:  # the change leads out of the allowed range
         return None
-    same = len(other.impacts) == len(base.impacts) and len(other.contacts) == len(base.contacts)
-    return other.section if other.status == base.status and same else None
+    same = len(other.impacts) == len(response.impacts) and len(other.contacts) == len(response.contacts)
+    return other.section if other.status == response.status and same else None
 
 
-def _changes(run: Run) -> Iterator:
-    """One function a number: (run, share) → the run with this number changed by the share of it."""
-    yield lambda r, s: replace(r, eta=r.eta * (1 + s))
-    # what counts of κ and κ₃ is how far they are from 1 and from each other; as frequencies they are seen by η
-    yield lambda r, s: replace(r, system=_stretched(r.system, 1 + s))
+def _changes(setup: SimulationSetup) -> Iterator[Change]:
+    """Yield a function for each number of the data that changes this number of a setup by a relative amount."""
+    yield lambda old, r: replace(old, eta=old.eta * (1 + r))
+    # κ and κ₃ matter by their distances from 1 and from each other; as frequencies they are covered by η
+    yield lambda old, r: replace(old, system=_with_frequencies_apart(old.system, 1 + r))
     for name in ("d1", "d2", "d3"):
-        if getattr(run.system, name) > 0:
-            yield lambda r, s, n=name: replace(r, system=replace(r.system, **{n: getattr(r.system, n) * (1 + s)}))
-    if isinstance(run.method, Reference) and 0 < run.system.restitution < 1:
-        yield lambda r, s: replace(r, system=replace(r.system, restitution=r.system.restitution * (1 + s)))
-    if isinstance(run.method, ExactPenalty):
+        if getattr(setup.system, name) > 0:
+            yield lambda old, r, name=name: replace(old, system=_scaled(old.system, name, 1 + r))
+    if isinstance(setup.method, Reference) and 0 < setup.system.restitution < 1:
+        yield lambda old, r: replace(old, system=_scaled(old.system, "restitution", 1 + r))
+    if isinstance(setup.method, ExactPenalty):
         for name in ("stiffness", "damping"):
-            if getattr(run.method, name) > 0:
-                yield lambda r, s, n=name: replace(r, method=replace(r.method, **{n: getattr(r.method, n) * (1 + s)}))
-    x1, v1, x2, v2 = run.initial
-    for k, value in enumerate((x1, v1, x2 - x1, v2 - v1)):
+            if getattr(setup.method, name) > 0:
+                yield lambda old, r, name=name: replace(old, method=_scaled(old.method, name, 1 + r))
+    for i, value in enumerate(gap_coordinates(setup.initial)):
         if value != 0:
-            yield lambda r, s, k=k: replace(r, initial=_moved(r.initial, k, s))
+            yield lambda old, r, i=i: replace(old, initial=_with_scaled_coordinate(old.initial, i, 1 + r))
 
 
-def _stretched(system: System, factor: float) -> System:
+def _scaled(holder: System | ExactPenalty, name: str, factor: float) -> System | ExactPenalty:
+    return replace(holder, **{name: getattr(holder, name) * factor})
+
+
+def _with_frequencies_apart(system: System, factor: float) -> System:
+    """Scale the distances of κ and κ₃ from 1."""
     return replace(system, kappa=1 + (system.kappa - 1) * factor, kappa3=1 + (system.kappa3 - 1) * factor)
 
 
-def _moved(initial, k, share):
-    """ξ₁, ξ₁′, gap or rate changed; the gap of pendulums that touch stays zero."""
-    x1, v1, x2, v2 = initial
-    parts = [x1, v1, x2 - x1, v2 - v1]
-    parts[k] *= 1 + share
-    return parts[0], parts[1], parts[0] + parts[2], parts[1] + parts[3]
+def _with_scaled_coordinate(initial, i: int, factor: float) -> tuple[float, ...]:
+    """Scale ξ₁, ξ₁′, the gap or its rate; pendulums that touch keep the gap zero."""
+    y = gap_coordinates(initial)
+    y[i] *= factor
+    return tuple(displacement_coordinates(y).tolist())

@@ -1,29 +1,31 @@
-"""What became of a hard case, and whether that is as expected.
+"""Judge the outcome of a hard case: errors, events, energy and penetration against what is allowed.
 
-The error allowed is what double precision can attain (:mod:`.condition`); that of a constant step follows from the
+The allowed error is what double precision can attain (:mod:`.condition`). That of a constant step follows from the
 order of the method.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from ..energy.energy import energy
+from ..energy.balance import energy_balance
 from ..methods import Newmark, Reference
+from ..motions.averages import standard_error
 from ..result import Record, Response, Status
 from ..simulate import simulate
-from .cases import Case, run_of, solutions
-from .condition import EPSILON, MARGIN, Run, at_the_edge, attainable
+from .cases import Case, setup_of, solutions
+from .condition import EPSILON, MARGIN, attainable_error, attainable_grazing_error
 
-BATCHES = 40  # of a long chaotic run, whose means scatter as the statistics do
-SAMPLES = 400  # a period, at which penetration is looked for
+BATCHES = 40  # of a long chaotic run, whose means scatter as independent numbers do
+SAMPLES = 400  # per period, at which penetration is looked for
+DRIFT_KEEP = 100  # periods to compare before and after very many periods
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a case; NaN where there is nothing to compare or to balance.
+    """Outcome of a case; numbers are nan where there is nothing to compare or to balance.
 
     Attributes
     ----------
@@ -32,7 +34,7 @@ class Outcome:
     message : str
         Why the run ended early and what to change.
     error, allowed : float
-        Largest error of a state, and what is allowed; of statistics, in standard errors.
+        Largest error of a state, and what is allowed; for statistics, in standard errors.
     residual, balanced : float
         Largest residual of the energy balance of a period in units of the energy, and what is allowed.
     penetration : float
@@ -52,22 +54,22 @@ class Outcome:
     balanced: float
     penetration: float
     microseconds: float
-    failures: tuple[str, ...] = field(default=())
+    failures: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
-        """Whether all is as expected."""
+        """Whether everything is as expected."""
         return not self.failures
 
 
 def outcome(case: Case) -> Outcome:
     """Run one case and judge it."""
-    judge = {"states": _states, "statistics": _statistics, "drift": _drift}[case.kind]
+    judge = {"states": _judge_states, "statistics": _judge_statistics, "drift": _judge_drift}[case.kind]
     return judge(case)
 
 
-def _judged(case: Case, response: Response, error: float, allowed: float, extra: tuple[str, ...] = ()) -> Outcome:
-    """The outcome with what every case is judged by: status, message, finite numbers, energy, penetration."""
+def _outcome(case: Case, response: Response, error: float, allowed: float, extra: tuple[str, ...] = ()) -> Outcome:
+    """Judge what every case is judged by: status, message, finite numbers, error, energy, penetration."""
     failures = list(extra)
     if response.status not in case.statuses:
         failures.append(f"ended as {response.status}, not {case.expected}")
@@ -77,13 +79,12 @@ def _judged(case: Case, response: Response, error: float, allowed: float, extra:
         failures.append("a number is not finite")
     if not (math.isnan(error) or error <= allowed):
         failures.append(f"error {error:.1e} is above {allowed:.1e}")
-    residual, balanced = _balance(case, response)
+    residual, balanced = _energy_residual(case, response)
     if residual > balanced:
         failures.append(f"energy residual {residual:.1e} is above {balanced:.1e}")
     penetration = _penetration(response)
     if penetration > 8 * EPSILON:
         failures.append(f"penetrates by {penetration:.1e}")
-    cost = response.cost.seconds / max(1, response.periods) * 1e6
     return Outcome(
         case=case,
         status=response.status,
@@ -93,17 +94,17 @@ def _judged(case: Case, response: Response, error: float, allowed: float, extra:
         residual=residual,
         balanced=balanced,
         penetration=penetration,
-        microseconds=cost,
+        microseconds=response.cost.seconds / max(1, response.periods) * 1e6,
         failures=tuple(failures),
     )
 
 
-def _balance(case: Case, response: Response) -> tuple[float, float]:
-    """Residual of the closed-form solvers' energy, relative, and what rounding leaves of it."""
+def _energy_residual(case: Case, response: Response) -> tuple[float, float]:
+    """Return the relative residual of a closed-form solver's energy balance, and what rounding may leave of it."""
     if isinstance(response.method, Newmark) or not response.ok:
         return math.nan, math.nan
-    kept_all = response.keep == case.run.periods
-    balance = energy(response, case.run.initial if kept_all else None)
+    all_kept = response.keep == case.setup.periods
+    balance = energy_balance(response, case.setup.initial if all_kept else None)
     contact = math.sqrt(getattr(response.method, "stiffness", 0.0)) + getattr(response.method, "damping", 0.0)
     radians = (1 + contact + max(1.0, response.system.kappa)) * (1 + response.period)
     return float(np.abs(balance.residual).max() / balance.size), 4 * MARGIN * EPSILON * radians
@@ -116,23 +117,30 @@ def _penetration(response: Response) -> float:
     return float(max(0.0, (x1 - x2).max()) / max(np.abs(x1).max(), np.abs(x2).max(), 1e-300))
 
 
-def _states(case: Case) -> Outcome:
-    run = case.run
-    record = None if isinstance(run.method, Newmark) else Record(run.periods, SAMPLES)
-    response = run.solve(record=record)
-    allowed = math.inf if case.allowed is None else case.allowed
+# ---------------------------------------------------------------------------------------------------------- the states
+
+
+def _judge_states(case: Case) -> Outcome:
+    """Compare the section with the true solution, or its last row with another method's."""
+    record = None if isinstance(case.setup.method, Newmark) else Record(case.setup.periods, SAMPLES)
+    response = case.setup.solve(record=record)
     if case.truth:
-        truth = solutions()[case.truth]
-        states = np.array(truth["states"], dtype=float)
-        if case.allowed is None:
-            allowed = _attainable(case)
-        wrong = _events_wrong(case, response, truth) if allowed < math.inf else ()
-        complete = len(response.section) == len(states)
-        return _judged(case, response, _largest(response.section - states) if complete else math.inf, allowed, wrong)
+        return _judge_by_truth(case, response)
+    allowed = math.inf if case.allowed is None else case.allowed
+    error = math.nan
     if case.compared is not None and response.ok:
         error = _largest(response.section[-1] - case.compared.solve().section[-1])
-        return _judged(case, response, error, allowed)
-    return _judged(case, response, math.nan, allowed)
+    return _outcome(case, response, error, allowed)
+
+
+def _judge_by_truth(case: Case, response: Response) -> Outcome:
+    truth = solutions()[case.truth]
+    states = np.array(truth["states"], dtype=float)
+    allowed = _attainable(case) if case.allowed is None else case.allowed
+    wrong = _wrong_events(case, response, truth) if allowed < math.inf else ()
+    complete = len(response.section) == len(states)
+    error = _largest(response.section - states) if complete else math.inf
+    return _outcome(case, response, error, allowed, wrong)
 
 
 def _largest(difference: np.ndarray) -> float:
@@ -140,23 +148,22 @@ def _largest(difference: np.ndarray) -> float:
 
 
 def _attainable(case: Case) -> float:
-    """The error allowed; a dip that clears the surface grazes nothing and is as well conditioned as a higher one."""
+    """Return the attainable error; inf where rounding alone decides.
+
+    A motion that passes above the surface, however closely, does not graze: it is as well conditioned as the clear one.
+    """
     if not case.clear:
-        found = attainable(case.run)
-        return math.inf if found is None else found
-    clear = run_of(case.clear)
-    if float(solutions()[case.truth]["dip"]) > EPSILON * _size_of_start(case.run):
-        return attainable(clear)
-    return at_the_edge(case.run, clear)
+        attainable = attainable_error(case.setup)
+        return math.inf if attainable is None else attainable
+    clear = setup_of(case.clear)
+    if float(solutions()[case.truth]["dip"]) > MARGIN / 8 * EPSILON * max(np.abs(case.setup.initial)):
+        return attainable_error(clear)
+    return attainable_grazing_error(case.setup, clear)
 
 
-def _size_of_start(run: Run) -> float:
-    return MARGIN / 8 * max(np.abs(run.initial))
-
-
-def _events_wrong(case: Case, response: Response, truth: dict) -> tuple[str, ...]:
-    """Events that are not those of the truth, in number; those that rounding decides are left out."""
-    if case.clear and abs(float(truth["dip"])) < EPSILON * max(np.abs(case.run.initial)):
+def _wrong_events(case: Case, response: Response, truth: dict) -> tuple[str, ...]:
+    """Compare the numbers of events with the truth; a graze that rounding decides is not compared."""
+    if case.clear and abs(float(truth["dip"])) < EPSILON * max(np.abs(case.setup.initial)):
         return ()
     kinds = [kind for _, kind, _ in truth["events"]]
     if isinstance(response.method, Reference):
@@ -169,33 +176,36 @@ def _events_wrong(case: Case, response: Response, truth: dict) -> tuple[str, ...
     return ("events differ from the truth",)
 
 
-def _statistics(case: Case) -> Outcome:
-    """Largest difference of the two runs' statistics in units of its standard error."""
-    response, other = case.run.solve(), case.compared.solve()
-    (one, one_error), (two, two_error) = _means(response), _means(other)
-    error = float(np.max(np.abs(one - two) / np.hypot(one_error, two_error)))
-    return _judged(case, response, error, case.allowed)
+# --------------------------------------------------------------------------------------------------- long-term motions
 
 
-def _means(response: Response) -> tuple[np.ndarray, np.ndarray]:
-    """Impacts per period, contact share, mean ξ₂ and ξ₂², and ξ₂′²: means and their standard errors, from batches."""
+def _judge_statistics(case: Case) -> Outcome:
+    """Compare the statistics of two chaotic runs, in units of the standard error of their difference."""
+    response, other = case.setup.solve(), case.compared.solve()
+    (means, errors), (other_means, other_errors) = _statistics(response), _statistics(other)
+    error = float(np.max(np.abs(means - other_means) / np.hypot(errors, other_errors)))
+    return _outcome(case, response, error, case.allowed)
+
+
+def _statistics(response: Response) -> tuple[np.ndarray, np.ndarray]:
+    """Return means and their standard errors: impacts per period, contact share, ξ₂, ξ₂² and ξ₂′²."""
     edges = np.linspace(*response.window, BATCHES + 1)
     rates = np.histogram(response.impacts.time, edges)[0] / (len(response.section) / BATCHES)
     inside = [np.clip(response.contacts, low, high) for low, high in pairwise(edges)]
     shares = np.array([(spans[:, 1] - spans[:, 0]).sum() for spans in inside]) / (edges[1] - edges[0])
     sections = response.section[:, 2:].reshape(BATCHES, -1, 2)
     rows = np.column_stack([rates, shares, sections[..., 0].mean(1), (sections**2).mean(1)])
-    return rows.mean(0), rows.std(0, ddof=1) / math.sqrt(BATCHES) + 1e-300
+    return rows.mean(0), standard_error(rows) + 1e-300
 
 
-def _drift(case: Case) -> Outcome:
-    """Difference between the steady motion after a fiftieth of the periods and after all."""
-    run, keep = case.run, 100
+def _judge_drift(case: Case) -> Outcome:
+    """Compare the steady motion after a fiftieth of the periods with that after all periods."""
+    setup = case.setup
+    record = Record(DRIFT_KEEP, SAMPLES)
     early, late = (
-        simulate(run.system, run.eta, run.method, periods=periods, keep=keep, record=Record(keep, SAMPLES))
-        for periods in (run.periods // 50, run.periods)
+        simulate(setup.system, setup.eta, setup.method, periods=periods, keep=DRIFT_KEEP, record=record)
+        for periods in (setup.periods // 50, setup.periods)
     )
-    # a periodic motion that attracts forgets all errors but those of its last periods; τ of the events keeps ε τ
-    allowed = attainable(replace(run, periods=20))
-    error = _largest(late.section - early.section)
-    return _judged(case, late, error, allowed if allowed is not None else math.inf)
+    # an attracting cycle forgets all errors but those of the last periods; the events' τ is rounded to ε τ
+    attainable = attainable_error(replace(setup, periods=20))
+    return _outcome(case, late, _largest(late.section - early.section), math.inf if attainable is None else attainable)

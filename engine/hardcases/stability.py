@@ -1,7 +1,7 @@
 """How the engine does in the hard cases.
 
-Each case (:mod:`.cases`) is run, compared with its 60-digit solution where there is one (assets/truth/hard.json), and
-its energy is balanced (:mod:`.judgement`). ``vibroscope stability`` prints the outcomes, the tests run the same list.
+Each case (:mod:`.cases`) is run, compared with its true solution where there is one (assets/truth/hard.json), and its
+energy is balanced (:mod:`.judgement`). ``vibroscope stability`` prints the outcomes; the tests run the same list.
 """
 
 from collections.abc import Callable, Iterable
@@ -11,14 +11,14 @@ from .judgement import Outcome, outcome
 
 
 def stability(cases: Iterable[Case] | None = None, progress: Callable[[Outcome], None] | None = None) -> list[Outcome]:
-    """Run the hard cases.
+    """Run the hard cases and return their outcomes.
 
     Parameters
     ----------
     cases : iterable of Case, optional
         By default all of :func:`hard_cases`.
     progress : callable, optional
-        Called with each outcome as it comes.
+        Called with each outcome in turn.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""Measured data: read, aligned by phase, compared, fitted."""
+"""Measured motion beside the solutions, and constants of the system fitted to it."""

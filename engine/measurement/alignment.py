@@ -1,35 +1,31 @@
-"""A measurement beside the solutions: when it began, and how far they lie from it.
+"""Alignment of a solution with a measurement: the phase at which the measurement began, and what remains then.
 
-A measurement begins at no particular phase δ of the excitation. It is the one that leaves least of the squares
+A measurement begins at an unknown phase δ of the excitation. It is estimated as the one with the least sum of squares
 
     Σ |x(tᵢ) − ξ(tᵢ + δ) [− cos η(tᵢ + δ)]|²,    0 ≤ δ < pT,
 
-the bracket for sensors that stand still. The sum has several minima (one for each impact, about), so δ is looked for
-on a grid first, and from there by Gauss and Newton's method. Each solution is given its own δ: what is left is then
-no matter of the sensor's clock, and the difference of the two δ is how much one solution lags behind the other.
+with the bracket for fixed sensors. The sum has several minima (about one for each impact), so that δ is searched for on
+a grid first and then refined by the Gauss–Newton method. Each solution has its own δ. What remains is then independent
+of the sensor's clock, and the difference of the two δ is the lag of one solution behind the other.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..methods import Newmark, Reference
-from ..model import System, check_eta
-from ..motions.motion import motion
-from ..result import Response
-from .cycle import Cycle, penalty_cycle, reference_cycle
-from .measured import Measurement
-from .recurrence import Recurrence, Sensor, recurrence, sensor, thinned
+from ..divergence.grid import rms
+from .cycle import Cycle
+from .measurement import Measurement
+from .recurrence import Sensor, summarise_sensor
 
-SHIFTS = 256  # per period, at which the grid looks for δ
+SHIFTS = 256  # δ of the grid per period
 COARSE = 1000  # samples are enough for that grid
-REFINED = 8  # steps from there
+REFINEMENTS = 8  # Gauss–Newton steps
 
 
 @dataclass(frozen=True)
 class Alignment:
-    """A solution laid over a measurement.
+    """A solution aligned with a measurement.
 
     Attributes
     ----------
@@ -40,15 +36,15 @@ class Alignment:
     channels : (2,) ndarray
         The same for each pendulum, in base amplitudes.
     offset : (2,) ndarray
-        Mean of measured − solution, in base amplitudes: a sensor's zero, if it is not small.
+        Mean of measured − solution, in base amplitudes; if it is not small, a sensor has a zero error.
     displacement : (2, n) ndarray
         The solution at the instants of the measurement, in its frame.
     sensor : Sensor
-        What the measurement's contact sensor would have told of the solution, sampled at the same instants; impacts
-        closer than a sample are one to both.
+        What the contact sensor would have measured of the solution, with the same samples; impacts closer than a sample
+        count as one in both.
     closing_error : float or None
-        Mean distance in time from each closing of the sensor to the nearest of the solution's meetings, as a share of
-        T; None without a sensor, or if one of them never closes.
+        Mean distance in time from each closing of the sensor to the nearest one of the solution, as a fraction of T;
+        None without a sensor, or if either of them never closes.
     """
 
     phase: float
@@ -60,145 +56,42 @@ class Alignment:
     closing_error: float | None
 
 
-@dataclass(frozen=True)
-class Solved:
-    """One solution beside the measurement.
-
-    Attributes
-    ----------
-    response : Response
-    period : int
-        Excitation periods until it repeats, scatter forgiven; 0 if it does not.
-    impacts_per_period, contact_share : float or None
-        Of the solution itself; None if it ended early.
-    alignment : Alignment or None
-        None if it does not repeat.
-    """
-
-    response: Response
-    period: int
-    impacts_per_period: float | None
-    contact_share: float | None
-    alignment: Alignment | None
-
-
-@dataclass(frozen=True)
-class MeasuredComparison:
-    """A measurement beside both solvers.
-
-    Attributes
-    ----------
-    measurement : Measurement
-    recurrence : Recurrence
-    reference, penalty : Solved
-    other_frame : float or None
-        The reference's rms if the columns were meant in the other frame; None if it does not repeat.
-    """
-
-    measurement: Measurement
-    recurrence: Recurrence
-    reference: Solved
-    penalty: Solved
-    other_frame: float | None
-
-    @property
-    def periods(self) -> float:
-        """Excitation periods that the measurement covers."""
-        return self.measurement.span / self.reference.response.period
-
-
-def compare_measured(
-    system: System,
-    eta: float,
-    measurement: Measurement,
-    penalty: Newmark,
-    *,
-    reference: Reference | None = None,
-    periods: int = 2050,
-    cancelled: Callable[[], bool] | None = None,
-) -> MeasuredComparison:
-    """Lay both solutions over a measurement, each from rest.
-
-    Parameters
-    ----------
-    system : System
-    eta : float
-        Excitation frequency η = Ω/ω₁ of the measurement.
-    measurement : Measurement
-    penalty : Newmark
-    reference : Reference, optional
-    periods : int
-        Excitation periods that Newmark runs.
-    cancelled : callable, optional
-        Polled many times a second; when it returns true the run is withdrawn.
-
-    Returns
-    -------
-    MeasuredComparison
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range, or the measurement covers less than an excitation period.
-    Cancelled
-        If ``cancelled`` returned true.
-    """
-    eta = check_eta(eta, system)
-    told = recurrence(measurement, eta)
-    exact = reference_cycle(system, eta, reference or Reference(), cancelled=cancelled)
-    run, cycle = penalty_cycle(system, eta, penalty, periods=periods, cancelled=cancelled)
-    other = None
-    if exact.cycle is not None:
-        flipped = {"absolute": "relative", "relative": "absolute"}[measurement.frame]
-        other = align(exact.cycle, measurement, flipped).rms
-    return MeasuredComparison(measurement, told, _solved(measurement, *exact), _solved(measurement, run, cycle), other)
-
-
-def _solved(measurement: Measurement, response: Response, cycle: Cycle | None) -> Solved:
-    if not response.ok:
-        return Solved(response, 0, None, None, None)
-    found = motion(response)
-    period, aligned = (cycle.periods, align(cycle, measurement)) if cycle is not None else (0, None)
-    return Solved(response, period, found.impacts_per_period, found.contact_share, aligned)
-
-
 def align(cycle: Cycle, measurement: Measurement, frame: str | None = None) -> Alignment:
-    """Lay a cycle over a measurement at the phase that leaves least of the squares.
+    """Align a cycle with a measurement at the phase of the least squares.
 
     Parameters
     ----------
     cycle : Cycle
     measurement : Measurement
     frame : {"absolute", "relative"}, optional
-        Take the displacements as of this frame, whatever the measurement says.
+        Take the measured displacements to be in this frame, instead of the measurement's own.
     """
     frame = frame or measurement.frame
     phase = best_phase(cycle, measurement, frame)
-    found = cycle.displacement(measurement.time + phase, frame)
-    difference = measurement.displacement - found
-    size = np.sqrt(np.mean(measurement.displacement**2))
+    displacement = cycle.displacement(measurement.time + phase, frame)
+    difference = measurement.displacement - displacement
     touching = cycle.touching(measurement.time + phase, float(np.median(np.diff(measurement.time))))
     return Alignment(
         phase=phase,
-        rms=float(np.sqrt(np.mean(difference**2)) / max(size, 1e-300)),
+        rms=rms(difference) / max(rms(measurement.displacement), 1e-300),
         channels=np.sqrt(np.mean(difference**2, axis=1)),
         offset=difference.mean(axis=1),
-        displacement=found,
-        sensor=sensor(measurement.time, touching, cycle.eta),
+        displacement=displacement,
+        sensor=summarise_sensor(measurement.time, touching, cycle.eta),
         closing_error=_closing_error(cycle, measurement, phase),
     )
 
 
 def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
-    """δ in [0, pT) of the least squares: the best of a grid, then Gauss and Newton's steps."""
-    thin = thinned(measurement, COARSE)
+    """Return δ in [0, pT) of the least squares: the best of a grid, refined by Gauss–Newton steps."""
+    thin = measurement.thinned(COARSE)
     grid = np.arange(0, cycle.length, cycle.length / (SHIFTS * cycle.periods))
-    found = min(grid, key=lambda phase: np.sum(_difference(cycle, thin, phase, frame) ** 2))
-    for _ in range(REFINED):
-        slope = cycle.velocity(measurement.time + found, frame)
-        step = np.sum(slope * _difference(cycle, measurement, found, frame)) / max(np.sum(slope**2), 1e-300)
-        found += np.clip(step, -grid[1], grid[1])
-    return float(np.mod(found, cycle.length))
+    phase = min(grid, key=lambda shift: np.sum(_difference(cycle, thin, shift, frame) ** 2))
+    for _ in range(REFINEMENTS):
+        slope = cycle.velocity(measurement.time + phase, frame)
+        step = np.sum(slope * _difference(cycle, measurement, phase, frame)) / max(np.sum(slope**2), 1e-300)
+        phase += np.clip(step, -grid[1], grid[1])
+    return float(np.mod(phase, cycle.length))
 
 
 def _difference(cycle: Cycle, measurement: Measurement, phase: float, frame: str) -> np.ndarray:
@@ -208,8 +101,9 @@ def _difference(cycle: Cycle, measurement: Measurement, phase: float, frame: str
 def _closing_error(cycle: Cycle, measurement: Measurement, phase: float) -> float | None:
     if measurement.contact is None or not len(cycle.closings):
         return None
-    seen = sensor(measurement.time, measurement.contact, cycle.eta).closings + phase
-    if not len(seen):
+    measured = summarise_sensor(measurement.time, measurement.contact, cycle.eta).closings + phase
+    if not len(measured):
         return None
-    apart = np.mod(seen[:, None] - cycle.closings + cycle.length / 2, cycle.length) - cycle.length / 2
-    return float(np.abs(apart).min(axis=1).mean() * cycle.eta / (2 * np.pi))
+    half = cycle.length / 2
+    distance = np.mod(measured[:, None] - cycle.closings + half, cycle.length) - half
+    return float(np.abs(distance).min(axis=1).mean() * cycle.eta / (2 * np.pi))

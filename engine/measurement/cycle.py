@@ -1,10 +1,10 @@
-"""One cycle of a periodic motion as a function of time, exact at its corners.
+"""One cycle of a periodic motion as a continuous function of time, accurate at impacts.
 
-Between the samples of a run a cubic through displacements and velocities errs by h⁴; at an impact the velocity jumps,
-and a cubic across it would err by h Δv. So each impact of the reference becomes a knot with one velocity before and
-one after it, an instant apart.
+Between the samples of a run, a cubic Hermite polynomial through displacements and velocities errs by O(h⁴). At an
+impact the velocity jumps by Δv, and a cubic across it would err by O(h Δv). So each impact of the reference becomes two
+knots an instant apart, with the velocities before and after it.
 
-(NumPy has no Hermite cubics, and SciPy, which has, is asked for only where constants are fitted.)
+(NumPy has no Hermite interpolation, and SciPy, which has, is required only where constants are fitted.)
 """
 
 from collections.abc import Callable, Sequence
@@ -13,21 +13,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..drivers.section import LONGEST_NEAR_PERIOD, near_period_of
 from ..methods import Newmark, Reference
 from ..model import System
-from ..motions.section import MOST_NEARLY, nearly_repeats_after
-from ..motions.steady import steady
+from ..motions.steady import REST, steady
 from ..result import Record, Response
 from ..simulate import simulate
 
-INSTANT = 1e-9  # of a cycle, between the knots before and after an impact
+INSTANT = 1e-9  # of a cycle, between an impact and each of its two knots
 SAMPLES = 2000  # per period
 NEWMARK_KEEP = 50
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """A motion that repeats.
+    """A motion that repeats itself.
 
     Attributes
     ----------
@@ -37,10 +37,11 @@ class Cycle:
     closings : (m,) ndarray
         τ since the beginning of the cycle (τ ≡ 0 mod T) at which the pendulums meet.
     response : Response
-        The run that the cycle is the end of.
-    knots : (m,) ndarray
-        τ since the beginning of the cycle, at which ``values`` (2, m), ξ₁ and ξ₂, and ``slopes`` (2, m), ξ₁′ and ξ₂′,
-        are known.
+        The run that ends with the cycle.
+    knots : (n,) ndarray
+        τ since the beginning of the cycle at which displacements and velocities are known.
+    values, slopes : (2, n) ndarray
+        ξ₁ and ξ₂, and ξ₁′ and ξ₂′, at the knots.
     """
 
     eta: float
@@ -53,23 +54,23 @@ class Cycle:
 
     @property
     def length(self) -> float:
-        """τ until it repeats."""
+        """Duration τ of the cycle."""
         return 2 * np.pi / self.eta * self.periods
 
     def displacement(self, time: np.ndarray, frame: str = "relative") -> np.ndarray:
-        """ξ₁, ξ₂ at the instants τ, (2, n), relative to the base or ``"absolute"``."""
-        u, h, (left, right), (before, after) = self._between(time)
-        found = left + u * u * (3 - 2 * u) * (right - left) + h * u * (1 - u) * ((1 - u) * before - u * after)
-        return found + np.cos(self.eta * time) if frame == "absolute" else found
+        """Return ξ₁ and ξ₂ at the instants τ, (2, n), relative to the base or ``"absolute"``."""
+        u, h, (left, right), (before, after) = self._interval(time)
+        relative = left + u * u * (3 - 2 * u) * (right - left) + h * u * (1 - u) * ((1 - u) * before - u * after)
+        return relative + np.cos(self.eta * time) if frame == "absolute" else relative
 
     def velocity(self, time: np.ndarray, frame: str = "relative") -> np.ndarray:
-        """ξ₁′, ξ₂′ likewise."""
-        u, h, (left, right), (before, after) = self._between(time)
-        found = 6 * u * (1 - u) / h * (right - left) + (1 - u) * (1 - 3 * u) * before + u * (3 * u - 2) * after
-        return found - self.eta * np.sin(self.eta * time) if frame == "absolute" else found
+        """Return ξ₁′ and ξ₂′ at the instants τ, (2, n), relative to the base or ``"absolute"``."""
+        u, h, (left, right), (before, after) = self._interval(time)
+        relative = 6 * u * (1 - u) / h * (right - left) + (1 - u) * (1 - 3 * u) * before + u * (3 * u - 2) * after
+        return relative - self.eta * np.sin(self.eta * time) if frame == "absolute" else relative
 
-    def _between(self, time):
-        """Share of the interval between two knots that has passed, its length, values and slopes at its ends."""
+    def _interval(self, time):
+        """Return, of the interval between two knots: the fraction that has passed, its length, values and slopes."""
         within = np.mod(time, self.length)
         i = np.clip(np.searchsorted(self.knots, within, side="right") - 1, 0, len(self.knots) - 2)
         h = self.knots[i + 1] - self.knots[i]
@@ -77,20 +78,19 @@ class Cycle:
         return (within - self.knots[i]) / h, h, *ends
 
     def touching(self, time: np.ndarray, step: float) -> np.ndarray:
-        """Whether the pendulums touch at the instants τ or met within ``step`` before them, (n,)."""
+        """Whether the pendulums touch at the instants τ, or met within ``step`` before, (n,) of bool."""
         within = np.mod(time, self.length)
         begin = self.response.window[1] - self.length
-        spans = self.response.contacts - begin
         closed = np.zeros(len(within), bool)
-        for start, end in spans:  # a contact may have begun in the cycle before
+        for start, end in self.response.contacts - begin:  # a contact may have begun before the cycle
             closed |= (within >= start) & (within <= end)
         for closing in self.closings:
             closed |= np.mod(within - closing, self.length) < step
         return closed
 
 
-class Found(NamedTuple):
-    """A run and the cycle that it settles to; None if it blew up or does not repeat."""
+class SettledRun(NamedTuple):
+    """A run and the cycle that it settles to; None if it diverged or does not repeat itself."""
 
     response: Response
     cycle: Cycle | None
@@ -101,40 +101,40 @@ def reference_cycle(
     eta: float,
     method: Reference,
     *,
-    initial: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
+    initial: Sequence[float] = REST,
     cancelled: Callable[[], bool] | None = None,
-) -> Found:
-    """The steady motion of the reference; arguments and errors are those of :func:`..motions.steady`."""
+) -> SettledRun:
+    """Find the steady motion of the reference; arguments and errors are those of :func:`..motions.steady.steady`."""
     found = steady(system, eta, method, initial=initial, record=Record(8, SAMPLES), cancelled=cancelled)
-    return Found(found.response, _cycle(found.response, found.period) if found.periodic else None)
+    return SettledRun(found.response, _last_cycle(found.response, found.period) if found.periodic else None)
 
 
 def penalty_cycle(
     system: System, eta: float, method: Newmark, *, periods: int = 2050, cancelled: Callable[[], bool] | None = None
-) -> Found:
-    """The last cycle of Newmark's run, its scatter forgiven; raises as :func:`engine.simulate`."""
+) -> SettledRun:
+    """Return the last cycle of Newmark's run, where scatter is ignored; raises as :func:`engine.simulate`."""
     keep = min(NEWMARK_KEEP, periods)
-    record = Record(min(MOST_NEARLY, keep), SAMPLES)
+    record = Record(min(LONGEST_NEAR_PERIOD, keep), SAMPLES)
     response = simulate(system, eta, method, periods=periods, keep=keep, record=record, cancelled=cancelled)
-    # not Motion.near_period: the steps' own artefact may repeat exactly after many periods
-    repeats = nearly_repeats_after(response.section) if response.ok else 0
-    return Found(response, _cycle(response, repeats) if repeats else None)
+    # not Motion.near_period: an artefact of the time step may repeat itself exactly, after many periods
+    period = near_period_of(response.section) if response.ok else 0
+    return SettledRun(response, _last_cycle(response, period) if period else None)
 
 
-def _cycle(response: Response, periods: int) -> Cycle:
+def _last_cycle(response: Response, periods: int) -> Cycle:
     length = periods * response.period
     begin = response.window[1] - length
     sampled, impacts = response.trajectory, response.impacts
     inside = (impacts.time > begin) & (impacts.time <= begin + length)
     time = sampled.time - begin
     values, slopes = sampled.displacement, sampled.velocity
-    struck = impacts.time[inside] - begin
+    closings = impacts.time[inside] - begin
     if isinstance(response.method, Reference):
-        there = np.repeat(impacts.position[inside][None], 2, axis=0)
-        time = np.concatenate([time, struck - INSTANT * length, struck + INSTANT * length])
-        values = np.concatenate([values, there, there], axis=1)
+        position = np.repeat(impacts.position[inside][None], 2, axis=0)
+        time = np.concatenate([time, closings - INSTANT * length, closings + INSTANT * length])
+        values = np.concatenate([values, position, position], axis=1)
         slopes = np.concatenate([slopes, impacts.velocity_before[inside].T, impacts.velocity_after[inside].T], axis=1)
     order = np.argsort(time, kind="stable")
-    order = order[time[order] > -INSTANT * length]  # Newmark was sampled for longer
+    order = order[time[order] > -INSTANT * length]  # Newmark is sampled for more than one cycle
     order = order[np.diff(time[order], prepend=-np.inf) >= INSTANT * length]
-    return Cycle(response.eta, periods, struck, response, time[order], values[:, order], slopes[:, order])
+    return Cycle(response.eta, periods, closings, response, time[order], values[:, order], slopes[:, order])

@@ -1,41 +1,42 @@
-"""Restitution and damping fitted to a measurement, with what can be said of their errors.
+"""Fit of the restitution and the damping to a measurement, with standard errors.
 
-The paper (section 3) takes e and the damping from the measured motion by eye. Here they, and the phase δ at which the
-measurement begins, are the least squares of measured − reference over all samples of both displacements. With
+The paper (section 3) determines e and the damping from the measured motion by eye. Here they, and the phase δ at which
+the measurement begins, minimise the sum of squares of measured − reference over all samples of both displacements. With
 independent noise of one size σ, the estimates scatter about the truth with the covariance
 
     C = σ² (JᵀJ)⁻¹,    σ² = Σ r² / (2n − k),
 
-J the Jacobian of the residuals r and k the number of parameters; the standard errors are the roots of its diagonal.
-That holds if the model is right: if the residuals are larger than the measurement's own noise or depend on each other,
-the fit says so.
+where J is the Jacobian of the residuals r and k the number of parameters. The standard errors are the square roots of
+its diagonal. They hold if the model is right: if the residuals are larger than the measurement's own noise, or depend
+on each other, a remark says so.
 
-Not everything can be read from every motion. A parameter that does not change the motion (d₃ where no contact is
-permanent) has a column of zeros: it keeps its value and its error is infinite. Two that change it alike are strongly
-correlated.
+Not every constant can be determined from every motion. One that does not change the motion (d₃ where no contact is
+permanent) has a column of zeros: it keeps its value, and its error is infinite. Two that change the motion alike are
+strongly correlated.
 
-The reference is taken in the limit ε → 0 (:class:`engine.Reference`), in which the motion depends smoothly on e: with
-a threshold, the number of impacts of a chatter jumps. The squares still have several minima, so the search begins at
-several places.
+The reference is used in the limit ε → 0 of its threshold (:class:`engine.Reference`), in which the motion depends
+smoothly on e: with a threshold, the number of impacts of a chatter jumps. The sum of squares still has several minima,
+so the search starts from several guesses.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..methods import Reference
 from ..model import System, check_eta
-from .measured import Measurement
-from .problem import UPPER, Problem
+from .least_squares import UPPER, FitProblem
+from .measurement import Measurement
 from .recurrence import recurrence
 
 FITTED = tuple(UPPER)
-ALIKE = 1e-6  # relative: sums of squares that differ by less are the same minimum
-BLIND = 1e-6  # of the largest column, per unit: a parameter that changes the motion so little does not show
-CLOSE = 0.95  # correlation worth telling
-NOISIER = 1.5  # than the measurement's own noise: the model does not hold
-DEPENDENT = 0.3  # correlation of neighbouring residuals: they are not independent noise
+ALIKE = 1e-6  # relative: sums of squares that differ by less belong to the same minimum
+INVISIBLE = 1e-6  # of the largest column of J: a parameter with a smaller one cannot be determined
+CORRELATED = 0.95  # a larger correlation is remarked on
+NOISIER = 1.5  # times the measurement's own noise: with larger residuals the model is not right
+DEPENDENT = 0.3  # correlation of neighbouring residuals: with a larger one they are not independent noise
+EDGE = 1e-6  # distance from a bound
 
 
 @dataclass(frozen=True)
@@ -47,9 +48,9 @@ class Fit:
     system : System
         With the fitted constants.
     values, errors : dict
-        Of each parameter asked for; the standard error is infinite if the motion does not show it.
+        Value and standard error of each constant asked for; the error is infinite if it cannot be determined.
     correlation : (k, k) ndarray
-        Of those that show, in their order.
+        Of the constants that can be determined, in their order.
     phase : float
         δ, τ of the reference's cycle at the first sample.
     deviation : float
@@ -57,9 +58,9 @@ class Fit:
     noise : float
         The measurement's own, see :class:`.recurrence.Recurrence`.
     agreeing, starts : int
-        How many of the starts led to this minimum.
+        How many of the initial guesses led to this minimum, and how many led to any.
     remarks : tuple of str
-        What to know before the numbers are used.
+        Reservations about the numbers.
     """
 
     system: System
@@ -88,16 +89,16 @@ def fit(
     Parameters
     ----------
     system : System
-        Where to begin; constants that are not fitted keep its values.
+        The initial guess; constants that are not fitted keep its values.
     eta : float
         Excitation frequency η = Ω/ω₁ of the measurement.
     measurement : Measurement
     names : sequence of {"restitution", "d1", "d2", "d3"}
-        What to fit.
+        Constants to fit.
     method : Reference, optional
         By default with the threshold 0, see above.
     cancelled : callable, optional
-        Polled many times a second; when it returns true the fit is withdrawn.
+        Polled many times a second; when it returns true the fit is cancelled.
 
     Returns
     -------
@@ -116,29 +117,33 @@ def fit(
         raise ValueError(f"cannot fit {', '.join(names) or 'nothing'}: give some of {', '.join(UPPER)}, each once")
     eta = check_eta(eta, system)
     noise = recurrence(measurement, eta).noise
-    problem = Problem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled)
-    found = [result for start in problem.starts() if (result := problem.minimum(start)) is not None]
-    if not found:
+    problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled)
+    minima = [minimum for guess in problem.guesses() if (minimum := problem.minimum(guess)) is not None]
+    if not minima:
         raise ValueError(f"the reference is not periodic at eta = {eta:g} near this system: there is no cycle to fit")
-    best = min(found, key=lambda result: result.cost)
-    agreeing = sum(bool(result.cost <= best.cost * (1 + ALIKE)) for result in found)
-    return _concluded(problem, best.x, noise, agreeing, len(found))
+    best = min(minima, key=lambda minimum: minimum.cost)
+    agreeing = sum(bool(minimum.cost <= best.cost * (1 + ALIKE)) for minimum in minima)
+    return _result(problem, best.x, noise, agreeing, len(minima))
 
 
-def _concluded(problem: Problem, best: np.ndarray, noise: float, agreeing: int, starts: int) -> Fit:
+def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, starts: int) -> Fit:
+    """Return the fit at a minimum, with errors from the Jacobian there."""
     names, residuals, jacobian = problem.names, problem.residuals(best), problem.jacobian(best)
     sizes = np.linalg.norm(jacobian, axis=0)
-    shown = sizes > BLIND * sizes.max()
-    degrees = max(len(residuals) - int(shown.sum()), 1)
+    visible = sizes > INVISIBLE * sizes.max()
+    degrees = max(len(residuals) - int(visible.sum()), 1)
     deviation = float(np.sqrt(residuals @ residuals / degrees))
-    # columns of length one: else a small damping and a large phase would share one measure of what is negligible
-    spread = np.linalg.pinv((jacobian[:, shown] / sizes[shown]).T @ (jacobian[:, shown] / sizes[shown]))
+    # columns of length one: small dampings and a large phase need different measures of what is negligible
+    columns = jacobian[:, visible] / sizes[visible]
+    covariance = np.linalg.pinv(columns.T @ columns)
+    scale = np.sqrt(np.diag(covariance))
     errors = np.full(len(best), np.inf)
-    errors[shown] = deviation * np.sqrt(np.diag(spread)) / sizes[shown]
-    scale = np.sqrt(np.diag(spread))
-    correlation = (spread / np.outer(scale, scale))[: shown[:-1].sum(), : shown[:-1].sum()]
-    visible = [name for name, yes in zip(names, shown, strict=False) if yes]
-    system = problem.system_of(np.where(shown, best, np.append([getattr(problem.system, n) for n in names], 0.0)))
+    errors[visible] = deviation * scale / sizes[visible]
+    fitted = visible[:-1].sum()
+    correlation = (covariance / np.outer(scale, scale))[:fitted, :fitted]
+    determined = [name for name, shown in zip(names, visible, strict=False) if shown]
+    given = np.append([getattr(problem.system, name) for name in names], 0.0)
+    system = problem.system_of(np.where(visible, best, given))
     return Fit(
         system=system,
         values={name: getattr(system, name) for name in names},
@@ -149,21 +154,22 @@ def _concluded(problem: Problem, best: np.ndarray, noise: float, agreeing: int, 
         noise=noise,
         agreeing=agreeing,
         starts=starts,
-        remarks=tuple(_remarks(names, best, visible, correlation, residuals, deviation, noise)),
+        remarks=tuple(_remarks(names, best, determined, correlation, residuals, deviation, noise)),
     )
 
 
-def _remarks(names, best, visible, correlation, residuals, deviation, noise):
+def _remarks(names, best, determined, correlation, residuals, deviation, noise) -> Iterator[str]:
+    """Yield reservations about a fit, in words."""
     for name in names:
-        if name not in visible:
+        if name not in determined:
             yield f"{name} does not change this motion and was left as it is"
     for name, value in zip(names, best, strict=False):
-        if name in visible and not 1e-6 < value < UPPER[name] - 1e-6:
+        if name in determined and not EDGE < value < UPPER[name] - EDGE:
             yield f"{name} ended at the edge of its range, where the standard errors do not hold"
-    for i, one in enumerate(visible):
+    for i, one in enumerate(determined):
         for j in range(i):
-            if abs(correlation[i, j]) > CLOSE:
-                yield f"{visible[j]} and {one} can hardly be told apart (correlation {correlation[i, j]:.3f})"
+            if abs(correlation[i, j]) > CORRELATED:
+                yield f"{determined[j]} and {one} can hardly be told apart (correlation {correlation[i, j]:.3f})"
     rows = residuals.reshape(2, -1)
     neighbours = np.sum(rows[:, 1:] * rows[:, :-1]) / max(np.sum(rows**2), 1e-300)
     if deviation > NOISIER * noise:

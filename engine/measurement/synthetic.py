@@ -1,11 +1,11 @@
-"""A measurement that never was: the reference's steady motion plus noise, to try the tools on and to test them with."""
+"""A synthetic measurement, to try the tools on and to test them: the reference's steady motion plus noise."""
 
 import numpy as np
 
 from ..methods import Reference
 from ..model import System, require
 from .cycle import reference_cycle
-from .measured import Measurement
+from .measurement import Measurement
 
 PER_PERIOD_RANGE = (8, 100_000)
 
@@ -22,7 +22,7 @@ def synthetic_measurement(
     seed: int = 0,
     method: Reference | None = None,
 ) -> Measurement:
-    """Samples of the reference's steady motion with independent normal noise on both displacements.
+    """Sample the reference's steady motion, with independent normal noise on both displacements.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def synthetic_measurement(
     eta : float
         Excitation frequency η = Ω/ω₁.
     periods : int
-        Excitation periods that are covered.
+        Excitation periods to cover.
     per_period : int
         Samples per period.
     noise : float

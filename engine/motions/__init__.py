@@ -1,1 +1,1 @@
-"""What moves: kind of motion, period, multipliers, Lyapunov exponent, coexisting motions."""
+"""Motions of a system: their description, type, steady cycles, stability and coexistence."""

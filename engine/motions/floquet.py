@@ -1,4 +1,4 @@
-"""Floquet multipliers of a periodic motion, and the bifurcation that they say is near."""
+"""Floquet multipliers of a periodic motion, and the bifurcation that they show to be near."""
 
 from collections.abc import Callable
 
@@ -7,10 +7,10 @@ import numpy as np
 from ..methods import ExactPenalty, Method, Reference
 from ..model import System
 from ..simulate import simulate
-from .poincare_map import PoincareMap, coordinates
+from .poincare_map import PoincareMap, gap_coordinates
 
-WIDTH = 1e-7  # of a difference, in sizes of the state: far less than a time step shifts, far more than rounding
-REAL = 1e-9  # a multiplier with no more of an imaginary part is real
+DIFFERENCE = 1e-7  # of the state's size: well below what a time step shifts, well above rounding
+REAL = 1e-9  # relative: a multiplier with a smaller imaginary part is real
 
 DOUBLING, FOLD, NEIMARK_SACKER, GRAZING = "period doubling", "fold", "Neimark-Sacker", "grazing"
 
@@ -23,12 +23,13 @@ def multipliers(
     period: int,
     cancelled: Callable[[], bool] | None = None,
 ) -> np.ndarray:
-    """Floquet multipliers of the motion that returns to ``state`` after ``period`` periods, largest first.
+    """Return the Floquet multipliers of the motion that returns to ``state`` after ``period`` periods.
 
-    In closed form they are the eigenvalues of the exact Jacobian. For Newmark they are those of the discrete map, which
-    is affine as long as contact begins and ends with the same steps, so that narrow differences give its derivative but
-    for rounding; what a disturbance does to the instants of contact is no part of it if it is less than a step. With
-    the located step the map is smooth, and the differences are good to the square of their width.
+    For closed-form solvers they are the eigenvalues of the exact Jacobian. For Newmark they are those of the discrete
+    map, by central differences. With a constant step this map is affine as long as contact begins and ends in the same
+    steps, so that narrow differences give its derivative but for rounding; that a disturbance shifts the instants of
+    contact by less than a step has no effect on it. With located steps the map is smooth, and the differences err by
+    the square of their width.
 
     Parameters
     ----------
@@ -39,44 +40,43 @@ def multipliers(
     Returns
     -------
     (4,) complex ndarray
-        Empty if the motion has no derivative there.
+        Largest first; empty if the map has no derivative there.
     """
     if isinstance(method, Reference | ExactPenalty):
-        back = PoincareMap(system, eta, method, cancelled)(coordinates(state), period)
-        return np.empty(0, complex) if back is None else largest_first(back.jacobian)
-    width = WIDTH * max(np.abs(state).max(), 1e-9)
+        returned = PoincareMap(system, eta, method, cancelled)(gap_coordinates(state), period)
+        return np.empty(0, complex) if returned is None else eigenvalues_by_modulus(returned.jacobian)
+    width = DIFFERENCE * max(np.abs(state).max(), 1e-9)
     columns = []
-    for k in range(4):
-        step = width * np.eye(4)[k]
-        ends = [
-            simulate(system, eta, method, periods=period, keep=1, initial=state + change, cancelled=cancelled)
-            for change in (step, -step)
-        ]
-        if not all(end.ok for end in ends):
+    for disturbance in width * np.eye(4):
+        above, below = (
+            simulate(system, eta, method, periods=period, keep=1, initial=start, cancelled=cancelled)
+            for start in (state + disturbance, state - disturbance)
+        )
+        if not (above.ok and below.ok):
             return np.empty(0, complex)
-        columns.append((ends[0].section[-1] - ends[1].section[-1]) / (2 * width))
-    return largest_first(np.transpose(columns))
+        columns.append((above.section[-1] - below.section[-1]) / (2 * width))
+    return eigenvalues_by_modulus(np.transpose(columns))
 
 
-def largest_first(jacobian: np.ndarray) -> np.ndarray:
-    """Eigenvalues by modulus."""
+def eigenvalues_by_modulus(jacobian: np.ndarray) -> np.ndarray:
+    """Return the eigenvalues of a matrix, complex, largest modulus first."""
     values = np.linalg.eigvals(jacobian).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def exponent(values: np.ndarray, period: int) -> float:
-    """ln |largest multiplier| / period, the largest Lyapunov exponent of a periodic motion; −∞ if all are zero."""
+def lyapunov_exponent(values: np.ndarray, period: int) -> float:
+    """Return ln |largest multiplier| / period, the largest Lyapunov exponent of a cycle; −∞ if all are zero."""
     with np.errstate(divide="ignore"):
         return float(np.log(np.abs(values).max()) / period) if len(values) else np.nan
 
 
-def nearest(values: np.ndarray, closing_speeds: np.ndarray, approach: float) -> tuple[str, float]:
-    """The bifurcation that a periodic motion is nearest to, and how far.
+def nearest_bifurcation(values: np.ndarray, closing_speeds: np.ndarray, approach: float) -> tuple[str, float]:
+    """Return the name of the bifurcation that a periodic motion is nearest to, and the distance from it.
 
-    A multiplier leaves the unit circle at −1 (period doubling), at +1 (fold), or as one of a pair (Neimark–Sacker); how
-    far it is from there is 1 − |m|, and where on the circle its argument tells. A motion grazes when an approach of the
-    pendulums ceases to be an impact, or becomes one: the distance is the smallest closing speed, a chatter counted by
-    its first impact, as a share of the largest.
+    A multiplier m can leave the unit circle at −1 (period doubling), at +1 (fold), or as one of a complex pair
+    (Neimark–Sacker). Its distance is |1 − |m||, and its argument decides which of the three it is. At a grazing
+    bifurcation an impact disappears, or a new one appears, with zero closing speed. The distance from it is the
+    smallest closing speed relative to the largest, where a chatter counts with its first impact only.
 
     Parameters
     ----------
@@ -84,18 +84,24 @@ def nearest(values: np.ndarray, closing_speeds: np.ndarray, approach: float) -> 
         Floquet multipliers.
     closing_speeds : (m,) ndarray
     approach : float
-        The smallest that counts, nan if there is none (:class:`.description.Motion`).
+        The smallest closing speed that counts, nan if there is none (:class:`.description.Motion`).
+
+    Returns
+    -------
+    (str, float)
+        ``("", nan)`` if nothing is known.
     """
-    found = [(abs(1 - abs(value)), _leaves_at(value)) for value in values]
+    candidates = [(abs(1 - abs(value)), _bifurcation_of(value)) for value in values]
     if np.isfinite(approach):
-        found.append((approach / closing_speeds.max(initial=approach), GRAZING))
-    if not found:
+        candidates.append((approach / closing_speeds.max(initial=approach), GRAZING))
+    if not candidates:
         return "", np.nan
-    margin, name = min(found)
-    return name, float(margin)
+    distance, name = min(candidates)
+    return name, float(distance)
 
 
-def _leaves_at(value: complex) -> str:
+def _bifurcation_of(value: complex) -> str:
+    """Name the bifurcation at which a multiplier of this argument leaves the unit circle."""
     if abs(value.imag) > REAL * abs(value):
         return NEIMARK_SACKER
     return DOUBLING if value.real < 0 else FOLD

@@ -1,20 +1,19 @@
-"""The largest Lyapunov exponent, from the exact Jacobian of the Poincaré map.
+"""The largest Lyapunov exponent from the exact Jacobian of the Poincaré map.
 
-A small disturbance v of a motion becomes DP v after each excitation period; its growth ln |DP v| / |v|, with v brought
-back to length 1 each time, averages to the largest Lyapunov exponent λ. DP is exact, impacts and contact changes
-included (the saltation matrices of :mod:`..kernels.event_driven.saltation`), so that no second run and
-no size of a disturbance enter.
+A small disturbance v of a motion becomes DP v after each excitation period. Its growth ln(|DP v| / |v|), with v scaled
+back to length 1 every time, averages to the largest Lyapunov exponent λ. DP is exact and includes impacts and contact
+changes (by the saltation matrices of :mod:`..kernels.event_driven.saltation`), so that neither a second run nor a
+finite disturbance is needed.
 
-How sure the average is depends on the motion:
+The uncertainty of the average depends on the motion:
 
-- *Irregular*: the growth is random with a memory of some periods. Averages over batches much longer than that scatter
-  as independent ones do, and their standard error is that of λ (batch means).
-- *Regular* (periodic or quasi-periodic): the growth is a smooth function along the motion, and the average with the
-  weights of :func:`.section.bump` converges faster than any power of 1/n. The error is what the two halves of the
-  run differ by.
+- *Irregular* motion: the growth is random with a memory of some periods. The standard error follows from batch means.
+- *Regular* motion (periodic or quasi-periodic): the growth is a smooth function along the motion, and its average with
+  smooth weights converges faster than any power of 1/n. The error is half the difference between the averages over the
+  two halves of the run.
 
-Which of the two it is the section tells (:func:`.section.irregularity`). λ is only that of the motion while it
-was followed: a chaotic transient is longer than any run now and then.
+The section decides which of the two it is (:func:`.regularity.irregularity`). λ belongs to the motion while it was
+followed only: a chaotic transient may last longer than any run.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,33 +23,35 @@ import numpy as np
 
 from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta, whole
-from ..simulate import beginning
-from .poincare_map import PoincareMap, coordinates, displacements
-from .section import bump, irregularity
+from ..simulate import starting_checkpoint
+from .averages import batch_means, smooth_weights, standard_error
+from .poincare_map import PoincareMap, displacement_coordinates, gap_coordinates
+from .regularity import irregularity
+from .steady import REST
 
 BATCHES = 32
-SETTLING = 64  # periods in which a disturbance turns into the direction that grows most
-# Between regular motions, whose sections fall below this within thousands of periods unless their tori are about to
-# break, and chaotic ones, of which eight averages would have to agree so well by chance
+SETTLING = 64  # periods in which a disturbance turns into the direction of fastest growth
+# Regular motions fall below this within thousands of periods, unless their tori are about to break up. Of a chaotic
+# motion eight averages would have to agree this well by chance.
 REGULAR = 1e-5
 PERIODS_RANGE = (BATCHES * 8, 10_000_000)
 
 
 @dataclass(frozen=True)
 class Lyapunov:
-    """Outcome of :func:`lyapunov`; nan where the motion could not be followed.
+    """Outcome of :func:`lyapunov`; all numbers are nan if the motion could not be followed.
 
     Attributes
     ----------
     exponent : float
         λ per excitation period.
     error : float
-        Its standard error.
+        Standard error of λ.
     drift : float
-        Difference of the averages over the two halves of the run, in units of its own standard error: some 1 unless
-        the motion changes on the way.
+        Difference of the averages over the two halves of the run, in units of its own standard error: about 1 unless
+        the motion changes during the run.
     irregularity : float
-        Of the section (:func:`.section.irregularity`).
+        Of the section (:func:`.regularity.irregularity`).
     section : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ at the end of each period.
     """
@@ -63,12 +64,12 @@ class Lyapunov:
 
     @property
     def regular(self) -> bool:
-        """Whether the motion is periodic or quasi-periodic, as far as its section tells."""
+        """Whether the section is that of a periodic or quasi-periodic motion."""
         return self.irregularity < REGULAR
 
     @property
     def sign(self) -> int:
-        """1 or −1 if the exponent is told from zero: by 3 standard errors, and over the run at all; else 0."""
+        """Sign of the exponent, 0 unless it exceeds 3 standard errors and a growth by e over the whole run."""
         least = max(3 * self.error, 1 / max(len(self.section), 1))
         return int(self.exponent > least) - int(self.exponent < -least)
 
@@ -78,11 +79,11 @@ def lyapunov(
     eta: float,
     method: Reference | ExactPenalty,
     *,
-    initial: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
+    initial: Sequence[float] = REST,
     periods: int = 8192,
     cancelled: Callable[[], bool] | None = None,
 ) -> Lyapunov:
-    """Largest Lyapunov exponent of the motion that begins at ``initial``.
+    """Compute the largest Lyapunov exponent of the motion that begins at ``initial``.
 
     Parameters
     ----------
@@ -90,53 +91,52 @@ def lyapunov(
     eta : float
         Excitation frequency η = Ω/ω₁.
     method : Reference or ExactPenalty
-        A solver in closed form.
+        A closed-form solver.
     initial : (4,) sequence
-        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T, the transient past (64 more periods are not counted).
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T after the transient (another 64 periods are run and not counted).
     periods : int
         Excitation periods to average over.
     cancelled : callable, optional
-        Polled every period; when it returns true the run is withdrawn.
+        Polled every period; when it returns true the run is cancelled.
 
     Raises
     ------
     ValueError
-        If a number is out of range, or the method is not in closed form.
+        If a number is out of range, or the method has a time step.
     Cancelled
         If ``cancelled`` returned true.
     """
     if not isinstance(method, Reference | ExactPenalty):
-        raise ValueError(f"{method} has a time step: an exponent wants a closed form, Reference or ExactPenalty")
+        raise ValueError(f"{method} has a time step: an exponent needs a closed form, Reference or ExactPenalty")
     eta = check_eta(eta, system)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
     poincare = PoincareMap(system, eta, method, cancelled)
-    y, v = coordinates(beginning(initial, system, eta, method).state), np.full(4, 0.5)
+    y, v = gap_coordinates(starting_checkpoint(initial, system, eta, method).state), np.full(4, 0.5)
     growth, section = np.empty(periods), np.empty((periods, 4))
     for n in range(-SETTLING, periods):
-        back = poincare(y)
-        length = 0.0 if back is None else float(np.linalg.norm(back.jacobian @ v))
+        returned = poincare(y)
+        length = 0.0 if returned is None else float(np.linalg.norm(returned.jacobian @ v))
         if not 0.0 < length < np.inf:
-            return Lyapunov(np.nan, np.nan, np.nan, np.nan, displacements(section[: max(n, 0)]))
-        y, v = back.state, back.jacobian @ v / length
+            return Lyapunov(np.nan, np.nan, np.nan, np.nan, displacement_coordinates(section[: max(n, 0)]))
+        y, v = returned.state, returned.jacobian @ v / length
         if n >= 0:
             growth[n], section[n] = np.log(length), y
-    return _averaged(growth, displacements(section))
+    return average_growth(growth, displacement_coordinates(section))
 
 
-def _averaged(growth: np.ndarray, section: np.ndarray) -> Lyapunov:
+def average_growth(growth: np.ndarray, section: np.ndarray) -> Lyapunov:
+    """Average the growth of a disturbance in each period, (n,), along a motion with this section, (n, 4)."""
     halves = np.array_split(growth, 2)
-    means, errors = zip(*(_batch_mean(half) for half in halves), strict=True)
+    means, errors = zip(*(_mean_and_error(half) for half in halves), strict=True)
     drift = abs(means[1] - means[0]) / max(np.hypot(*errors), 1e-300)
-    strange = irregularity(section)
-    if strange < REGULAR:
-        first, second = (float(bump(len(half)) @ half) for half in halves)
+    measure = irregularity(section)
+    if measure < REGULAR:
+        first, second = (float(smooth_weights(len(half)) @ half) for half in halves)
         exponent, error = (first + second) / 2, abs(first - second) / 2
     else:
-        exponent, error = _batch_mean(growth)
-    return Lyapunov(exponent, error, float(drift), strange, section)
+        exponent, error = _mean_and_error(growth)
+    return Lyapunov(exponent, error, float(drift), measure, section)
 
 
-def _batch_mean(values: np.ndarray) -> tuple[float, float]:
-    """Mean and its standard error by batch means."""
-    means = [batch.mean() for batch in np.array_split(values, BATCHES)]
-    return float(values.mean()), float(np.std(means, ddof=1) / np.sqrt(BATCHES))
+def _mean_and_error(values: np.ndarray) -> tuple[float, float]:
+    return float(values.mean()), float(standard_error(batch_means(values, BATCHES)))

@@ -1,44 +1,46 @@
-"""The orbit that a run is caught by: Newton's method on the Poincaré map from the end of the run, and proof that it is.
+"""Search for the periodic orbit that a run converges to, by Newton's method on the Poincaré map.
 
-Newton's method finds unstable orbits as well, and orbits that the transient does not lead to. So an orbit z is taken
-only if the run is caught by it: in a norm in which DP shrinks every vector, to γ < 1 of it at most, the return of the
-last state y differs so little from what the Jacobian foretells,
+From the end of the run, Newton's method solves P(y*) = y* for the map P over p periods. It also finds unstable orbits,
+and orbits that the run does not approach. So an orbit y* is accepted only if the run provably converges to it: let DP
+be the Jacobian at y* and |·| a norm in which DP shrinks every vector at least by a factor γ < 1. A state y whose image
+differs from the linear prediction by at most
 
-    |P(y) − z − DP (y − z)| ≤ ½ (1 − γ) |y − z|,
+    |P(y) − y* − DP (y − y*)| ≤ ½ (1 − γ) |y − y*|
 
-that it comes closer to z. The difference is of second order in y − z as long as events come in the same sequence, so
-that this holds from there on. Both are checked, cycle by cycle, until a thirtieth of y − z is left. (An orbit whose
-basin ends still closer would deceive it.)
+has an image that is closer to y* than y itself, by the factor ½ (1 + γ) at least. The left-hand side is of second order
+in y − y* as long as the events occur in the same sequence, so that from there on the condition keeps holding. The
+sequence and the condition are checked cycle by cycle until the distance has fallen to a thirtieth. (An orbit with a
+basin of attraction smaller than that would be accepted wrongly.)
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from .poincare_map import PoincareMap, Return, coordinates
+from .poincare_map import PoincareMap, Return, gap_coordinates
 
-NEAR = 0.3  # of the section's size: a return within this is worth an attempt …
-NEARER = 0.5  # … if it is so much nearer than all earlier ones
-STEPS = 30  # of Newton's method
-SMALLEST_STEP = 2.0**-10
-FARTHEST = 1e3  # sizes of the section that a step may lead away
+NEAR = 0.3  # of the section's size: a return within this distance is worth an attempt …
+NEARER = 0.5  # … if its distance is at most so many times that of all shorter periods
+NEWTON_STEPS = 30
+SMALLEST_FRACTION = 2.0**-10  # of a Newton step
+FARTHEST = 1e3  # sizes of the section that a Newton step may lead away
 RESIDUAL = 1e-12  # of the section's size
-FOLLOWED = 0.03  # the run is followed until it is so much nearer to the orbit
-CAUGHT = 1e-10  # so near to the orbit, a state is on it but for rounding
-GROWTH_TERMS = 60  # doublings of the sum that makes up the norm
+CONVERGED = 0.03  # the run is followed until its distance from the orbit has fallen to this fraction
+ON_ORBIT = 1e-10  # of the section's size: a state this close to the orbit lies on it but for rounding
+NORM_DOUBLINGS = 60  # of the partial sums of the series that defines the norm
 
 
 class Orbit(NamedTuple):
-    """A fixed point of the map over ``period`` periods."""
+    """A fixed point of the Poincaré map over ``period`` periods."""
 
     period: int
-    state: np.ndarray
-    back: Return
+    state: np.ndarray  # ξ₁, ξ₁′, g, g′
+    returned: Return  # of the state, over the whole cycle
     iterations: int
 
 
 class OrbitSearch:
-    """Looks for the orbit that the end of a run is caught by.
+    """Search for the orbit that a run converges to.
 
     Parameters
     ----------
@@ -46,124 +48,159 @@ class OrbitSearch:
     max_period : int
         Longest cycle to look for, in excitation periods.
     stable_only : bool
-        Take only an orbit that the run is caught by; otherwise the first that Newton's method comes to.
+        Accept only an orbit that the run converges to; otherwise the first one that Newton's method finds.
+
+    Attributes
+    ----------
+    run_periods : int
+        Excitation periods of the run so far, set by the caller.
+    rejection : str
+        Why the last attempt accepted no orbit; empty if no orbit was near.
     """
 
     def __init__(self, poincare: PoincareMap, max_period: int, stable_only: bool):
         self.map = poincare
         self.max_period = max_period
         self.stable_only = stable_only
-        self.periods = 0  # of the runs
-        self.rejected = ""  # why the last orbit was
+        self.run_periods = 0
+        self.rejection = ""
 
     @property
     def all_periods(self) -> int:
-        """Periods of the runs and of the maps."""
-        return self.periods + self.map.periods
+        """Excitation periods integrated in all: those of the run and those of the map."""
+        return self.run_periods + self.map.periods
 
-    def attempt(self, section: np.ndarray, reached: int) -> Orbit | None:
-        """From the last rows of the section of the run, which has come so many periods from its start."""
-        rows = coordinates(section)
+    def attempt(self, section: np.ndarray, periods: int) -> Orbit | None:
+        """Search from the end of a run.
+
+        Parameters
+        ----------
+        section : (n, 4) ndarray
+            Last rows of the run's Poincaré section.
+        periods : int
+            Excitation periods of the run, up to the last row.
+
+        Returns
+        -------
+        Orbit or None
+            Its state belongs to τ ≡ 0 mod pT, τ counted from the start of the run.
+        """
+        rows = gap_coordinates(section)
         size = max(np.abs(section).max(), 1e-300)
-        self.rejected = ""
-        for p in _near_returns(rows, size, self.max_period):
-            orbit = self._newton(rows[-1], p, size)
-            if orbit is not None and self._taken(orbit, rows[-1], size):
-                return self._in_step(self._shortest(orbit, size), reached)
+        self.rejection = ""
+        for period in _near_returns(rows, size, self.max_period):
+            orbit = self._newton(rows[-1], period, size)
+            if orbit is not None and self._accepts(orbit, rows[-1], size):
+                return self._moved_to_cycle_start(self._with_least_period(orbit, size), periods)
         return None
 
-    def _newton(self, y: np.ndarray, p: int, size: float) -> Orbit | None:
-        back, steps = self.map(y, p), 0
-        while back is not None and steps < STEPS:
-            further = self._step(y, back, p, size)
-            if further is None:  # rounding, or no orbit near
+    def _newton(self, y: np.ndarray, period: int, size: float) -> Orbit | None:
+        """Solve P(y*) = y* from y on."""
+        returned, steps = self.map(y, period), 0
+        while returned is not None and steps < NEWTON_STEPS:
+            improved = self._newton_step(y, returned, period, size)
+            if improved is None:  # limited by rounding, or there is no orbit nearby
                 break
-            y, back = further
+            y, returned = improved
             steps += 1
-        if back is None or back.miss > RESIDUAL * size:
-            self.rejected = f"Newton's method finds no orbit of period {p} near the end of the run"
+        if returned is None or returned.residual > RESIDUAL * size:
+            self.rejection = f"Newton's method finds no orbit of period {period} near the end of the run"
             return None
-        return Orbit(p, y, back, steps)
+        return Orbit(period, y, returned, steps)
 
-    def _step(self, y, back, p, size):
-        """One step, shortened until it brings y nearer to its return: events may come and go on the way."""
-        if back.miss == 0.0:
+    def _newton_step(self, y: np.ndarray, returned: Return, period: int, size: float):
+        """One step, halved until it reduces the residual: events may appear and disappear along the way."""
+        if returned.residual == 0.0:
             return None
         try:
-            full = np.linalg.solve(np.eye(4) - back.jacobian, back.state - y)
+            full = np.linalg.solve(np.eye(4) - returned.jacobian, returned.state - y)
         except np.linalg.LinAlgError:
             return None
-        share = 1.0
-        while share >= SMALLEST_STEP:
-            tried = y + share * full
-            there = self.map(tried, p) if np.abs(tried).max() <= FARTHEST * size else None
-            if there is not None and there.miss < back.miss:
+        fraction = 1.0
+        while fraction >= SMALLEST_FRACTION:
+            tried = y + fraction * full
+            there = self.map(tried, period) if np.abs(tried).max() <= FARTHEST * size else None
+            if there is not None and there.residual < returned.residual:
                 return tried, there
-            if back.miss <= RESIDUAL * size:  # as near as rounding lets it
+            if returned.residual <= RESIDUAL * size:  # rounding prevents any further reduction
                 return None
-            share /= 2
+            fraction /= 2
         return None
 
-    def _taken(self, orbit: Orbit, y: np.ndarray, size: float) -> bool:
-        """Whether the run that ended at y goes on to the orbit."""
+    def _accepts(self, orbit: Orbit, y: np.ndarray, size: float) -> bool:
+        """Whether the orbit is stable and the run, which ended at y, converges to it (see the module)."""
         if not self.stable_only:
             return True
-        jacobian = orbit.back.jacobian
-        largest = np.abs(np.linalg.eigvals(jacobian)).max()
+        largest = np.abs(np.linalg.eigvals(orbit.returned.jacobian)).max()
         if not largest < 1 - 1e-9:
-            self.rejected = f"the orbit of period {orbit.period} near the end of the run is unstable: it grows "
-            self.rejected += f"{largest:.4g}-fold in each cycle"
+            self.rejection = (
+                f"the orbit of period {orbit.period} near the end of the run is unstable: it grows "
+                f"{largest:.4g}-fold in each cycle"
+            )
             return False
-        shrinks = (1 + largest) / 2
-        factor = _norm(jacobian / shrinks)
-        away, farthest = y - orbit.state, np.linalg.norm(factor @ (y - orbit.state))
-        while np.abs(away).max() > CAUGHT * size and np.linalg.norm(factor @ away) > FOLLOWED * farthest:
-            back = self.map(orbit.state + away, orbit.period)
-            foretold, here = jacobian @ away, np.linalg.norm(factor @ away)
-            if back is None or back.course != orbit.back.course:
-                break
-            away = back.state - orbit.state
-            if np.linalg.norm(factor @ (away - foretold)) > 0.5 * (1 - shrinks) * here:
-                break
-        else:
-            return True
-        self.rejected = f"the run has not settled to the orbit of period {orbit.period} that lies near"
-        return False
+        if not self._converges(orbit, y - orbit.state, (1 + largest) / 2, size):
+            self.rejection = f"the run has not settled to the orbit of period {orbit.period} that lies near"
+            return False
+        return True
 
-    def _shortest(self, orbit: Orbit, size: float) -> Orbit:
-        """The same with the least number of periods: two equal cycles are one."""
-        for p in range(1, orbit.period):
-            if orbit.period % p == 0:
-                back = self.map(orbit.state, p)
-                if back is not None and back.miss <= RESIDUAL * size:
-                    once = self._newton(orbit.state, p, size)  # what is left after two cycles may be more after one
+    def _converges(self, orbit: Orbit, deviation: np.ndarray, rate: float, size: float) -> bool:
+        """Follow a deviation from the orbit until it has died away; False if it stops obeying the condition.
+
+        Parameters
+        ----------
+        rate : float
+            γ, above the largest modulus of the eigenvalues of DP.
+        """
+        jacobian = orbit.returned.jacobian
+        factor = _norm_factor(jacobian / rate)
+        first = np.linalg.norm(factor @ deviation)
+        while np.abs(deviation).max() > ON_ORBIT * size and np.linalg.norm(factor @ deviation) > CONVERGED * first:
+            returned = self.map(orbit.state + deviation, orbit.period)
+            predicted, distance = jacobian @ deviation, np.linalg.norm(factor @ deviation)
+            if returned is None or returned.course != orbit.returned.course:
+                return False
+            deviation = returned.state - orbit.state
+            if np.linalg.norm(factor @ (deviation - predicted)) > 0.5 * (1 - rate) * distance:
+                return False
+        return True
+
+    def _with_least_period(self, orbit: Orbit, size: float) -> Orbit:
+        """Return the same orbit with its least period: a cycle of p periods may consist of equal shorter ones."""
+        for period in range(1, orbit.period):
+            if orbit.period % period == 0:
+                returned = self.map(orbit.state, period)
+                if returned is not None and returned.residual <= RESIDUAL * size:
+                    once = self._newton(orbit.state, period, size)  # a residual of several cycles says less about one
                     return once._replace(iterations=orbit.iterations + once.iterations)
         return orbit
 
-    def _in_step(self, orbit: Orbit, reached: int) -> Orbit:
-        """The same, its state not that at the end of the run but at τ ≡ 0 mod pT."""
-        ahead = -reached % orbit.period
+    def _moved_to_cycle_start(self, orbit: Orbit, periods: int) -> Orbit:
+        """Return the orbit with its state at τ ≡ 0 mod pT instead of at the end of the run."""
+        ahead = -periods % orbit.period
         if ahead == 0:
             return orbit
         state = self.map(orbit.state, ahead).state
-        return orbit._replace(state=state, back=self.map(state, orbit.period))
+        return orbit._replace(state=state, returned=self.map(state, orbit.period))
 
 
 def _near_returns(rows: np.ndarray, size: float, longest: int) -> list[int]:
-    """Numbers of periods after which the last row nearly recurs, each much nearer than all before."""
+    """Numbers of periods after which the last row nearly recurs, each much closer than all shorter ones."""
     found, nearest = [], NEAR * size
-    for p in range(1, min(longest, len(rows) - 1) + 1):
-        distance = np.abs(rows[-1] - rows[-1 - p]).max()
+    for period in range(1, min(longest, len(rows) - 1) + 1):
+        distance = np.abs(rows[-1] - rows[-1 - period]).max()
         if distance <= nearest:
-            found.append(p)
+            found.append(period)
             nearest = NEARER * distance
     return found
 
 
-def _norm(shrinking: np.ndarray) -> np.ndarray:
-    """F, so that |F x| is a norm in which x shrinks: FᵀF = Σ (Bᵏ)ᵀBᵏ, B the matrix; summed by doubling."""
-    total, power = np.eye(4), shrinking
-    for _ in range(GROWTH_TERMS):
+def _norm_factor(contraction: np.ndarray) -> np.ndarray:
+    """Return F such that |F x| is a norm in which B, of spectral radius below 1, shrinks every vector x.
+
+    FᵀF = Σ (Bᵏ)ᵀBᵏ over k = 0, 1, …, so that |F B x|² = |F x|² − |x|². The series is summed by doubling.
+    """
+    total, power = np.eye(4), contraction
+    for _ in range(NORM_DOUBLINGS):
         total = total + power.T @ total @ power
         power = power @ power
         if np.abs(power).max() < 1e-18:

@@ -1,60 +1,80 @@
-"""The Poincaré map of the solvers in closed form, with its exact Jacobian (:mod:`..kernels.event_driven.tangent`)."""
+"""The Poincaré map of the closed-form solvers with its exact Jacobian (:mod:`..kernels.event_driven.saltation`).
+
+The map carries the state y = (ξ₁, ξ₁′, g, g′), with the gap g = ξ₂ − ξ₁, from τ = 0 to τ = pT.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.event_driven import pack
-from ..kernels.event_driven import integrate as kernel
-from ..kernels.event_driven.tangent import march_along
+from ..drivers.event_driven import integrate_variation, set_up, start_at
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Cancelled
 
 
-def coordinates(state: Sequence[float]) -> np.ndarray:
-    """ξ₁, ξ₁′, g, g′, which the map works in, of ξ₁, ξ₁′, ξ₂, ξ₂′; also row by row."""
+def gap_coordinates(state: Sequence[float]) -> np.ndarray:
+    """Convert (…, 4) states ξ₁, ξ₁′, ξ₂, ξ₂′ to ξ₁, ξ₁′, g, g′."""
     state = np.asarray(state, dtype=float)
     return state - state[..., [0, 1, 0, 1]] * np.array([0, 0, 1, 1])
 
 
-def displacements(y: np.ndarray) -> np.ndarray:
-    """ξ₁, ξ₁′, ξ₂, ξ₂′ of ξ₁, ξ₁′, g, g′."""
+def displacement_coordinates(y: np.ndarray) -> np.ndarray:
+    """Convert (…, 4) states ξ₁, ξ₁′, g, g′ to ξ₁, ξ₁′, ξ₂, ξ₂′."""
     return y + y[..., [0, 1, 0, 1]] * np.array([0, 0, 1, 1])
 
 
+def without_penetration(state: Sequence[float]) -> tuple[float, float, float, float]:
+    """Return the state ξ₁, ξ₁′, ξ₂, ξ₂′ with ξ₂ raised to ξ₁ if it is below: the reference cannot start with g < 0."""
+    x1, v1, x2, v2 = (float(value) for value in state)
+    return x1, v1, max(x1, x2), v2
+
+
 class Return(NamedTuple):
-    """Where the map leads from a state, both as ξ₁, ξ₁′, g, g′, and its Jacobian there."""
+    """Image of a state y under the Poincaré map.
+
+    Attributes
+    ----------
+    state : (4,) ndarray
+        P(y).
+    jacobian : (4, 4) ndarray
+        DP(y).
+    course : int
+        Fingerprint of the sequence of impacts, contacts and flights; it differs between different sequences.
+    residual : float
+        Largest element of |P(y) − y|.
+    """
 
     state: np.ndarray
     jacobian: np.ndarray
-    course: int  # differs between different sequences of impacts, contacts and flights
-    miss: float  # largest |P(y) − y|
+    course: int
+    residual: float
 
 
 class PoincareMap:
-    """The Poincaré map τ ≡ 0 mod T of a solver in closed form, over any number of periods; it counts them."""
+    """The Poincaré map τ ≡ 0 mod T of one closed-form solver; it counts the excitation periods that it integrates."""
 
     def __init__(
         self, system: System, eta: float, method: Reference | ExactPenalty, cancelled: Callable[[], bool] | None
     ):
-        self.packed = pack(system, eta, method)
+        self.system = set_up(system, eta, method)
         self.cancelled = cancelled
         self.periods = 0
 
-    def start(self, y):
-        """The anchor at y; a reference has no penetration."""
+    def start(self, y: Sequence[float]) -> np.ndarray:
+        """Return the packed hybrid state at y; for the reference a penetration is set to zero."""
         x1, v1, gap, rate = map(float, y)
-        return kernel.prepare(self.packed, x1, v1, max(gap, 0.0) if self.packed.rigid else gap, rate)
+        gap = max(gap, 0.0) if self.system.views.rigid else gap
+        return start_at((x1, v1, gap, rate))
 
-    def __call__(self, y, count: int = 1) -> Return | None:
-        """None if the march ends early, or has no derivative."""
+    def __call__(self, y: np.ndarray, count: int = 1) -> Return | None:
+        """Map y over ``count`` periods; None if the integration ends early or the map has no derivative at y."""
         if self.cancelled is not None and self.cancelled():
             raise Cancelled
-        end, jacobian, course, code = march_along(self.packed, self.start(y), float(count))
+        found = integrate_variation(self.system, self.start(y), float(count))
         self.periods += count
-        end = np.array(end)
-        if code != kernel.DONE or not (np.isfinite(end).all() and np.isfinite(jacobian).all()):
+        if found is None or not all(np.isfinite(array).all() for array in found[:2]):
             return None
+        end, jacobian, course = found
         return Return(end, jacobian, course, float(np.abs(end - y).max()))

@@ -1,1 +1,1 @@
-"""Which K, D and step to set instead."""
+"""Recommendation of K, D and the time step: settings that meet a tolerance at least cost."""

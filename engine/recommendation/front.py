@@ -1,33 +1,33 @@
-"""The front of error against cost: settings that no other one beats."""
+"""The Pareto front of error against cost: settings that no other setting beats in both."""
 
 from collections.abc import Iterable
 
 from .trials import Trial
 
 
-def front_of(trials: Iterable[Trial]) -> list[Trial]:
-    """Trials that no other beats in cost and robust error at once, cheapest first."""
+def pareto_front(trials: Iterable[Trial]) -> list[Trial]:
+    """Return the trials that no other trial beats in both cost and robust error, cheapest first."""
     front: list[Trial] = []
-    for trial in sorted(trials, key=lambda t: (t.cost, t.robust)):
+    for trial in sorted(trials, key=lambda trial: (trial.cost, trial.robust)):
         if not front or trial.robust < front[-1].robust:
             front.append(trial)
     return front
 
 
-def falling(front: list[Trial], through: Trial) -> list[Trial]:
-    """The longest part of a front, through one of its trials, along which n rises and the own error falls as well.
+def monotone_front(front: list[Trial], through: Trial) -> list[Trial]:
+    """Return the longest part of a front through one of its trials along which n rises and the own error falls.
 
-    What is left out owed its own error to luck, or has cheaper steps (if they are cut), but more of them.
+    A trial that is left out had a small own error by chance, or cheaper steps (if they are located) but more of them.
     """
     at = front.index(through)
     before = [trial for trial in front[:at] if _follows(trial, through)]
     after = [trial for trial in front[at + 1 :] if _follows(through, trial)]
-    return [*_longest(before), through, *_longest(after)]
+    return [*_longest_chain(before), through, *_longest_chain(after)]
 
 
-def _longest(front: list[Trial]) -> list[Trial]:
-    """The longest chain in which each trial follows the one before; of several, one that ends early."""
-    chains: list[list[Trial]] = []  # the longest that ends with each trial
+def _longest_chain(front: list[Trial]) -> list[Trial]:
+    """Return the longest chain in which each trial follows the one before; of several, one that ends early."""
+    chains: list[list[Trial]] = []  # the longest chain that ends with each trial
     for trial in front:
         earlier = (chain for chain in chains if _follows(chain[-1], trial))
         chains.append([*max(earlier, key=len, default=[]), trial])
@@ -35,4 +35,5 @@ def _longest(front: list[Trial]) -> list[Trial]:
 
 
 def _follows(one: Trial, other: Trial) -> bool:
+    """Whether the other trial has more steps and a smaller own error."""
     return other.setting.steps > one.setting.steps and other.error < one.error

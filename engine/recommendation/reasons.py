@@ -1,22 +1,22 @@
-"""Why nothing meets a tolerance, in words: what is to blame is found out by runs that lack it."""
+"""Why no setting meets a tolerance, in words: runs without a time step and without joint damping find the cause."""
 
 import math
 from collections.abc import Callable
 from dataclasses import replace
 
 from ..divergence.contact import equal_restitution_damping
-from ..divergence.details import percent
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..methods import ExactPenalty, Reference
-from ..motions.steady import Steady, steady
+from ..motions.steady import KEEP, LONG, Steady, steady
 from ..result import Record
 from ..simulate import simulate
-from .trials import KEEP, LONG, Trial, Trials
+from ..wording import percent
+from .trials import Trial, Trials
 
 
-def why_no_error(found: Steady) -> str:
-    """The reference's motion does not repeat itself: an error at each instant does not exist."""
+def aperiodic_reference_reason(found: Steady) -> str:
+    """Say that the reference does not repeat itself, so that no error exists at each instant."""
     if not found.response.ok:
         return f"the reference itself ended as {found.response.status}: {found.response.message}"
     return (
@@ -26,26 +26,26 @@ def why_no_error(found: Steady) -> str:
     )
 
 
-def joint_damping_part(target: Target, reference: Reference, cancelled: Callable[[], bool] | None = None) -> float:
-    """Error of the reference with the joint damping that the dampers add up to: what no K, D or step can mend.
+def joint_damping_error(target: Target, reference: Reference, cancelled: Callable[[], bool] | None = None) -> float:
+    """Return the error of the reference with derived joint damping, which no K, D or time step can remove.
 
-    nan if its motion does not repeat itself.
+    nan if that motion does not repeat itself.
     """
     run = target.reference
-    other = steady(run.system, run.eta, replace(reference, joint_damping="derived"), cancelled=cancelled)
-    return target.error(other.response) if other.periodic else math.nan
+    derived = steady(run.system, run.eta, replace(reference, joint_damping="derived"), cancelled=cancelled)
+    return target.error(derived.response) if derived.periodic else math.nan
 
 
-def without_step(
+def error_without_time_step(
     target: Target, stiffness: float, damping: float, cancelled: Callable[[], bool] | None = None
 ) -> float:
-    """Error of the exact penalty solution: of K and D alone."""
+    """Return the error of the exact penalty solution, which K and D alone cause."""
     run, method = target.reference, ExactPenalty(stiffness, damping)
     options = {"periods": LONG, "keep": KEEP, "record": Record(KEEP, PER_PERIOD), "cancelled": cancelled}
     return target.error(simulate(run.system, run.eta, method, **options))
 
 
-def why_not(
+def unmet_tolerance_reason(
     trials: Trials,
     front: list[Trial],
     joint_damping: float,
@@ -53,18 +53,18 @@ def why_not(
     limits: tuple[float, int],
     cancelled: Callable[[], bool] | None = None,
 ) -> str:
-    """What keeps the error above the tolerance, and what to do about it.
+    """Say what keeps the error above the tolerance, and what to do about it.
 
     Parameters
     ----------
     trials : Trials
     front : list of Trial
-        What was found, the least error last; may be empty.
+        The settings found, least error last; may be empty.
     joint_damping : float
-        As of :func:`joint_damping_part`.
+        From :func:`joint_damping_error`.
     tolerance : float
     limits : tuple
-        Largest K and largest n that might be tried.
+        Largest K and largest n that the search was allowed.
     """
     (stiffness_max, steps_max), target = limits, trials.target
     if not front:
@@ -81,8 +81,8 @@ def why_not(
             "derived joint damping"
         )
     stiffest = stiffness_max, float(equal_restitution_damping(system, stiffness_max))
-    settings = least.setting[:2], stiffest
-    if min(without_step(target, *setting, cancelled) for setting in settings) <= tolerance:
+    pairs = (least.setting.stiffness, least.setting.damping), stiffest
+    if min(error_without_time_step(target, *pair, cancelled) for pair in pairs) <= tolerance:
         advice = "allow more steps" if trials.located else "allow more steps, or cut them at contact changes (located)"
         return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
     return (

@@ -1,11 +1,10 @@
-"""Which K, D and time step to set instead: those that meet a tolerance at the least number of steps.
+"""Recommend K, D and the time step: the setting that meets a tolerance at the least cost.
 
-The error is that of :class:`..divergence.error.Target`: rms difference of the displacements from the reference,
-relative to it, in step with the excitation. For each of a ladder of n, doubled from rung to rung, the best K and D are
-searched for (:mod:`.search`); between the last rung that misses the tolerance and the first that meets it, n is
-bisected.
-Nothing is recommended by a formula: every setting that is returned was run by Newmark's method from rest, and its
-neighbours were run as well, so that it does not meet the tolerance by luck (:mod:`.trials`).
+The error is that of :class:`..divergence.error.Target`: the rms difference of the displacements from the reference,
+relative to it, in phase with the excitation. :mod:`.step_search` searches the least number of steps per period n,
+:mod:`.contact_search` the best K and D for each n. No setting is recommended by a formula: every one that is returned
+was run from rest by Newmark's method, and so were its neighbours, so that it does not meet the tolerance by chance
+(:mod:`.trials`).
 """
 
 import math
@@ -17,16 +16,16 @@ from dataclasses import dataclass
 from ..methods import Newmark, Reference
 from ..model import System, check_eta, require, whole
 from ..motions.steady import steady
-from .climb import Climb
-from .front import falling
-from .reasons import joint_damping_part, why_no_error, why_not
-from .search import Search
+from .contact_search import ContactSearch
+from .front import monotone_front
+from .reasons import aperiodic_reference_reason, joint_damping_error, unmet_tolerance_reason
+from .step_search import StepSearch
 from .trials import Trial, Trials
 
 TOLERANCE_RANGE = (1e-6, 1.0)
 STIFFNESS_MAX_RANGE = (1.0, 1e11)
 STEPS_MAX_RANGE = (4, 1_000_000)
-ENOUGH = 1.05  # if nothing meets the tolerance: the cheapest whose error is within so much of the least
+ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
 
 
 @dataclass(frozen=True)
@@ -36,21 +35,19 @@ class Recommendation:
     Attributes
     ----------
     system, eta, reference, tolerance, located
-        What was asked.
+        The arguments.
     met : bool
-        Whether the tolerance is met: by the setting itself, leaping or walking, with half the step, and by nine in ten
-        of its neighbours (n ± 2 %, K and D ± 1 %).
+        Whether the tolerance is met: by the setting itself, whether steps are skipped or all computed, by the same with
+        half the step, and by nine in ten of its neighbours (n ± 2 %, K and D ± 1 %).
     best : Trial or None
-        The setting with the least cost that meets the tolerance: ``setting`` (K, D, n), ``error``, ``robust`` and
-        ``cost``. If none does, the cheapest whose robust error is within 5 % of the least found; None if nothing could
-        be found.
+        The cheapest setting that meets the tolerance: ``setting`` (K, D, n), ``error``, ``robust`` and ``cost``. If
+        none does, the cheapest whose robust error is within 5 % of the least found; None if every run diverged.
     front : tuple of Trial
         Settings that no other one beats, cheapest first: along it cost and n rise, error and robust error fall. Each
-        was run from rest, and with its neighbours. Settings that meet the tolerance by luck are left out.
+        was run from rest, and with its neighbours. Settings that meet the tolerance by chance are left out.
     joint_damping : float
-        Error that no K, D or step is to blame for: the reference with the joint damping that the dampers add up to,
-        against the reference asked for. nan if there is none. An error below it is owed to errors that cancel each
-        other.
+        Error that no K, D or step can remove: that of the reference with derived joint damping, against the reference
+        asked for; nan if it does not exist. A smaller error results from errors that cancel each other.
     reason : str
         Why nothing meets the tolerance and what to do; empty if ``met``.
     """
@@ -68,12 +65,12 @@ class Recommendation:
 
     @property
     def method(self) -> Newmark | None:
-        """The recommended setting, ready to be run; None if there is none."""
+        """The recommended setting as a method to simulate with; None if there is none."""
         return None if self.best is None else Newmark(*self.best.setting, located=self.located)
 
     @property
     def compensated(self) -> bool:
-        """Whether the error is less than the joint damping alone makes: errors cancel each other, at this η."""
+        """Whether the error is less than that of the joint damping alone: at this η, errors cancel each other."""
         return self.best is not None and self.best.error < self.joint_damping
 
 
@@ -89,7 +86,7 @@ def recommend(
     progress: Callable[[float], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Recommendation:
-    """K, D and steps per period that meet the tolerance at the least cost.
+    """Find K, D and steps per period that meet the tolerance at the least cost.
 
     Parameters
     ----------
@@ -99,17 +96,17 @@ def recommend(
     tolerance : float
         Largest rms error of the displacements, relative to the reference's.
     located : bool
-        Cut the steps at contact changes; cost is then solves per period. Otherwise the paper's constant step.
+        Cut the steps at contact changes; the cost counts solves per period. Otherwise the paper's constant step.
     reference : Reference, optional
-        What errors are measured against; by default the paper's reference.
+        The reference that errors are measured from; by default the paper's.
     stiffness_max : float
         Largest K to try.
     steps_max : int
         Largest number of steps per period to try.
     progress : callable, optional
-        Called with the share that is done, 0 to 1, at most; in the calling thread.
+        Called in the calling thread with the fraction that is done at least, 0 to 1.
     cancelled : callable, optional
-        Polled many times a second, by several threads; when it returns true the search is withdrawn.
+        Polled many times a second, by several threads; when it returns true the search is cancelled.
 
     Returns
     -------
@@ -128,27 +125,26 @@ def recommend(
     stiffness_max = require("stiffness_max", stiffness_max, *STIFFNESS_MAX_RANGE, "give the largest K to try")
     steps_max = whole("steps_max", steps_max, *STEPS_MAX_RANGE, "give the most steps per period to try")
     reference = reference or Reference()
-    told = progress or (lambda share: None)
+    progress = progress or _no_progress
     found = steady(system, eta, reference, cancelled=cancelled)
     asked = (system, eta, reference, tolerance, located)
     if not found.periodic:
-        return Recommendation(*asked, False, None, (), math.nan, why_no_error(found))
+        return Recommendation(*asked, False, None, (), math.nan, aperiodic_reference_reason(found))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         trials = Trials(found, located, pool, cancelled)
-        climb = Climb(Search(trials, system, eta, stiffness_max, tolerance), tolerance, steps_max, told)
-        climb.up()
-        climb.between()
-        climb.complete()
-        climb.walk()
-        front, met = climb.front(), climb.met
-    best = met[0] if met else _enough(front)
-    part, reason = joint_damping_part(trials.target, reference, cancelled), ""
+        contact = ContactSearch(trials, system, eta, stiffness_max, tolerance)
+        search = StepSearch(contact, tolerance, steps_max, progress)
+        search.run()
+        front, met = search.front(), search.met
+    best = met[0] if met else _cheapest_near_least(front)
+    joint_damping, reason = joint_damping_error(trials.target, reference, cancelled), ""
     if not met:
-        reason = why_not(trials, front, part, tolerance, (stiffness_max, steps_max), cancelled)
+        limits = stiffness_max, steps_max
+        reason = unmet_tolerance_reason(trials, front, joint_damping, tolerance, limits, cancelled)
     if best is not None:
-        front = falling(front, best)
-    told(1.0)
-    return Recommendation(*asked, bool(met), best, tuple(front), part, reason)
+        front = monotone_front(front, best)
+    progress(1.0)
+    return Recommendation(*asked, bool(met), best, tuple(front), joint_damping, reason)
 
 
 def design_curve(
@@ -158,16 +154,20 @@ def design_curve(
     progress: Callable[[float], None] | None = None,
     **options,
 ) -> list[Recommendation]:
-    """How K, D and n must change with η: one recommendation each, with the options of :func:`recommend`."""
+    """Return a recommendation for each η, with the options of :func:`recommend`: how K, D and n change with η."""
     etas = [check_eta(eta, system) for eta in etas]
-    told = progress or (lambda share: None)
+    progress = progress or _no_progress
     return [
-        recommend(system, eta, progress=lambda share, i=i: told((i + share) / len(etas)), **options)
+        recommend(system, eta, progress=lambda fraction, i=i: progress((i + fraction) / len(etas)), **options)
         for i, eta in enumerate(etas)
     ]
 
 
-def _enough(front: list[Trial]) -> Trial | None:
-    """The cheapest of which little more could be had."""
+def _no_progress(fraction: float) -> None:
+    """Ignore the progress."""
+
+
+def _cheapest_near_least(front: list[Trial]) -> Trial | None:
+    """Return the cheapest trial whose robust error is hardly above the least."""
     least = min((trial.robust for trial in front), default=math.inf)
     return next((trial for trial in front if trial.robust <= ENOUGH * least), None)

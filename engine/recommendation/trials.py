@@ -1,20 +1,21 @@
-"""Settings of Newmark's method tried out: their error, and whether it is luck.
+"""Trial runs of Newmark's method with a setting K, D and n: its error, and whether that error is robust.
 
-With a constant step the error is a matter of chance in part: where in a step a contact begins and ends decides how much
-of it is missed, and one step more a period, or a K that differs in its last digits, throws the dice anew (paper,
-Figure 14). A search through thousands of settings would find the lucky ones first. So a setting is judged by its
-*robust* error, which three things keep to:
+With a constant step the error is partly a matter of chance. Where in a step a contact begins and ends decides how much
+of it is missed, and one more step per period, or another last digit of K, changes that (paper, Figure 14). A search
+through thousands of settings would find the lucky ones first. So a setting is judged by its *robust* error, the largest
+of three:
 
-- itself;
-- itself with half the step, since an error of the step that happens to cancel another is no merit;
-- nine in ten of its neighbours, whose n, K and D differ by some per cent.
+- its own error;
+- its error with half the step, since a time-step error that happens to cancel another one is no merit;
+- the error that nine in ten of its neighbours do not exceed, whose n, K and D differ by one or two per cent.
 
-Neighbours that have served to choose a setting say too little, since it was chosen for them. It is confirmed by 29 new
-ones. If more than a quarter of the neighbourhood missed a tolerance, so few of 29 would miss it in one case of 35
-at most (Σ C(29, k) 0.25ᵏ 0.75²⁹⁻ᵏ over k ≤ 2 is 0.01).
+Neighbours by which a setting was chosen no longer say much about it. So it is confirmed by 29 new ones. If more than a
+quarter of the neighbourhood missed the tolerance, at most two of 29 would miss it with a probability below 0.014 only
+(Σ C(29, i) 0.25ⁱ 0.75²⁹⁻ⁱ over i ≤ 2).
 
-Most runs begin on the reference's motion, where only a short transient is left. The run that is told of begins at rest,
-as the paper's do, and so do some of the new neighbours: a setting that leads to another motion from there is no good.
+Most runs begin on the reference's motion, from which only a short transient is left. The run whose error is reported
+begins at rest, as the paper's do, and so do some of the new neighbours: a setting that leads to another motion from
+rest is not accepted.
 """
 
 import math
@@ -27,27 +28,25 @@ import numpy as np
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..methods import STEPS_RANGE, Newmark
-from ..motions.steady import Steady
+from ..motions.steady import KEEP, LONG, REST, Steady
 from ..result import Record
 from ..simulate import simulate
 
-LONG, KEEP = 2050, 50  # periods from rest, and kept: the paper's
-FORGOTTEN = 1e-4  # what is left of a disturbance after the transient of a short run
-KEEP_LOCATED = 12  # of a short run: steps that are cut at contact changes leave no scatter
+FORGOTTEN = 1e-4  # remainder of a disturbance after the transient of a short run
+KEEP_LOCATED = 12  # periods of a short run that are kept: located steps leave no scatter
 SHORTEST = 50  # periods of transient
-COARSE = 64  # samples per period, enough to choose by
-STEPS_AROUND, AROUND = 0.02, 0.01  # half the width of the neighbourhood in n, and in K and D
+COARSE = 64  # samples per period, sufficient to choose by
+STEPS_AROUND, AROUND = 0.02, 0.01  # half the width of the neighbourhood: of n, and of K and D
 MISSES = 10  # one in so many neighbours may miss
 NEIGHBOURS = 10  # to choose by
-WITNESSES = 29  # to confirm by, new ones …
-FROM_REST = 7  # … of which every so-many-th begins at rest
-REST = (0.0, 0.0, 0.0, 0.0)
-# Multiples of it, modulo 1, fill the unit cube evenly, however many are taken (M. Roberts's R₃; ρ⁴ = ρ + 1)
+NEW_NEIGHBOURS = 29  # to confirm by …
+FROM_REST = 7  # … of which every seventh begins at rest
+# Multiples of this vector, modulo 1, fill the unit cube evenly, however many are taken (M. Roberts's R₃; ρ⁴ = ρ + 1)
 _RHO = 1.2207440846057596
 _EVENLY = np.array([_RHO**-1, _RHO**-2, _RHO**-3])
 
 
-class Setting(NamedTuple):
+class NewmarkSetting(NamedTuple):
     """K, D and steps per period."""
 
     stiffness: float
@@ -56,21 +55,21 @@ class Setting(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """What became of a setting.
+    """Outcome of trying a setting.
 
     Attributes
     ----------
-    setting : Setting
+    setting : NewmarkSetting
     error : float
         Rms difference of displacements from the reference, relative to it (:meth:`..divergence.error.Target.error`).
     robust : float
-        The error that the setting, the same with half the step, and nine in ten of its neighbours keep to; inf if it
-        passes the bound.
+        The error that the setting, the same with half the step, and nine in ten of its neighbours do not exceed; inf if
+        it exceeds the bound.
     cost : float
-        Solves per period: n with constant steps, more if steps are cut at contact changes.
+        Solves per period: n with constant steps, more with located steps.
     """
 
-    setting: Setting
+    setting: NewmarkSetting
     error: float
     robust: float
     cost: float
@@ -99,50 +98,55 @@ class Trials:
         self._transient = transient_of(found)
         self._keep = KEEP_LOCATED if located else KEEP
 
-    def quick(self, settings: Iterable[Setting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
-        """Short runs that begin on the reference's motion, to choose by."""
-        return list(self._pool.map(lambda setting: self._quick(setting, neighbours, bound), settings))
+    def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
+        """Try settings by short runs that begin on the reference's motion, to choose by."""
+        return list(self._pool.map(lambda setting: self._screen(setting, neighbours, bound), settings))
 
-    def confirm(self, settings: Iterable[Setting], bound: float = math.inf) -> list[Trial]:
-        """The run from rest, 2,050 periods, and neighbours that were not chosen by."""
+    def confirm(self, settings: Iterable[NewmarkSetting], bound: float = math.inf) -> list[Trial]:
+        """Try settings by a run of 2,050 periods from rest, with neighbours that they were not chosen by."""
         return list(self._pool.map(lambda setting: self._confirm(setting, bound), settings))
 
-    def walked(self, setting: Setting) -> float:
-        """Error of the run from rest that walks through every step, as an FE code must, instead of leaping.
+    def error_of_every_step(self, setting: NewmarkSetting) -> float:
+        """Return the error of the run from rest that computes every step, as an FE code must, and skips none.
 
-        It differs by rounding alone, which shows in the scatter of a constant step.
+        It differs from the trial's by rounding alone, which shows in the scatter of a constant step.
         """
         return self._run(setting, REST, LONG, KEEP, PER_PERIOD, every_step=True)[0]
 
-    def _quick(self, setting: Setting, neighbours: int, bound: float) -> Trial:
-        error, cost = self._short(setting)
+    def _screen(self, setting: NewmarkSetting, neighbours: int, bound: float) -> Trial:
+        error, cost = self._run_short(setting)
         if neighbours == 0:
             return Trial(setting, error, math.inf, cost)
-        around = (self._short(other)[0] for other in neighbourhood(setting, range(1, neighbours + 1)))
+        around = (self._run_short(other)[0] for other in neighbourhood(setting, range(1, neighbours + 1)))
         return Trial(setting, error, self._robust(setting, error, around, neighbours, bound), cost)
 
-    def _confirm(self, setting: Setting, bound: float) -> Trial:
-        error, cost = self._long(setting, PER_PERIOD)
-        new = neighbourhood(setting, range(NEIGHBOURS + 1, NEIGHBOURS + WITNESSES + 1))
-        around = ((self._short if i % FROM_REST else self._long)(other)[0] for i, other in enumerate(new))
-        return Trial(setting, error, self._robust(setting, error, around, WITNESSES, bound), cost)
+    def _confirm(self, setting: NewmarkSetting, bound: float) -> Trial:
+        error, cost = self._run_from_rest(setting, PER_PERIOD)
+        others = neighbourhood(setting, range(NEIGHBOURS + 1, NEIGHBOURS + NEW_NEIGHBOURS + 1))
+        around = (
+            (self._run_short if i % FROM_REST else self._run_from_rest)(other)[0] for i, other in enumerate(others)
+        )
+        return Trial(setting, error, self._robust(setting, error, around, NEW_NEIGHBOURS, bound), cost)
 
-    def _robust(self, setting: Setting, error: float, around: Iterator[float], count: int, bound: float) -> float:
+    def _robust(
+        self, setting: NewmarkSetting, error: float, around: Iterator[float], count: int, bound: float
+    ) -> float:
+        """Return the robust error, inf as soon as it exceeds the bound."""
         if error > bound:
             return math.inf
-        halved = self._short(setting._replace(steps=2 * setting.steps))[0]
-        return max(error, halved, kept_to(around, count, bound)) if halved <= bound else math.inf
+        halved = self._run_short(setting._replace(steps=2 * setting.steps))[0]
+        return max(error, halved, tolerant_maximum(around, count, bound)) if halved <= bound else math.inf
 
-    def _short(self, setting: Setting) -> tuple[float, float]:
+    def _run_short(self, setting: NewmarkSetting) -> tuple[float, float]:
         return self._run(setting, self._start, self._transient + self._keep, self._keep, COARSE)
 
-    def _long(self, setting: Setting, per_period: int = COARSE) -> tuple[float, float]:
+    def _run_from_rest(self, setting: NewmarkSetting, per_period: int = COARSE) -> tuple[float, float]:
         return self._run(setting, REST, LONG, KEEP, per_period)
 
     def _run(
-        self, setting: Setting, start: tuple, periods: int, keep: int, per_period: int, every_step: bool = False
+        self, setting: NewmarkSetting, start: tuple, periods: int, keep: int, per_period: int, every_step: bool = False
     ) -> tuple[float, float]:
-        """Error and solves per period."""
+        """Return error and solves per period."""
         response = simulate(
             self.target.reference.system,
             self.target.reference.eta,
@@ -156,17 +160,17 @@ class Trials:
         return self.target.error(response), response.cost.steps / periods
 
 
-def neighbourhood(setting: Setting, numbers: Iterable[int]) -> Iterator[Setting]:
-    """Neighbours of a setting by their numbers, spread evenly: the same ones whenever it is asked."""
+def neighbourhood(setting: NewmarkSetting, numbers: Iterable[int]) -> Iterator[NewmarkSetting]:
+    """Yield the neighbours of a setting with these numbers, evenly spread: a number always gives the same neighbour."""
     most = max(1, round(STEPS_AROUND * setting.steps))
     for number in numbers:
         n, k, d = 2 * (number * _EVENLY % 1.0) - 1
         steps = max(STEPS_RANGE[0], setting.steps + math.floor(n * most + 0.5))
-        yield Setting(setting.stiffness * (1 + AROUND * k), setting.damping * (1 + AROUND * d), steps)
+        yield NewmarkSetting(setting.stiffness * (1 + AROUND * k), setting.damping * (1 + AROUND * d), steps)
 
 
 def transient_of(found: Steady) -> int:
-    """Periods after which a disturbance of the reference's motion is forgotten."""
+    """Return the periods after which a disturbance of the reference's motion has died away to FORGOTTEN."""
     per_period = np.abs(found.multipliers).max() ** (1 / found.period)
     if per_period >= 1:
         return LONG - KEEP
@@ -174,8 +178,11 @@ def transient_of(found: Steady) -> int:
     return min(max(SHORTEST, math.ceil(needed)), LONG - KEEP)
 
 
-def kept_to(errors: Iterable[float], count: int, bound: float = math.inf) -> float:
-    """What nine in ten of ``count`` errors keep to; inf, and no more are asked for, once it passes the bound."""
+def tolerant_maximum(errors: Iterable[float], count: int, bound: float = math.inf) -> float:
+    """Return the largest of ``count`` errors without the largest tenth; inf as soon as it must exceed the bound.
+
+    ``errors`` is consumed no further than needed.
+    """
     allowed, seen, missed = count // MISSES, [], 0
     for error in errors:
         seen.append(error)

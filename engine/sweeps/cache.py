@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..kernels.compile.options import cache_root
+from ..drivers.code_cache import cache_root
 from .place import Place
 from .progress import Hook
 from .runner import Run, run

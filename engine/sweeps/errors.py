@@ -21,7 +21,9 @@ import numpy as np
 
 from ..cells import CellResults, Cells
 from ..divergence.error import Target
-from ..divergence.grid import best_shift, by_period, grid_of, repeated, rms
+from ..divergence.grid import best_shift, grid_of, rms
+from ..divergence.grid import repeat_cycle as repeated
+from ..divergence.grid import samples_by_period as by_period
 from ..methods import ExactPenalty, Method, Reference
 from ..model import System
 from ..result import Cancelled, Record

@@ -12,7 +12,7 @@ import json
 import platform
 from pathlib import Path
 
-from ..kernels.compile.options import source_digest
+from ..drivers.code_cache import source_digest
 
 SOURCE = "Penalty-regularization of a dissipative vibro-impacting system (the model and its Table 1)"
 

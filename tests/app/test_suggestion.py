@@ -10,7 +10,7 @@ from vibroscope.app.explorer.state import Explorer, Refused
 from vibroscope.app.explorer.suggestion import Search, question_of, told_of
 from vibroscope.app.page.explore.suggesting import Suggesting
 from vibroscope.engine import Cancelled, Recommendation
-from vibroscope.engine.recommendation.trials import Setting as Chosen
+from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 
 SETTING = Explorer().setting()

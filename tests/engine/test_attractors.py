@@ -1,4 +1,4 @@
-"""Motions side by side: found from many starts, the same each time, and each kept by a long run."""
+"""Coexisting motions: found from many starts, the same ones each time, and each confirmed by a long run."""
 
 import numpy as np
 import pytest
@@ -8,11 +8,11 @@ SYSTEM = System()
 
 
 def distance(section, points):
-    """From the last row of a section to the nearest of some points."""
+    """Distance from the last row of a section to the nearest of some points."""
     return np.abs(points - section[-1]).max(axis=1).min()
 
 
-def test_motions_that_coexist_near_3_2():
+def test_two_cycles_coexist_at_eta_3_2():
     found = attractors(SYSTEM, 3.2, Reference())
     assert [(each.motion.type, each.motion.period) for each in found] == [("periodic", 6), ("periodic", 2)]
     assert sum(each.share for each in found) == 1
@@ -25,7 +25,7 @@ def test_motions_that_coexist_near_3_2():
     assert distance(second, first) > 0.01
 
 
-def test_cycles_that_lie_close_are_told_apart():
+def test_cycles_that_lie_close_together_are_distinguished():
     """At η = 3.22 two cycles of 6 periods, with 14 and with 15 impacts, come within 1e-3 of each other."""
     found = attractors(SYSTEM, 3.22, Reference())
     impacts = sorted((each.motion.period, round(each.motion.impacts_per_period * 6)) for each in found)
@@ -46,29 +46,29 @@ def test_one_motion_is_found_once(eta, method, name):
     assert (found.motion.type, found.share) == (name, 1)
 
 
-def test_noise_of_the_step_makes_no_attractors():
+def test_time_step_scatter_is_not_counted_as_attractors():
     found = attractors(SYSTEM, 2.76, Newmark(12000, 18, 2000))
     assert [each.motion.period for each in found] == [1, 2]
     exact = attractors(SYSTEM, 2.76, ExactPenalty(12000, 18))
-    assert {each.motion.period for each in exact} == {1, 2}  # the second is motion, not noise
+    assert {each.motion.period for each in exact} == {1, 2}  # the second motion exists without a time step
 
 
-def test_a_run_that_blows_up_is_one_of_them():
+def test_starts_that_diverge_are_one_of_the_attractors():
     found = attractors(SYSTEM, 2.76, Newmark(1e9, 1e3, 20), starts=4)
     assert [(each.motion.type, each.share) for each in found] == [("diverged", 1)]
 
 
-def test_the_same_seed_finds_the_same():
+def test_the_same_seed_gives_the_same_starts_and_shares():
     first, again, other = (attractors(SYSTEM, 3.2, Reference(), starts=12, seed=seed) for seed in (1, 1, 2))
     assert [(each.share, *each.start) for each in first] == [(each.share, *each.start) for each in again]
     assert [tuple(each.start) for each in first] != [tuple(each.start) for each in other]
 
 
-def test_progress_is_told_and_it_can_be_cancelled():
-    told = []
-    attractors(SYSTEM, 1.08, Reference(), starts=3, progress=told.append)
-    assert told == [1, 2, 3]
+def test_progress_is_reported_and_the_search_can_be_cancelled():
+    reported = []
+    attractors(SYSTEM, 1.08, Reference(), starts=3, progress=reported.append)
+    assert reported == [1, 2, 3]
     with pytest.raises(Cancelled):
-        attractors(SYSTEM, 1.08, Reference(), cancelled=lambda: len(told) > 0)
+        attractors(SYSTEM, 1.08, Reference(), cancelled=lambda: len(reported) > 0)
     with pytest.raises(ValueError, match="starts = 0"):
         attractors(SYSTEM, 1.08, Reference(), starts=0)

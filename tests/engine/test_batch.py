@@ -17,12 +17,12 @@ from vibroscope.engine import (
     Reference,
     Status,
     System,
-    batch,
     run_cells,
     simulate,
 )
-from vibroscope.engine.drivers import batch as driver
-from vibroscope.engine.kernels.batch import course
+from vibroscope.engine.kernels import status
+
+from tests import naive_description
 
 NUMBERS = (
     "impacts_per_period",
@@ -52,33 +52,25 @@ SWEEPS = {
 
 
 def one_by_one(cells, transient, sample):
-    """The same by single runs, described by numpy."""
-    plan = driver.Plan(transient, sample, False, (0, 1, 2, 3))
-    results = driver.empty_results(len(cells), plan)
-    for i in range(len(cells)):
-        options = {"periods": transient + sample, "keep": sample}
-        response = simulate(cells.system_of(i), cells.eta[i], cells.method_of(i), **options)
-        batch.tell(response, plan, results, i)
-    return batch.told(cells, results)
-
-
-def same(one, other):
-    """Whether two results hold the same bits."""
-    for field in dataclasses.fields(one):
-        np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name), err_msg=field.name)
+    """The responses of single runs, and their descriptions by numpy."""
+    options = {"periods": transient + sample, "keep": sample}
+    n = range(len(cells))
+    responses = [simulate(cells.system_of(i), cells.eta[i], cells.method_of(i), **options) for i in n]
+    return responses, [naive_description.describe(response) for response in responses]
 
 
 @pytest.mark.parametrize("name", SWEEPS)
 def test_cells_are_single_runs(name):
     cells = SWEEPS[name]
     ours = run_cells(cells, transient=30, sample=25, early_stop=False)
-    single = one_by_one(cells, 30, 25)
-    for whole in ("status", "period", "near_period", "periods"):
-        np.testing.assert_array_equal(getattr(ours, whole), getattr(single, whole), err_msg=whole)
-    np.testing.assert_allclose(ours.section, single.section, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(ours.end, single.end, rtol=0, atol=1e-9)
-    for number in NUMBERS:
-        np.testing.assert_allclose(getattr(ours, number), getattr(single, number), atol=1e-9, err_msg=number)
+    responses, described = one_by_one(cells, 30, 25)
+    assert [STATUSES[code] for code in ours.status] == [response.status for response in responses]
+    for i, (response, single) in enumerate(zip(responses, described, strict=True)):
+        np.testing.assert_allclose(ours.section[i], response.section, rtol=0, atol=1e-9)
+        for name in ("period", "near_period"):
+            assert getattr(ours, name)[i] == single[name]
+        for name in NUMBERS:
+            np.testing.assert_allclose(getattr(ours, name)[i], single[name], atol=1e-9, err_msg=name)
 
 
 @pytest.mark.parametrize("name", SWEEPS)
@@ -140,7 +132,7 @@ def test_a_chain_goes_on_from_cell_to_cell(method):
         np.testing.assert_array_equal(before.section[0], chained.section[i])
 
 
-def test_blown_up_cells_are_marked_and_stop_no_other():
+def test_cells_that_diverge_are_marked_and_stop_no_other():
     cells = plane(6, Newmark(1, 1, 200))
     found = run_cells(cells, transient=100, sample=10)
     assert 0 < found.ok.sum() < 36
@@ -151,7 +143,7 @@ def test_blown_up_cells_are_marked_and_stop_no_other():
         assert simulate(System(), 2.76, cells.method_of(i), periods=110, keep=10).ok == found.ok[i]
 
 
-def test_after_a_blown_up_cell_a_chain_starts_anew():
+def test_after_a_cell_that_diverges_a_chain_starts_anew():
     cells = Cells(System(), [2.76] * 2, Newmark(1, 1, 1000), stiffness=[1e7, 100], damping=[1, 50], chain=[0, 0])
     found = run_cells(cells, transient=40, sample=5)
     assert found.ok.tolist() == [False, True]
@@ -160,16 +152,52 @@ def test_after_a_blown_up_cell_a_chain_starts_anew():
 
 
 def test_statuses_of_the_compiled_code():
-    codes = course.OK, course.DIVERGED, course.PILED_UP, course.UNRESOLVED
-    assert [STATUSES[code] for code in codes] == [Status.OK, Status.DIVERGED, Status.PILED_UP, Status.UNRESOLVED]
+    codes = {name: getattr(status, name) for name in Status.__members__}
+    assert {name: STATUSES[code].name for name, code in codes.items()} == {name: name for name in codes}
+
+
+MIXED = {
+    "coarse steps beside fine ones": ([2.76] * 3, {"steps": [4000, 20, 2000]}),
+    "one that diverges": (
+        [2.76] * 3,
+        {"stiffness": [12000, 1e7, 100], "damping": [18, 1, 50], "steps": [2000, 1000, 2000]},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MIXED)
+def test_a_cell_is_the_same_alone_and_in_company(name):
+    """Also how long it ran, and with a neighbour that is solved in another way or diverges."""
+    eta, own = MIXED[name]
+    how = {"transient": 100, "sample": 12}
+    together = run_cells(Cells(System(), eta, Newmark(12000, 18, 2000), **own), **how)
+    for i in range(len(eta)):
+        numbers = {key: [values[i]] for key, values in own.items()}
+        alone = run_cells(Cells(System(), [eta[i]], Newmark(12000, 18, 2000), **numbers), **how)
+        for field in dataclasses.fields(alone):
+            np.testing.assert_array_equal(
+                getattr(alone, field.name)[0], getattr(together, field.name)[i], err_msg=field.name
+            )
+
+
+def test_a_chain_goes_on_between_cells_that_are_solved_in_different_ways():
+    steps = [2000, 20, 2000]
+    chained = run_cells(
+        Cells(System(), [2.76] * 3, Newmark(100, 50, 20), steps=steps, chain=[0] * 3), transient=20, sample=4
+    )
+    start = None
+    for i, n in enumerate(steps):
+        alone = run_cells(Cells(System(), [2.76], Newmark(100, 50, n), initial=start), transient=20, sample=4)
+        np.testing.assert_array_equal(alone.section[0], chained.section[i])
+        start = alone.end
 
 
 def test_impacts_that_fill_the_record_are_all_counted():
     """A chatter at e = 0.7 down to a small threshold: more impacts in the sample than a record holds."""
     cells = Cells([System(restitution=0.7)], [1.08], Reference("derived", 1e-12))
-    ours, single = run_cells(cells, transient=5, sample=200), one_by_one(cells, 5, 200)
-    assert single.impacts_per_period[0] * 200 > 4096
-    assert ours.impacts_per_period[0] == single.impacts_per_period[0]
+    ours, (_, (single,)) = run_cells(cells, transient=5, sample=200), one_by_one(cells, 5, 200)
+    assert single["impacts_per_period"] * 200 > 4096
+    assert ours.impacts_per_period[0] == single["impacts_per_period"]
 
 
 def test_chosen_coordinates():

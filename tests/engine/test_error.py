@@ -1,4 +1,4 @@
-"""One number for the error: the same from a slow twin, whatever the grid, whichever period the motion began in."""
+"""The error as one number: equal to a slow computation, independent of the grid and of the starting period."""
 
 from dataclasses import replace
 
@@ -26,14 +26,14 @@ def slow_error(reference, penalty, grid=3000):
 
 
 @pytest.mark.parametrize(("eta", "method"), [(2.76, PENALTY), (1.08, Newmark(2500, 8, 500, located=True))])
-def test_error_is_that_of_the_curves(eta, method):
+def test_the_error_is_that_of_the_interpolated_curves(eta, method):
     fine = Record(10, 4000, steps=4000)
     reference = simulate(System(), eta, Reference(), keep=10, record=fine)
     penalty = simulate(System(), eta, method, keep=10, record=Record(10, 2000))
     assert Target(reference).error(penalty) == pytest.approx(slow_error(reference, penalty), rel=2e-4)
 
 
-def test_the_grid_hardly_matters_nor_who_found_the_cycle():
+def test_the_error_depends_little_on_the_grid_and_on_how_the_cycle_was_found():
     target, long = Target.find(System(), 2.76), Target(simulate(System(), 2.76, Reference()))
     penalty = simulate(System(), 2.76, PENALTY)
     errors = [target.error(penalty), long.error(penalty)]
@@ -44,7 +44,7 @@ def test_the_grid_hardly_matters_nor_who_found_the_cycle():
     assert errors[1] == pytest.approx(errors[0], rel=1e-6)
 
 
-def test_a_motion_of_two_periods_may_run_one_period_behind():
+def test_a_motion_of_two_periods_may_start_with_either_of_them():
     target = Target.find(System(), DOUBLED)
     even = target.error(simulate(System(), DOUBLED, ExactPenalty(12000, 18), periods=2050))
     odd = target.error(simulate(System(), DOUBLED, ExactPenalty(12000, 18), periods=2051))
@@ -53,14 +53,14 @@ def test_a_motion_of_two_periods_may_run_one_period_behind():
     assert 0.01 < even < 0.05
 
 
-def test_a_solution_has_no_error_against_itself_and_a_known_one_when_stretched():
+def test_a_solution_has_no_error_against_itself_and_a_known_one_when_scaled():
     run = simulate(System(), DOUBLED, Reference(), keep=10, record=Record(10, 100))
     stretched = replace(run.trajectory, displacement=1.1 * run.trajectory.displacement)
     assert Target(run).error(run) < 1e-12
     assert Target(run).error(replace(run, trajectory=stretched)) == pytest.approx(0.1)
 
 
-def test_what_has_no_error_is_said():
+def test_an_error_that_does_not_exist_is_refused_or_infinite():
     target = Target.find(System(), 2.76)
     assert target.error(simulate(System(), 2.76, Newmark(60000, 1, 100))) == np.inf
     with pytest.raises(ValueError, match="different systems"):

@@ -1,16 +1,16 @@
-"""Restitution and damping fitted: the truth comes back, and the errors are what they are said to be."""
+"""Fit of restitution and damping: it recovers the true values, and its standard errors are right."""
 
 import sys
 
 import numpy as np
 import pytest
 from vibroscope.engine import Measurement, Reference, System, fit, synthetic_measurement
-from vibroscope.engine.measurement.problem import Problem
+from vibroscope.engine.measurement.least_squares import FitProblem
 
 TRUE = System(restitution=0.43, d1=0.006, d2=0.018, d3=0.045)
 
 
-def test_all_constants_come_back_within_their_errors():
+def test_all_constants_are_recovered_within_their_errors():
     made = synthetic_measurement(TRUE, 1.08, noise=0.02, phase=2.3, seed=7)
     found = fit(System(), 1.08, made)
     for name, value in found.values.items():
@@ -23,7 +23,7 @@ def test_all_constants_come_back_within_their_errors():
     assert found.agreeing >= 3
 
 
-def test_the_errors_are_those_of_many_measurements():
+def test_the_standard_errors_are_those_of_repeated_measurements():
     pulls = []
     for seed in range(8):
         made = synthetic_measurement(TRUE, 2.76, periods=4, per_period=100, noise=0.05, seed=seed)
@@ -32,12 +32,12 @@ def test_the_errors_are_those_of_many_measurements():
             [(found.values[name] - getattr(TRUE, name)) / found.errors[name] for name in ("restitution", "d2")]
         )
     pulls = np.array(pulls)
-    # the sum of squares of 8 normal numbers lies in here in 99.8 of 100 cases
+    # the sum of the squares of 8 normal numbers lies in this range in 99.8 % of all cases
     assert ((np.sum(pulls**2, axis=0) > 0.85) & (np.sum(pulls**2, axis=0) < 26.2)).all()
     assert np.abs(pulls.mean(axis=0)).max() < 3 / np.sqrt(8)
 
 
-def test_errors_shrink_with_the_root_of_the_samples():
+def test_standard_errors_shrink_with_the_root_of_the_number_of_samples():
     errors = []
     for periods in (4, 16, 64):
         made = synthetic_measurement(TRUE, 2.76, periods=periods, per_period=100, noise=0.02, seed=1)
@@ -46,11 +46,11 @@ def test_errors_shrink_with_the_root_of_the_samples():
     assert errors[1] / errors[2] == pytest.approx(2, rel=0.15)
 
 
-def test_the_fit_ends_where_the_squares_are_least():
+def test_the_fit_is_a_minimum_with_the_right_jacobian():
     made = synthetic_measurement(TRUE, 2.76, noise=0.02, phase=0.3, seed=2)
     names = ("restitution", "d2")
     found = fit(System(), 2.76, made, names=names)
-    problem = Problem(System(), 2.76, made, names, Reference(threshold=0.0), None)
+    problem = FitProblem(System(), 2.76, made, names, Reference(threshold=0.0), None)
     best = np.array([*found.values.values(), found.phase])
     least = np.sum(problem.residuals(best) ** 2)
     for i, step in enumerate((1e-3, 1e-4, 1e-3)):
@@ -63,11 +63,11 @@ def test_the_fit_ends_where_the_squares_are_least():
         [(problem.residuals(best + h) - problem.residuals(best - h)) / 2e-4 for h in 1e-4 * np.eye(3)], axis=1
     )
     assert (np.linalg.norm(jacobian - wide, axis=0) < 0.01 * np.linalg.norm(wide, axis=0)).all()
-    expected = 0.02 * np.sqrt(np.diag(np.linalg.inv(wide.T @ wide)))[:2]  # the noise that was put in
+    expected = 0.02 * np.sqrt(np.diag(np.linalg.inv(wide.T @ wide)))[:2]  # the noise of the measurement
     assert list(found.errors.values()) == pytest.approx(expected, rel=0.05)
 
 
-def test_what_the_motion_does_not_show_is_left_and_told():
+def test_a_constant_that_does_not_change_the_motion_keeps_its_value():
     made = synthetic_measurement(TRUE, 2.76, noise=0.02)  # one impact in a period, no permanent contact
     found = fit(System(), 2.76, made, names=("restitution", "d3"))
     assert found.values["d3"] == System().d3
@@ -76,7 +76,7 @@ def test_what_the_motion_does_not_show_is_left_and_told():
     assert "d3 does not change this motion and was left as it is" in found.remarks
 
 
-def test_a_motion_of_another_kind_is_told():
+def test_residuals_above_the_noise_are_remarked_on():
     made = synthetic_measurement(TRUE, 2.76, noise=0.02)
     bent = Measurement(made.time, made.displacement + 0.3 * np.sin(2 * 2.76 * made.time), None, made.frame)
     found = fit(System(), 2.76, bent, names=("restitution", "d2"))
@@ -84,7 +84,7 @@ def test_a_motion_of_another_kind_is_told():
     assert any("larger than the measurement's own noise" in remark for remark in found.remarks)
 
 
-def test_noise_that_is_not_independent_is_told():
+def test_dependent_residuals_are_remarked_on():
     made = synthetic_measurement(TRUE, 2.76, noise=0.0)
     random = np.random.default_rng(3).standard_normal((2, len(made) + 19))
     slow = np.stack([np.convolve(row, np.ones(20), "valid") for row in random])
@@ -94,12 +94,12 @@ def test_noise_that_is_not_independent_is_told():
 
 
 @pytest.mark.parametrize("names", [(), ("kappa",), ("d1", "d1")])
-def test_what_cannot_be_fitted_is_refused(names):
+def test_unknown_repeated_or_missing_names_are_refused(names):
     with pytest.raises(ValueError, match="give some of restitution, d1, d2, d3, each once"):
         fit(System(), 2.76, synthetic_measurement(System(), 2.76), names=names)
 
 
-def test_a_motion_without_a_cycle_is_refused():
+def test_a_chaotic_motion_is_refused():
     made = synthetic_measurement(System(), 2.76)
     chaotic = Measurement(made.time * 2.76 / 1.7, made.displacement, None, made.frame)
     with pytest.raises(ValueError, match=r"not periodic at eta = 1\.7"):

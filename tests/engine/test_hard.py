@@ -6,7 +6,10 @@ What is allowed is what double precision can attain (engine/hardcases/condition.
 import numpy as np
 import pytest
 from vibroscope.engine import Reference, Status
-from vibroscope.engine.hardcases.condition import MARGIN, Run, at_the_edge, attainable
+from vibroscope.engine.hardcases.condition import MARGIN
+from vibroscope.engine.hardcases.condition import SimulationSetup as Run
+from vibroscope.engine.hardcases.condition import attainable_error as attainable
+from vibroscope.engine.hardcases.condition import attainable_grazing_error as at_the_edge
 
 from tests import hard
 

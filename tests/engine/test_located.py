@@ -1,4 +1,4 @@
-"""Newmark that lands on the contact changes: its twin, its order, its promise, and that it always ends."""
+"""Newmark with located contact changes: its twin, its order, its cost, and that it always ends."""
 
 import dataclasses
 import math
@@ -6,10 +6,11 @@ import math
 import numpy as np
 import pytest
 from vibroscope.engine import Newmark, Record, Status, System, motion, simulate
-from vibroscope.engine.drivers.located import LocatedDriver, pack
-from vibroscope.engine.kernels.time_stepping import contact_location as landing
+from vibroscope.engine.drivers.parameters import parameters_of
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.compile.record import make_buffers
+from vibroscope.engine.kernels.time_stepping import contact_location as location
 from vibroscope.engine.kernels.time_stepping import located as kernel
-from vibroscope.engine.simulate import beginning
 
 from tests import truth
 from tests.naive_located import newmark_located
@@ -87,27 +88,30 @@ def test_200_steps_do_what_8000_do_not():
     assert cut.cost.steps < 0.05 * plain.cost.steps
 
 
-def test_landing_alone_is_not_enough():
-    """With contacts of two steps the landing is exact and the rebound is not: contacts need steps of their own."""
-    case = "pen|2.76|12000,18"
-    system, method = System(), Newmark(12000, 18, 200, located=True)
-    law = pack(system, 2.76, method)
-    coarse = law._replace(first=law.h)
-    assert coarse.first * math.sqrt(12000 * law.both) > 1.5  # ω_c Δτ
-    ends = []
-    for chosen in (law, coarse):
-        driver = located_driver(system, 2.76, method)
-        driver._law = chosen
-        driver.advance(10, None, kept=False)
-        state = driver._state
-        row = np.zeros(4)
-        kernel.write(row, kernel.motion_of(state))
-        ends.append(np.abs(row - truth.states(case)[10]).max())
+def scheme(eta, method):
+    """Both sides and the time grid of the default system."""
+    return kernel.located_scheme(parameters_of(System(), eta, method))
+
+
+def start(m, initial):
+    """The state at τ = 0."""
+    return kernel.start_state(m, initial, False)
+
+
+def test_location_alone_is_not_enough():
+    """With contacts of two steps the location is exact and the rebound is not: contacts need steps of their own."""
+    case, n, periods = "pen|2.76|12000,18", 200, 10
+    m = scheme(2.76, Newmark(12000, 18, n, located=True))
+    coarse = m._replace(first=m.h)
+    assert coarse.first * math.sqrt(-m.pressed.bg) > 1.5  # ω_c Δτ
+    cosines, nothing, ends = np.cos(2 * np.pi * np.arange(n + 1) / n), make_buffers(0, np.zeros(1), 0, 0), []
+    for chosen in (m, coarse):
+        state = kernel.STATE.pack(start(chosen, (0.0, 0.0, 0.0, 0.0)))
+        window = (periods * n, periods * n, n)
+        kernel.integrate_located(chosen, cosines, state, periods * n, 10**9, window, nothing.views)
+        s = kernel.STATE.read(state)
+        ends.append(np.abs(np.array([s.x, s.v, s.x + s.g, s.v + s.u]) - truth.states(case)[periods]).max())
     assert ends[1] > 100 * ends[0]
-
-
-def located_driver(system, eta, method, initial=(0, 0, 0, 0)):
-    return LocatedDriver(system, eta, method, beginning(initial, system, eta, method), 1, 1_000_000, None)
 
 
 def test_a_checkpoint_goes_on_bit_for_bit():
@@ -164,11 +168,11 @@ def test_300_settings_end_and_make_sense():
 
 def most_solves(response):
     """What the kernel's module says that a run costs; steps that are cut have one piece more each, at most."""
-    law = pack(response.system, response.eta, response.method)
-    half = 1 / law.growth  # N/2, the solves for half a cycle
-    halves = np.diff(response.contacts).ravel() * law.growth / law.first  # 2t/T_c
+    m = scheme(response.eta, response.method)
+    half = 1 / m.growth  # N/2, the solves for half a cycle
+    halves = np.diff(response.contacts).ravel() * m.growth / m.first  # 2t/T_c
     solves = half * (np.minimum(halves, 1) + np.log(np.maximum(halves, 1))) + 40
-    return 2 * response.periods * law.steps + 1.1 * solves.sum()
+    return 2 * response.periods * m.steps + 1.1 * solves.sum()
 
 
 @pytest.mark.parametrize("eta", [1.08, 2.76])
@@ -201,40 +205,39 @@ def test_extremes_end(eta, stiffness, damping, n):
 
 
 def test_too_many_solves_in_one_step_have_a_status(monkeypatch):
-    monkeypatch.setattr("vibroscope.engine.drivers.located.kernel.SOLVES_PER_STEP", 500)
-    driver = located_driver(System(), 0.001, Newmark(1e9, 0.0, 4, located=True))
-    march = getattr(kernel.march, "py_func", kernel.march)  # a constant is compiled into the kernel
-    monkeypatch.setattr(kernel, "march", march)
-    status, message = driver.advance(5, None, kept=False)
-    assert status is Status.UNRESOLVED
-    assert "smaller K" in message
+    monkeypatch.setattr(kernel, "SOLVES_PER_STEP", 500)
+    # a constant is compiled into the kernel
+    monkeypatch.setattr(kernel, "integrate_located", uncompiled(kernel.integrate_located))
+    found = simulate(System(), 0.001, Newmark(1e9, 0.0, 4, located=True), periods=5, keep=1)
+    assert found.status is Status.UNRESOLVED
+    assert "smaller K" in found.message
 
 
 @pytest.mark.parametrize("depth", [1e-6, 1e-9, 1e-12, -1e-12, -1e-9, -1e-6])
 @pytest.mark.parametrize("contact", [False, True])
 def test_a_dip_within_a_step_is_found_if_it_crosses(depth, contact):
     """A gap that comes from its side, passes its end by ``depth``, and is back before the step ends."""
-    law = pack(System(), 1.08, Newmark(0.01, 0.0, 100, located=True))  # contact as soft as can be: two like sides
-    side, h = (-1.0 if contact else 1.0), law.h
+    m = scheme(1.08, Newmark(0.01, 0.0, 100, located=True))  # contact as soft as can be: two like sides
+    e, side, h = (m.pressed if contact else m.separated), (-1.0 if contact else 1.0), m.h
     displaced = -1.0 * side  # pendulum 2 accelerates by (κ² − 1) x less than pendulum 1 in either
-    bend = landing.accelerations(law, contact, (displaced, 0.0, 0.0, 0.0, 0.0, 0.0), 1.0)[5] * side
-    assert bend > 0
+    curvature = location.with_accelerations(e, (displaced, 0.0, 0.0, 0.0, 0.0, 0.0), 1.0)[5] * side
+    assert curvature > 0
     # the vertex lies half a step ahead; its height is found by stepping there, and set
-    speed, gap = -0.5 * h * bend, 0.0
+    speed, gap = -0.5 * h * curvature, 0.0
     for _ in range(30):
-        z = landing.accelerations(law, contact, (displaced, 0.0, 0.0, side * gap, side * speed, 0.0), 1.0)
-        end = landing.step(law, contact, z, h, landing.cosine_at(law, 0, h))
+        z = location.with_accelerations(e, (displaced, 0.0, 0.0, side * gap, side * speed, 0.0), 1.0)
+        end = location.step(e, z, h, location.cosine_at(m, 0, h))
         vertex = -speed / (0.5 * side * (z[5] + end[5]))
-        there = landing.step(law, contact, z, vertex, landing.cosine_at(law, 0, vertex))
+        there = location.step(e, z, vertex, location.cosine_at(m, 0, vertex))
         gap -= side * there[3] + depth
     assert (end[3] <= 0.0) == contact  # the same side at both ends
-    theta, at, _ = landing.change_within(law, contact, z, end, h, 0, 0.0)
+    theta, at, _ = location.locate_change(m, contact, z, end, h, 0, 0.0)
     if depth < 0:
         assert theta == math.inf
     else:
         assert 0 < theta < vertex
         for earlier in np.linspace(0, theta, 50, endpoint=False)[1:]:
-            assert side * landing.step(law, contact, z, earlier, landing.cosine_at(law, 0, earlier))[3] > 0
+            assert side * location.step(e, z, earlier, location.cosine_at(m, 0, earlier))[3] > 0
         assert at[3] == 0.0
         assert side * at[4] < 0
 
@@ -251,8 +254,7 @@ def test_starts():
         ((0, 0, 1e-300, -5), False),
         ((0, 0, -1e-300, 5), True),
     ):
-        state = located_driver(System(), 2.76, method, initial)._state
-        assert bool(state[kernel.CONTACT]) == contact, initial
+        assert start(scheme(2.76, method), initial).pressed == contact, initial
     approaching = run(2.76, 12000.0, 18.0, 200, 1, initial=(0, 2, 0, 1))
     assert approaching.impacts.time[0] == 0
     assert approaching.impacts.closing_speed[0] == 1
@@ -275,10 +277,9 @@ def test_impulse_is_the_change_of_momentum():
 
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 0.5, 0.9])
 def test_a_short_impact_has_the_restitution_of_its_damping(ratio):
-    """e(ζ) of MODEL.md is for a contact that ends at zero gap, as these do: −g′⁺/g′⁻ = exp(−πζ/√(1 − ζ²))."""
-    law = pack(System(), 2.76, Newmark(1.0, 0.0, 200, located=True))
+    """e(ζ) holds for a contact that ends at zero gap, as these do: −g′⁺/g′⁻ = exp(−πζ/√(1 − ζ²))."""
     stiffness = 1e10
-    damping = ratio * math.sqrt(stiffness / law.both)
+    damping = ratio * math.sqrt(stiffness * System().mass_share)
     response = run(2.76, stiffness, damping, 400, 1, initial=(0, 5.0, 0, -5.0))
     impacts = response.impacts
     before = impacts.velocity_before[0, 0] - impacts.velocity_before[0, 1]

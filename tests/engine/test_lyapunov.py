@@ -1,23 +1,23 @@
-"""The largest Lyapunov exponent: against two runs side by side, against multipliers, and its own uncertainty."""
+"""The largest Lyapunov exponent against two runs side by side and against multipliers, and its uncertainty."""
 
 import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, lyapunov, motion, simulate, steady
 from vibroscope.engine.motions.description import Kind
-from vibroscope.engine.motions.lyapunov import BATCHES, Lyapunov, _averaged
-from vibroscope.engine.motions.motion import _decided
+from vibroscope.engine.motions.lyapunov import BATCHES, Lyapunov, average_growth
+from vibroscope.engine.motions.motion import classify
 
 SYSTEM = System()
 
 
-def on_the_attractor(eta, method):
+def state_on_attractor(eta, method):
     return simulate(SYSTEM, eta, method, periods=1000, keep=1).section[-1]
 
 
 @pytest.mark.parametrize("method", [Reference(), ExactPenalty(2500, 8)], ids=["reference", "exact penalty"])
-def test_exponent_of_a_chaotic_motion_is_that_of_two_runs(method):
-    """Benettin's two runs, 1e-8 apart and brought back each period: no Jacobian enters."""
-    state, width, growth = on_the_attractor(1.70, method), 1e-8, []
+def test_the_exponent_of_a_chaotic_motion_is_the_rate_at_which_two_runs_separate(method):
+    """Benettin's method: two runs, 1e-8 apart and rescaled each period, without a Jacobian."""
+    state, width, growth = state_on_attractor(1.70, method), 1e-8, []
     found = lyapunov(SYSTEM, 1.70, method, initial=state, periods=4096)
     apart = width * np.array([0.5, 0.5, 0.5, 0.5])
     for n in range(600):
@@ -37,7 +37,7 @@ def test_exponent_of_a_chaotic_motion_is_that_of_two_runs(method):
 
 
 @pytest.mark.parametrize(("eta", "method"), [(2.76, Reference()), (3.25, Reference()), (1.08, ExactPenalty(2500, 8))])
-def test_exponent_of_a_cycle_is_that_of_its_multipliers(eta, method):
+def test_the_exponent_of_a_cycle_is_that_of_its_multipliers(eta, method):
     cycle = steady(SYSTEM, eta, method)
     found = lyapunov(SYSTEM, eta, method, initial=cycle.state, periods=512)
     expected = np.log(np.abs(cycle.multipliers).max()) / cycle.period
@@ -46,8 +46,7 @@ def test_exponent_of_a_cycle_is_that_of_its_multipliers(eta, method):
     assert found.sign == -1
 
 
-def test_uncertainty_covers_what_other_runs_find():
-    """Runs of the same motion from elsewhere differ as their standard errors say."""
+def test_runs_of_the_same_motion_differ_by_about_their_standard_errors():
     states = simulate(SYSTEM, 1.70, Reference(), periods=4000, keep=3000).section[::300]
     found = [lyapunov(SYSTEM, 1.70, Reference(), initial=state, periods=2048) for state in states]
     exponents, errors = np.array([(each.exponent, each.error) for each in found]).T
@@ -55,38 +54,38 @@ def test_uncertainty_covers_what_other_runs_find():
     assert 0.4 < np.sqrt(np.mean(off**2)) < 2.0
 
 
-def test_random_growth_has_the_error_of_its_mean():
-    """Batches of a sequence with a short memory: the standard error is known in closed form."""
+def test_the_standard_error_of_random_growth_is_the_known_one():
+    """For a sequence with a short memory it is known in closed form."""
     rng, n, memory = np.random.default_rng(5), 2**16, 0.8
     noise = rng.normal(size=n)
     growth = np.empty(n)
     growth[0] = noise[0]
     for k in range(1, n):
         growth[k] = memory * growth[k - 1] + noise[k]
-    found = _averaged(growth + 0.3, rng.normal(size=(n, 4)))
+    found = average_growth(growth + 0.3, rng.normal(size=(n, 4)))
     exact = 1 / (1 - memory) / np.sqrt(n)
     assert found.error == pytest.approx(exact, rel=0.35)
     assert abs(found.exponent - 0.3) < 4 * exact
     assert found.drift < 5
 
 
-def decided(exponent, error, drift, irregularity):
+def type_of(exponent, error, drift, irregularity):
     section = np.random.default_rng(1).normal(size=(8192, 4))
-    return _decided(Lyapunov(exponent, error, drift, irregularity, section))[0]
+    return classify(Lyapunov(exponent, error, drift, irregularity, section))[0]
 
 
-def test_what_is_called_chaotic_is_sure_to_be():
-    assert decided(0.27, 0.003, 1.0, 1e-3) is Kind.CHAOTIC
-    assert decided(0.005, 0.003, 1.0, 1e-3) is Kind.UNDECIDED  # not told from zero
-    assert decided(0.27, 0.003, 9.0, 1e-3) is Kind.UNDECIDED  # it changes on the way: a transient
-    assert decided(0.27, 0.003, 1.0, 1e-9) is Kind.UNDECIDED  # regular, yet growing: it leaves an unstable motion
-    assert decided(-0.01, 0.001, 1.0, 1e-3) is Kind.UNDECIDED  # it contracts, to what it has not come to
-    assert decided(1e-8, 1e-9, 1.0, 1e-9) is Kind.QUASI_PERIODIC
-    assert decided(1e-8, 1e-9, 1.0, 1e-3) is Kind.UNDECIDED
+def test_a_motion_is_chaotic_only_if_all_evidence_agrees():
+    assert type_of(0.27, 0.003, 1.0, 1e-3) is Kind.CHAOTIC
+    assert type_of(0.005, 0.003, 1.0, 1e-3) is Kind.UNDECIDED  # not significantly positive
+    assert type_of(0.27, 0.003, 9.0, 1e-3) is Kind.UNDECIDED  # changes during the run: a transient
+    assert type_of(0.27, 0.003, 1.0, 1e-9) is Kind.UNDECIDED  # regular, yet growing: it leaves an unstable motion
+    assert type_of(-0.01, 0.001, 1.0, 1e-3) is Kind.UNDECIDED  # contracts, but has not reached a cycle
+    assert type_of(1e-8, 1e-9, 1.0, 1e-9) is Kind.QUASI_PERIODIC
+    assert type_of(1e-8, 1e-9, 1.0, 1e-3) is Kind.UNDECIDED
 
 
 def test_a_long_chaotic_transient_is_not_called_chaotic():
-    """Its run of 2,050 periods finds no cycle; it comes to one of a single period while it is followed."""
+    """A run of 2,050 periods finds no cycle; the motion settles to one of a single period while it is followed."""
     system, method = System(d1=0.00038, d2=0.0008, restitution=0.93), Reference("derived")
     assert not steady(system, 0.94, method, max_period=64).periodic
     found = motion(system, 0.94, method)
@@ -94,7 +93,7 @@ def test_a_long_chaotic_transient_is_not_called_chaotic():
     assert "2050 periods did not find it" in found.reason
 
 
-def test_what_makes_no_sense_is_refused():
+def test_unsuitable_methods_and_periods_are_refused():
     with pytest.raises(ValueError, match="has a time step"):
         lyapunov(SYSTEM, 1.70, Newmark(12000, 18, 2000))
     with pytest.raises(ValueError, match="periods = 3"):

@@ -1,32 +1,29 @@
-"""Steady motion: the Jacobian against differences, the orbits against the long runs that they replace."""
+"""Steady motion: the Jacobian against differences, and the orbits against the long runs that they replace."""
 
 import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Record, Reference, System, motion, simulate, steady
-from vibroscope.engine.drivers.event_driven import pack
-from vibroscope.engine.kernels.event_driven.integrate import DONE, prepare
-from vibroscope.engine.kernels.event_driven.tangent import march_along
+from vibroscope.engine.drivers.event_driven import integrate_variation, set_up, start_at
 
 SYSTEM = System()
 WIDTH = 1e-6  # of a difference; the error of a central one is of the order of its square
 
 
-def mapped(packed, y, periods):
-    state, jacobian, _, code = march_along(packed, prepare(packed, *map(float, y)), float(periods))
-    assert code == DONE
-    return np.array(state), jacobian
+def map_state(system, y, periods):
+    end, jacobian, _ = integrate_variation(system, start_at(y), float(periods))
+    return end, jacobian
 
 
-def on_the_way(eta, method, periods=40):
-    """A state of a run before it is steady: ξ₁, ξ₁′, g, g′."""
+def transient_state(eta, method, periods=40):
+    """A state ξ₁, ξ₁′, g, g′ of a run before it is steady."""
     x1, v1, x2, v2 = simulate(SYSTEM, eta, method, periods=periods, keep=1).section[-1]
     return np.array([x1, v1, x2 - x1, v2 - v1])
 
 
-def differences(packed, y, periods, columns):
+def differences(tables, y, periods, columns):
     for k in columns:
         step = WIDTH * np.eye(4)[k]
-        ahead, back = (mapped(packed, y + sign * step, periods)[0] for sign in (1, -1))
+        ahead, back = (map_state(tables, y + sign * step, periods)[0] for sign in (1, -1))
         yield (ahead - back) / (2 * WIDTH)
 
 
@@ -47,56 +44,56 @@ JACOBIANS = [
 
 
 @pytest.mark.parametrize(("eta", "method", "periods"), JACOBIANS)
-def test_jacobian_is_that_of_the_map(eta, method, periods):
-    y, packed = on_the_way(eta, method), pack(SYSTEM, eta, method)
-    end, jacobian = mapped(packed, y, periods)
+def test_the_jacobian_is_the_derivative_of_the_map(eta, method, periods):
+    y, tables = transient_state(eta, method), set_up(SYSTEM, eta, method)
+    end, jacobian = map_state(tables, y, periods)
     start = y[0], y[1], y[0] + y[2], y[1] + y[3]
     section = simulate(SYSTEM, eta, method, periods=periods, keep=1, initial=start).section[-1]
     np.testing.assert_allclose([end[0], end[1], end[0] + end[2], end[1] + end[3]], section, atol=1e-12)
     joined = isinstance(method, Reference) and y[2] == 0
-    columns = (0, 1) if joined else (0, 1, 2, 3)  # joined pendulums have but a common motion to change
-    measured = np.transpose(list(differences(packed, y, periods, columns)))
+    columns = (0, 1) if joined else (0, 1, 2, 3)  # joined pendulums can only be disturbed together
+    measured = np.transpose(list(differences(tables, y, periods, columns)))
     np.testing.assert_allclose(jacobian[:, columns], measured, atol=2e-8 * np.abs(jacobian).max())
 
 
 @pytest.mark.parametrize("eta", [0.70, 1.08])
 @pytest.mark.parametrize("damping", ["table", "derived"])
-def test_jacobian_holds_the_end_of_a_chatter(eta, damping):
-    """Completed at its first impacts, a chatter has a rest that is long: its derivative then counts."""
+def test_the_jacobian_includes_the_completed_part_of_a_chatter(eta, damping):
+    """Completed as early as at its first impacts, that part is long, and so its derivative matters."""
     method = Reference(damping, threshold=0.0)
-    y, packed = on_the_way(eta, method), pack(SYSTEM, eta, method)._replace(completion=0.3)
-    coarse, jacobian = mapped(packed, y, 1)
-    fine, _ = mapped(pack(SYSTEM, eta, method), y, 1)
-    assert np.abs(coarse - fine).max() > 1e-7, "the rest does not count"
-    measured = np.transpose(list(differences(packed, y, 1, (0, 1))))
+    y, tables = transient_state(eta, method), set_up(SYSTEM, eta, method, completion=0.3)
+    coarse, jacobian = map_state(tables, y, 1)
+    fine, _ = map_state(set_up(SYSTEM, eta, method), y, 1)
+    assert np.abs(coarse - fine).max() > 1e-7, "the completed part is too short to matter"
+    measured = np.transpose(list(differences(tables, y, 1, (0, 1))))
     np.testing.assert_allclose(jacobian[:, :2], measured, atol=1e-8 * np.abs(jacobian).max())
 
 
-def test_jacobian_at_any_phase_also_within_the_rest_of_a_chatter():
-    """Up to parts of a period, which the kernel takes as it takes whole ones."""
+def test_the_jacobian_holds_at_any_phase_and_within_the_completed_part_of_a_chatter():
+    """The kernel integrates fractions of a period just as whole ones."""
     eta, method = 1.08, Reference(threshold=0.0)
-    y, fine = on_the_way(eta, method), pack(SYSTEM, eta, method)
-    packed, within = fine._replace(completion=0.3), 0
+    y, fine = transient_state(eta, method), set_up(SYSTEM, eta, method)
+    tables, within = set_up(SYSTEM, eta, method, completion=0.3), 0
     run = simulate(SYSTEM, eta, method, periods=1, keep=1, initial=(y[0], y[1], y[0] + y[2], y[1] + y[3]))
     joined = run.contacts[-1, 0] / run.period
     for stop in [*np.linspace(0.05, 1.0, 77), *(joined - np.geomspace(1e-4, 1e-2, 7))]:
-        end, jacobian = mapped(packed, y, stop)
-        measured = np.transpose(list(differences(packed, y, stop, (0, 1))))
+        end, jacobian = map_state(tables, y, stop)
+        measured = np.transpose(list(differences(tables, y, stop, (0, 1))))
         np.testing.assert_allclose(jacobian[:, :2], measured, atol=1e-7 * np.abs(jacobian).max(), err_msg=f"{stop}")
-        within += end[2] == 0 < mapped(fine, y, stop)[0][2]
+        within += end[2] == 0 < map_state(fine, y, stop)[0][2]
     assert within > 0
 
 
-def test_volume_shrinks_by_damping_and_restitution():
-    """Liouville: det DP = exp(−∫ of the dampers) times e² for each impact, which turns g and g′ over by −e."""
+def test_the_volume_shrinks_by_damping_and_restitution():
+    """Liouville: det DP = exp(−∫ tr of the dampers) times e² for each impact, which multiplies g and g′ by −e."""
     eta = 2.76
-    y, packed = on_the_way(eta, Reference()), pack(SYSTEM, eta, Reference())
-    _, jacobian = mapped(packed, y, 1)
+    y, tables = transient_state(eta, Reference()), set_up(SYSTEM, eta, Reference())
+    _, jacobian = map_state(tables, y, 1)
     damped = np.exp(-2 * (SYSTEM.d1 + SYSTEM.d2 * SYSTEM.kappa) * 2 * np.pi / eta)
     assert np.linalg.det(jacobian) == pytest.approx(damped * SYSTEM.restitution**2, rel=1e-12)
 
 
-def test_sticking_leaves_two_directions_and_pressing_four():
+def test_permanent_contact_leaves_two_multipliers_and_penalty_contact_four():
     joined = steady(SYSTEM, 1.08, Reference())
     assert np.abs(joined.multipliers[2:]).max() == 0
     pressed = steady(SYSTEM, 1.08, ExactPenalty(100, 50))
@@ -114,7 +111,7 @@ LONG_RUNS = [
 
 
 @pytest.mark.parametrize(("eta", "method", "period"), LONG_RUNS)
-def test_steady_motion_is_what_the_long_run_tends_to(eta, method, period):
+def test_the_steady_motion_is_the_one_that_the_long_run_converges_to(eta, method, period):
     found, long = steady(SYSTEM, eta, method), simulate(SYSTEM, eta, method)
     assert (found.periodic, found.message, found.period, found.stable) == (True, "", period, True)
     size = np.abs(long.section).max()
@@ -131,8 +128,8 @@ def test_steady_motion_is_what_the_long_run_tends_to(eta, method, period):
     assert share == pytest.approx(described.contact_share, abs=1e-10)
 
 
-def test_the_checked_numbers_of_the_model():
-    """MODEL.md, "The paper's claims": ξ₁, ξ₁′, ξ₂, ξ₂′ at [A] and [C]."""
+def test_the_papers_motions_a_and_c_have_their_known_states():
+    """ξ₁, ξ₁′, ξ₂, ξ₂′ from an independent prototype."""
     a, c = steady(SYSTEM, 1.08, Reference()), steady(SYSTEM, 2.76, Reference())
     np.testing.assert_allclose(a.state, [1.68339, 0.59798, 1.68339, 0.59798], atol=6e-6)
     np.testing.assert_allclose(c.state, [-5.56905, -0.59972, 0.62677, 3.90177], atol=6e-6)
@@ -143,8 +140,8 @@ def test_the_checked_numbers_of_the_model():
     ("eta", "method"),
     [(1.08, Reference()), (2.76, Reference()), (3.25, Reference("derived")), (2.76, ExactPenalty(12000, 18))],
 )
-def test_multipliers_are_the_decay_of_the_long_run(eta, method):
-    """Over many cycles the distance falls by the largest multiplier a cycle, on average over its turns."""
+def test_the_largest_multiplier_is_the_rate_at_which_the_long_run_converges(eta, method):
+    """The distance from the orbit falls by this factor per cycle, on average over many cycles."""
     found = steady(SYSTEM, eta, method)
     section = simulate(SYSTEM, eta, method, periods=400, keep=400).section
     distance = np.linalg.norm(section[found.period - 1 :: found.period] - found.state, axis=1)
@@ -154,7 +151,7 @@ def test_multipliers_are_the_decay_of_the_long_run(eta, method):
     assert rate == pytest.approx(abs(found.multipliers[0]), rel=0.02)
 
 
-def test_chaotic_motion_falls_back_to_the_long_run():
+def test_a_chaotic_motion_returns_the_long_run():
     found, long = steady(SYSTEM, 1.70, Reference()), simulate(SYSTEM, 1.70, Reference())
     assert (found.periodic, found.stable, found.period) == (False, False, 0)
     assert found.message.startswith("no periodic motion found: ")
@@ -165,8 +162,8 @@ def test_chaotic_motion_falls_back_to_the_long_run():
     assert found.periods > long.periods
 
 
-def test_an_unstable_orbit_is_taken_only_when_asked_for():
-    """At [B] the chaotic run comes by orbits that it does not stay on."""
+def test_an_unstable_orbit_is_accepted_only_on_request():
+    """The chaotic run at [B] passes orbits that it does not stay on."""
     found = steady(SYSTEM, 1.70, Reference(), stable_only=False)
     assert (found.periodic, found.stable) == (True, False)
     assert np.abs(found.multipliers[0]) > 1
@@ -174,14 +171,14 @@ def test_an_unstable_orbit_is_taken_only_when_asked_for():
     np.testing.assert_allclose(found.response.section[-1], found.state, atol=1e-11)
 
 
-def test_a_longer_cycle_than_asked_for_is_named():
+def test_a_cycle_longer_than_max_period_is_reported():
     found = steady(SYSTEM, 3.25, Reference(), max_period=1)
     assert not found.periodic
     assert "repeats itself after 2 periods, more than max_period = 1" in found.message
 
 
-def test_every_periodic_motion_of_a_sweep_is_found_and_no_other():
-    """The long run has the last word, as far as its own slowest decay has come."""
+def test_steady_finds_every_periodic_motion_of_a_sweep_and_no_other():
+    """Compared with long runs, as far as their own slowest decay has come."""
     periodic = 0
     for eta in np.linspace(0.5, 4.0, 36):
         found, long = steady(SYSTEM, eta, Reference()), simulate(SYSTEM, eta, Reference())
@@ -205,7 +202,7 @@ def test_a_run_that_ends_early_says_why():
     assert np.isnan(found.state).all()
 
 
-def test_samples_span_the_cycle():
+def test_the_samples_span_one_cycle():
     found = steady(SYSTEM, 3.25, Reference(), record=Record(5, 200))
     trajectory = found.response.trajectory
     assert trajectory.time[-1] - trajectory.time[0] == pytest.approx(found.period * found.response.period)
@@ -231,6 +228,6 @@ def test_bad_input_is_refused(arguments, words):
         steady(**given)
 
 
-def test_it_can_be_withdrawn():
+def test_the_search_can_be_cancelled():
     with pytest.raises(Cancelled):
         steady(SYSTEM, 2.76, Reference(), cancelled=lambda: True)

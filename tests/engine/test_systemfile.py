@@ -1,4 +1,4 @@
-"""System files: what they say is what is taken, and nothing else is."""
+"""System files: written, read back, and refused if anything is wrong with them."""
 
 import math
 
@@ -6,7 +6,7 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given
 from vibroscope.engine import System, SystemFile, Units, read_system, system_text
-from vibroscope.engine.system_file import _SYSTEM, _UNITS, SIZE_LIMIT, parse_system
+from vibroscope.engine.system_file import SIZE_LIMIT, SYSTEM_CONSTANTS, UNIT_CONSTANTS, parse_system
 
 ratios = st.floats(0, 1, exclude_max=True)
 
@@ -14,7 +14,7 @@ ratios = st.floats(0, 1, exclude_max=True)
 @given(
     d1=ratios, d2=ratios, d3=ratios, restitution=st.floats(0, 1), kappa=st.floats(1.5, 50), share=st.floats(0.1, 0.9)
 )
-def test_what_is_written_is_read(d1, d2, d3, restitution, kappa, share):
+def test_a_written_file_is_read_back(d1, d2, d3, restitution, kappa, share):
     system = System(kappa, d1, d2, 1 + share * (kappa - 1), d3, restitution)
     units = Units(omega1=kappa, m1=0.3, base_amplitude=share)
     assert parse_system(system_text(system, units).encode()) == SystemFile(system, units)
@@ -25,13 +25,13 @@ def test_the_default_is_table_1():
     assert parse_system(b"") == SystemFile(System(), Units())
 
 
-def test_every_constant_is_explained_and_its_range_is_true():
+def test_every_constant_is_explained_with_its_true_range():
     text = system_text()
-    for name, (meaning, span, unit) in (_SYSTEM | _UNITS).items():
+    for name, (meaning, allowed, unit) in (SYSTEM_CONSTANTS | UNIT_CONSTANTS).items():
         line = next(line for line in text.splitlines() if line.startswith(f"{name} ="))
         assert meaning in line
-        assert f"[{unit}]; {span}" in line
-    assert list(_SYSTEM) == list(System().as_dict())
+        assert f"[{unit}]; {allowed}" in line
+    assert list(SYSTEM_CONSTANTS) == list(System().as_dict())
     for table, name, inside, outside in [
         ("system", "d1", "0", "1"), ("system", "d2", "0.999", "-0.001"), ("system", "d3", "0", "1.0"),
         ("system", "restitution", "1", "1.001"), ("system", "kappa", "1000", "1001"),
@@ -45,7 +45,7 @@ def test_every_constant_is_explained_and_its_range_is_true():
             parse_system(f"[{table}]\n{name} = {outside}".encode())
 
 
-def test_the_mass_ratio_may_be_given_instead():
+def test_the_mass_ratio_may_be_given_instead_of_kappa3():
     assert parse_system(b"[system]\nmass_ratio = 0.5").system.mass_ratio == pytest.approx(0.5)
     with pytest.raises(ValueError, match="both kappa3 and mass_ratio"):
         parse_system(b"[system]\nmass_ratio = 0.5\nkappa3 = 1.8")
@@ -71,23 +71,26 @@ def test_the_mass_ratio_may_be_given_instead():
         (b"[system]\nkappa = " + b"9" * 400, "beyond 1e308"),
         (b"[system]\nkappa = " + b"9" * 5000, "too long"),
         (b"[system]\nkappa = " + b"[" * 20000, "nested too deep"),
-        (b"a." * 32000 + b"a = 1", "nested too deep"),  # the reader would take the square of it
+        (b"a." * 32000 + b"a = 1", "nested too deep"),  # tomllib would need quadratic time
         (b"#" * (SIZE_LIMIT + 1), "larger than 65536 bytes"),
     ],
 )
-def test_what_is_wrong_is_told_in_one_line(content, words):
+def test_a_faulty_file_is_refused_in_one_line(content, words):
     with pytest.raises(ValueError, match=words) as caught:
         parse_system(content)
     assert "\n" not in str(caught.value)
 
 
-def test_a_file_that_cannot_be_read_is_named(tmp_path):
+def test_a_file_that_cannot_be_read_is_named_in_the_error(tmp_path):
     with pytest.raises(ValueError, match=r"nowhere\.toml: cannot be read: No such file"):
         read_system(tmp_path / "nowhere.toml")
     with pytest.raises(ValueError, match="cannot be read: Is a directory"):
         read_system(tmp_path)
+
+
+def test_a_file_with_byte_order_mark_and_crlf_is_read(tmp_path):
     path = tmp_path / "own.toml"
-    path.write_bytes(b"\xef\xbb\xbf[system]\r\nd1 = 0\r\n")  # as Windows saves it
+    path.write_bytes(b"\xef\xbb\xbf[system]\r\nd1 = 0\r\n")
     assert read_system(path).system.d1 == 0
 
 
@@ -98,13 +101,14 @@ LINES = st.sampled_from(
 
 
 @given(st.one_of(st.binary(max_size=200), st.lists(LINES, max_size=8).map(lambda lines: "\n".join(lines).encode())))
-def test_any_bytes_give_a_system_or_one_line(content):
+def test_any_bytes_give_a_system_or_an_error_of_one_line(content):
+    found, message = None, ""
     try:
         found = parse_system(content)
     except ValueError as problem:
-        found, words = None, str(problem)
+        message = str(problem)
     if found is None:
-        assert words
-        assert "\n" not in words
+        assert message
+        assert "\n" not in message
     else:
         assert all(math.isfinite(value) for value in found.system.as_dict().values())

@@ -1,4 +1,4 @@
-"""Physical units, against a simulation that knows nothing of the model's own."""
+"""Physical units, checked by a simulation in SI units that does not use the model's."""
 
 import math
 
@@ -13,7 +13,7 @@ ETA, METHOD = 2.76, ExactPenalty(300.0, 6.0)
 
 @pytest.fixture(scope="module")
 def dimensional():
-    """The pendulums in kg, m, s and N, by SciPy alone: (t, x1, v1, x2, v2, impulse, work of the contact damper)."""
+    """The pendulums in kg, m, s and N, by SciPy alone: t, (x1, v1, x2, v2, impulse), contact force."""
     system = System()
     p = UNITS.pendulums(system)
     contact = UNITS.settings(ETA, METHOD)
@@ -41,7 +41,7 @@ def dimensional():
     return found.t, found.y, np.array([force(y) for y in found.y.T])
 
 
-def test_a_run_in_physical_units_is_the_converted_run(dimensional):
+def test_a_converted_trajectory_is_that_of_the_physical_simulation(dimensional):
     time, y, force = dimensional
     run = simulate(System(), ETA, METHOD, periods=3, keep=3, record=Record(3, 100))
     found = UNITS.trajectory(run.trajectory)
@@ -49,12 +49,12 @@ def test_a_run_in_physical_units_is_the_converted_run(dimensional):
     for row, (x, v) in enumerate(((y[0], y[1]), (y[2], y[3]))):
         assert found.displacement[row] * 1e-3 == pytest.approx(x, abs=1e-5 * np.abs(x).max())
         assert found.velocity[row] * 1e-3 == pytest.approx(v, abs=1e-5 * np.abs(v).max())
-    far = np.abs(y[2] - y[0]) > 1e-6  # where contact changes, the force of either jumps
+    far = np.abs(y[2] - y[0]) > 1e-6  # the force jumps where contact changes
     assert found.force[far] == pytest.approx(force[far], abs=1e-4 * force.max())
     assert force.max() > 1e-3
 
 
-def test_impulses_are_the_converted_impulses(dimensional):
+def test_converted_impulses_are_those_of_the_physical_simulation(dimensional):
     time, y, _ = dimensional
     run = simulate(System(), ETA, METHOD, periods=3, keep=3)
     found = UNITS.impacts(run.impacts)
@@ -64,13 +64,13 @@ def test_impulses_are_the_converted_impulses(dimensional):
         k = int(np.argmin(np.abs(spans[:, 0] - start)))
         before, after = np.searchsorted(time, spans[k, 0]) - 1, np.searchsorted(time, spans[k, 1])
         alone = not any(time[before] < s < time[after] for s in np.delete(spans, k, 0).ravel())
-        if alone and before > 0 and after < len(time):  # its impulse is all that SciPy's integral gains here
+        if alone and before > 0 and after < len(time):  # no other contact contributes to SciPy's integral
             assert impulse == pytest.approx(y[4, after] - y[4, before], rel=1e-4)
             compared += 1
     assert compared >= 2
 
 
-def test_newton_holds_between_the_units():
+def test_the_units_obey_newtons_law():
     factor = UNITS.factor
     assert factor("force") == pytest.approx(factor("mass") * factor("acceleration") * 1e-3)
     assert factor("stiffness") == pytest.approx(factor("force") / (factor("displacement") * 1e-3))
@@ -82,12 +82,12 @@ def test_newton_holds_between_the_units():
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
-def test_there_and_back(quantity):
+def test_conversion_to_physical_units_and_back_is_exact(quantity):
     values = np.array([-3.0, 0.0, 2.76])
     assert UNITS.model(quantity, UNITS.physical(quantity, values)) == pytest.approx(values, rel=1e-14)
 
 
-def test_the_papers_numbers():
+def test_the_papers_settings_in_physical_units():
     settings = Units().settings(2.76, Newmark(12000, 18, 8000))
     assert settings["stiffness"] == 12000  # N/m, since m₁ = 1 kg and ω₁ = 1/s
     assert settings["damping"] == 36  # N·s/m

@@ -1,124 +1,126 @@
-"""How far contact surely does not change: the tables of :mod:`.step_map`, read from where the discrete solution stands.
+"""Certificate that contact does not change: how many steps can be skipped from where the discrete solution stands.
 
-The margins at the next steps, or at every s-th of them, are rows of tables times one state, and the processor forms
-them side by side. Where a coarse level's bound leaves no change of contact between its entries, its strides are
-skipped; where that ends, the next finer level takes over, and at last single steps show the one with which contact
-changes, by the sign of the gap, as in the plain loop.
+The signed gaps at the next steps, or at every s-th of them, are rows of tables times one state (:mod:`.step_map`),
+which the processor forms side by side. Where the bound of a coarse level excludes a change of contact between its
+entries, its strides are skipped. Where that ends, the next finer level takes over. At last single steps find the step
+with which contact changes, by the sign of the gap, as the plain loop does.
 
-A leap ends with that step or, where the gap there is so near to zero that rounding could turn its sign, before it.
+A skip ends with that step or, where the gap there is so near to zero that rounding could change its sign, before it.
 """
 
 from typing import NamedTuple
 
-from ..compile.options import inlined
-from ..linear.tables import carried, dot
+from ..compile.options import jit_inlined
+from ..linear.tables import apply_transition, dot
 from ..time_stepping.newmark import LIMIT
-from .step_map import HELD
+from .step_map import ENTRIES
 
 TINY = -5e-324  # the first number below zero: a gap of zero is contact
-FAR = 1e-3 * LIMIT  # beyond it every step is looked at
+FAR = 1e-3 * LIMIT  # beyond it no step is skipped
 
-# what follows a leap: another one; a step of which it is not known whether contact changes; a change, in its last step
-GO_ON, LOOK, FLIP = range(3)
+# What follows a skip: another one; a step that may change contact and is taken as in the plain loop; nothing, since
+# contact changes with its last step
+SKIP_ON, TAKE_STEP, CHANGE = range(3)
 CERTAIN = 2.0**-40  # a gap beyond this share of the displacements has a sign that rounding cannot change
-CHUNK = 32  # entries that are looked at together
+CHUNK = 32  # entries that are examined together
 
 
-class Leap(NamedTuple):
-    """Steps with the same contact state: entries of each level, and what follows."""
+class Skip(NamedTuple):
+    """Steps with one contact state: entries of each level, and what follows."""
 
     coarse: int
     middle: int
     fine: int
-    then: int  # GO_ON, LOOK or FLIP
-    before: float  # the margin before its last step
-    margin: float  # and after it
-    beginning: tuple  # z before its single steps
+    then: int  # SKIP_ON, TAKE_STEP or CHANGE
+    before: float  # signed gap before the last step
+    signed_gap: float  # and after it
+    beginning: tuple  # z before the single steps
 
 
-@inlined
-def margin_at(t, contact, level, z, j):
-    """The margin after so many strides, one at least."""
-    m = t.margins[contact, level, :, j - 1]
+@jit_inlined
+def signed_gap_at(t, pressed, level, z, j):
+    """The signed gap after j ≥ 1 strides."""
+    m = t.signed_gaps[pressed, level, :, j - 1]
     return m[0] * z[0] + m[1] * z[1] + m[2] * z[2] + m[3] * z[3] + m[4] * z[4] + m[5] * z[5]
 
 
-@inlined
-def lasting(t, contact, level, z, bound, begin):
-    """Entries of a chunk, counted from the level's first, whose margins exceed the bound."""
-    m, end = t.margins[contact, level], begin + CHUNK
+@jit_inlined
+def entries_above(t, pressed, level, z, bound, begin):
+    """Entries of a level, up to the end of a chunk, before the first whose signed gap does not exceed the bound."""
+    m, end = t.signed_gaps[pressed, level], begin + CHUNK
     z0, z1, z2, z3, z4, z5 = z
     m0, m1, m2 = m[0, begin:end], m[1, begin:end], m[2, begin:end]
     m3, m4, m5 = m[3, begin:end], m[4, begin:end], m[5, begin:end]
     first = CHUNK
     for j in range(CHUNK):
-        margin = m0[j] * z0 + m1[j] * z1 + m2[j] * z2 + m3[j] * z3 + m4[j] * z4 + m5[j] * z5
-        first = min(first, CHUNK if margin > bound else j)  # without a branch: vector instructions
+        signed_gap = m0[j] * z0 + m1[j] * z1 + m2[j] * z2 + m3[j] * z3 + m4[j] * z4 + m5[j] * z5
+        first = min(first, CHUNK if signed_gap > bound else j)  # without a branch: vector instructions
     return begin + first
 
 
-@inlined
-def certified(t, contact, level, z):
-    """Entries of a level up to which contact surely does not change; 0 where single steps do as well."""
-    if t.strides[contact, level] == 0:
+@jit_inlined
+def certified_entries(t, pressed, level, z):
+    """Entries of a level up to which contact certainly does not change; 0 where single steps do as well."""
+    if t.strides[pressed, level] == 0:
         return 0
-    b = t.bends[contact, level]
+    b = t.curvatures[pressed, level]
     bound = dot(b, (abs(z[0]), abs(z[1]), abs(z[2]), abs(z[3]), abs(z[4]), abs(z[5])))
-    # from a small margin to m₁ within the first stride: its chord, above u m₁, exceeds its bow, 4u(1 − u) · bound
-    near = margin_at(t, contact, 0, z, 1)
-    if not (near > bound or (near > 0.0 and margin_at(t, contact, level, z, 1) > 4.0 * bound)):
+    # From a small signed gap to m₁ at the first entry: the chord lies above u m₁, the curve at most 4u(1 − u) · bound
+    # below the chord.
+    near = signed_gap_at(t, pressed, 0, z, 1)
+    if not (near > bound or (near > 0.0 and signed_gap_at(t, pressed, level, z, 1) > 4.0 * bound)):
         return 0
     entries = 0
-    for begin in range(0, HELD, CHUNK):
-        entries = lasting(t, contact, level, z, bound, begin)
+    for begin in range(0, ENTRIES, CHUNK):
+        entries = entries_above(t, pressed, level, z, bound, begin)
         if entries < begin + CHUNK:
             break
-    return entries if entries * t.strides[contact, level] > CHUNK else 0
+    return entries if entries * t.strides[pressed, level] > CHUNK else 0
 
 
-@inlined
-def single_steps(t, contact, z, margin):
-    """Steps up to the first with which contact changes by the sign of the gap; what follows; the last two margins."""
-    limit, lasts = (TINY if contact else 0.0), HELD
-    for begin in range(0, HELD, CHUNK):
-        lasts = lasting(t, contact, 0, z, limit, begin)
-        if lasts < begin + CHUNK:
+@jit_inlined
+def single_steps(t, pressed, z, signed_gap):
+    """Steps up to the first with which contact changes by the sign of the gap; what follows; the last signed gaps."""
+    limit, count = (TINY if pressed else 0.0), ENTRIES
+    for begin in range(0, ENTRIES, CHUNK):
+        count = entries_above(t, pressed, 0, z, limit, begin)
+        if count < begin + CHUNK:
             break
-    before = margin_at(t, contact, 0, z, lasts) if lasts > 0 else margin
-    if lasts == HELD:
-        return lasts, GO_ON, before, before
-    change = margin_at(t, contact, 0, z, lasts + 1)
+    before = signed_gap_at(t, pressed, 0, z, count) if count > 0 else signed_gap
+    if count == ENTRIES:
+        return count, SKIP_ON, before, before
+    change = signed_gap_at(t, pressed, 0, z, count + 1)
     if min(before, -change) > CERTAIN * (abs(z[0]) + abs(z[2])):
-        return lasts + 1, FLIP, before, change
-    fine = max(lasts - 1, 0)
-    before = margin_at(t, contact, 0, z, fine) if fine > 0 else margin
-    return fine, LOOK, before, before
+        return count + 1, CHANGE, before, change
+    fine = max(count - 1, 0)
+    before = signed_gap_at(t, pressed, 0, z, fine) if fine > 0 else signed_gap
+    return fine, TAKE_STEP, before, before
 
 
-@inlined
-def look_ahead(p, contact, z, margin):
-    """The leap from z; none where the motion is about to blow up."""
+@jit_inlined
+def certify_skip(p, pressed, z, signed_gap):
+    """The skip from z; none where the motion is about to diverge."""
     t = p.tables
     if not abs(z[0]) + abs(z[2]) + p.steps * (abs(z[1]) + abs(z[3])) < FAR:
-        return Leap(0, 0, 0, LOOK, margin, margin, z)
-    coarse = certified(t, contact, 2, z)
+        return Skip(0, 0, 0, TAKE_STEP, signed_gap, signed_gap, z)
+    coarse = certified_entries(t, pressed, 2, z)
     if coarse > 0:
-        margin = margin_at(t, contact, 2, z, coarse)
-        z = carried(t.moves[contact, 2], z, coarse)
-    if coarse == HELD:
-        return Leap(coarse, 0, 0, GO_ON, margin, margin, z)
-    middle = certified(t, contact, 1, z)
+        signed_gap = signed_gap_at(t, pressed, 2, z, coarse)
+        z = apply_transition(t.matrices[pressed, 2], z, coarse)
+    if coarse == ENTRIES:
+        return Skip(coarse, 0, 0, SKIP_ON, signed_gap, signed_gap, z)
+    middle = certified_entries(t, pressed, 1, z)
     if middle > 0:
-        margin = margin_at(t, contact, 1, z, middle)
-        z = carried(t.moves[contact, 1], z, middle)
-    if middle == HELD:
-        return Leap(coarse, middle, 0, GO_ON, margin, margin, z)
-    fine, then, before, margin = single_steps(t, contact, z, margin)
-    return Leap(coarse, middle, fine, then, before, margin, z)
+        signed_gap = signed_gap_at(t, pressed, 1, z, middle)
+        z = apply_transition(t.matrices[pressed, 1], z, middle)
+    if middle == ENTRIES:
+        return Skip(coarse, middle, 0, SKIP_ON, signed_gap, signed_gap, z)
+    fine, then, before, signed_gap = single_steps(t, pressed, z, signed_gap)
+    return Skip(coarse, middle, fine, then, before, signed_gap, z)
 
 
-@inlined
-def steps_of(t, contact, ahead):
-    """Steps that a leap takes."""
-    strides = t.strides[contact]
-    return ahead.coarse * int(strides[2]) + ahead.middle * int(strides[1]) + ahead.fine
+@jit_inlined
+def steps_of(t, pressed, skip):
+    """Steps that are skipped."""
+    strides = t.strides[pressed]
+    return skip.coarse * int(strides[2]) + skip.middle * int(strides[1]) + skip.fine

@@ -1,68 +1,70 @@
-"""What a record asks of the steps within a leap: motion and contact force there, from tables.
+"""Output of steps that are skipped: motion, contact force and impulse, read off tables (:mod:`.step_map`).
 
-Every step is an entry of each level away from where the leap begins, so none of them is walked through.
+Every step is one entry of each level away from where the skip begins, so no step is taken.
 """
 
-from ..compile.options import bare, inlined
-from ..linear.cos_sin import circle
-from ..linear.tables import carried, dot
-from ..time_stepping.newmark import sample
-from .step_map import HELD, PRESSED
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..linear.cos_sin import cos_sin
+from ..linear.tables import apply_transition, dot
+from ..time_stepping.newmark import write_sample
+from .step_map import ENTRIES, PRESSED
 
 
-@inlined
-def later(t, contact, z, coarse, middle, fine):
-    """z after so many entries of each level, all of them with the same contact state."""
-    z = carried(t.moves[contact, 1], carried(t.moves[contact, 2], z, coarse), middle)
-    return carried(t.moves[contact, 0], z, fine)
+@jit_inlined
+def state_at(t, pressed, z, coarse, middle, fine):
+    """z after so many entries of each level, all with the same contact state."""
+    z = apply_transition(t.matrices[pressed, 1], apply_transition(t.matrices[pressed, 2], z, coarse), middle)
+    return apply_transition(t.matrices[pressed, 0], z, fine)
 
 
-@inlined
+@jit_inlined
 def split(steps, stride):
-    """Whole strides in so many steps, as far as their table goes, and the steps that are left."""
-    strides = min(steps // stride, HELD) if stride > 0 else 0
+    """Whole strides in so many steps, at most as many as the table has, and the steps that are left."""
+    strides = min(steps // stride, ENTRIES) if stride > 0 else 0
     return strides, steps - strides * stride
 
 
-@bare
-def motion_after(p, contact, z, i, t):
-    """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of step t, from z after step i < t: rows times the z before step t."""
+@jit_no_alloc
+def motion_after(p, pressed, z, i, t):
+    """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of step t, from z after step i < t."""
     h, strides = p.scheme.h, p.tables.strides
-    c, s = circle((t - 1) % p.steps / p.steps)
-    coarse, rest = split(t - 1 - i, int(strides[contact, 2]))
-    middle, fine = split(rest, int(strides[contact, 1]))
-    z = (*later(p.tables, contact, z, coarse, middle, fine)[:4], c, s)
-    rows = p.tables.accelerations[contact]
+    c, s = cos_sin((t - 1) % p.steps / p.steps)
+    coarse, rest = split(t - 1 - i, int(strides[pressed, 2]))
+    middle, fine = split(rest, int(strides[pressed, 1]))
+    z = (*state_at(p.tables, pressed, z, coarse, middle, fine)[:4], c, s)  # before step t
+    rows = p.tables.accelerations[pressed]
     a1, a2 = dot(rows[0], z), dot(rows[1], z)
     p1, q1, p2, q2 = z[0], z[1], z[0] + z[2], z[1] + z[3]
     return p1 + 0.25 * a1, (q1 + 0.5 * a1) / h, p2 + 0.25 * a2, (q2 + 0.5 * a2) / h
 
 
-@inlined
-def impulse_of(t, z, ahead):
-    """Δτ Σλ over the steps of a leap in contact."""
-    total = dot(t.sums[2, ahead.coarse - 1], z) if ahead.coarse > 0 else 0.0
-    z = carried(t.moves[PRESSED, 2], z, ahead.coarse)
-    total += dot(t.sums[1, ahead.middle - 1], z) if ahead.middle > 0 else 0.0
-    z = carried(t.moves[PRESSED, 1], z, ahead.middle)
-    return total + (dot(t.sums[0, ahead.fine - 1], z) if ahead.fine > 0 else 0.0)
+@jit_inlined
+def impulse_of(t, z, skip):
+    """Δτ Σλ over the steps of a skip in contact."""
+    total = dot(t.impulses[2, skip.coarse - 1], z) if skip.coarse > 0 else 0.0
+    z = apply_transition(t.matrices[PRESSED, 2], z, skip.coarse)
+    total += dot(t.impulses[1, skip.middle - 1], z) if skip.middle > 0 else 0.0
+    z = apply_transition(t.matrices[PRESSED, 1], z, skip.middle)
+    return total + (dot(t.impulses[0, skip.fine - 1], z) if skip.fine > 0 else 0.0)
 
 
-@bare
-def emit(p, contact, z, i, end, flip, window, record):
-    """Write the section rows and samples of the steps i + 1 … end; ``flip``: the step with which contact changes."""
+@jit_no_alloc
+def write_skipped(p, pressed, z, i, end, change, window, buffers):
+    """Write the section rows and samples of the steps i + 1 … end; ``change``: the step that changes contact, or −1."""
     n = p.steps
-    t = (max(i, window[0]) // n + 1) * n
+    kept_from, sampled_from, stride = window
+    t = (max(i, kept_from) // n + 1) * n
     while t <= end:
-        record.section[(t - window[0]) // n - 1] = motion_after(p, contact, z, i, t)
+        buffers.section[(t - kept_from) // n - 1] = motion_after(p, pressed, z, i, t)
         t += n
-    t, stride = max(i + 1, window[1]), window[2]
-    while t <= end and record.samples.shape[0] > 0:
+    t = max(i + 1, sampled_from)
+    while t <= end and buffers.samples.shape[0] > 0:
         late = (t % n) % stride
         if late > 0:
             t += min(stride - late, n - t % n)
             continue
-        j = (t - window[1]) // n * record.phases.shape[0] + (t % n) // stride
-        if j < record.samples.shape[0]:
-            sample(p.scheme, record.samples[j], motion_after(p, contact, z, i, t), contact != (t == flip))
+        j = (t - sampled_from) // n * buffers.phases.shape[0] + (t % n) // stride
+        if j < buffers.samples.shape[0]:
+            now = motion_after(p, pressed, z, i, t)
+            write_sample(p.scheme, buffers.samples[j], now, (pressed == PRESSED) != (t == change))
         t += 1

@@ -4,18 +4,18 @@ As long as contact does not change, a step maps
 
     z = (p₁, Q₁, p₂ − p₁, Q₂ − Q₁, C, S),    C = cos ητ,  S = sin ητ,
 
-the predictors of Newmark's method, linearly, z → M z, and the gap at its end is a row ρ times z. So the gaps at the
-ends of the next HELD steps are rows ρ Mʲ⁻¹ times one state, and Mʲ moves it on.
+the predictors of :mod:`..time_stepping.newmark`, linearly, z → M z, and the gap at its end is a row ρ times z. So the
+gaps at the ends of the next ENTRIES steps are rows ρ Mʲ⁻¹ times one state, and Mʲ carries the state there.
 
-**Levels.** The same at every s-th step reaches s times as far. Between two entries the steps keep to a bound: where the
-second differences of a sequence, gⱼ₊₁ − 2gⱼ + gⱼ₋₁, are at most B, it lies at the share u of s steps no more than
-4u(1 − u) b below its chord, b = B s²/8, as a parabola would. So where it exceeds b at both ends, it has no zero within.
-The second differences are rows too, ρ (M − 1)² Mʲ⁻², of which the supremum over all steps of a level is taken, element
-by element. A level is made of the entries of the one below.
+**Levels.** The same at every s-th step reaches s times as far. Between two entries of such a level the gaps keep to a
+bound: where the second differences of a sequence, gⱼ₊₁ − 2gⱼ + gⱼ₋₁, are at most B, it lies at the share u of s steps
+no more than 4u(1 − u) b below its chord, b = B s²/8, as a parabola would. So where it exceeds b at both ends, it has no
+zero inside. The second differences are rows too, ρ (M − 1)² Mʲ⁻², of which the supremum over all steps of a level is
+taken, element by element. The entries of a level are made from those of the level below.
 
-In contact the gap's negative is tabulated, so that for both contact states the **margin**, what is tabulated, is
-positive until contact changes. The gap at a step itself is no such row: where contact has just changed, it came about
-with the acceleration of the other state. So what is certified begins with the next step.
+**Signed gap.** In contact the gap's negative is tabulated, so that for both contact states what is tabulated is
+positive until contact changes. The gap at the beginning of a step is no such row: where contact has just changed, it
+resulted from the acceleration of the other state. So the certificate begins with the next step.
 """
 
 import math
@@ -23,45 +23,68 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import bare, jit
-from ..linear.matrices import fill_powers, raise_along, row_image, row_times, spread
+from ..compile.options import jit, jit_no_alloc
+from ..compile.packing import Layout
+from ..equations.rates import free_rate, pressed_rate
+from ..linear.matrices import fill_powers, raise_to_images, raise_within, row_image, row_times
+from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
+from ..time_stepping.newmark import Scheme, scheme_of
 
 FREE, PRESSED = 0, 1  # contact states
 LEVELS = 3
-HELD = 128  # entries of a level
-REACHES = 0.15, 1.0  # |λ| times the longest stride, free and pressed: bounds are then tight enough for most flights …
-SAMPLED = 0.25  # … if suprema are taken over steps that lie no further apart than this
-LONGEST = HELD * HELD // 2  # no stride is longer, so that every step is an entry of each level away
+ENTRIES = 128  # of a level
+REACHES = 0.15, 1.0  # |λ| times the longest stride, free and pressed: bounds are tight enough for most flights …
+SAMPLED = 0.25  # … if suprema are taken over steps no further apart than this
+LONGEST = ENTRIES * ENTRIES // 2  # longest stride: every step is then one entry of each level away
 
 
-class Map(NamedTuple):
+class StepMap(NamedTuple):
     """One step with one contact state; rows to be multiplied by the z before it."""
 
-    move: np.ndarray  # (6, 6) M
+    matrix: np.ndarray  # (6, 6) M
     accelerations: np.ndarray  # (2, 6) Δτ² ξ″ at its end
     force: np.ndarray  # (6,) λ at its end
     gap: np.ndarray  # (6,) ρ
 
 
-class Tables(NamedTuple):
+class StepTables(NamedTuple):
     """What many steps do; first index: FREE or PRESSED, second: the level, from single steps on."""
 
-    margins: np.ndarray  # (2, LEVELS, 6, HELD) ±g after 1 … HELD strides
-    moves: np.ndarray  # (2, LEVELS, HELD, 6, 6) Mˢ, M²ˢ, …
-    bends: np.ndarray  # (2, LEVELS, 6) bound of b between
+    signed_gaps: np.ndarray  # (2, LEVELS, 6, ENTRIES) ±g after 1 … ENTRIES strides
+    matrices: np.ndarray  # (2, LEVELS, ENTRIES, 6, 6) Mˢ, M²ˢ, …
+    curvatures: np.ndarray  # (2, LEVELS, 6) bound of b between entries
     accelerations: np.ndarray  # (2, 2, 6) Δτ² ξ″ at the end of the next step
-    sums: np.ndarray  # (LEVELS, HELD, 6) Δτ Σλ over the steps up to each entry, pressed
+    impulses: np.ndarray  # (LEVELS, ENTRIES, 6) Δτ Σλ over the steps up to each entry, pressed
     strides: np.ndarray  # (2, LEVELS) steps from entry to entry; 0 if there is no such level
 
 
-SHAPES = (2, LEVELS, 6, HELD), (2, LEVELS, HELD, 6, 6), (2, LEVELS, 6), (2, 2, 6), (LEVELS, HELD, 6), (2, LEVELS)
+class SkippingScheme(NamedTuple):
+    """Everything that skipping needs."""
+
+    tables: StepTables
+    steps: int  # n
+    scheme: Scheme
+
+
+TABLES = Layout(
+    StepTables,
+    signed_gaps=(2, LEVELS, 6, ENTRIES),
+    matrices=(2, LEVELS, ENTRIES, 6, 6),
+    curvatures=(2, LEVELS, 6),
+    accelerations=(2, 2, 6),
+    impulses=(LEVELS, ENTRIES, 6),
+    strides=(2, LEVELS),
+)
+SKIPPING = Layout(SkippingScheme, tables=TABLES, scheme=Layout(Scheme))
+unpack_skipping = SKIPPING.unpack
+_write_numbers = SKIPPING.writer("steps", "scheme")
 
 
 @jit
 def step_map(m, eta, contact):
-    """The map of a step, from the coefficients of :class:`..time_stepping.newmark.Scheme`."""
+    """The map of a step, from the coefficients of its :class:`Scheme`."""
     turn = eta * m.h
-    accelerations, force, gap, move = np.zeros((2, 6)), np.zeros(6), np.zeros(6), np.zeros((6, 6))
+    accelerations, force, gap, matrix = np.zeros((2, 6)), np.zeros(6), np.zeros(6), np.zeros((6, 6))
     cosine, sine = math.cos(turn), math.sin(turn)
     a1, a2 = accelerations[0], accelerations[1]
     a1[0], a1[1] = -m.stiffness1, -m.damping1
@@ -78,92 +101,113 @@ def step_map(m, eta, contact):
             a1[i] -= m.react1 * force[i]
             a2[i] += m.react2 * force[i]
     for i in range(6):
-        move[0, i] = move[1, i] = a1[i]
-        move[2, i] = move[3, i] = a2[i] - a1[i]
+        matrix[0, i] = matrix[1, i] = a1[i]
+        matrix[2, i] = matrix[3, i] = a2[i] - a1[i]
         gap[i] = 0.25 * (a2[i] - a1[i])
     # p + Q + A, Q + A, and the same of the differences
     for i in (0, 2):
-        move[i, i] += 1.0
-        move[i, i + 1] += 1.0
-        move[i + 1, i + 1] += 1.0
+        matrix[i, i] += 1.0
+        matrix[i, i + 1] += 1.0
+        matrix[i + 1, i + 1] += 1.0
     gap[2] += 1.0
-    move[4, 4] = move[5, 5] = cosine
-    move[5, 4], move[4, 5] = sine, -sine
-    return Map(move, accelerations, force, gap)
+    matrix[4, 4] = matrix[5, 5] = cosine
+    matrix[5, 4], matrix[4, 5] = sine, -sine
+    return StepMap(matrix, accelerations, force, gap)
 
 
-@bare
-def fill_margins(margins, first, moves):
-    """Write the margins of a level, of which the first is given."""
+@jit_no_alloc
+def fill_signed_gaps(signed_gaps, first, matrices):
+    """Write the signed gaps of a level, of which the first is given."""
+    g = signed_gaps
     for i in range(6):
-        margins[i, 0] = first[i]
-    for j in range(1, HELD):
-        (margins[0, j], margins[1, j], margins[2, j], margins[3, j], margins[4, j], margins[5, j]) = row_image(
-            first, moves[j - 1]
-        )
+        g[i, 0] = first[i]
+    for j in range(1, ENTRIES):
+        g[0, j], g[1, j], g[2, j], g[3, j], g[4, j], g[5, j] = row_image(first, matrices[j - 1])
 
 
-@bare
-def fill_sums(sums, first, moves):
-    """Write the sums of the contact force over the strides of a level, of which the first is given."""
+@jit_no_alloc
+def fill_impulses(impulses, first, matrices):
+    """Write the impulses over the strides of a level, of which the first is given."""
+    out = impulses
     s0, s1, s2, s3, s4, s5 = first[0], first[1], first[2], first[3], first[4], first[5]
-    sums[0, 0], sums[0, 1], sums[0, 2], sums[0, 3], sums[0, 4], sums[0, 5] = s0, s1, s2, s3, s4, s5
-    for j in range(1, HELD):
-        f0, f1, f2, f3, f4, f5 = row_image(first, moves[j - 1])
+    out[0, 0], out[0, 1], out[0, 2], out[0, 3], out[0, 4], out[0, 5] = s0, s1, s2, s3, s4, s5
+    for j in range(1, ENTRIES):
+        f0, f1, f2, f3, f4, f5 = row_image(first, matrices[j - 1])
         s0, s1, s2, s3, s4, s5 = s0 + f0, s1 + f1, s2 + f2, s3 + f3, s4 + f4, s5 + f5
-        sums[j, 0], sums[j, 1], sums[j, 2], sums[j, 3], sums[j, 4], sums[j, 5] = s0, s1, s2, s3, s4, s5
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = s0, s1, s2, s3, s4, s5
 
 
 @jit
-def fill_bend(tables, state, level, one):
+def fill_curvature(tables, state, level, one):
     """Write the bound b of a level.
 
-    The supremum is taken over some steps of each stride, entries of the level below. From there it is carried to those
-    that follow, M being 1 + (M − 1), by powers of 1 + |M − 1|.
+    The supremum is taken over some steps of each stride, entries of the level below. It is extended to the steps that
+    follow by powers of 1 + |M − 1|, since M = 1 + (M − 1).
     """
-    below, moves, bound = tables.moves[state, level - 1], tables.moves[state, level], tables.bends[state, level]
-    change = one.move.copy()
+    below, matrices, strides = tables.matrices[state, level - 1], tables.matrices[state, level], tables.strides[state]
+    bound = tables.curvatures[state, level]
+    change = one.matrix.copy()
     for i in range(6):
         change[i, i] -= 1.0
         bound[i] = 0.0
-    curve = row_times(row_times(one.gap, change), change)
-    entries = int(tables.strides[state, level] / tables.strides[state, level - 1])
+    curvature = row_times(row_times(one.gap, change), change)
+    entries = int(strides[level] / strides[level - 1])
     apart = math.ceil(entries * SAMPLED / REACHES[state])
     for k in range(0, entries, apart):
-        raise_along(bound, row_times(curve, below[k - 1]) if k > 0 else curve, moves)
-    spread(bound, change, apart * tables.strides[state, level - 1])
+        raise_to_images(bound, row_times(curvature, below[k - 1]) if k > 0 else curvature, matrices)
+    raise_within(bound, change, apart * strides[level - 1])
     for i in range(6):
-        bound[i] *= tables.strides[state, level] ** 2 / 8
+        bound[i] *= strides[level] ** 2 / 8
 
 
 @jit
-def ladder(longest):
-    """Strides of the levels above the first, of which the last is about the longest; 0 for a level too many."""
+def choose_strides(longest):
+    """Strides of the two levels above single steps, the last about the longest; 0 for a level that is not needed."""
     longest = min(longest, LONGEST)
-    if longest <= 4 * HELD:
-        return (min(longest, HELD) if longest > 1 else 0), 0
+    if longest <= 4 * ENTRIES:
+        return (min(longest, ENTRIES) if longest > 1 else 0), 0
     middle = int(math.sqrt(longest))
     return middle, longest // middle * middle
 
 
 @jit
-def fill_tables(tables, m, eta, state, pole):
-    """Write all levels of one contact state; ``pole`` is the largest |λ| of its motion, the excitation included."""
+def fill_tables(tables, m, eta, state, rate):
+    """Write all levels of one contact state; ``rate`` bounds |λ| of its motion, the excitation included."""
     one, sign = step_map(m, eta, state == PRESSED), -1.0 if state == PRESSED else 1.0
     tables.accelerations[state] = one.accelerations
-    strides, moves, margins = tables.strides[state], tables.moves[state], tables.margins[state]
+    strides, matrices, signed_gaps = tables.strides[state], tables.matrices[state], tables.signed_gaps[state]
     strides[0] = 1
-    strides[1], strides[2] = ladder(int(REACHES[state] / (pole * m.h)))
-    margin, impulse, strider = sign * one.gap, m.h * one.force, one.move
+    strides[1], strides[2] = choose_strides(int(REACHES[state] / (rate * m.h)))
+    gap, impulse, stride = sign * one.gap, m.h * one.force, one.matrix
     for level in range(LEVELS):
         if strides[level] == 0:
             break
         if level > 0:
             k = int(strides[level] / strides[level - 1]) - 1
-            margin, impulse, strider = margins[level - 1, :, k].copy(), tables.sums[level - 1, k], moves[level - 1, k]
-        fill_powers(moves[level], strider)
-        fill_margins(margins[level], margin, moves[level])
+            gap, impulse = signed_gaps[level - 1, :, k].copy(), tables.impulses[level - 1, k]
+            stride = matrices[level - 1, k]
+        fill_powers(matrices[level], stride)
+        fill_signed_gaps(signed_gaps[level], gap, matrices[level])
         if state == PRESSED:
-            fill_sums(tables.sums[level], impulse, moves[level])
+            fill_impulses(tables.impulses[level], impulse, matrices[level])
         if level > 0:
-            fill_bend(tables, state, level, one)
+            fill_curvature(tables, state, level, one)
+
+
+@jit
+def set_up_skipping(packed, keys, row):
+    """Write the :class:`SkippingScheme` of a run into its packed array.
+
+    Parameters
+    ----------
+    packed : (SKIPPING.size,) float64
+    keys : (2, len(Parameters)) float64
+        The parameters for which the tables in ``packed`` were made; changed in place.
+    row : (len(Parameters),) float64
+    """
+    p, tables = unpack_parameters(row), unpack_skipping(packed).tables
+    m, rates, counts = scheme_of(p), (free_rate(p), pressed_rate(p)), (FOR_FLIGHT, FOR_CONTACT)
+    _write_numbers(packed, p.steps, m)
+    for state in range(2):  # a literal 0 or 1 would be compiled twice
+        if renew_key(keys[state], row, counts[state]):
+            fill_tables(tables, m, p.eta, state, rates[state])

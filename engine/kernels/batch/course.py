@@ -1,146 +1,148 @@
-"""The course of one cell's motion: followed to the end of its transient, then through its sample, which is logged."""
+"""The course of one cell: integrated through its transient, then through its sample, which is logged."""
 
 import math
 
-from ..accelerated.skip import finish, leap
-from ..compile.options import bare, jit
-from ..compile.record import unfold_record
-from ..event_driven import integrate as closed
-from ..event_driven.integrate import march, note_open
-from ..event_driven.state import anchor_of, touches
-from ..event_driven.state import unfold as unfold_contact
-from ..time_stepping import newmark
-from ..time_stepping.newmark import CONTACT
-from . import section_statistics as tally
-from .recurrence import CYCLE, event_recurs, steps_recur
+from .. import section_statistics as statistics
+from ..accelerated import skip
+from ..compile.options import jit, jit_no_alloc
+from ..compile.record import unpack_buffers
+from ..event_driven import output
+from ..event_driven.integrate import integrate
+from ..event_driven.state import unpack_state, unpack_system
+from ..status import FULL, OK, PAUSED, UNRESOLVED, WITHDRAWN
+from ..time_stepping.newmark import unpack_state as unpack_step_state
+from .recurrence import CYCLE, event_state_recurs, step_state_recurs
 
-OK, DIVERGED, PILED_UP, UNRESOLVED, WITHDRAWN = range(5)  # how a cell ends
-REFERENCE, EXACT, LEAPS = range(3)  # how it is solved
-MOST_PAUSES = 8  # in one period, as in engine.drivers.closed
+REFERENCE, EXACT, SKIPPING = range(3)  # how a cell is solved
+MOST_PAUSES = 8  # in one period, after which it is given up
 
 
-@bare
-def march_on(room, cell, stop, log, taken, signals):
-    """A motion in closed form up to the end of period ``stop``; returns how it ends.
+@jit_no_alloc
+def integrate_events(work, p, stop, log, record, signals):
+    """Integrate a motion in closed form to the end of period ``stop``; returns its status.
 
-    ``taken``: the folded record to fill, and the period with which it begins.
+    ``record``: packed buffers to fill, and the period with which they begin.
     """
-    flat, sizes, origin = taken
+    flat, sizes, origin = record
     window, pauses, paused_in = (float(origin), float(stop)), 0, -1.0
     while signals[0] == 0:
-        code, _, _ = march(room.folded, room.state, float(stop), window, flat, sizes)
-        if code == closed.FULL:
-            log_events(room, cell, log, taken)
-        elif code == closed.PAUSED:
-            pauses = pauses + 1 if room.state[0] == paused_in else 0
-            paused_in = room.state[0]
+        status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, None)
+        if status == FULL:
+            log_events(work, p, log, record)
+        elif status == PAUSED:
+            period = unpack_state(work.state).period
+            pauses = pauses + 1 if period == paused_in else 0
+            paused_in = period
             if pauses > MOST_PAUSES:
                 return UNRESOLVED
         else:
-            return OK if code == closed.DONE else PILED_UP if code == closed.PILED_UP else UNRESOLVED
+            return status
     return WITHDRAWN
 
 
-@bare
-def leap_on(room, cell, stop, log, taken, signals):
-    """Newmark's solution up to the end of period ``stop``, as :func:`march_on`."""
-    flat, sizes, origin = taken
-    n = int(cell.steps)
+@jit_no_alloc
+def integrate_steps(work, p, stop, log, record, signals):
+    """Integrate Newmark's solution to the end of period ``stop``, as :func:`integrate_events`."""
+    flat, sizes, origin = record
+    n = int(p.steps)
+    window = (origin * n, stop * n, n)
     while signals[0] == 0:
-        code = leap(room.folded, room.state, stop * n, (origin * n, stop * n, n), flat, sizes, False)
-        if code != newmark.FULL:
-            return DIVERGED if code == newmark.DIVERGED else OK
-        log_events(room, cell, log, taken)
+        status = skip.integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, False)
+        if status != FULL:
+            return status
+        log_events(work, p, log, record)
     return WITHDRAWN
 
 
-@bare
-def log_events(room, cell, log, taken):
-    """Add what a record holds to a log, and empty the record."""
-    flat, sizes, origin = taken
-    record = unfold_record(flat, sizes)
-    tally.note_events(log, sizes[0], origin, 2 * math.pi / cell.eta, cell.steps, record)
+@jit
+def integrate_to(work, plan, p, stop, log, record, signals):
+    """Integrate to the end of period ``stop``."""
+    if plan.kind == SKIPPING:
+        return integrate_steps(work, p, stop, log, record, signals)
+    return integrate_events(work, p, stop, log, record, signals)
 
 
-@bare
-def end_contact(room, cell, stop, log, taken):
+@jit_no_alloc
+def log_events(work, p, log, record):
+    """Add what buffers hold to a log, and empty them."""
+    flat, sizes, origin = record
+    buffers = unpack_buffers(flat, sizes)
+    impacts, contacts = buffers.impacts[: buffers.used[0], 0], buffers.contacts[: buffers.used[1]]
+    statistics.add_events(log, sizes[0], origin, 2 * math.pi / p.eta, p.steps, impacts, contacts)
+    buffers.used[0] = buffers.used[1] = 0
+
+
+@jit_no_alloc
+def log_open_contact(work, plan, p, stop, log, record):
     """Log the contact that is open at the end of period ``stop`` as if it ended there."""
-    flat, sizes, origin = taken
-    record = unfold_record(flat, sizes)
-    if cell.steps > 0.0:
-        if room.state[CONTACT] > 0.0:
-            for k in range(room.state.size):
-                room.before[k] = room.state[k]
-            finish(room.folded, room.before, stop * int(cell.steps), record)
-    elif touches(anchor_of(room.state)):
+    flat, sizes, origin = record
+    buffers = unpack_buffers(flat, sizes)
+    if plan.kind == SKIPPING:
+        if unpack_step_state(work.state).pressed:
+            skip.record_open_contact(work.packed, work.state, stop * int(p.steps), buffers)
+    else:
         window = (float(origin), float(stop))
-        note_open(unfold_contact(room.folded), anchor_of(room.state), float(stop), window, record)
-    log_events(room, cell, log, taken)
+        output.record_open_contact(unpack_system(work.packed), unpack_state(work.state), float(stop), window, buffers)
+    log_events(work, p, log, record)
 
 
 @jit
-def go_on(room, plan, cell, stop, log, taken, signals):
-    """Follow the motion up to the end of period ``stop``."""
-    if plan.kind == LEAPS:
-        return leap_on(room, cell, stop, log, taken, signals)
-    return march_on(room, cell, stop, log, taken, signals)
-
-
-@jit
-def take_down(room, plan, cell, log, taken, signals):
-    """Follow the motion through a record and log what it holds; returns how it ends."""
-    flat, sizes, origin = taken
+def log_periods(work, plan, p, log, record, signals):
+    """Integrate through the periods of a record and log them; returns the status."""
+    flat, sizes, origin = record
     rows = sizes[0]
     stop = origin + rows
-    tally.clear(log, rows)
-    status = go_on(room, plan, cell, stop, log, taken, signals)
+    statistics.clear(log, rows)
+    status = integrate_to(work, plan, p, stop, log, record, signals)
     if status == OK:
-        log_events(room, cell, log, taken)
-        end_contact(room, cell, stop, log, taken)
-        tally.copy_rows(log, rows, unfold_record(flat, sizes).section)
+        log_events(work, p, log, record)
+        log_open_contact(work, plan, p, stop, log, record)
+        statistics.write_section(log, rows, unpack_buffers(flat, sizes).section)
     return status
 
 
 @jit
-def recurs(room, plan, cell):
-    """Whether the state is that of a cycle before, which is forgotten for it."""
-    if plan.kind == LEAPS:
-        same = steps_recur(room.state, room.before, int(cell.steps))
+def state_recurs(work, plan, p):
+    """Whether the state is that of a cycle before; it becomes that of the cycle before."""
+    if plan.kind == SKIPPING:
+        same = step_state_recurs(work.state, work.before, int(p.steps))
     else:
-        same = event_recurs(room.state, room.before, 2 * math.pi / cell.eta)
-    for k in range(room.state.size):
-        room.before[k] = room.state[k]
+        same = event_state_recurs(work.state, work.before, 2 * math.pi / p.eta)
+    for k in range(work.state.size):
+        work.before[k] = work.state[k]
     return same
 
 
 @jit
-def pass_transient(room, plan, cell, signals):
-    """Follow the motion to the end of the transient, or until it has turned out to be periodic.
+def pass_transient(work, plan, p, signals):
+    """Integrate to the end of the transient, or until the motion has turned out to be periodic.
 
-    Returns how it ends, the periods done, and whether it is periodic.
+    Returns the status, the periods done, and whether the motion is periodic.
     """
-    nothing, done, alike = (room.nothing, room.no_sizes, 0), 0, 0
-    room.before[:] = math.nan
+    nothing, done, alike = (work.nothing, work.no_sizes, 0), 0, 0
+    work.before[:] = math.nan
     while done < plan.transient:
         done = min(done + CYCLE, plan.transient)
-        status = go_on(room, plan, cell, done, room.log, nothing, signals)
+        status = integrate_to(work, plan, p, done, work.log, nothing, signals)
         if status != OK:
             return status, done, False
-        if plan.early:
-            alike = alike + 1 if recurs(room, plan, cell) else 0
+        if plan.early_stop:
+            alike = alike + 1 if state_recurs(work, plan, p) else 0
             if alike == 2 and plan.transient + plan.sample - done > CYCLE:
                 return OK, done, True
     return OK, done, False
 
 
 @jit
-def follow(room, plan, cell, signals):
-    """Follow the motion of a cell and log its sample; returns how it ends and the periods done."""
-    status, done, periodic = pass_transient(room, plan, cell, signals)
+def run_cell(work, plan, p, signals):
+    """Integrate one cell and log its sample; returns the status and the periods done."""
+    status, done, periodic = pass_transient(work, plan, p, signals)
     if status != OK:
         return status, done
     if not periodic:
-        return take_down(room, plan, cell, room.log, (room.kept, room.kept_sizes, done), signals), done + plan.sample
-    status = take_down(room, plan, cell, room.cycle_log, (room.cycle, room.cycle_sizes, done), signals)
-    tally.repeat(room.log, plan.sample, plan.transient, room.cycle_log, CYCLE, done)
+        record = (work.sample, work.sample_sizes, done)
+        return log_periods(work, plan, p, work.log, record, signals), done + plan.sample
+    record = (work.cycle, work.cycle_sizes, done)
+    status = log_periods(work, plan, p, work.cycle_log, record, signals)
+    statistics.repeat_cycle(work.log, plan.sample, plan.transient, work.cycle_log, CYCLE, done)
     return status, done + CYCLE

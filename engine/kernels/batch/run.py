@@ -1,132 +1,131 @@
-"""Cells of a sweep, one after the other, from their numbers to their description, without a return to Python."""
+"""Many cells in one call, each from its parameters to its description, without a return to Python."""
 
 from typing import NamedTuple
 
 import numpy as np
 
+from .. import section_statistics as statistics
+from ..accelerated.step_map import set_up_skipping
 from ..compile.options import jit
-from ..event_driven.integrate import prepare
-from ..event_driven.setup import cell_of, set_up_closed
-from ..event_driven.state import keep_anchor
-from ..event_driven.state import unfold as unfold_contact
-from ..time_stepping.setup import begin_steps, scheme_of, set_up_leaps
-from . import section_statistics as tally
-from .course import LEAPS, OK, REFERENCE, WITHDRAWN, follow
+from ..event_driven.setup import set_up_events
+from ..event_driven.state import start_state
+from ..event_driven.state import write_state as write_event_state
+from ..parameters import unpack_parameters
+from ..status import OK, WITHDRAWN
+from ..time_stepping.newmark import scheme_of
+from ..time_stepping.newmark import start_state as step_start_state
+from ..time_stepping.newmark import write_state as write_step_state
+from .course import REFERENCE, SKIPPING, run_cell
 
 
-class Plan(NamedTuple):
+class BatchPlan(NamedTuple):
     """What is the same for all cells of a call."""
 
-    kind: int  # REFERENCE, EXACT or LEAPS
+    kind: int  # REFERENCE, EXACT or SKIPPING
     transient: int
     sample: int
-    early: bool
+    early_stop: bool
     coordinates: np.ndarray  # (c,) int64
-    tolerance: float  # of a period, and what a near period is (engine.motions.section)
-    scatter: float
-    most_nearly: int
-    completion: float  # of a chatter (engine.drivers.closed)
+    completion: float  # of a chatter (engine.drivers.event_driven)
 
 
-class Work(NamedTuple):
+class BatchCells(NamedTuple):
     """The cells, as arrays with an entry each, and the order in which they are run."""
 
     order: np.ndarray  # (n,) int64
     chained: np.ndarray  # (n,) bool, by place in the order: starts from the end of the one before
-    numbers: np.ndarray  # (n, len(Cell))
+    parameters: np.ndarray  # (n, len(Parameters))
     initial: np.ndarray  # (n, 4)
-    circles: np.ndarray  # (n, 2) between the slow and the fast motion in contact (engine.drivers.slow)
+    circles: np.ndarray  # (n, 2) between slow and fast eigenvalues in contact (engine.drivers.slow_subspace)
 
 
-class Results(NamedTuple):
+class BatchResults(NamedTuple):
     """What becomes of the cells."""
 
     status: np.ndarray  # (n,) int64
     section: np.ndarray  # (n, sample, c)
-    numbers: np.ndarray  # (n, tally.NUMBERS)
+    numbers: np.ndarray  # (n, section_statistics.NUMBERS)
     end: np.ndarray  # (n, 4)
     periods: np.ndarray  # (n,) int64
 
 
-class Room(NamedTuple):
-    """What one thread works in. Records as :class:`..compile.record.Folded`: of nothing, of a cycle and of a sample."""
+class WorkSpace(NamedTuple):
+    """What one thread works in. Packed buffers are for nothing, for a cycle and for a sample."""
 
-    folded: np.ndarray
-    keys: np.ndarray  # (2, len(Cell)) the numbers for which the tables in it are made
+    packed: np.ndarray
+    keys: np.ndarray  # (2, len(Parameters)) the parameters that the tables in it are made for
     state: np.ndarray
     before: np.ndarray  # the state a cycle ago
     nothing: np.ndarray
     no_sizes: np.ndarray
     cycle: np.ndarray
     cycle_sizes: np.ndarray
-    kept: np.ndarray
-    kept_sizes: np.ndarray
-    cycle_log: np.ndarray  # (CYCLE, tally.COLUMNS)
-    log: np.ndarray  # (sample, tally.COLUMNS)
+    sample: np.ndarray
+    sample_sizes: np.ndarray
+    cycle_log: np.ndarray  # (CYCLE, section_statistics.COLUMNS)
+    log: np.ndarray  # (sample, section_statistics.COLUMNS)
 
 
 @jit
-def set_up(room, work, plan, i):
+def set_up(work, cells, plan, i):
     """Tables of cell i."""
-    if plan.kind == LEAPS:
-        set_up_leaps(room.folded, room.keys, work.numbers[i])
+    row = cells.parameters[i]
+    if plan.kind == SKIPPING:
+        set_up_skipping(work.packed, work.keys, row)
     else:
-        rigid = plan.kind == REFERENCE
-        set_up_closed(room.folded, room.keys, work.numbers[i], rigid, work.circles[i], plan.completion)
+        set_up_events(work.packed, work.keys, row, plan.kind == REFERENCE, cells.circles[i], plan.completion)
 
 
 @jit
-def begin(room, plan, cell, start):
-    """The solver's state at τ = 0."""
-    if plan.kind == LEAPS:
-        begin_steps(room.state, scheme_of(cell), cell, start)
-        return
-    p = unfold_contact(room.folded)
-    keep_anchor(room.state, prepare(p, start[0], start[1], start[2] - start[0], start[3] - start[1]))
+def begin(work, plan, p, start):
+    """Write the solver's state at τ = 0."""
+    if plan.kind == SKIPPING:
+        write_step_state(work.state, step_start_state(scheme_of(p), p, start))
+    else:
+        gap, rate = start[2] - start[0], start[3] - start[1]
+        write_event_state(work.state, start_state(start[0], start[1], gap, rate))
 
 
 @jit
-def run_cells(work, places, plan, room, results, signals, slot):
+def run_cells(cells, places, plan, work, results, signals, slot):
     """Run the cells at some places of the order, one after the other.
 
     Parameters
     ----------
-    work : Work
+    cells : BatchCells
     places : (int, int)
         First place, and the one after the last.
-    plan : Plan
-    room : Room
-    results : Results
+    plan : BatchPlan
+    work : WorkSpace
+    results : BatchResults
     signals : (1 + threads,) int64
         ``signals[0]`` is set to withdraw the call; ``signals[slot]`` counts the cells done.
     slot : int
     """
-    before = -1
     for place in range(places[0], places[1]):
-        i = work.order[place]
-        cell = cell_of(work.numbers[i])
-        set_up(room, work, plan, i)
-        start = results.end[before] if before >= 0 and work.chained[place] else work.initial[i]
-        begin(room, plan, cell, start)
-        status, periods = follow(room, plan, cell, signals)
+        i, before = cells.order[place], cells.order[place - 1]
+        p = unpack_parameters(cells.parameters[i])
+        set_up(work, cells, plan, i)
+        goes_on = cells.chained[place] and results.status[before] == OK
+        begin(work, plan, p, results.end[before] if goes_on else cells.initial[i])
+        status, periods = run_cell(work, plan, p, signals)
         if status == WITHDRAWN:
             return
         results.status[i], results.periods[i] = status, periods
-        before = i if status == OK else -1
         if status == OK:
-            report(room, plan, results, i)
+            describe_cell(work, plan, results, i)
         signals[slot] += 1
 
 
 @jit
-def report(room, plan, results, i):
-    """Write what the log of a cell tells."""
-    log, out = room.log, results.numbers[i]
-    tally.describe(log, plan.sample, plan.tolerance, plan.scatter, plan.most_nearly, out)
+def describe_cell(work, plan, results, i):
+    """Write the description, the section and the end of a cell from its log."""
+    log = work.log
+    statistics.describe(log, plan.sample, -1, results.numbers[i])
     for j in range(plan.sample):
         for c in range(plan.coordinates.size):
-            results.section[i, j, c] = log[j, tally.SECTION + plan.coordinates[c]]
+            results.section[i, j, c] = log[j, statistics.SECTION + plan.coordinates[c]]
     for c in range(4):
-        results.end[i, c] = log[plan.sample - 1, tally.SECTION + c]
-    if plan.kind == REFERENCE:  # who goes on from there knows no penetration, not even one of rounding
+        results.end[i, c] = log[plan.sample - 1, statistics.SECTION + c]
+    if plan.kind == REFERENCE:  # a run that starts from there must not penetrate, not even by rounding
         results.end[i, 2] = max(results.end[i, 0], results.end[i, 2])

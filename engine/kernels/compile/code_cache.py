@@ -1,8 +1,8 @@
-"""Compiled code kept between runs, whatever becomes of the files.
+"""A cache of machine code that survives damaged files and full disks.
 
-Numba's own cache passes on to its caller whatever the disk says, so that a kernel fails where a file is damaged or the
-disk is full; and machine code in which a bit has flipped would run. Here each file carries a digest: what does not fit
-its own counts as missing, and what cannot be kept is compiled anew the next time.
+Numba's own cache raises whatever the disk raises, so that a kernel fails where a file is damaged or the disk is full,
+and it would run machine code in which a bit has flipped. Here each file begins with a digest of its content: a file
+that does not match its digest counts as missing, and code that cannot be written is compiled anew at the next start.
 """
 
 import contextlib
@@ -17,8 +17,8 @@ _DIGEST = hashlib.sha256
 _LENGTH = _DIGEST().digest_size
 
 
-def kept(function, **options):
-    """A function compiled by Numba, its machine code kept."""
+def cache_safe(function, **options):
+    """Compile a function by Numba and cache its machine code."""
     dispatcher = numba.njit(function, **options)
     dispatcher._cache = _Cache(function)
     return dispatcher
@@ -29,7 +29,7 @@ class _Cache(FunctionCache):
 
     def __init__(self, function):
         super().__init__(function)
-        # No time stamp of the source, which a copy changes: the folder's name tells the sources.
+        # No time stamp of the source, which a copy changes: the name of the folder identifies the sources.
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, source_stamp=None)
 
     def save_overload(self, sig, data):
@@ -38,7 +38,7 @@ class _Cache(FunctionCache):
 
 
 class _Files(IndexDataCacheFile):
-    """An index, and one file for each signature; each is a digest and what it is of."""
+    """An index, and one file for each signature; each holds a digest and the content that it belongs to."""
 
     def _load_index(self):
         version, entries = self._read(self._index_path) or (None, {})

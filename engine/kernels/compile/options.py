@@ -1,7 +1,8 @@
-"""The one place that decides how kernels are compiled and where the machine code is kept.
+"""The one place that decides how kernels are compiled and where their machine code is cached.
 
 Numba keys its cache by the source of the cached function alone: an edit in another file that this function calls
-would go unnoticed and give old numbers. So the cache folder carries a digest of all kernel sources in its name.
+would go unnoticed and give old numbers (numba issue 1833). So the name of the cache folder holds a digest of all
+kernel sources. It is a digest of their bytes, since it is needed at every start and must cost next to nothing.
 """
 
 import atexit
@@ -15,13 +16,13 @@ from pathlib import Path
 import numba
 import platformdirs
 
-from .code_cache import kept
+from .code_cache import cache_safe
 
-_SOURCES = Path(__file__).parent
-_FOLDERS_KEPT = 4  # a developer hops between a few versions; older machine code is dropped
+_KERNELS = Path(__file__).parents[1]
+_FOLDERS_KEPT = 4  # a developer switches between a few versions; older machine code is dropped
 
 
-def source_digest(folder: Path = _SOURCES) -> str:
+def source_digest(folder: Path = _KERNELS) -> str:
     """Digest of every Python source below a folder, 12 hexadecimal digits."""
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):
@@ -52,8 +53,8 @@ def _kernel_folder() -> Path:
 
 
 def _private_copy(folder: Path) -> Path:
-    # Numba passes over a read-only cache without a word and compiles anew, so a read-only image needs a copy.
-    # The files are pickles: the copy must be a folder nobody else can write to, hence mkdtemp.
+    # Numba ignores a read-only cache without a message and compiles anew, so a read-only image needs a copy.
+    # The files are pickles: nobody else may write to the copy, hence mkdtemp.
     copy = Path(tempfile.mkdtemp(prefix="vibroscope-kernels-"))
     atexit.register(shutil.rmtree, copy, ignore_errors=True)
     if os.access(folder, os.R_OK | os.X_OK):
@@ -63,14 +64,24 @@ def _private_copy(folder: Path) -> Path:
 
 numba.config.CACHE_DIR = str(_kernel_folder())
 
-# Of fast-math only the fusing of a product and a sum, which rounds once in place of twice. The rest would delete the
-# checks for NaN and reorder the sums that decide an event.
-# error_model="numpy" lets a division by zero give inf, as the kernels expect, without a branch at each division.
-exact = functools.partial(kept, nogil=True, error_model="numpy")  # for sums whose rounding is known
-jit = functools.partial(exact, fastmath={"contract"})
-# Kernels that make no array. Without _nrt Numba counts references to every array that passes from function to function,
-# by locked instructions that took half the time of a march; their arrays belong to the caller, who outlives the call.
-bare = functools.partial(jit, _nrt=False)
-inlined = functools.partial(bare, forceinline=True)
-# Functions that give views of an array: part of their caller before it is compiled, so that no array passes between.
-spliced = functools.partial(bare, inline="always")
+# error_model="numpy": a division by zero gives inf, as the kernels expect, without a branch at each division.
+# nogil: the kernels of one session must not stop the other sessions of the process.
+jit_uncontracted = functools.partial(cache_safe, nogil=True, error_model="numpy")  # for sums with a known rounding
+
+# Of fast-math only "contract", which fuses a product and a sum and rounds once instead of twice. The other options
+# would delete the checks for NaN and reorder the sums that decide an event.
+jit = functools.partial(jit_uncontracted, fastmath={"contract"})
+
+# Kernels that allocate nothing. With reference counting (_nrt) Numba counts references to each array that passes from
+# function to function, by locked instructions that take half of the time of an event loop.
+jit_no_alloc = functools.partial(jit, _nrt=False)
+
+# The same, inlined by LLVM (forceinline), or by Numba before type inference (inline="always"): the latter for functions
+# that return views, so that no array passes between functions.
+jit_inlined = functools.partial(jit_no_alloc, forceinline=True)
+jit_spliced = functools.partial(jit_no_alloc, inline="always")
+
+
+def uncompiled(kernel):
+    """The Python function of a kernel, for calls that are not worth compiling."""
+    return getattr(kernel, "py_func", kernel)

@@ -1,23 +1,33 @@
-"""What happens at an event: impact, touch, release (MODEL.md, "Motion"; paper, section 2).
+"""What happens at an event: impact, touch, release (paper, section 2).
 
-Reference: Newton's law; pendulums stick where the paper's do and part when the contact force falls to zero. Penalty:
-nothing jumps; contact begins and ends where the gap passes zero.
+**Reference.** Newton's impact law at g = 0, g′ < 0: with ξ₁′ + μξ₂′ conserved,
+
+    g′⁺ = −e g′⁻,    impulse = μ/(1 + μ) (1 + e) |g′⁻|                                     (9)
+
+Permanent contact begins with an impact that leaves g′⁺ ≤ ε while the contact force of the joined bodies, Eq. (8), is
+compressive; it takes the whole relative velocity, impulse μ/(1 + μ) |g′⁻|. It ends when that force falls to zero.
+
+**Penalty.** Nothing jumps: contact begins and ends where the gap passes zero.
+
+**Degenerate starts.** Where gap and gap rate vanish together (a start at rest, the end of a permanent contact), the
+first derivative of the free gap that is not zero decides: positive, the bodies separate; negative, they touch.
 """
 
-from ..compile.options import bare, inlined
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..compile.record import OpenContact, no_contact
 from ..linear.tables import POWERS
-from .chatter import complete, completes
-from .state import COLLIDING, SEPARATED, TOUCHING, Anchor, Touch, after, clock, state, untouched
+from .chatter import can_sum, sum_up
+from .state import COLLISION, CONTACT, FLIGHT, ROUNDING, HybridState, later_state, linear_state, time_of
 
-ROUNDING = 16 * 2.0**-52  # a derivative below this share of the numbers that make it up is not told from zero
 HIGHEST_ORDER = 5  # derivatives tried where a phase starts on the surface
 
 
-@inlined
-def first_order(p, z, start):
-    """Order and sign of the first derivative of the free gap, from order ``start`` on, that is told from zero.
+@jit_inlined
+def first_nonzero_derivative(p, z, start):
+    """Order and value of the first derivative of the free gap, from order ``start`` on, that is told from zero.
 
-    Returns (HIGHEST_ORDER + 1, 0.0) if none is. Contact changes none but those above the first that is not zero.
+    Returns (HIGHEST_ORDER + 1, 0.0) if there is none. The contact force changes only derivatives above it. The value is
+    a coefficient in powers of u = s/h, which has the sign of the derivative.
     """
     for order in range(start, HIGHEST_ORDER + 1):
         value, scale = 0.0, 0.0
@@ -30,98 +40,94 @@ def first_order(p, z, start):
     return HIGHEST_ORDER + 1, 0.0
 
 
-@inlined
-def fly(a, v1, rate, order):
-    """The anchor from which the pendulums part."""
-    return Anchor(a.period, a.tau, a.x1, v1, 0.0, rate, SEPARATED, order, a.events, untouched())
+@jit_inlined
+def begin_flight(a, v1, rate, order):
+    """The hybrid state from which the bodies separate."""
+    return HybridState(a.period, a.tau, a.x1, v1, 0.0, rate, FLIGHT, order, a.events, no_contact())
 
 
-@inlined
-def touch(p, a, rate, order):
-    """The anchor from which the pendulums touch.
+@jit_inlined
+def begin_contact(p, a, rate, order):
+    """The hybrid state from which the bodies touch.
 
-    Joined ones move at the velocity (ξ₁′ + μξ₂′)/(1 + μ) that conserves momentum; pressed ones keep theirs.
+    Joined bodies move at the velocity (ξ₁′ + μξ₂′)/(1 + μ) that conserves momentum; pressed ones keep theirs.
     """
-    opened = Touch(clock(p, a), max(-a.rate, 0.0), a.x1, a.v1, a.v1 + a.rate, 0.0)
+    opened = OpenContact(time_of(p, a), max(-a.rate, 0.0), a.x1, a.v1, a.v1 + a.rate, 0.0)
     if p.rigid:
-        return Anchor(a.period, a.tau, a.x1, a.v1 + p.mass_share * a.rate, 0.0, 0.0, TOUCHING, order, a.events, opened)
-    return Anchor(a.period, a.tau, a.x1, a.v1, 0.0, rate, TOUCHING, order, a.events, opened)
+        v1 = a.v1 + p.mass_share * a.rate
+        return HybridState(a.period, a.tau, a.x1, v1, 0.0, 0.0, CONTACT, order, a.events, opened)
+    return HybridState(a.period, a.tau, a.x1, a.v1, 0.0, rate, CONTACT, order, a.events, opened)
 
 
-@bare
-def classify(p, a, start):
-    """The phase that follows a touch without approach, the gap's derivatives below order ``start`` being zero.
-
-    The first derivative of the free gap that is not zero decides: positive, the pendulums part; negative, or if all
-    are zero, they touch.
-    """
-    order, value = first_order(p, state(p, a), start)
+@jit_no_alloc
+def separate_or_touch(p, a, start):
+    """The phase that follows a touch without approach, the gap's derivatives below order ``start`` being zero."""
+    order, value = first_nonzero_derivative(p, linear_state(p, a), start)
     rate = a.rate if order == 1 else 0.0
     if value > 0.0:
-        return fly(a, a.v1, rate, float(order))
-    if p.rigid:  # the force behaves as −g″: one derivative of the gap less two is the force's
-        return touch(p, a, 0.0, float(max(0, min(order, HIGHEST_ORDER) - 2)))
-    return touch(p, a, rate, float(min(order, HIGHEST_ORDER)))
+        return begin_flight(a, a.v1, rate, float(order))
+    if p.rigid:  # the force is proportional to −g″: its first derivative that is not zero is two orders lower
+        return begin_contact(p, a, 0.0, float(max(0, min(order, HIGHEST_ORDER) - 2)))
+    return begin_contact(p, a, rate, float(min(order, HIGHEST_ORDER)))
 
 
-@inlined
+@jit_inlined
 def impact(p, a):
-    """Newton's law at g = 0, g′ < 0; sticks as the paper does, if g′⁺ ≤ ε and the force is compressive.
+    """Newton's law, Eq. (9), at g = 0, g′ < 0; or the beginning of a permanent contact.
 
-    With ε = 0 it sticks at the end of a chatter. The impulse is ξ₁′ before less ξ₁′ after: an impact that sticks takes
-    the whole relative velocity, μ/(1 + μ) |g′⁻|, any other μ/(1 + μ) (1 + e) |g′⁻|.
+    With ε = 0 permanent contact begins only at the end of a chatter.
     """
     parting = -p.restitution * a.rate
     common = a.v1 + p.mass_share * a.rate
     compressed = p.force_position * a.x1 + p.force_velocity * common > 0.0
     if parting <= p.threshold and compressed:
-        return touch(p, a, 0.0, 0.0)
-    return fly(a, common - p.mass_share * parting, parting, 1.0)
+        return begin_contact(p, a, 0.0, 0.0)
+    return begin_flight(a, common - p.mass_share * parting, parting, 1.0)
 
 
-@inlined
-def strike(p, a):
-    """The anchor after an impact or a touch that is due."""
-    if a.mode != COLLIDING:
+@jit_inlined
+def resolve_collision(p, a):
+    """The hybrid state after an impact or a touch that is due."""
+    if a.mode != COLLISION:
         return a
     if a.rate < 0.0:
-        return impact(p, a) if p.rigid else touch(p, a, a.rate, 1.0)
-    return classify(p, a, 1)
+        return impact(p, a) if p.rigid else begin_contact(p, a, a.rate, 1.0)
+    return separate_or_touch(p, a, 1)
 
 
-@inlined
-def settle(p, a):
-    """The anchor after what follows from the start of a flight alone: too slow a start, or the rest of a chatter."""
-    if a.mode != SEPARATED or a.order != 1.0:
+@jit_inlined
+def resolve_flight_start(p, a):
+    """The hybrid state after what the start of a flight alone decides: the rest of a chatter, or too slow a start."""
+    if a.mode != FLIGHT or a.order != 1.0:
         return a
     if p.rigid and p.threshold == 0.0:
-        z = state(p, a)
-        if completes(p.flight, z, p.restitution, p.completion, p.scratch):
-            s, x, v = complete(p.flight, z, p.restitution, p.mass_share, p.scratch)
-            return touch(p, after(p, a, s, (x, v, 0.0, 0.0), SEPARATED, 0.0, a.touch), 0.0, 0.0)
+        z = linear_state(p, a)
+        if can_sum(p.flight, z, p.restitution, p.completion, p.scratch):
+            s, x, v = sum_up(p.flight, z, p.restitution, p.mass_share, p.scratch)
+            return begin_contact(p, later_state(p, a, s, (x, v, 0.0, 0.0), FLIGHT, 0.0, a.contact), 0.0, 0.0)
     if a.rate <= ROUNDING * (abs(a.v1) + abs(a.x1)):
-        return classify(p, a, 2)  # so slow that rounding hides it: higher derivatives decide
+        return separate_or_touch(p, a, 2)  # rounding hides so slow a rate: higher derivatives decide
     return a
 
 
-@bare
-def parts(p, a):
-    """Whether pendulums that the contact force lets go do part.
+@jit_no_alloc
+def can_separate(p, a):
+    """Whether bodies that the contact force releases do separate.
 
-    The force is −μ/(1 + μ) g″ of the free gap, yet joined pendulums feel a joint damping that free ones do not: where
-    it is far from what the two dampers add up to, the free gap may fall although the force falls too.
+    The force is −μ/(1 + μ) g″ of the free gap, yet joined bodies feel a joint damping that free ones do not. Where it
+    is far from the sum of the two dampers, the free gap may fall although the force falls too.
     """
-    if not p.rigid or a.mode != SEPARATED or a.order < 3.0:
+    if not p.rigid or a.mode != FLIGHT or a.order < 3.0:
         return True
-    return first_order(p, state(p, a), 3)[1] >= 0.0
+    return first_nonzero_derivative(p, linear_state(p, a), 3)[1] >= 0.0
 
 
-@inlined
+@jit_inlined
 def release(p, a, s, x1, v1, slope):
-    """The anchor s later, where a contact ends.
+    """The hybrid state s later, where a contact ends.
 
-    Joined pendulums part with g, g′ and g″ vanishing together; pressed ones with the rate at which penetration ends.
+    Joined bodies separate with g, g′ and g″ zero together; pressed ones at the rate at which penetration ends.
     """
     if p.rigid:
-        return after(p, a, s, (x1, v1, 0.0, 0.0), SEPARATED, 3.0, a.touch)
-    return after(p, a, s, (x1, v1, 0.0, -slope), SEPARATED if slope < 0.0 else COLLIDING, 1.0, a.touch)
+        return later_state(p, a, s, (x1, v1, 0.0, 0.0), FLIGHT, 3.0, a.contact)
+    return later_state(p, a, s, (x1, v1, 0.0, -slope), FLIGHT if slope < 0.0 else COLLISION, 1.0, a.contact)

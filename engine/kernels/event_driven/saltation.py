@@ -1,56 +1,129 @@
 """The derivative of the motion with respect to its start, within a phase and over an event: saltation matrices.
 
-Let δ be what a small change of the start changes of y = (ξ₁, ξ₁′, g, g′) *at a fixed time*. Within a phase the
-excitation does not change, so δ(s) = E(s) δ(0), with the upper left part of the phase's own E: a
-move of the table, then the polynomials of ξ₁ and g, and of their rates, over the rest.
+Let δ be the change of y = (ξ₁, ξ₁′, g, g′) *at a fixed time* that a small change of the start causes. Within a phase
+the excitation does not change, so δ(s) = E(s) δ(0), with the upper left part of the phase's E (:mod:`..linear.tables`):
+a tabulated transition, then the polynomials of ξ₁ and g, and of their rates, over the rest.
 
-An event takes place where the watched f = w·y falls to zero, so the change moves its time, and the state that it meets:
+An event takes place where the watched quantity f = w·y falls to zero, so the change moves its time and the state there:
 
     dτ = −w·δ / f′,        d = δ + y′ dτ        the change *along the event*, y′ before it,
 
-and after it, with the y′ of the phase that follows, δ = d − y′ dτ. Between the two is the reset y⁺ = R(y⁻), d⁺ = R d⁻:
+and after it, with the y′ of the phase that follows, δ = d − y′ dτ. Between the two lies the reset y⁺ = R(y⁻), d⁺ = R
+d⁻:
 
     δ⁺ = [R + (y′⁺ − R y′⁻) (−wᵀ/f′)] δ⁻,
 
-which is known as the saltation matrix. It needs the resets alone:
+which is known as the saltation matrix. Only the resets have to be written down:
 
 - *Impact*: ξ₁′ gains (1 + e) μ/(1 + μ) g′, and g′ becomes −e g′.
-- *Impact that sticks*, and any other beginning of a permanent contact: ξ₁′ gains μ/(1 + μ) g′; g = g′ = 0 whatever the
-  start: the rank falls to two.
-- *Release*: nothing is reset. If the joined pendulums feel no other damping than the free ones, y′ does not jump either
-  (the force is zero), and δ goes on as it is; with the measured joint damping ξ₁″ jumps by the rest of it.
-- *Contact of the exact penalty*: nothing is reset, but the damper's 2D g′ sets in, and lets go, at once: y′ jumps.
-- *Rest of a chatter*, whose end moves by dτ + dt∞. In the names of :mod:`.chatter`, with b = 2J/(3A²) − γ/(3A) =
+- *Impact that begins a permanent contact*, and any other beginning of one: ξ₁′ gains μ/(1 + μ) g′; g = g′ = 0 whatever
+  the start: the rank falls to two.
+- *Release*: no reset. If the joined bodies feel no other damping than the free ones, y′ does not jump either (the force
+  is zero); with the measured joint damping ξ₁″ jumps by the rest of it.
+- *Contact of the exact penalty*: no reset, but the damper's 2D g′ sets in, and ends, at once: y′ jumps.
+- *End of a chatter*, which moves by dτ + dt∞. In the names of :mod:`.chatter`, with b = 2J/(3A²) − γ/(3A) =
   2g‴/(3A²) − γ/A, it lasts t∞ = 2r(1 + rb/(1 − e)) / ((1 − e)A), and
 
       dt∞ = t∞ (dr/r − dA/A) + 2r (b dr + r db) / ((1 − e)²A),    db = 2 dg‴/(3A²) − (4g‴/(3A) − γ) dA/A²,
 
   A = −g″ and g‴ being those of the common motion: with the rows w of the gap's derivatives dA = −w₂·δ − g‴ dτ and
   dg‴ = w₃·δ + g⁗ dτ. The common motion is a solution of the free equations, and has a δ of its own.
-- *What was fast in a contact is dropped*: δ is projected as the state is.
+- *The fast part of a contact is dropped*: δ is projected as the state is.
 
 At a grazing impact f′ = 0: there is no derivative, and the result is not finite.
+
+All functions here do nothing where ``d`` is None: the event loop is compiled without them then.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit
-from ..linear.tables import BEND, FIRST, GAP, POWERS, first_at, gap_at, polynomial_at
-from .chatter import dampers, falling
-from .state import COLLIDING, clock, state, touches
+from ..compile.options import jit_no_alloc
+from ..linear.tables import CURVATURE, FIRST, GAP, POINTS, POWERS, first_at, gap_at, polynomial_at
+from .chatter import damper_terms, gap_acceleration_and_jerk
+from .output import evaluate
+from .state import COLLISION, CONTACT, SLOW_CONTACT, in_contact, linear_state, time_of
+
+COURSES = 2**61 - 1  # a prime
 
 
-class Change(NamedTuple):
+class Variation(NamedTuple):
     """What each unit change of the start changes; columns belong to the start, rows to what is changed."""
 
     state: np.ndarray  # (4, 4) δ within a phase, d at an event
     time: np.ndarray  # (4,) dτ of the event; zero within a phase
+    end: np.ndarray  # (4,) the motion (ξ₁, ξ₁′, g, g′) at the end of the run
+    course: np.ndarray  # (1,) int64: differs between different sequences of phases
+    matrix: np.ndarray  # (4, 4) work space
+    rows: np.ndarray  # (2, 4) work space
 
 
-@jit
-def flow(phase, z):
+def make_variation() -> Variation:
+    """The variation at the start of a run: δ = 1."""
+    course = np.ones(1, dtype=np.int64)
+    return Variation(np.eye(4), np.zeros(4), np.zeros(4), course, np.zeros((4, 4)), np.zeros((2, 4)))
+
+
+# -- within a phase ----------------------------------------------------------------------------------------------------
+
+
+@jit_no_alloc
+def carry(phase, d, i, u):
+    """δ after i + u intervals of the phase."""
+    if d is None:
+        return
+    rest = d.matrix
+    for j in range(4):
+        rest[0, j], rate = polynomial_at(phase.rows[j, FIRST:GAP], u)
+        rest[1, j] = rate / phase.spacing
+        rest[2, j], rate = polynomial_at(phase.rows[j, GAP:CURVATURE], u)
+        rest[3, j] = rate / phase.spacing
+    if i > 0:
+        multiply(phase.transitions[i - 1], d)
+    multiply(rest, d)
+
+
+@jit_no_alloc
+def carry_to_end(p, phase, d, z, s):
+    """δ and the motion at s within the block that begins at z, where the run ends."""
+    if d is None:
+        return
+    i = min(max(int(s / phase.spacing), 0), POINTS - 1)
+    carry(phase, d, i, s / phase.spacing - i)
+    d.end[0], d.end[1], d.end[2], d.end[3] = evaluate(p, phase, z, s)
+
+
+@jit_no_alloc
+def multiply(matrix, d):
+    """Multiply δ, or d, by the upper left part of a matrix."""
+    for k in range(4):
+        old = d.state[0, k], d.state[1, k], d.state[2, k], d.state[3, k]
+        for i in range(4):
+            d.state[i, k] = (
+                matrix[i, 0] * old[0] + matrix[i, 1] * old[1] + matrix[i, 2] * old[2] + matrix[i, 3] * old[3]
+            )
+
+
+@jit_no_alloc
+def add_row(d, i, factor, j):
+    """Add so many times row j of δ, or d, to row i."""
+    for k in range(4):
+        d.state[i, k] += factor * d.state[j, k]
+
+
+@jit_no_alloc
+def scale_row(d, i, factor):
+    """Scale row i of δ, or d."""
+    for k in range(4):
+        d.state[i, k] = factor * d.state[i, k] if factor != 0.0 else 0.0
+
+
+# -- over an event -----------------------------------------------------------------------------------------------------
+
+
+@jit_no_alloc
+def slope_of(phase, z):
     """y′ at z."""
     square = 2.0 / (phase.spacing * phase.spacing)
     first, gap = 0.0, 0.0
@@ -60,122 +133,145 @@ def flow(phase, z):
     return z[1], first * square, z[3], gap * square
 
 
-@jit
-def shift(change, rate, sign):
+@jit_no_alloc
+def shift(d, slope, sign):
     """From fixed time to the event (sign = 1), or back (−1)."""
     for k in range(4):
         for i in range(4):
-            change.state[i, k] += sign * rate[i] * change.time[k]
+            d.state[i, k] += sign * slope[i] * d.time[k]
 
 
-@jit
-def advance(phase, change, i, u):
-    """δ after i + u spacings of the phase."""
-    rest = np.empty((4, 4))
-    for j in range(4):
-        rest[0, j], rate = polynomial_at(phase.rows[j, FIRST:GAP], u)
-        rest[1, j] = rate / phase.spacing
-        rest[2, j], rate = polynomial_at(phase.rows[j, GAP:BEND], u)
-        rest[3, j] = rate / phase.spacing
-    if i > 0:
-        apply(phase.moves[i - 1], change)
-    apply(rest, change)
-
-
-@jit
-def apply(matrix, change):
-    """δ, or d, times the upper left part of a matrix."""
-    for k in range(4):
-        old = change.state[0, k], change.state[1, k], change.state[2, k], change.state[3, k]
-        for i in range(4):
-            change.state[i, k] = (
-                matrix[i, 0] * old[0] + matrix[i, 1] * old[1] + matrix[i, 2] * old[2] + matrix[i, 3] * old[3]
-            )
-
-
-@jit
-def meet(phase, change, z, slope):
+@jit_no_alloc
+def meet_event(phase, d, z, slope):
     """From δ to d at the event z that ends a phase, f′ = ``slope``."""
     for k in range(4):
         value = 0.0
         for i in range(4):
-            value += phase.rows[i, POWERS] * change.state[i, k]
-        change.time[k] = -value / slope
-    shift(change, flow(phase, z), 1.0)
+            value += phase.rows[i, POWERS] * d.state[i, k]
+        d.time[k] = -value / slope
+    shift(d, slope_of(phase, z), 1.0)
 
 
-@jit
-def leave(phase, change, z):
+@jit_no_alloc
+def leave_event(phase, d, z):
     """From d to δ at the beginning z of a phase."""
-    shift(change, flow(phase, z), -1.0)
-    change.time[:] = 0.0
-
-
-@jit
-def reset(p, change, before, after):
-    """d over what joins the pendulums, or throws them back; the anchors are those before and after it."""
-    if not p.rigid:
+    if d is None:
         return
-    joins = touches(after) and not touches(before)
-    bounces = before.mode == COLLIDING and before.rate < 0.0
+    shift(d, slope_of(phase, z), -1.0)
+    for i in range(4):
+        d.time[i] = 0.0
+
+
+@jit_no_alloc
+def start_variation(p, d, a):
+    """Begin at a hybrid state, where a collision may be due."""
+    if d is None:
+        return
+    if a.mode == COLLISION and a.rate < 0.0:
+        meet_event(p.flight, d, linear_state(p, a), a.rate)
+
+
+@jit_no_alloc
+def carry_to_event(p, phase, d, a, slope):
+    """From δ to d at the event a that ends a phase, which adds to the course of events."""
+    if d is None:
+        return
+    meet_event(phase, d, linear_state(p, a), slope)
+    d.course[0] = (d.course[0] * 4 + int(a.mode)) % COURSES
+
+
+@jit_no_alloc
+def carry_over_reset(p, d, before, after):
+    """d over what joins the bodies or reverses their approach, between two hybrid states."""
+    if d is None or not p.rigid:
+        return
+    joins = in_contact(after) and not in_contact(before)
+    bounces = before.mode == COLLISION and before.rate < 0.0
     if joins or bounces:
         left = 0.0 if joins else p.restitution
-        change.state[1] += p.mass_share * (1.0 + left) * change.state[3]
-        change.state[2] = 0.0
-        change.state[3] *= -left
-    elif after.rate != before.rate:  # a speed that rounding hides
-        change.state[3] = 0.0
+        add_row(d, 1, p.mass_share * (1.0 + left), 3)
+        scale_row(d, 2, 0.0)
+        scale_row(d, 3, -left)
+    elif after.rate != before.rate:  # a rate that rounding hides
+        scale_row(d, 3, 0.0)
 
 
-@jit
-def common(p, change, z):
-    """Common motion of separated pendulums that are about to be one: d and z of it."""
-    change.state[1] += p.mass_share * change.state[3]
-    change.state[2:] = 0.0
+@jit_no_alloc
+def carry_over_fast_decay(p, d, before, after):
+    """d over the loss of the fast part of a contact."""
+    if d is None or before.mode != CONTACT or after.mode != SLOW_CONTACT:
+        return
+    for i in range(4):
+        for j in range(4):
+            d.matrix[i, j] = (1.0 if i == j else 0.0) - p.fast[i, j]
+    multiply(d.matrix, d)
+
+
+# -- over the end of a chatter -----------------------------------------------------------------------------------------
+
+
+@jit_no_alloc
+def join(p, d, z):
+    """Common motion of bodies that are about to be one: its d and its z."""
+    add_row(d, 1, p.mass_share, 3)
+    scale_row(d, 2, 0.0)
+    scale_row(d, 3, 0.0)
     return z[0], z[1] + p.mass_share * z[3], 0.0, 0.0, z[4], z[5]
 
 
-@jit
-def lengthened(p, change, z, r, parted):
-    """dt∞ of the chatter that the common motion z begins with the parting speed r, from d of both."""
+@jit_no_alloc
+def chatter_lengthening(p, d, z, r, parting, out):
+    """dt∞ of the chatter that the common motion z begins with the parting rate r, d of that being ``parting``."""
     phase, k = p.flight, 1.0 / (1.0 - p.restitution)
     h = phase.spacing
-    a, j = falling(phase, z, p.scratch)
-    _, gamma = dampers(phase, p.mass_share)
+    a, j = gap_acceleration_and_jerk(phase, z, p.scratch)
+    _, gamma = damper_terms(phase, p.mass_share)
     snap = 0.0
     for i in range(6):
         snap += phase.rows[i, GAP + 4] * z[i] * 24.0 / (h * h * h * h)
-    y, bent = flow(phase, z), 2.0 * j / (3.0 * a * a) - gamma / a
-    once = 2.0 * r * k / a
-    out = np.empty(4)
+    y, b = slope_of(phase, z), 2.0 * j / (3.0 * a * a) - gamma / a
+    first = 2.0 * r * k / a
     for i in range(4):
-        da, dj = -j * change.time[i], snap * change.time[i]
+        da, dj = -j * d.time[i], snap * d.time[i]
         for n in range(4):
-            delta = change.state[n, i] - y[n] * change.time[i]
+            delta = d.state[n, i] - y[n] * d.time[i]
             da -= phase.rows[n, GAP + 2] * delta * 2.0 / (h * h)
             dj += phase.rows[n, GAP + 3] * delta * 6.0 / (h * h * h)
-        dbent = 2.0 * dj / (3.0 * a * a) - (4.0 * j / (3.0 * a) - gamma) * da / (a * a)
-        share = parted[i] / r - da / a
-        out[i] = once * ((1.0 + r * k * bent) * share + k * (parted[i] * bent + r * dbent))
-    return out
+        db = 2.0 * dj / (3.0 * a * a) - (4.0 * j / (3.0 * a) - gamma) * da / (a * a)
+        share = parting[i] / r - da / a
+        out[i] = first * ((1.0 + r * k * b) * share + k * (parting[i] * b + r * db))
 
 
-@jit
-def over_chatter(p, change, before, after):
-    """d over the rest of a chatter, from the anchor at its beginning to that at its end."""
-    z, length = state(p, before), clock(p, after) - clock(p, before)
-    r, parted = z[3], change.state[3].copy()
-    z = common(p, change, z)
-    end = change.time + lengthened(p, change, z, r, parted)
-    leave(p.flight, change, z)
+@jit_no_alloc
+def carry_over_chatter(p, d, before, after, stop):
+    """d over the summed end of a chatter; whether the run ends within it, and d with it."""
+    if d is None:
+        return False
+    z = linear_state(p, before)
+    if (stop - after.period) * p.period < after.tau:
+        z = join(p, d, z)
+        leave_event(p.contact, d, z)
+        carry_to_end(p, p.contact, d, z, (stop - before.period) * p.period - before.tau)
+        return True
+    length, r = time_of(p, after) - time_of(p, before), z[3]
+    parting, end = d.rows[0], d.rows[1]
+    for i in range(4):
+        parting[i] = d.state[3, i]
+    z = join(p, d, z)
+    chatter_lengthening(p, d, z, r, parting, end)
+    for i in range(4):
+        end[i] += d.time[i]
+    leave_event(p.flight, d, z)
     u = length / p.flight.spacing
-    advance(p.flight, change, 0, u)
+    carry(p.flight, d, 0, u)
     x, v = first_at(p.flight, z, u, p.scratch)
     g, rate = gap_at(p.flight, z, u, p.scratch)
-    _, _, _, _, c, s = state(p, after)
-    change.time[:] = end
-    shift(change, flow(p.flight, (x, v, g, rate, c, s)), 1.0)
-    apart, _ = dampers(p.flight, p.mass_share)
-    change.state[0] += p.mass_share * change.state[2]
-    change.state[1] += p.mass_share * (1.0 - p.mass_share) * apart * change.state[2]
-    common(p, change, z)
+    _, _, _, _, c, s = linear_state(p, after)
+    for i in range(4):
+        d.time[i] = end[i]
+    shift(d, slope_of(p.flight, (x, v, g, rate, c, s)), 1.0)
+    difference, _ = damper_terms(p.flight, p.mass_share)
+    add_row(d, 0, p.mass_share, 2)
+    add_row(d, 1, p.mass_share * (1.0 - p.mass_share) * difference, 2)
+    join(p, d, z)
+    return False

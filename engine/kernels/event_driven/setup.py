@@ -1,200 +1,124 @@
-"""From the numbers of a cell to the tables of its motion in closed form, in compiled code.
+"""From the numbers of a run to the tables of its motion in closed form.
 
-Tables are made anew only where a number that they hang on has changed since the cell before: cells that differ in K and
-D alone share those of the flight. A table that is kept has the bits of one that is made.
+Tables are made anew only where a number that they depend on has changed since the run before: cells that differ in K
+and D alone share those of the flight. A table that is kept has the bits of one that is made.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import bare, exact, jit
-from ..equations import motion as pendulums
+from ..compile.options import jit
+from ..equations.contact_law import joint_force
+from ..equations.motion import joined_generator, pressed_generator, separated_generator
+from ..equations.rates import free_rate, pressed_rate
 from ..linear.matrices import unit
-from ..linear.slow_subspace import APART, fast_part
-from ..linear.tables import PHASE_SHAPES, REACH, SCRATCH_SHAPES, full, tabulate
+from ..linear.slow_subspace import SEPARATION, fast_projector
+from ..linear.tables import REACH, full_generator, tabulate
+from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
+from .state import SYSTEM
+
+_write_flight, _write_contact, _write_slow = (SYSTEM.writer(name) for name in ("flight", "contact", "slow_contact"))
+_write_fast, _write_numbers = SYSTEM.writer("fast"), SYSTEM.writer("period", "rigid", "stiff")
+_write_laws = SYSTEM.writer("force_position", "force_velocity", "force_gap", "force_rate")
+_write_impact = SYSTEM.writer("mass_share", "restitution", "threshold", "completion")
 
 
-class Cell(NamedTuple):
-    """The numbers of one cell, in the order in which tables need them: flight, contact, laws."""
-
-    eta: float
-    kappa: float
-    d1: float
-    d2: float
-    steps: float  # n; 0 for the solvers in closed form
-    kappa3: float
-    d3: float
-    mu: float
-    mass_share: float  # μ/(1 + μ)
-    stiffness: float
-    damping: float
-    restitution: float
-    threshold: float
-
-
-FOR_FLIGHT = Cell._fields.index("steps") + 1  # numbers on which the tables of flight hang …
-FOR_CONTACT = Cell._fields.index("damping") + 1  # … and those of contact
-PHASE_SIZE = sum(math.prod(shape) for shape in PHASE_SHAPES)
-SCRATCH_SIZE = sum(math.prod(shape) for shape in SCRATCH_SHAPES)
-CLOSED_SIZE = 2 + 3 * PHASE_SIZE + 1 + 24 + 8 + SCRATCH_SIZE
-
-
-@bare
-def cell_of(row):
-    """The cell that a row of numbers holds."""
-    r = row
-    return Cell(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11], r[12])
-
-
-def no_keys() -> np.ndarray:
-    """The keys of tables that have not been made: no number equals them."""
-    return np.full((2, len(Cell._fields)), np.nan)
-
-
-@bare
-def renew(key, row, count):
-    """Whether one of the first numbers has changed; the key then holds the new ones."""
-    changed = False
-    for k in range(count):
-        changed |= key[k] != row[k]
-        key[k] = row[k]
-    return changed
-
-
-@exact
-def free_pole(cell):
-    """Largest |λ| of the separated pendulums and the excitation."""
-    return max(1.0, cell.kappa, cell.eta)
-
-
-@exact
-def pressed_pole(cell):
-    """A bound of the largest |λ| with the pendulums pressed together.
-
-    The relative motion on the contact spring has λ² + 2D(1 + 1/μ)λ + K(1 + 1/μ) = 0; the pendulums' own springs and the
-    coupling of the two motions add no more than the free poles.
-    """
-    share = 1.0 / cell.mass_share
-    half, square = cell.damping * share, cell.stiffness * share
-    contact = half + math.sqrt(half * half - square) if half * half > square else math.sqrt(square)
-    return free_pole(cell) + contact
-
-
-@exact
-def force_of(cell, rigid):
-    """The contact force λ as factors of ξ₁, ξ₁′, g and g′ (MODEL.md, "Motion")."""
+@jit
+def force_factors(p, rigid):
+    """Factors of ξ₁, ξ₁′, g and g′ in the contact force λ."""
     if rigid:
-        position = (cell.kappa3 - 1.0) * (cell.kappa3 + 1.0)
-        return position, cell.mass_share * 2.0 * (cell.d2 * cell.kappa - cell.d1), 0.0, 0.0
-    return 0.0, 0.0, -cell.stiffness, -2.0 * cell.damping
+        position, velocity = joint_force(p)
+        return position, velocity, 0.0, 0.0
+    return 0.0, 0.0, -p.stiffness, -2.0 * p.damping
 
 
 @jit
-def flight_phase(cell):
-    """Tables of the separated pendulums, in which the gap is watched."""
-    generator = pendulums.separated(cell.eta, cell.kappa, cell.d1, cell.d2)
-    return tabulate(generator, cell.eta, unit(2), REACH / free_pole(cell))
-
-
-@jit
-def watched(cell, rigid):
+def watched_in_contact(p, rigid):
     """What is watched in contact, as a row: the contact force (reference) or the penetration −g (penalty)."""
     row = np.zeros(6)
     if rigid:
-        row[0], row[1], _, _ = force_of(cell, rigid)
+        row[0], row[1] = joint_force(p)
     else:
         row[2] = -1.0
     return row
 
 
 @jit
-def pressed_generator(cell):
-    """Upper rows (4, 6) of the generator in penalty contact."""
-    c = cell
-    return pendulums.pressed(c.eta, c.kappa, c.d1, c.d2, c.mu, c.stiffness, c.damping)
+def flight_phase(p):
+    """Tables of the separated bodies, in which the gap is watched."""
+    return tabulate(separated_generator(p), p.eta, unit(2), REACH / free_rate(p))
 
 
 @jit
-def touching_phase(cell, rigid):
-    """Tables of the pendulums in contact."""
+def contact_phase(p, rigid):
+    """Tables of the bodies in contact."""
     if rigid:
-        generator, fastest = pendulums.joined(cell.eta, cell.kappa3, cell.d3), max(cell.kappa3, cell.eta)
+        generator, fastest = joined_generator(p.eta, p.kappa3, p.d3), max(p.kappa3, p.eta)
     else:
-        generator, fastest = pressed_generator(cell), pressed_pole(cell)
-    return tabulate(generator, cell.eta, watched(cell, rigid), REACH / fastest)
+        generator, fastest = pressed_generator(p), pressed_rate(p)
+    return tabulate(generator, p.eta, watched_in_contact(p, rigid), REACH / fastest)
 
 
 @jit
-def calm_phase(cell, fast, slow_pole):
-    """Tables of the pendulums in penalty contact once what is fast has died away: z′ = A (1 − F) z."""
-    generator = pressed_generator(cell)
+def slow_contact_phase(p, fast, slow_rate):
+    """Tables of penalty contact once its fast part has decayed: z′ = A (1 − F) z, F the fast projector."""
+    generator = pressed_generator(p)
     rest = generator.copy()
     for i in range(4):
         for j in range(6):
             for k in range(4):  # the lower rows of F are zero
                 rest[i, j] -= generator[i, k] * fast[k, j]
-    return tabulate(rest, cell.eta, watched(cell, False), REACH / max(slow_pole, free_pole(cell)))
+    return tabulate(rest, p.eta, watched_in_contact(p, False), REACH / max(slow_rate, free_rate(p)))
 
 
 @jit
-def are_stiff(numbers):
-    """Which rows of numbers are cells that may have a slow phase, (n,) of bool."""
-    stiff = np.zeros(len(numbers), dtype=np.bool_)
-    for i in range(len(numbers)):
-        cell = cell_of(numbers[i])
-        stiff[i] = pressed_pole(cell) >= APART * free_pole(cell)
+def are_stiff(rows):
+    """Which rows of parameters belong to runs that may have a slow phase, (n,) of bool."""
+    stiff = np.zeros(len(rows), dtype=np.bool_)
+    for i in range(len(rows)):
+        p = unpack_parameters(rows[i])
+        stiff[i] = pressed_rate(p) >= SEPARATION * free_rate(p)
     return stiff
 
 
 @jit
-def pressed_generators(numbers):
-    """The generators in penalty contact of many cells, (n, 6, 6)."""
-    out = np.zeros((len(numbers), 6, 6))
-    for i in range(len(numbers)):
-        cell = cell_of(numbers[i])
-        out[i] = full(pressed_generator(cell), cell.eta)
+def full_pressed_generators(rows):
+    """A in penalty contact of many runs, (n, 6, 6)."""
+    out = np.zeros((len(rows), 6, 6))
+    for i in range(len(rows)):
+        p = unpack_parameters(rows[i])
+        out[i] = full_generator(pressed_generator(p), p.eta)
     return out
 
 
 @jit
-def put(folded, at, values):
-    """Write an array into a folded one (see :mod:`..compile.packing`) and return the place after it."""
-    flat = values.ravel()
-    for k in range(flat.size):
-        folded[at + k] = flat[k]
-    return at + flat.size
+def set_up_events(packed, keys, row, rigid, circle, completion):
+    """Write the :class:`.state.HybridSystem` of a run into its packed array.
 
-
-@jit
-def put_phase(folded, at, phase):
-    """Write the tables of a phase."""
-    folded[at] = phase.spacing
-    return put(folded, put(folded, at + 1, phase.rows), phase.moves)
-
-
-@jit
-def set_up_closed(folded, keys, row, rigid, circle, completion):
-    """Write the contact of a cell into ``folded``, as :class:`.state.Contact` is laid out.
-
-    ``circle``: as :func:`engine.drivers.slow_subspace.circles` gives it.
+    Parameters
+    ----------
+    packed : (SYSTEM.size,) float64
+    keys : (2, len(Parameters)) float64
+        The parameters for which the tables in ``packed`` were made; changed in place.
+    row : (len(Parameters),) float64
+    rigid : bool
+        Whether the contact is the reference's.
+    circle : (2,) float64
+        Radius that separates slow from fast eigenvalues in contact, 0 for none; largest |slow eigenvalue|.
+    completion : float
+        How far a chatter must have come to be summed up.
     """
-    cell = cell_of(row)
-    folded[0], folded[1] = 2 * math.pi / cell.eta, (1.0 if rigid else 0.0)
-    at = 2 + PHASE_SIZE
-    if renew(keys[0], row, FOR_FLIGHT):
-        put_phase(folded, 2, flight_phase(cell))
-    laws = at + 2 * PHASE_SIZE
-    if renew(keys[1], row, FOR_CONTACT):
-        put_phase(folded, at, touching_phase(cell, rigid))
-        folded[laws] = 0.0
+    p = unpack_parameters(row)
+    if renew_key(keys[0], row, FOR_FLIGHT):
+        _write_flight(packed, flight_phase(p))
+    if renew_key(keys[1], row, FOR_CONTACT):
+        _write_contact(packed, contact_phase(p, rigid))
         if circle[0] > 0.0:
-            fast = fast_part(pressed_generator(cell), cell.eta, circle[0])
-            put_phase(folded, at + PHASE_SIZE, calm_phase(cell, fast, circle[1]))
-            folded[laws] = 1.0
-            put(folded, laws + 1, fast)
-    at = laws + 1 + 24
-    folded[at], folded[at + 1], folded[at + 2], folded[at + 3] = force_of(cell, rigid)
-    folded[at + 4], folded[at + 5], folded[at + 6] = cell.mass_share, cell.restitution, cell.threshold
-    folded[at + 7] = completion
+            fast = fast_projector(pressed_generator(p), p.eta, circle[0])
+            _write_slow(packed, slow_contact_phase(p, fast, circle[1]))
+            _write_fast(packed, fast)
+    _write_numbers(packed, 2 * math.pi / p.eta, rigid, circle[0] > 0.0)
+    position, velocity, gap, rate = force_factors(p, rigid)
+    _write_laws(packed, position, velocity, gap, rate)
+    _write_impact(packed, p.mass_share, p.restitution, p.threshold, completion)

@@ -1,37 +1,37 @@
-"""The phase of the excitation: cosine and sine of a share of its period."""
+"""Cosine and sine of the excitation's phase, given as a share of its period."""
 
 import math
 
 import numpy as np
 
-from ..compile.options import inlined
+from ..compile.options import jit_inlined
 
 _TURNS = 64  # entries of the table
 _ANGLE = 2 * math.pi / _TURNS
 
 
-def _on_circle(k):
-    # from an angle of at most an eighth of a turn, whose rounding is the smallest
+def _unit_circle(k):
+    # from an angle of at most an eighth of a turn, where rounding is smallest
     quarters, rest = divmod(k + _TURNS // 8, _TURNS // 4)
     angle = (rest - _TURNS // 8) * _ANGLE
     c, s = math.cos(angle), math.sin(angle)
     return ((c, s), (-s, c), (-c, -s), (s, -c))[quarters % 4]
 
 
-# The table of e^{iητ} at _TURNS instants of a period.
-_COSINES = np.array([_on_circle(k)[0] for k in range(_TURNS)])
-_SINES = np.array([_on_circle(k)[1] for k in range(_TURNS)])
+# e^{iητ} at _TURNS instants of a period
+_COSINES = np.array([_unit_circle(k)[0] for k in range(_TURNS)])
+_SINES = np.array([_unit_circle(k)[1] for k in range(_TURNS)])
 
 
-@inlined
-def circle(share):
-    """cos and sin of 2π·share for 0 ≤ share < 1: a table and seven terms of a series, no library call."""
+@jit_inlined
+def cos_sin(share):
+    """cos 2πs and sin 2πs for a share 0 ≤ s < 1, from a table and seven terms of the series, without a library call."""
     scaled = share * _TURNS
     k = int(scaled + 0.5)
     x = (scaled - k) * _ANGLE
     k &= _TURNS - 1
     y = x * x
-    # x is at most π/64: the terms left out are below rounding. Products, since a division would take as long as all
+    # x is at most π/64, so the terms left out are below rounding. Products: one division would cost as much as the rest
     sine = x * (1.0 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880)))))
     versine = y * (1 / 2 + y * (-1 / 24 + y * (1 / 720 + y * (-1 / 40320))))
     c, s = _COSINES[k], _SINES[k]

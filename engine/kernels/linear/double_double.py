@@ -1,19 +1,21 @@
 """Matrices to twice the usual number of digits, as sums of two float64 (Dekker 1971; Knuth, TAOCP 2, 4.2.2).
 
-The tables of a phase are powers of one matrix. Rounded at each product, they are wrong by several units in the last
-place, always in the same sense, and that is most of what a march in closed form would be wrong by.
+The tables of a phase are powers of one matrix. Rounded at each product, they would be wrong by several units in the
+last place, always in the same sense, and would cause most of the error of a solution in closed form.
+
+Plain twin: mpmath's matrix exponential and powers (tests/engine/test_kernels.py).
 """
 
 import numpy as np
 
-from ..compile.options import exact
+from ..compile.options import jit_uncontracted
 
-_SPLITTER = 134217729.0  # 2²⁷ + 1: parts a float64 into halves whose products are exact
+_SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose products are exact (Dekker)
 
 
-@exact
+@jit_uncontracted
 def product(a, b, divisor):
-    """The product of two (2, 6, 6) matrices, high parts first, over a small whole number; good to about 2⁻¹⁰⁰."""
+    """Product of two (2, 6, 6) matrices, high parts first, divided by a small whole number; accurate to about 2⁻¹⁰⁰."""
     out = np.zeros((2, 6, 6))
     for i in range(6):
         for k in range(6):
@@ -46,7 +48,7 @@ def product(a, b, divisor):
     return out
 
 
-@exact
+@jit_uncontracted
 def exponential(a, h, terms):
     """exp(ah) of a (6, 6) matrix, ah of norm at most about one, by Horner's rule on its series; (2, 6, 6)."""
     matrix, factor, total = np.zeros((2, 6, 6)), np.zeros((2, 6, 6)), np.zeros((2, 6, 6))
@@ -67,9 +69,9 @@ def exponential(a, h, terms):
     return total
 
 
-@exact
+@jit_uncontracted
 def _rounded_product(a, b, out):
-    # of two factors that are known to more digits than the product is wanted to
+    # the factors are known to more digits than the product needs
     for i in range(6):
         for j in range(6):
             high, low = 0.0, 0.0
@@ -79,7 +81,7 @@ def _rounded_product(a, b, out):
             out[i, j] = high + low
 
 
-@exact
+@jit_uncontracted
 def _copy(out, a):
     for n in range(2):
         for i in range(6):
@@ -87,11 +89,11 @@ def _copy(out, a):
                 out[n, i, j] = a[n, i, j]
 
 
-@exact
+@jit_uncontracted
 def powers(a, count):
     """aʲ of a (2, 6, 6) matrix for j = 1 … count, rounded to float64: (count, 6, 6).
 
-    Every eighth and the first eight are known to twice the digits; the others are one product of those.
+    Every eighth power and the first eight are computed to twice the digits; each other power is one product of these.
     """
     first, eighths, out = np.zeros((9, 2, 6, 6)), np.zeros((count // 8 + 1, 2, 6, 6)), np.zeros((count, 6, 6))
     for i in range(6):

@@ -1,12 +1,12 @@
 """Small matrices, written out as loops: at this size a library call costs more than the sums.
 
-All of them move a state of four coordinates and the two of the excitation, which turns by itself: (6, 6) with zeros in
-the lower left, [B C; 0 R]. A product leaves them out, and with them near half of its sums.
+All of them act on z = (ξ₁, ξ₁′, g, g′, cos ητ, sin ητ). The excitation does not depend on the motion, so they are
+(6, 6) with zeros in the lower left, [B C; 0 R]. Products leave the zeros out, and with them nearly half of the sums.
 """
 
 import numpy as np
 
-from ..compile.options import bare, inlined, jit
+from ..compile.options import jit, jit_inlined, jit_no_alloc
 
 
 @jit
@@ -17,11 +17,11 @@ def unit(i):
     return row
 
 
-@inlined
+@jit_inlined
 def row_image(row, a):
     """A row times a matrix, as six numbers.
 
-    In numbers, since what is written to an array the compiler must reckon to change the matrix.
+    Not as an array: the compiler would have to assume that writing it changes the matrix.
     """
     s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(4):
@@ -39,7 +39,7 @@ def row_image(row, a):
     return s0, s1, s2, s3, s4, s5
 
 
-@inlined
+@jit_inlined
 def multiply(out, a, b):
     """Write the product of two matrices to ``out``, which is neither and holds zeros in the lower left."""
     for i in range(4):
@@ -49,9 +49,9 @@ def multiply(out, a, b):
         out[i, 4], out[i, 5] = c * b[4, 4] + s * b[5, 4], c * b[4, 5] + s * b[5, 5]
 
 
-@bare
+@jit_no_alloc
 def fill_powers(out, a):
-    """Write aʲ for j = 1 … len(out), by products of two that are known, so that rounding adds up but log₂ j times.
+    """Write aʲ for j = 1 … len(out), each as a product of two earlier ones, so that rounding adds up only log₂ j times.
 
     ``out``, (n, 6, 6), holds zeros in the lower left of each.
     """
@@ -70,16 +70,16 @@ def row_times(row, a):
     return out
 
 
-@bare
+@jit_no_alloc
 def rows_times(out, row, tables):
     """Write a row times each matrix of a table, (n, 6, 6), to (n, 6)."""
     for j in range(out.shape[0]):
         out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = row_image(row, tables[j])
 
 
-@bare
-def raise_along(bound, row, tables):
-    """Raise a row of bounds to the sizes of a row and of what each matrix of a table makes of it, in place."""
+@jit_no_alloc
+def raise_to_images(bound, row, tables):
+    """Raise a row of bounds, in place, to |row| and to |row·M| for each matrix M of a table."""
     b0, b1, b2 = max(bound[0], abs(row[0])), max(bound[1], abs(row[1])), max(bound[2], abs(row[2]))
     b3, b4, b5 = max(bound[3], abs(row[3])), max(bound[4], abs(row[4])), max(bound[5], abs(row[5]))
     for j in range(tables.shape[0]):
@@ -90,8 +90,11 @@ def raise_along(bound, row, tables):
 
 
 @jit
-def spread(bound, a, h):
-    """Raise a row of bounds to what they may become within h, by exp(|a|h), whose eigenvalues may be some e at most."""
+def raise_within(bound, a, h):
+    """Raise a row of bounds to what they may become within h, by exp(|a|h), which majorises exp(as) for |s| ≤ h.
+
+    24 terms suffice while the eigenvalues of |a|h are at most some units.
+    """
     sizes, term = np.abs(a), bound.copy()
     for k in range(1, 24):
         term[0], term[1], term[2], term[3], term[4], term[5] = row_image(term, sizes)

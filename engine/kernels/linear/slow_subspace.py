@@ -1,14 +1,17 @@
-"""Parting the fast motion of a stiff or strongly damped contact from the slow one.
+"""Separation of the fast motion of a stiff or strongly damped contact from the slow one.
 
-Pressed together, the pendulums have modes of very different speed: on the contact spring and damper, and with their own
-springs. The fast ones die away, and then need not be followed at their pace: what is left of the state lies in the
-invariant subspace of the slow eigenvalues and obeys z′ = A P z, P the projector on it,
+Pressed together, the bodies have modes of very different speed: that of the contact spring and damper, and those of
+their own springs. The fast modes decay, and then the solver need not follow them at their pace: what is left of the
+state lies in the invariant subspace of the slow eigenvalues and obeys z′ = A P z, P the spectral projector on it,
 
     P = 1/(2πi) ∮ (ζ − A)⁻¹ dζ
 
-around a circle between the two groups. The trapezoidal rule on it converges as the q-th power of the ratio of a radius
-and an eigenvalue, q the number of its nodes, whether or not eigenvalues within a group coincide. With the pendulums'
-B and the excitation's R, A = [B C; 0 R], of (ζ − A)⁻¹ the upper rows are (ζ − B)⁻¹ [1  C (ζ − R)⁻¹].
+around a circle between the two groups. The trapezoidal rule on the circle converges as the q-th power of the ratio of a
+radius and an eigenvalue, q the number of its nodes, whether or not eigenvalues within a group coincide. With the
+bodies' B and the excitation's R, A = [B C; 0 R], the upper rows of (ζ − A)⁻¹ are (ζ − B)⁻¹ [1  C (ζ − R)⁻¹].
+
+Plain twin: integration without the separation, which gives the same motion and takes longer
+(tests/engine/test_kernels.py).
 """
 
 import cmath
@@ -18,14 +21,14 @@ import numpy as np
 
 from ..compile.options import jit
 
-APART = 30.0  # least ratio of the two groups: less is not worth a table of its own
-NODES = 32  # APART to the power −NODES/2 is far below rounding
+SEPARATION = 30.0  # least ratio of the two groups that is worth a table of its own
+NODES = 32  # SEPARATION to the power −NODES/2 is far below rounding
 _HALF = NODES // 2  # the nodes below the real axis give the complex conjugate
 
 
 @jit
 def eliminate(m):
-    """Turn (4, 10) complex [M X] into [1 M⁻¹X], by Gauss and Jordan with pivots from the column."""
+    """Turn (4, 10) complex [M X] into [1 M⁻¹X], by Gauss-Jordan elimination with column pivots."""
     for k in range(4):
         pivot = k
         for i in range(k + 1, 4):
@@ -44,8 +47,8 @@ def eliminate(m):
 
 
 @jit
-def fast_part(generator, eta, radius):
-    """The part of a state that is fast, (4, 6): upper rows of 1 − P, the others being zero.
+def fast_projector(generator, eta, radius):
+    """Upper rows of 1 − P, (4, 6), which give the fast part of a state; the other rows are zero.
 
     Parameters
     ----------
@@ -53,7 +56,7 @@ def fast_part(generator, eta, radius):
         Upper rows of A.
     eta : float
     radius : float
-        Of a circle that has the slow eigenvalues within and the fast ones without.
+        Of a circle that encloses the slow eigenvalues and none of the fast ones.
     """
     fast, m = np.zeros((4, 6)), np.zeros((4, 10), dtype=np.complex128)
     for k in range(_HALF):

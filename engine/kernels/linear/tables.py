@@ -1,19 +1,20 @@
-"""One linear phase of the motion, tabulated: where a state gets to, and what a watched quantity does on the way.
+"""Tables of one linear phase of the motion: where a state leads, and how a watched quantity varies on the way.
 
-In flight, joined, or squeezed by a contact spring, the state
+In flight, joined, or pressed together by a penalty contact, the state
 
     z = (ξ₁, ξ₁′, g, g′, C, S),    C = cos ητ,  S = sin ητ,
 
-obeys z′ = A z with a constant generator A, whatever the dampings, at resonance too. (The gap g = ξ₂ − ξ₁ stands for ξ₂,
-so that a short flight keeps its digits.) So z(s) = E(s) z(0), E(s) = exp(As), and every quantity f = w·z, such as the
-gap or the contact force, is one row of numbers times z(0). Nothing here knows a mode or a steady amplitude, which
-cancel where a pendulum is hardly damped and its excitation resonant.
+obeys z′ = A z with a constant A (:mod:`..equations.motion`). So z(s) = E(s) z(0) with the state-transition matrix
+E(s) = exp(As), and every quantity f = w·z, such as the gap or the contact force, is one row of numbers times z(0). This
+holds for all dampings and at resonance; modes and steady amplitudes, which cancel where an oscillator is hardly damped
+and its excitation resonant, are never formed.
 
-The tables hold, for POINTS instants s = jh, the rows w·E(jh) and the moves E(jh), and for the interval between two
-instants the coefficients of f and of ξ₁ as polynomials in u = s/h. With |λ|h ≤ REACH for every eigenvalue λ of A,
-TERMS of them are exact to rounding, derivatives included.
+A block of a phase is POINTS intervals of length h. Its tables hold the rows w·E(jh) and the transitions E(jh) at the
+POINTS instants s = jh, and for the interval between two instants the coefficients of f, ξ₁ and g as polynomials in
+u = s/h. With |λ|h ≤ REACH for every eigenvalue λ of A, TERMS terms of the series are exact to rounding, derivatives
+included.
 
-Between two instants f″ is bounded: |f″| ≤ Σᵢ sup|(w A² E)ᵢ| |zᵢ|. The supremum is taken over the instants and carried
+Between two instants f″ is bounded: |f″| ≤ Σᵢ sup|(w A² E)ᵢ| |zᵢ|. The supremum is taken over the instants and extended
 to the points between them by the matrix exp(|A|h/2), which has no negative element and majorises exp(Aδ) for |δ| ≤ h/2.
 """
 
@@ -22,27 +23,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import inlined, jit
-from . import double_double as twofold
-from .matrices import raise_along, row_times, rows_times, spread, unit
+from ..compile.options import jit, jit_inlined
+from ..compile.packing import Layout
+from . import double_double
+from .matrices import raise_to_images, raise_within, row_times, rows_times, unit
 
 POINTS = 64
 TERMS = 12
 REACH = 0.15  # REACH¹²/12! and, for derivatives, REACH¹¹/11! are below rounding
-_SERIES = 16  # terms of exp(Ah): the rest is far below rounding
+_SERIES = 16  # terms of exp(Ah): what is left out is far below rounding
 
-# columns of the rows of a phase, and of the products that a kernel works with
+# columns of the rows of a phase, and of a state times these rows
 VALUES = 0  # f at jh, j = 1 … POINTS
 BERNSTEIN = VALUES + POINTS  # f over (0, h) as a polynomial in u = s/h: its Bernstein coefficients …
 POWERS = BERNSTEIN + TERMS  # … and its powers
 FIRST = POWERS + TERMS  # ξ₁ in powers of u
 GAP = FIRST + TERMS  # g in powers of u
-BEND = GAP + TERMS  # sup|(w A² E)| h²/8
-INTEGRAL = BEND + 1  # ∫f dτ = row·Δz, where asked for
-TERMS_LEFT = INTEGRAL + 1  # (of the products only) a polynomial that is worked on
-WIDTH = TERMS_LEFT + TERMS
-DEEPEST = 48  # halvings of an interval
-LOW, SPAN = TERMS, TERMS + 1
+CURVATURE = GAP + TERMS  # sup|(w A² E)| h²/8
+INTEGRAL = CURVATURE + 1  # ∫f dτ = row·Δz, where it is asked for
+WORK = INTEGRAL + 1  # (of the products only) room for a polynomial
+WIDTH = WORK + TERMS
+DEEPEST = 48  # bisections of an interval
+LOW, SPAN = TERMS, TERMS + 1  # columns of the stack: where an interval begins, and its width
 
 
 class Phase(NamedTuple):
@@ -50,23 +52,18 @@ class Phase(NamedTuple):
 
     spacing: float  # h
     rows: np.ndarray  # (6, INTEGRAL + 1)
-    moves: np.ndarray  # (POINTS, 6, 6) E(jh)
+    transitions: np.ndarray  # (POINTS, 6, 6) E(jh)
 
 
 class Scratch(NamedTuple):
-    """Room to work in, so that no kernel allocates."""
+    """Work space, so that no kernel allocates."""
 
-    products: np.ndarray  # (WIDTH,) the state times the rows of a phase, as far as they were asked for
-    stack: np.ndarray  # (DEEPEST, TERMS + 2) right halves: Bernstein coefficients, LOW and SPAN
-
-
-PHASE_SHAPES = (), (6, INTEGRAL + 1), (POINTS, 6, 6)
-SCRATCH_SHAPES = (WIDTH,), (DEEPEST, TERMS + 2)
+    products: np.ndarray  # (WIDTH,) a state times the rows of a phase, as far as needed
+    stack: np.ndarray  # (DEEPEST, TERMS + 2) right halves still to search
 
 
-def make_scratch() -> Scratch:
-    """Room for one march."""
-    return Scratch(np.zeros(WIDTH), np.zeros((DEEPEST, TERMS + 2)))
+PHASE = Layout(Phase, rows=(6, INTEGRAL + 1), transitions=(POINTS, 6, 6))
+SCRATCH = Layout(Scratch, products=(WIDTH,), stack=(DEEPEST, TERMS + 2))
 
 
 # Σ powers[k] uᵏ has the coefficients powers @ TO_BERNSTEIN in Bernstein's basis on (0, 1)
@@ -75,8 +72,8 @@ TO_BERNSTEIN = np.array([[math.comb(j, k) / math.comb(_N, k) for j in range(TERM
 
 
 @jit
-def full(generator, eta):
-    """The (6, 6) generator: the phase of the excitation turns by itself."""
+def full_generator(generator, eta):
+    """A, (6, 6): a generator's four rows, and those of the excitation's phase."""
     a = np.zeros((6, 6))
     for i in range(4):
         for j in range(6):
@@ -95,15 +92,15 @@ def fill_polynomial(out, begin, row, a, h):
 
 
 @jit
-def moves_of(a, eta, h):
+def transitions_of(a, eta, h):
     """E(jh) for j = 1 … POINTS."""
-    moves = twofold.powers(twofold.exponential(a, h, _SERIES), POINTS)
+    transitions = double_double.powers(double_double.exponential(a, h, _SERIES), POINTS)
     for j in range(1, POINTS + 1):
         turn = j * h * eta
-        moves[j - 1, 4, 4] = moves[j - 1, 5, 5] = math.cos(turn)
-        moves[j - 1, 5, 4] = math.sin(turn)
-        moves[j - 1, 4, 5] = -math.sin(turn)
-    return moves
+        transitions[j - 1, 4, 4] = transitions[j - 1, 5, 5] = math.cos(turn)
+        transitions[j - 1, 5, 4] = math.sin(turn)
+        transitions[j - 1, 4, 5] = -math.sin(turn)
+    return transitions
 
 
 @jit
@@ -123,8 +120,8 @@ def tabulate(generator, eta, row, h):
     -------
     Phase
     """
-    a = full(generator, eta)
-    moves = moves_of(a, eta, h)
+    a = full_generator(generator, eta)
+    transitions = transitions_of(a, eta, h)
     rows = np.zeros((6, INTEGRAL + 1))
     fill_polynomial(rows, POWERS, row, a, h)
     fill_polynomial(rows, FIRST, unit(0), a, h)
@@ -133,23 +130,23 @@ def tabulate(generator, eta, row, h):
         for j in range(TERMS):
             for k in range(j + 1):
                 rows[i, BERNSTEIN + j] += rows[i, POWERS + k] * TO_BERNSTEIN[k, j]
-    curve = row_times(row_times(row, a), a)
+    curvature = row_times(row_times(row, a), a)
     bound = np.zeros(6)
-    raise_along(bound, curve, moves)
+    raise_to_images(bound, curvature, transitions)
     values = np.empty((POINTS, 6))
-    rows_times(values, row, moves)
+    rows_times(values, row, transitions)
     for j in range(POINTS):
         for i in range(6):
             rows[i, VALUES + j] = values[j, i]
-    spread(bound, a, h / 2)
+    raise_within(bound, a, h / 2)
     for i in range(6):
-        rows[i, BEND] = bound[i] * (h * h / 8)
-    return Phase(h, rows, moves)
+        rows[i, CURVATURE] = bound[i] * (h * h / 8)
+    return Phase(h, rows, transitions)
 
 
 def _product(begin, end):
-    # begin and end are constants of each, so that the compiler makes a handful of vector instructions of the loop
-    @inlined
+    # begin and end are constants of each function, so the loop compiles to a handful of vector instructions
+    @jit_inlined
     def product(phase, z, scratch):
         z0, z1, z2, z3, z4, z5 = z
         t0, t1, t2, t3, t4, t5 = (
@@ -170,30 +167,30 @@ def _product(begin, end):
 find_values = _product(VALUES, BERNSTEIN)
 find_watched = _product(BERNSTEIN, FIRST)
 find_first = _product(FIRST, GAP)
-find_gap = _product(GAP, BEND)
+find_gap = _product(GAP, CURVATURE)
 
 
-@inlined
-def bend(phase, z):
+@jit_inlined
+def curvature_bound(phase, z):
     """h²/8 times a bound of |f″| over the block that begins at z."""
     level = 0.0
     for i in range(6):
-        level += phase.rows[i, BEND] * abs(z[i])
+        level += phase.rows[i, CURVATURE] * abs(z[i])
     return level
 
 
-@inlined
+@jit_inlined
 def dot(row, z):
     """A row times z."""
     return row[0] * z[0] + row[1] * z[1] + row[2] * z[2] + row[3] * z[3] + row[4] * z[4] + row[5] * z[5]
 
 
-@inlined
-def carried(moves, z, j):
-    """z moved on by entry j of a table of maps, 0 for none."""
+@jit_inlined
+def apply_transition(transitions, z, j):
+    """z times matrix j of a table, counted from 1; z itself for j = 0."""
     if j == 0:
         return z
-    m = moves[j - 1]
+    m = transitions[j - 1]
     z0, z1, z2, z3, z4, z5 = z
     return (
         m[0, 0] * z0 + m[0, 1] * z1 + m[0, 2] * z2 + m[0, 3] * z3 + m[0, 4] * z4 + m[0, 5] * z5,
@@ -205,17 +202,17 @@ def carried(moves, z, j):
     )
 
 
-@inlined
-def moved(phase, z, j):
-    """z after j spacings."""
-    return carried(phase.moves, z, j)
+@jit_inlined
+def state_after(phase, z, j):
+    """z after j intervals."""
+    return apply_transition(phase.transitions, z, j)
 
 
-@inlined
+@jit_inlined
 def polynomial_at(terms, u):
     """Σ terms[k] uᵏ and its derivative.
 
-    Even and odd powers apart, which are two short chains of sums in place of a long one.
+    Even and odd powers apart: two short chains of dependent sums instead of a long one.
     """
     w = u * u
     even, odd, even1, odd1 = terms[_N - 1], terms[_N], 0.0, 0.0
@@ -225,7 +222,7 @@ def polynomial_at(terms, u):
     return even + u * odd, 2.0 * u * even1 + odd + 2.0 * w * odd1
 
 
-@inlined
+@jit_inlined
 def first_at(phase, z, u, scratch):
     """ξ₁ and ξ₁′ at s = uh."""
     find_first(phase, z, scratch)
@@ -233,9 +230,9 @@ def first_at(phase, z, u, scratch):
     return x, v / phase.spacing
 
 
-@inlined
+@jit_inlined
 def gap_at(phase, z, u, scratch):
     """The gap and its rate at s = uh."""
     find_gap(phase, z, scratch)
-    g, rate = polynomial_at(scratch.products[GAP:BEND], u)
+    g, rate = polynomial_at(scratch.products[GAP:CURVATURE], u)
     return g, rate / phase.spacing

@@ -1,80 +1,93 @@
-"""A step of Newmark's method of any length, and where within it contact changes (α = ½, β = ¼).
+"""A step of Newmark's method of any length, and the instant within it at which contact changes (α = ½, β = ¼).
 
-**Unknowns.** ξ₁ with its speed and acceleration (x, v, a), and the gap with its own (g, u, b): subtracting ξ₁ from ξ₂
-would lose the digits that a stiff contact needs. With c₁ = 2d₁, k₁ = 1, c₂ = 2d₂κ, k₂ = κ² MODEL.md's equations read
+**Step.** The unknowns are ξ₁ with its velocity and acceleration (x, v, a), and the gap with its own (g, u, b):
+subtracting ξ₁ from ξ₂ would lose the digits that a stiff contact needs. On one side of the contact surface the
+equations of motion (:mod:`..equations.motion`) are linear,
 
-    a = η² cos ητ − c₁v − k₁x + Kg + 2Du
-    b = −(c₂ − c₁)v − (k₂ − k₁)x − (c₂ + 2D(1 + 1/μ))u − (k₂ + K(1 + 1/μ))g
+    a = A₂ₓ x + A₂ᵥ v + A₂g g + A₂ᵤ u + η² cos ητ,        b = A₄ₓ x + A₄ᵥ v + A₄g g + A₄ᵤ u,              (12)
 
-in contact, and with K = D = 0 in flight. A step of any length s is Newmark's: a and b at its end solve these two
-equations there, with x = p + s²a/4, v = q + sa/2, from the predictors p = x + sv + s²a/4, q = v + sa/2, and g and u
-likewise.
+A₂ and A₄ being rows of that side's generator. A step of any length s is Newmark's: a and b at its end solve (12) there,
+with x = p + s²a/4, v = q + sa/2 from the predictors p = x + sv + s²a/4, q = v + sa/2, and g and u likewise.
 
-**Where contact changes.** A step of length θ is itself such a step, so the gap g(θ) it lands on is a known function. If
-the side of the gap at its end is not that at its start, a bracketed secant iteration finds the θ at which g(θ) = 0. A
-gap that changes twice within a step is on the same side at both ends; it shows in the motion between them, which is
-Newmark's own: constant acceleration (b₀ + b₁)/2, a parabola. Where its vertex lies beyond the surface, the step that
-ends at the vertex decides.
+**Instant of change.** A step of length θ is itself such a step, so the gap g(θ) that it ends with is a known function.
+If the gap at the end of the step is not on the side of its beginning, a bracketed secant iteration finds the θ with
+g(θ) = 0. A gap that changes sides twice within a step is on the same side at both ends. It shows in the motion between
+them, which is Newmark's own: constant acceleration (b₀ + b₁)/2, a parabola. Where the vertex of the parabola lies
+beyond the surface, the step that ends at the vertex decides.
 """
 
 import math
 from typing import NamedTuple
 
-from ..compile.options import jit
+from ..compile.options import jit, jit_inlined
+from ..equations.contact_law import force, force_of_law
 
-PRECISION = 1e-14  # of an instant of change, as a share of its step: rounding of the gap leaves little more
-ITERATIONS = 100  # three or four are needed, by bisection half of these
+PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
+ITERATIONS = 100  # three or four are needed, half of this with bisection alone
 
 
-class Law(NamedTuple):
-    """Coefficients of the equations, and the time grid; 1 and 2: the pendulums."""
+class Side(NamedTuple):
+    """Eq. (12) on one side of the contact surface."""
 
+    ax: float
+    av: float
+    ag: float
+    au: float
     load: float  # η²
-    damping1: float  # c₁
-    stiffness1: float  # k₁
-    damping2: float  # c₂
-    stiffness2: float  # k₂
-    both: float  # 1 + 1/μ
+    bx: float
+    bv: float
+    bg: float
+    bu: float
+
+
+class LocatedScheme(NamedTuple):
+    """Both sides, the contact law and the time grid."""
+
+    separated: Side
+    pressed: Side
     stiffness: float  # K
     damper: float  # D
+    law: float
     eta: float
     h: float  # T/n
     steps: int  # n
-    first: float  # Δτ T_c/T_f, the step with which a contact begins
-    growth: float  # 2Δτ/T_f, the later ones per time since the landing
+    first: float  # Δτ T_c/T_f, the step with which a contact begins (see located.py)
+    growth: float  # 2Δτ/T_f, by how much the next ones grow with the time since then
 
 
 @jit
-def squeezing(m, contact):
-    """K and D as they act."""
-    return (m.stiffness, m.damper) if contact else (0.0, 0.0)
+def side_of(generator):
+    """The rows of a generator that accelerations follow from."""
+    a, b = generator[1], generator[3]
+    return Side(a[0], a[1], a[2], a[3], a[4], b[0], b[1], b[2], b[3])
 
 
-@jit
-def accelerations(m, contact, z, cosine):
-    """The motion with a and b from the equations of a side."""
+@jit_inlined
+def side(m, pressed):
+    """The equations of a side."""
+    return m.pressed if pressed else m.separated
+
+
+@jit_inlined
+def with_accelerations(e, z, cosine):
+    """The motion with a and b from the equations of a side; ``cosine``: cos ητ."""
     x, v, _, g, u, _ = z
-    k, d = squeezing(m, contact)
-    a = m.load * cosine - m.damping1 * v - m.stiffness1 * x + k * g + 2.0 * d * u
-    b = (m.damping1 - m.damping2) * v + (m.stiffness1 - m.stiffness2) * x
-    b -= (m.damping2 + 2.0 * d * m.both) * u + (m.stiffness2 + k * m.both) * g
+    a = e.ax * x + e.av * v + e.ag * g + e.au * u + e.load * cosine
+    b = e.bx * x + e.bv * v + e.bg * g + e.bu * u
     return x, v, a, g, u, b
 
 
-@jit
-def step(m, contact, z, s, cosine):
-    """The motion after a step of length ``s`` on one side of the gap; ``cosine`` is cos ητ at its end."""
+@jit_inlined
+def step(e, z, s, cosine):
+    """The motion after a step of length ``s`` on one side of the surface; ``cosine`` is cos ητ at its end."""
     x, v, a, g, u, b = z
     half, quarter = 0.5 * s, 0.25 * s * s
     p, q = x + s * v + quarter * a, v + half * a
     pg, qg = g + s * u + quarter * b, u + half * b
-    # accelerations as the predictors alone would have them, and the matrix that stands before those at the end
-    _, _, a, _, _, b = accelerations(m, contact, (p, q, 0.0, pg, qg, 0.0), cosine)
-    k, d = squeezing(m, contact)
-    m11 = 1.0 + half * m.damping1 + quarter * m.stiffness1
-    m12 = -(2.0 * half * d + quarter * k)
-    m21 = half * (m.damping2 - m.damping1) + quarter * (m.stiffness2 - m.stiffness1)
-    m22 = 1.0 + half * (m.damping2 + 2.0 * d * m.both) + quarter * (m.stiffness2 + k * m.both)
+    # right side and matrix of the two equations for a and b at the end
+    _, _, a, _, _, b = with_accelerations(e, (p, q, 0.0, pg, qg, 0.0), cosine)
+    m11, m12 = 1.0 - half * e.av - quarter * e.ax, -half * e.au - quarter * e.ag
+    m21, m22 = -half * e.bv - quarter * e.bx, 1.0 - half * e.bu - quarter * e.bg
     over = 1.0 / (m11 * m22 - m12 * m21)
     a, b = (m22 * a - m12 * b) * over, (m11 * b - m21 * a) * over
     return p + quarter * a, q + half * a, a, pg + quarter * b, qg + half * b, b
@@ -82,34 +95,35 @@ def step(m, contact, z, s, cosine):
 
 @jit
 def cosine_at(m, k, s):
-    """Cos ητ at the offset s beyond step k of a period."""
+    """Cos ητ at the time s after step k of a period."""
     return math.cos(m.eta * (k * m.h + s))
 
 
 @jit
-def change_within(m, contact, z, end, length, k, s):
-    """Where contact changes within a step, the motion there, and the solves that it took to find it.
+def locate_change(m, pressed, z, end, length, k, s):
+    """Where contact changes within a step, the motion there, and how many steps were solved to find it.
 
-    ``z`` and ``end`` are the motions at the start of the step, s beyond step k of the period, and ``length`` later. inf
-    stands for a step without change.
+    ``z`` and ``end`` are the motions at the beginning of the step, the time s after step k of the period, and
+    ``length`` later. inf stands for a step without change.
     """
-    side = -1.0 if contact else 1.0
-    gap, speed = side * z[3], side * z[4]
+    e, sign = side(m, pressed), -1.0 if pressed else 1.0
+    gap, rate = sign * z[3], sign * z[4]
     solves, reach, there = 0, length, end
-    if (end[3] <= 0.0) == contact:
-        bend = 0.5 * side * (z[5] + end[5])
-        if not (gap > 0.0 and speed < 0.0 and -speed < bend * length and 2.0 * gap * bend <= speed * speed):
+    if (end[3] <= 0.0) == pressed:
+        curvature = 0.5 * sign * (z[5] + end[5])
+        approaches = gap > 0.0 and rate < 0.0 and -rate < curvature * length
+        if not (approaches and 2.0 * gap * curvature <= rate * rate):
             return math.inf, end, 0
-        reach, solves = -speed / bend, 1
-        there = step(m, contact, z, reach, cosine_at(m, k, s + reach))
-        if (there[3] <= 0.0) == contact:
+        reach, solves = -rate / curvature, 1
+        there = step(e, z, reach, cosine_at(m, k, s + reach))
+        if (there[3] <= 0.0) == pressed:
             return math.inf, end, 1
-    elif gap <= 0.0 and speed <= 0.0:
-        # begun on the surface and not moving away from it: no first instant of change but the start
+    elif gap <= 0.0 and rate <= 0.0:
+        # the step begins on the surface and does not move away from it: contact changes where it ends
         return length, end, 0
-    low, high, theta, slope = 0.0, reach, reach, there[4]  # the speed: g′(θ) but for terms of second order
+    low, high, theta, slope = 0.0, reach, reach, there[4]  # the rate: g′(θ) but for terms of second order
     for i in range(ITERATIONS):
-        if (there[3] <= 0.0) == contact:
+        if (there[3] <= 0.0) == pressed:
             low = theta
         else:
             high = theta
@@ -119,13 +133,12 @@ def change_within(m, contact, z, end, length, k, s):
         if not low < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         before, passed = there[3], better - theta
-        there = step(m, contact, z, better, cosine_at(m, k, s + better))
+        there = step(e, z, better, cosine_at(m, k, s + better))
         theta, slope, solves = better, (there[3] - before) / passed, solves + 1
     return theta, (there[0], there[1], there[2], 0.0, there[4], there[5]), solves
 
 
-@jit
-def force_of(m, contact, z):
-    """Contact force λ by its definition."""
-    k, d = squeezing(m, contact)
-    return -k * z[3] - 2.0 * d * z[4]
+@jit_inlined
+def contact_force(m, pressed, z):
+    """λ of a motion."""
+    return force_of_law(m.law, force(m.stiffness, m.damper, z[3], z[4])) if pressed else 0.0

@@ -1,168 +1,209 @@
-"""Newmark's method with its step cut at each contact change, which :mod:`.contact_location` locates within the step.
+"""Newmark's method with its step cut at each contact change, located within the step (:mod:`.contact_location`).
 
-At the change displacement and speed go on, the acceleration starts anew from the equations of the other side, and what
-is left of the grid's step comes next. So states lie on the grid, whatever happens between.
+At the change displacement and velocity continue, the acceleration starts anew from the equations of the other side, and
+what is left of the step follows. So the grid stays as it is, whatever happens between its steps.
 
-**How finely a contact is resolved.** Landing on the changes is not enough if a contact then lasts two steps: average
-acceleration gives its restitution only where it resolves the relative motion, of fastest rate r = ω_c for ζ ≤ 1, else
-ω_c (ζ + √(ζ² − 1)). On the grid, the fastest of what moves without contact, T_f = 2π/max(1, κ, η), gets T_f/Δτ steps to
-the cycle. A contact begins with as many to its own cycle T_c = 2π/r. After half a cycle it was no impact; what the
-landing excited dies away, and the step s grows with the time t since the landing, so that every scale of time gets the
-same number of steps:
+**Resolution of a contact.** Locating the changes is not enough if a contact then lasts two steps: average acceleration
+gives its restitution only where it resolves the contact mode, of fastest rate r (Eq. (7) of
+:mod:`..equations.contact_law`). On the grid the fastest of what moves without contact, T_f = 2π/max(1, κ, η), has
+T_f/Δτ steps to the cycle. A contact begins with as many to its own cycle T_c = 2π/r. After half a cycle it was no
+impact; what the beginning of contact excited decays, and the step s grows with the time t since then, so that every
+time scale has the same number of steps:
 
-    s = Δτ · min(1, max(T_c, 2t) / T_f).
+    s = Δτ · min(1, max(T_c, 2t) / T_f)                                                                     (13)
 
-Every step is then proportional to Δτ and the method of second order throughout. With N = T_f/Δτ an impact costs N/2
+Every step is then proportional to Δτ, and the method is of second order throughout. With N = T_f/Δτ an impact costs N/2
 solves and some four to locate each change, a contact of duration t > T_c/2 costs N/2 (1 + ln(2t/T_c)), however stiff it
-is. (In an FE code a step of another length is another factorisation too.)
+is. (In an FE code a step of another length costs another factorisation too.)
 """
 
 import math
+from typing import NamedTuple
 
-from ..compile.options import jit
-from ..compile.record import no_room
-from .contact_location import accelerations, change_within, cosine_at, force_of, step
+from ..compile.options import jit, jit_inlined
+from ..compile.packing import Layout
+from ..compile.record import OpenContact, no_contact, no_room, record_contact, with_impulse
+from ..equations.contact_law import contact_rate
+from ..equations.motion import coefficients, pressed_generator, separated_generator
+from ..equations.rates import free_rate
+from ..status import DIVERGED, OK, PAUSED, UNRESOLVED
+from .contact_location import (
+    LocatedScheme,
+    contact_force,
+    cosine_at,
+    locate_change,
+    side,
+    side_of,
+    step,
+    with_accelerations,
+)
+from .newmark import LIMIT
 
-# slots of the state: the motion, the side, where in time (steps done, offset within the next), solves, solves when that
-# step began; then the contact that is open, from the time since it began
-X, V, A, G, U, B, CONTACT, STEP, OFFSET, SOLVES, BEFORE, SINCE = range(12)
-BEGIN, CLOSING, POSITION, SPEED1, SPEED2, IMPULSE, SLOTS = range(12, 19)
-# how a march ends
-DONE, PAUSED, DIVERGED, CROWDED = range(4)
-LIMIT = 1e9  # a gap of 1e9 base amplitudes is no motion; short of overflow, so that no NaN is ever made
 SOLVES_PER_STEP = 10_000_000  # some tenths of a second within one step: contacts too short for this excitation period
 
 
-@jit
-def open_contact(state, now, z, kept):
-    """Remember that, and how, a contact begins at τ = ``now``; an impact is asked for in the kept periods alone."""
-    state[BEGIN], state[SINCE], state[CLOSING] = now, 0.0, (-z[4] if kept else 0.0)
-    state[POSITION], state[SPEED1], state[SPEED2], state[IMPULSE] = z[0], z[1], z[1] + z[4], 0.0
+class LocatedState(NamedTuple):
+    """The discrete solution, at a step of the grid or between two."""
+
+    x: float  # ξ₁ with velocity and acceleration
+    v: float
+    a: float
+    g: float  # the gap likewise
+    u: float
+    b: float
+    pressed: bool
+    step: int  # steps of the grid done
+    offset: float  # time since the last of them
+    solves: int  # steps solved since the start of the run
+    solves_before: int  # … when the last step of the grid ended
+    since: float  # time since the open contact began
+    contact: OpenContact
+
+
+STATE = Layout(LocatedState, contact=Layout(OpenContact))
+unpack_state, write_state = STATE.unpack, STATE.write
 
 
 @jit
-def close_contact(state, now, z, record):
-    """Note the contact that ends at τ = ``now``, and its impact if it began with a closing speed."""
-    row = record.contacts[record.used[1]]
-    row[0], row[1] = state[BEGIN], now
-    record.used[1] += 1
-    if state[CLOSING] > 0.0:
-        impact = record.impacts[record.used[0]]
-        impact[0], impact[1] = row[0], state[POSITION]
-        impact[2], impact[3], impact[4], impact[5] = state[SPEED1], state[SPEED2], z[1], z[1] + z[4]
-        impact[6], impact[7] = state[IMPULSE], state[CLOSING]
-        record.used[0] += 1
+def located_scheme(p):
+    """Both sides and the time grid, from :class:`..parameters.Parameters`."""
+    h, fastest = 2 * math.pi / p.eta / p.steps, free_rate(p)
+    rate = contact_rate(p.stiffness, p.damping, coefficients(p).inverse_mass)
+    sides = side_of(separated_generator(p)), side_of(pressed_generator(p))
+    first, growth = h * fastest / rate, h * fastest / math.pi
+    return LocatedScheme(sides[0], sides[1], p.stiffness, p.damping, p.law, p.eta, h, int(p.steps), first, growth)
 
 
 @jit
-def write(row, z):
-    """The motion in the order of a Response: ξ₁, ξ₁′, ξ₂, ξ₂′."""
+def start_state(m, start, kept):
+    """The discrete solution at τ = 0; ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′; ``kept``: whether the first period is recorded."""
+    x, v, x2, v2 = start[0], start[1], start[2], start[3]
+    x, v, a, g, u, b = with_accelerations(m.separated, (x, v, 0.0, x2 - x, v2 - v, 0.0), 1.0)
+    # at zero gap the first derivative of the free motion that is not zero decides; its third needs no cos ητ
+    jerk = with_accelerations(m.separated, (v, a, 0.0, u, b, 0.0), 0.0)[5]
+    deciding = g if g != 0.0 else u if u != 0.0 else b if b != 0.0 else jerk
+    pressed = deciding < 0.0 or deciding == 0.0
+    z = with_accelerations(side(m, pressed), (x, v, a, g, u, b), 1.0)
+    contact = begin_contact(0.0, z, kept and pressed and g == 0.0)
+    return LocatedState(z[0], z[1], z[2], z[3], z[4], z[5], pressed, 0, 0.0, 0, 0, 0.0, contact)
+
+
+@jit_inlined
+def begin_contact(now, z, kept):
+    """The contact that begins at τ = ``now``; its impact is recorded only in the kept periods."""
+    return OpenContact(now, -z[4] if kept else 0.0, z[0], z[1], z[1] + z[4], 0.0)
+
+
+@jit_inlined
+def end_contact(contact, now, z, buffers):
+    """Record the contact that ends at τ = ``now``, and its impact if it began with a closing speed."""
+    record_contact(buffers, contact, now, (z[1], z[1] + z[4]), True)
+
+
+@jit_inlined
+def motion_of(s):
+    """The motion of a state."""
+    return s.x, s.v, s.a, s.g, s.u, s.b
+
+
+@jit_inlined
+def write_row(row, z):
+    """Write the motion as ξ₁, ξ₁′, ξ₂, ξ₂′."""
     row[0], row[1], row[2], row[3] = z[0], z[1], z[0] + z[3], z[1] + z[4]
 
 
 @jit
-def arrive(m, i, k, z, contact, window, record):
-    """Record the motion at step i, the k-th of its period, where it is asked for."""
-    section, samples = record.section, record.samples
-    if k == 0 and i > window[0] and section.shape[0] > 0:
-        write(section[(i - window[0]) // m.steps - 1], z)
-    if i >= window[1] and samples.shape[0] > 0 and k % window[2] == 0:
-        j = (i - window[1]) // m.steps * record.phases.shape[0] + k // window[2]
+def write_output(m, i, k, z, pressed, window, buffers):
+    """Write the section row and the sample of step i, the k-th of its period, if they are asked for."""
+    kept_from, sampled_from, stride = window
+    section, samples = buffers.section, buffers.samples
+    if k == 0 and i > kept_from and section.shape[0] > 0:
+        write_row(section[(i - kept_from) // m.steps - 1], z)
+    if i >= sampled_from and samples.shape[0] > 0 and k % stride == 0:
+        j = (i - sampled_from) // m.steps * buffers.phases.shape[0] + k // stride
         if j < samples.shape[0]:
-            write(samples[j], z)
-            samples[j, 4] = force_of(m, contact, z)
+            write_row(samples[j], z)
+            samples[j, 4] = contact_force(m, pressed, z)
 
 
-@jit
-def change(m, state, z, contact, k, record):
-    """Note a change to the side ``contact`` here, and give the motion on that side."""
-    kept, now = record.contacts.shape[0] > 0, state[STEP] * m.h + state[OFFSET]
-    if contact:
-        open_contact(state, now, z, kept)
-    elif kept:
-        close_contact(state, now, z, record)
-    return accelerations(m, contact, z, cosine_at(m, k, state[OFFSET]))
-
-
-@jit
-def motion_of(state):
-    """The motion as it stands."""
-    return state[X], state[V], state[A], state[G], state[U], state[B]
-
-
-@jit
-def piece(m, contact, since, left):
-    """Into how many pieces what is ``left`` of a step is to be cut as things stand, and their length."""
-    longest = min(m.h, max(m.first, m.growth * since)) if contact else m.h
-    # a contact from a step of the grid on gives whole ratios, which rounding must not decide
+@jit_inlined
+def next_piece(m, pressed, since, left):
+    """Into how many pieces what is ``left`` of a step is cut, Eq. (13), and their length."""
+    longest = min(m.h, max(m.first, m.growth * since)) if pressed else m.h
+    # a contact that begins at a step of the grid gives whole ratios, which rounding must not decide
     pieces = math.ceil(left / longest - 1e-6) if left > longest else 1
     return pieces, left / pieces
 
 
 @jit
-def march(m, cosines, state, stop, most, window, record):
-    """Run to the end of step ``stop``.
+def integrate_located(m, cosines, state, stop, most, window, buffers):
+    """Integrate to the end of step ``stop`` of the grid.
 
     Parameters
     ----------
-    m : Law
+    m : LocatedScheme
     cosines : (n + 1,) float64
         cos ητ at the steps of one period.
-    state : (SLOTS,) float64
-        Changed in place.
+    state : (STATE.size,) float64
+        A :class:`LocatedState`, changed in place.
     stop : int
     most : int
         Solves after which to pause, so that a run can be withdrawn.
     window : (3,) int64
         The step at which the kept periods begin, the step at which sampling begins, and the steps from sample to
         sample, counted anew in each period.
-    record : Record
+    buffers : Buffers
         Without rows for sections and contacts outside the kept periods.
 
     Returns
     -------
     int
-        DONE; PAUSED to be called again, after ``most`` solves or for want of room; DIVERGED; CROWDED if a step took
-        more than SOLVES_PER_STEP solves.
+        OK; PAUSED (call again), after ``most`` solves or for want of room; DIVERGED; UNRESOLVED if a step took more
+        than SOLVES_PER_STEP solves.
     """
-    z, contact, status = motion_of(state), state[CONTACT] > 0.0, DONE
-    i, s, since, impulse = int(state[STEP]), state[OFFSET], state[SINCE], state[IMPULSE]
-    solves, before = int(state[SOLVES]), int(state[BEFORE])
+    s = unpack_state(state)
+    z, pressed, i, offset, since, contact = motion_of(s), s.pressed, s.step, s.offset, s.since, s.contact
+    solves, before, status = s.solves, s.solves_before, OK
     pause, k = solves + most, i % m.steps
-    if s == 0.0:
-        arrive(m, i, k, z, contact, window, record)
-    while i < stop and status == DONE:
-        pieces, length = piece(m, contact, since, m.h - s)
-        end = step(m, contact, z, length, cosines[k + 1] if pieces == 1 else cosine_at(m, k, s + length))
-        theta, there, more = change_within(m, contact, z, end, length, k, s)
+    if offset == 0.0:
+        write_output(m, i, k, z, pressed, window, buffers)
+    while i < stop and status == OK:
+        pieces, length = next_piece(m, pressed, since, m.h - offset)
+        cosine = cosines[k + 1] if pieces == 1 else cosine_at(m, k, offset + length)
+        end = step(side(m, pressed), z, length, cosine)
+        theta, there, more = locate_change(m, pressed, z, end, length, k, offset)
         changed = theta < math.inf
         if changed:
             length, end = theta, there
-        if contact:
+        if pressed:
             since += length
-            impulse += 0.5 * length * (force_of(m, contact, z) + force_of(m, contact, end))
+            pushes = contact_force(m, pressed, z) + contact_force(m, pressed, end)
+            contact = with_impulse(contact, contact.impulse + 0.5 * length * pushes)
         solves += 1 + more
-        s += length
+        offset += length
         z = end
         if changed:
-            contact = not contact
-            state[STEP], state[OFFSET], state[IMPULSE] = i, s, impulse
-            z = change(m, state, z, contact, k, record)
-            since, impulse = 0.0, 0.0
-            if no_room(record):
+            pressed, since, now = not pressed, 0.0, i * m.h + offset
+            if pressed:
+                contact = begin_contact(now, z, buffers.contacts.shape[0] > 0)
+            else:
+                if buffers.contacts.shape[0] > 0:
+                    end_contact(contact, now, z, buffers)
+                contact = no_contact()
+            z = with_accelerations(side(m, pressed), z, cosine_at(m, k, offset))
+            if no_room(buffers):
                 status = PAUSED
         elif pieces == 1:
-            i, s, before = i + 1, 0.0, solves
+            i, offset, before = i + 1, 0.0, solves
             k = k + 1 if k + 1 < m.steps else 0
             if k == 0 or i >= window[1]:
-                arrive(m, i, k, z, contact, window, record)
+                write_output(m, i, k, z, pressed, window, buffers)
             if solves > pause and i < stop:
                 status = PAUSED
         if not abs(z[3]) < LIMIT:
             status = DIVERGED
         elif solves - before > SOLVES_PER_STEP:
-            status = CROWDED
-    state[X], state[V], state[A], state[G], state[U], state[B] = z
-    state[CONTACT], state[STEP], state[OFFSET], state[SOLVES] = (1.0 if contact else 0.0), i, s, solves
-    state[BEFORE], state[SINCE], state[IMPULSE] = before, since, impulse
+            status = UNRESOLVED
+    x, v, a, g, u, b = z
+    write_state(state, LocatedState(x, v, a, g, u, b, pressed, i, offset, solves, before, since, contact))
     return status

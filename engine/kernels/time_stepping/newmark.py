@@ -1,38 +1,42 @@
 """Newmark's method for the penalty model, α = ½, β = ¼, constant step, one step after the other (paper, section 4).
 
-With the predictors p = ξ + Δτ ξ′ + Δτ² ξ″/4 and q = ξ′ + Δτ ξ″/2 the step solves, for the acceleration a at its end,
+**One step.** With the predictors p = ξ + Δτ ξ′ + Δτ² ξ″/4 and q = ξ′ + Δτ ξ″/2 the displacement and velocity at the end
+of a step are ξ = p + Δτ² a/4 and ξ′ = q + Δτ a/2. The equations of motion there (:mod:`..equations.motion`) give the
+acceleration a: with m = 1 + cΔτ/2 + kΔτ²/4, c and k those of the body,
 
-    (1 + δΔτ + k²Δτ²/4) a = η² cos ητ − 2δq − k²p ∓ λ        ξ = p + Δτ² a/4,  ξ′ = q + Δτ a/2,
+    m a = η² cos ητ − c q − k p ∓ λ                                                       (10)
 
-and the next predictors are q + Δτ a and p + Δτ (q + Δτ a). p and q do not depend on the contact state, so the same four
-numbers serve both. They are kept as p and Q = Δτ q, the acceleration as A = Δτ² a: a step is then A, Q += A, p += Q.
+(λ for body 1, −λ/μ for body 2). The next predictors are q + Δτ a and p + Δτ (q + Δτ a). They do not depend on the
+contact state, so the same four numbers serve a step with contact and one without. They are stored as p and Q = Δτ q,
+the acceleration as A = Δτ² a: then a step is A by (10), Q += A, p += Q.
 
-In contact λ at the end of the step follows from the accelerations without contact (index f):
+**Contact.** Inserting (10) into the contact law λ = K(ξ₁ − ξ₂) + 2D(ξ₁′ − ξ₂′) at the end of the step gives λ from the
+accelerations without contact (index f),
 
-    λ = [K (p₁ − p₂) + 2D (q₁ − q₂) + σ (a₁f − a₂f)] / (1 + σ (1/m₁ + 1/(μ m₂))),   σ = KΔτ²/4 + DΔτ,
+    λ = [K (p₁ − p₂) + 2D (q₁ − q₂) + σ (a₁f − a₂f)] / (1 + σ (1/m₁ + 1/(μ m₂))),   σ = KΔτ²/4 + DΔτ      (11)
 
-m being the bracket on the left above. A step is with contact if the gap at its start is not positive (MODEL.md).
+A step is with contact if the gap at its start is not positive (paper, section 4).
 """
 
+import math
 from typing import NamedTuple
 
-from ..compile.options import jit
-from ..compile.record import no_room
+from ..compile.options import jit, jit_inlined, jit_uncontracted
+from ..compile.packing import Layout
+from ..compile.record import OpenContact, no_contact, no_room, record_contact, with_impulse
+from ..equations.contact_law import force, force_of_law
+from ..equations.motion import accelerations, coefficients
+from ..status import DIVERGED, FULL, OK
 
-# slots of the state: predictors, accelerations, whether the coming step is with contact, steps done; then the contact
-# that is open
-P1, Q1, P2, Q2, A1, A2, CONTACT, STEP, BEGIN, CLOSING, POSITION, SPEED1, SPEED2, IMPULSE, SLOTS = range(15)
-# how a march ends
-DONE, FULL, DIVERGED = range(3)
-LIMIT = 1e9  # a gap of 1e9 base amplitudes is no motion; short of overflow, so that no NaN is ever made
+LIMIT = 1e9  # a gap of 1e9 base amplitudes is no motion; far enough from overflow that no NaN is ever made
 
 
 class Scheme(NamedTuple):
-    """Coefficients of a step of size ``h``; 1 and 2: the pendulums."""
+    """Coefficients of a step of size ``h``, Eqs. (10) and (11), for A = Δτ² a; 1 and 2: the bodies."""
 
     h: float
-    damping1: float  # 2δ₁Δτ/m₁
-    stiffness1: float  # k₁²Δτ²/m₁
+    damping1: float  # c₁Δτ/m₁
+    stiffness1: float  # k₁Δτ²/m₁
     load1: float  # η²Δτ²/m₁
     react1: float  # Δτ²/m₁
     damping2: float
@@ -41,147 +45,213 @@ class Scheme(NamedTuple):
     react2: float  # Δτ²/(μ m₂)
     stiffness: float  # K
     damper: float  # D
-    contact_p: float  # K / (1 + σB)
-    contact_q: float  # 2D/Δτ / (1 + σB)
-    contact_a: float  # σ/Δτ² / (1 + σB)
+    contact_p: float  # K / (1 + σ (1/m₁ + 1/(μ m₂)))
+    contact_q: float  # 2D/Δτ / (…)
+    contact_a: float  # σ/Δτ² / (…)
+    law: float  # index in equations.contact_law.LAWS
 
 
-@jit
-def step(m, p1, q1, p2, q2, contact, cosine):
-    """Accelerations A₁, A₂ and the contact force λ at the end of a step."""
+class StepState(NamedTuple):
+    """The discrete solution at the end of a step."""
+
+    p1: float  # predictors of the coming step
+    q1: float
+    p2: float
+    q2: float
+    a1: float  # Δτ² ξ₁″ at the end of the last step
+    a2: float
+    gap: float  # there
+    pressed: bool  # whether the coming step is with contact
+    step: int  # steps done
+    contact: OpenContact
+
+
+STATE = Layout(StepState, contact=Layout(OpenContact))
+unpack_state, write_state = STATE.unpack, STATE.write
+
+
+@jit_inlined
+def with_contact(s, contact):
+    """The state with another open contact."""
+    return StepState(s.p1, s.q1, s.p2, s.q2, s.a1, s.a2, s.gap, s.pressed, s.step, contact)
+
+
+@jit_uncontracted
+def scheme_of(p):
+    """Coefficients of one step, from :class:`..parameters.Parameters`."""
+    h = 2 * math.pi / p.eta / p.steps
+    c = coefficients(p)
+    m1 = 1 + c.c1 * h / 2 + c.k1 * h * h / 4
+    m2 = 1 + c.c2 * h / 2 + c.k2 * h * h / 4
+    sigma = p.stiffness * h * h / 4 + p.damping * h
+    shared = 1 + sigma * (1 / m1 + 1 / (c.mu * m2))
+    return Scheme(
+        h,
+        c.c1 * h / m1,
+        c.k1 * h * h / m1,
+        c.load * h * h / m1,
+        h * h / m1,
+        c.c2 * h / m2,
+        c.k2 * h * h / m2,
+        c.load * h * h / m2,
+        h * h / (c.mu * m2),
+        p.stiffness,
+        p.damping,
+        p.stiffness / shared,
+        2 * p.damping / h / shared,
+        sigma / (h * h) / shared,
+        p.law,
+    )
+
+
+@jit_uncontracted
+def start_state(m, p, start):
+    """The discrete solution at τ = 0, its accelerations from the equations of motion; ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′."""
+    x1, v1, x2, v2 = start[0], start[1], start[2], start[3]
+    h, pressed = m.h, x2 <= x1
+    push = contact_force(m, x1, v1, x2, v2) if pressed else 0.0
+    a1, a2 = accelerations(coefficients(p), x1, v1, x2, v2, push, 1.0)
+    a1, a2 = h * h * a1, h * h * a2
+    p1, p2 = x1 + h * v1 + 0.25 * a1, x2 + h * v2 + 0.25 * a2
+    return StepState(p1, h * v1 + 0.5 * a1, p2, h * v2 + 0.5 * a2, a1, a2, x2 - x1, pressed, 0, no_contact())
+
+
+@jit_inlined
+def contact_force(m, x1, v1, x2, v2):
+    """λ of bodies in contact."""
+    return force_of_law(m.law, force(m.stiffness, m.damper, x2 - x1, v2 - v1))
+
+
+@jit_inlined
+def step(m, p1, q1, p2, q2, pressed, cosine):
+    """A₁, A₂ and the contact force λ at the end of a step, Eqs. (10) and (11); ``cosine``: cos ητ there."""
     a1 = m.load1 * cosine - m.damping1 * q1 - m.stiffness1 * p1
     a2 = m.load2 * cosine - m.damping2 * q2 - m.stiffness2 * p2
-    if not contact:
+    if not pressed:
         return a1, a2, 0.0
-    force = m.contact_p * (p1 - p2) + m.contact_q * (q1 - q2) + m.contact_a * (a1 - a2)
-    return a1 - m.react1 * force, a2 + m.react2 * force, force
+    push = m.contact_p * (p1 - p2) + m.contact_q * (q1 - q2) + m.contact_a * (a1 - a2)
+    push = force_of_law(m.law, push)
+    return a1 - m.react1 * push, a2 + m.react2 * push, push
 
 
 @jit
-def advance(m, cosines, state, stop):
-    """Run whole periods to the end of step ``stop``, leaving nothing behind but the state; returns DONE or DIVERGED.
+def integrate(m, cosines, state, stop):
+    """Integrate whole periods to the end of step ``stop`` and record nothing; returns OK or DIVERGED.
 
     Parameters
     ----------
     m : Scheme
     cosines : (n + 1,) float64
         cos ητ at the steps of one period.
-    state : (SLOTS,) float64
-        Changed in place; ``state[STEP]`` counts the steps since the start of the run.
+    state : (STATE.size,) float64
+        A :class:`StepState`, changed in place.
     stop : int
     """
-    p1, q1, p2, q2, contact = state[P1], state[Q1], state[P2], state[Q2], state[CONTACT] > 0.0
-    a1, a2 = state[A1], state[A2]
-    n, done, status = cosines.shape[0] - 1, int(state[STEP]), DONE
-    while done < stop and status == DONE:
+    p1, q1, p2, q2, a1, a2, gap, pressed, done, contact = unpack_state(state)
+    n, status = cosines.shape[0] - 1, OK
+    while done < stop and status == OK:
         for k in range(1, n + 1):
-            a1, a2, _ = step(m, p1, q1, p2, q2, contact, cosines[k])
-            g = p2 - p1 + 0.25 * (a2 - a1)
+            a1, a2, _ = step(m, p1, q1, p2, q2, pressed, cosines[k])
+            gap = p2 - p1 + 0.25 * (a2 - a1)
             q1 += a1
             q2 += a2
             p1 += q1
             p2 += q2
-            if (g <= 0.0) != contact:
-                contact = not contact
-                if contact:  # outside the kept periods its impact is not asked for
-                    state[BEGIN], state[CLOSING] = done + k, 0.0
-            if not abs(g) < LIMIT:
+            if (gap <= 0.0) != pressed:
+                pressed = not pressed
+                if pressed:  # outside the kept periods its impact is not recorded
+                    contact = OpenContact((done + k) * m.h, 0.0, 0.0, 0.0, 0.0, 0.0)
+            if not abs(gap) < LIMIT:
                 status, n = DIVERGED, k
                 break
         done += n
-    state[P1], state[Q1], state[P2], state[Q2] = p1, q1, p2, q2
-    state[A1], state[A2], state[CONTACT], state[STEP] = a1, a2, (1.0 if contact else 0.0), done
+    write_state(state, StepState(p1, q1, p2, q2, a1, a2, gap, pressed, done, contact))
     return status
 
 
-@jit
+@jit_inlined
 def motion(m, p1, q1, a1, p2, q2, a2):
     """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of a step, from the predictors of the next one and the accelerations."""
     x1, x2 = p1 - q1 + 0.25 * a1, p2 - q2 + 0.25 * a2
     return x1, (q1 - 0.5 * a1) / m.h, x2, (q2 - 0.5 * a2) / m.h
 
 
-@jit
-def motion_of(m, state):
+@jit_inlined
+def motion_of(m, s):
     """The motion at the end of the last step."""
-    return motion(m, state[P1], state[Q1], state[A1], state[P2], state[Q2], state[A2])
+    return motion(m, s.p1, s.q1, s.a1, s.p2, s.q2, s.a2)
 
 
-@jit
-def open_contact(state, i, now, closing):
-    """Remember that, and how, a contact begins at the end of step i."""
-    state[BEGIN], state[CLOSING], state[POSITION] = i, closing, now[0]
-    state[SPEED1], state[SPEED2], state[IMPULSE] = now[1], now[3], 0.0
+@jit_inlined
+def begin_contact(m, i, now, closing):
+    """The contact that begins at the end of step i."""
+    return OpenContact(i * m.h, closing, now[0], now[1], now[3], 0.0)
 
 
-@jit
-def close_contact(m, state, i, now, record):
-    """Note the contact that ends, and its impact if it began with a closing speed within the kept periods."""
-    row = record.contacts[record.used[1]]
-    row[0], row[1] = state[BEGIN] * m.h, i * m.h
-    record.used[1] += 1
-    if state[CLOSING] > 0.0:
-        impact = record.impacts[record.used[0]]
-        impact[0], impact[1] = row[0], state[POSITION]
-        impact[2], impact[3], impact[4], impact[5] = state[SPEED1], state[SPEED2], now[1], now[3]
-        impact[6], impact[7] = state[IMPULSE], state[CLOSING]
-        record.used[0] += 1
+@jit_inlined
+def end_contact(m, contact, i, now, buffers):
+    """Record the contact that ends with step i, and its impact if it began with a closing speed."""
+    record_contact(buffers, contact, i * m.h, (now[1], now[3]), True)
 
 
-@jit
-def sample(m, row, now, contact):
-    """Write motion and contact force, λ by its definition, as the step that now begins will feel it."""
+@jit_inlined
+def write_sample(m, row, now, pressed):
+    """Write motion and contact force, λ as the step that now begins will feel it."""
     row[0], row[1], row[2], row[3] = now
-    squeezed = m.stiffness * (now[0] - now[2]) + 2.0 * m.damper * (now[1] - now[3])
-    row[4] = squeezed if contact else 0.0
+    row[4] = contact_force(m, now[0], now[1], now[2], now[3]) if pressed else 0.0
+
+
+@jit_inlined
+def write_output(m, i, k, n, now, pressed, window, buffers):
+    """Write the section row and the sample of step i, the k-th of its period (k < n), if they are asked for."""
+    kept_from, sampled_from, stride = window
+    if k == 0:
+        buffers.section[(i - kept_from) // n - 1] = now
+    j = (i - sampled_from) // n * buffers.phases.shape[0] + k // stride
+    if i >= sampled_from and k % stride == 0 and j < buffers.samples.shape[0]:
+        write_sample(m, buffers.samples[j], now, pressed)
 
 
 @jit
-def advance_recorded(m, cosines, state, stop, window, record):
-    """As :func:`advance`, step for step, and fill the record; returns DONE, DIVERGED or FULL.
+def integrate_recorded(m, cosines, state, stop, window, buffers):
+    """As :func:`integrate`, step for step, and fill the buffers; returns OK, DIVERGED or FULL.
 
     ``window``, (3,) int64: the step at which the kept periods begin, the step at which sampling begins, and the steps
     from sample to sample, counted anew in each period.
     """
-    p1, q1, p2, q2, contact = state[P1], state[Q1], state[P2], state[Q2], state[CONTACT] > 0.0
-    a1, a2, impulse = state[A1], state[A2], state[IMPULSE]
-    n, i, status = cosines.shape[0] - 1, int(state[STEP]), DONE
-    samples, section, per_period = record.samples, record.section, record.phases.shape[0]
-    if i == window[1] and samples.shape[0] > 0:
-        sample(m, samples[0], motion(m, p1, q1, a1, p2, q2, a2), contact)
+    p1, q1, p2, q2, a1, a2, gap, pressed, i, contact = unpack_state(state)
+    n, status = cosines.shape[0] - 1, OK
+    _, sampled_from, stride = window
+    if i == sampled_from and buffers.samples.shape[0] > 0:
+        write_sample(m, buffers.samples[0], motion(m, p1, q1, a1, p2, q2, a2), pressed)
     k = i % n  # steps done in the period
-    while i < stop and status == DONE:
-        gap = p2 - p1 - (q2 - q1) + 0.25 * (a2 - a1)
-        a1, a2, force = step(m, p1, q1, p2, q2, contact, cosines[k + 1])
-        g = p2 - p1 + 0.25 * (a2 - a1)
+    impulse = contact.impulse
+    while i < stop and status == OK:
+        before = p2 - p1 - (q2 - q1) + 0.25 * (a2 - a1)
+        a1, a2, push = step(m, p1, q1, p2, q2, pressed, cosines[k + 1])
+        gap = p2 - p1 + 0.25 * (a2 - a1)
         q1 += a1
         q2 += a2
         p1 += q1
         p2 += q2
         i += 1
         k += 1
-        # the trapezoidal rule carries a force into two half steps, hence one whole step each
-        impulse += m.h * force
-        if (g <= 0.0) != contact:
-            contact = not contact
+        # the trapezoidal rule gives each force two half steps, hence one whole step
+        impulse += m.h * push
+        if (gap <= 0.0) != pressed:
+            pressed = not pressed
             now = motion(m, p1, q1, a1, p2, q2, a2)
-            if contact:
-                open_contact(state, i, now, (gap - g) / m.h)
+            if pressed:
+                contact = begin_contact(m, i, now, (before - gap) / m.h)
                 impulse = 0.0
             else:
-                state[IMPULSE] = impulse
-                close_contact(m, state, i, now, record)
-                status = FULL if no_room(record) else DONE
-        if k == n or (i >= window[1] and k % window[2] == 0):
+                end_contact(m, with_impulse(contact, impulse), i, now, buffers)
+                status = FULL if no_room(buffers) else OK
+        if k == n or (i >= sampled_from and k % stride == 0):
+            k = 0 if k == n else k
             now = motion(m, p1, q1, a1, p2, q2, a2)
-            if k == n:
-                k = 0
-                section[(i - window[0]) // n - 1] = now
-            j = (i - window[1]) // n * per_period + k // window[2]
-            if i >= window[1] and j < samples.shape[0]:
-                sample(m, samples[j], now, contact)
-        if not abs(g) < LIMIT:
+            write_output(m, i, k, n, now, pressed, window, buffers)
+        if not abs(gap) < LIMIT:
             status = DIVERGED
-    state[P1], state[Q1], state[P2], state[Q2] = p1, q1, p2, q2
-    state[A1], state[A2], state[CONTACT], state[STEP], state[IMPULSE] = a1, a2, (1.0 if contact else 0.0), i, impulse
+    write_state(state, StepState(p1, q1, p2, q2, a1, a2, gap, pressed, i, with_impulse(contact, impulse)))
     return status

@@ -1,4 +1,4 @@
-"""From event to event, and what becomes of the energy on the way."""
+"""Integration from event to event, and the energy budget along the way."""
 
 from dataclasses import dataclass
 
@@ -15,8 +15,8 @@ TOUCH, LEAVE = 0, 1  # events of the penalty
 class Budget:
     """Energy in units of m₁ω₁² times the base amplitude squared, from the start on.
 
-    ``work`` is what the excitation η² cos ητ does on both masses, ``damped`` what the dampers take (those of the joint
-    and of the contact too), ``lost`` what the impacts take; ``residual`` is gain + damped + lost − work.
+    ``work`` is that of the excitation η² cos ητ on both masses, ``damped`` the energy dissipated by all dampers,
+    ``lost`` that dissipated by impacts; ``residual`` is gain + damped + lost − work.
     """
 
     work: mpf
@@ -27,7 +27,7 @@ class Budget:
 
 @dataclass
 class Solution:
-    """States (ξ₁, ξ₁′, ξ₂, ξ₂′) at 0, T, 2T, …, events [(τ, kind, g′ before)], and the energy if it was asked for."""
+    """States (ξ₁, ξ₁′, ξ₂, ξ₂′) at 0, T, 2T, …, events [(τ, kind, g′ before)], and the energy budget if requested."""
 
     states: list
     events: list
@@ -35,29 +35,29 @@ class Solution:
 
 
 def solve(problem, energy=False):
-    """The motion over all periods.
+    """Solve the motion over all periods.
 
-    ``energy`` asks for the budget: on each step the powers are integrated by Gauss's rule of NODES points, exact to
-    some sixty digits for sums of exponentials of which none exceeds e^(2 REACH). It sees nothing of how the motion is
-    stepped, so that its residual checks the motion.
+    ``energy`` requests the budget: on each step the powers are integrated by Gauss quadrature with NODES points, exact
+    to some sixty digits for sums of exponentials of which none exceeds e^(2 REACH). The quadrature is independent of
+    how the motion is computed, so that its residual checks the motion.
 
     Raises
     ------
     Undecided
-        If the working precision cannot tell whether there is an event.
+        If the working precision cannot decide whether there is an event.
     """
-    run = _Run(problem, gauss(NODES) if energy else ())
+    run = _Run(problem, gauss_rule(NODES) if energy else ())
     while len(run.states) <= problem.periods:
         run.step()
     budget = None
     if energy:
-        residual = run.stored() - run.begin + run.damped + run.lost - run.work
+        residual = run.stored() - run.stored_at_start + run.damped + run.lost - run.work
         budget = Budget(run.work, run.damped, run.lost, residual)
     return Solution(run.states, run.events, budget)
 
 
-def gauss(n):
-    """[(point, weight)] of Gauss's rule on [0, 1], by Newton's method on the Legendre polynomial."""
+def gauss_rule(n):
+    """[(point, weight)] of Gauss quadrature on [0, 1], by Newton's method on the Legendre polynomial."""
     rule = []
     for i in range(n):
         x = mp.cos(mp.pi * (i + mpf("0.75")) / (n + mpf("0.5")))
@@ -72,18 +72,18 @@ def gauss(n):
 
 
 class _Run:
-    """The state of a run: whole periods are len(states) − 1, t counts from there."""
+    """The state y of a run at the time t since the last whole period; len(states) − 1 periods are complete."""
 
     def __init__(self, problem, rule):
-        self.p, self.t, self.y = problem, mpf(0), problem.start()
+        self.problem, self.t, self.y = problem, mpf(0), problem.start()
         self.rule, self.work, self.damped, self.lost = rule, mpf(0), mpf(0), mpf(0)
         self.reference = problem.method["name"] == "reference"
         self.phases = {name: problem.phase(name) for name in ("flight", "joined" if self.reference else "contact")}
-        self.begin = self.stored()
+        self.stored_at_start = self.stored()
         self.states, self.events = [], []
         self.note_state()
         if self.y[2] == 0:
-            self.surface(self.y[3])
+            self.meet(self.y[3])
         elif self.y[2] > 0:
             self.enter("flight", 0)
         elif self.reference:
@@ -93,28 +93,29 @@ class _Run:
             self.enter("contact", 0)
 
     def enter(self, name, order):
+        """Enter a phase whose f starts as t^order."""
         self.name, self.order = name, order
 
     def note(self, kind, rate):
-        self.events.append(((len(self.states) - 1) * self.p.period + self.t, kind, rate))
+        self.events.append(((len(self.states) - 1) * self.problem.period + self.t, kind, rate))
 
     def note_state(self):
         x1, v1, g, u = self.y[:4]
         self.states.append((x1, v1, x1 + g, v1 + u))
 
     def stored(self):
-        """Kinetic and elastic energy; a spring of the contact holds none where it does not press."""
-        p, (x1, v1, g, u) = self.p, self.y[:4]
+        """Kinetic and elastic energy; the contact spring stores none while the pendulums are apart."""
+        p, (x1, v1, g, u) = self.problem, self.y[:4]
         x2, v2 = x1 + g, v1 + u
-        contact = mpf(self.p.method.get("stiffness", 0)) * min(g, 0) ** 2
+        contact = mpf(self.problem.method.get("stiffness", 0)) * min(g, 0) ** 2
         return (v1**2 + x1**2 + p.mu * (v2**2 + (p.kappa * x2) ** 2) + contact) / 2
 
-    def spend(self, at, h, share):
-        """Add work and damping of the first ``share`` of a step h to the budget."""
-        p = self.p
+    def add_energies(self, at, h, fraction):
+        """Add the work and the damping losses of the first ``fraction`` of a step h to the budget."""
+        p = self.problem
         for s, weight in self.rule:
-            _, v1, _, u, force, _ = at(s * share)
-            v2, dt = v1 + u, weight * h * share
+            _, v1, _, u, force, _ = at(s * fraction)
+            v2, dt = v1 + u, weight * h * fraction
             self.work += dt * force * (v1 + p.mu * v2)
             if self.name == "joined":
                 self.damped += dt * p.c3 * (1 + p.mu) * v1**2
@@ -124,32 +125,32 @@ class _Run:
                 self.damped += dt * 2 * mpf(p.method["damping"]) * u**2
 
     def step(self):
-        """One step of the series, to its end, the end of the period or the next event."""
-        series, left = self.phases[self.name], self.p.period - self.t
+        """Make one step of the series: to its end, the end of the period or the next event."""
+        series, left = self.phases[self.name], self.problem.period - self.t
         h = min(left, series.longest(self.y))
         f, remainder, at = series.expand(self.y, h)
         s = first_zero(f, self.order, remainder)
         self.order = 0
-        self.spend(at, h, mpf(1) if s is None else s)
+        self.add_energies(at, h, mpf(1) if s is None else s)
         if s is None:
             self.y, self.t = at(mpf(1)), self.t + h
             if h == left:
-                self.t, self.y[4:] = mpf(0), [self.p.rate**2, mpf(0)]
+                self.t, self.y[4:] = mpf(0), [self.problem.omega**2, mpf(0)]
                 self.note_state()
             return
         self.y, self.t = at(s), self.t + s * h
         self.y[2] = mpf(0)
         if self.name == "joined":
             self.note(PART, mpf(0))
-            self.surface(mpf(0), parting=True)
+            self.meet(mpf(0), parting=True)
         elif self.name == "contact":
             self.note(LEAVE, self.y[3])
             self.enter("flight", 1)
         else:
-            self.surface(self.y[3])
+            self.meet(self.y[3])
 
-    def surface(self, rate, parting=False):
-        """What follows g = 0: impact or touch if it closes, else the first derivative of g that is not zero decides."""
+    def meet(self, rate, parting=False):
+        """Continue from g = 0: by an impact or a contact if the gap closes, else by its first nonzero derivative."""
         if rate < 0:
             return self.close(rate)
         derivatives = self.flight_derivatives()
@@ -158,39 +159,39 @@ class _Run:
         size = max(abs(x) for x in self.y) + 1
         order = next((k for k, d in enumerate(derivatives) if abs(d) > size * mpf(10) ** (10 - mp.dps)), None)
         if order is None:
-            raise Undecided("nothing moves")
+            raise Undecided("all derivatives of the gap vanish")
         if derivatives[order] > 0:
             if parting and order != 3:
-                raise Undecided("a release without g‴")
+                raise Undecided("the contact force vanishes without changing its sign")
             return self.enter("flight", order)
         if parting:
-            raise Undecided("a release into each other")
+            raise Undecided("the pendulums would part into each other")
         self.note(JOIN if self.reference else TOUCH, mpf(0))
-        # λ goes as −g″: two orders less
+        # λ is proportional to −g″: its order is two less
         return self.enter("joined", order - 2) if self.reference else self.enter("contact", order)
 
     def flight_derivatives(self):
-        """g, g′, … of the free motion from here."""
+        """g, g′, … of the motion without contact from here."""
         f, _, _ = self.phases["flight"].expand(self.y, mpf(1) / 8)
         return [f[k] * mp.factorial(k) * mpf(8) ** k for k in range(6)]
 
     def close(self, rate):
-        """Impact (reference) or the beginning of a contact (penalty)."""
+        """Begin an impact (reference) or a contact (penalty)."""
         if not self.reference:
             self.note(TOUCH, rate)
             return self.enter("contact", 1)
         self.note(IMPACT, rate)
-        p, parting = self.p, -self.p.e * rate
-        common = self.y[1] + p.share * rate
+        p, parting = self.problem, -self.problem.restitution * rate
+        common = self.y[1] + p.mass_share * rate
         row = p.free_acceleration()
-        force = -p.share * (row[0] * self.y[0] + row[1] * common)
+        force = -p.mass_share * (row[0] * self.y[0] + row[1] * common)
         if parting <= mpf(p.method["threshold"]) and force > 0:
-            self.lost += p.share * rate**2 / 2
+            self.lost += p.mass_share * rate**2 / 2
             self.y[1], self.y[3] = common, mpf(0)
             self.note(JOIN, mpf(0))
             return self.enter("joined", 0)
-        self.lost += p.share * (rate**2 - parting**2) / 2
-        self.y[1], self.y[3] = common - p.share * parting, parting
+        self.lost += p.mass_share * (rate**2 - parting**2) / 2
+        self.y[1], self.y[3] = common - p.mass_share * parting, parting
         if parting == 0:  # e = 0 and no pressure
-            return self.surface(parting)
+            return self.meet(parting)
         return self.enter("flight", 1)

@@ -1,4 +1,4 @@
-"""One phase of the motion as a power series in time, with a bound of what is left out."""
+"""One phase of the motion as a power series in time, with a bound of its remainder."""
 
 import mpmath
 from mpmath import mp, mpf
@@ -34,7 +34,7 @@ class Taylor:
         self.count = terms_needed()
 
     def longest(self, y):
-        """Longest step from y."""
+        """Longest step from y on."""
         return REACH / self.norm
 
     def expand(self, y, h):
@@ -53,7 +53,7 @@ class Taylor:
 
 
 class Modal:
-    """The same for a stiff contact: y = Re Σ aᵢ rᵢ, aᵢ′ = λᵢaᵢ, one mode of each pair of conjugates."""
+    """The same for a stiff contact by its modes: y = Re Σ aᵢ rᵢ, aᵢ′ = λᵢaᵢ, one of each conjugate pair."""
 
     def __init__(self, matrix, row):
         with mp.workdps(3 * mp.dps):  # nearly equal eigenvalues (ζ ≈ 1) cost digits
@@ -68,36 +68,36 @@ class Modal:
                     value = mpmath.mpc(value.real, 0 if real else value.imag)
                     self.modes.append((value, column, [left[i, k] for k in range(6)], self._dot(row, column)))
         self.count = terms_needed()
-        self.least = mpf(10) ** (15 - mp.dps)  # amplitudes below it are rounding
+        self.negligible = mpf(10) ** (15 - mp.dps)  # amplitudes below it are rounding errors
         self._powers = {}
 
     @staticmethod
     def _dot(row, column):
         return sum((x * z for x, z in zip(row, column, strict=True) if x != 0), mpmath.mpc(0))
 
-    def _living(self, y):
-        """[(mode, its part of f at the start)], and a bound of what is left out."""
+    def _active_modes(self, y):
+        """[(mode, its part of f at the start)] of the modes above rounding, and a bound of the others."""
         parts = [(i, f * self._dot(y, left)) for i, (_, _, left, f) in enumerate(self.modes)]
-        dead = sum((abs(part) for _, part in parts if abs(part) <= self.least), mpf(0))
-        return [(i, part) for i, part in parts if abs(part) > self.least], dead
+        omitted = sum((abs(part) for _, part in parts if abs(part) <= self.negligible), mpf(0))
+        return [(i, part) for i, part in parts if abs(part) > self.negligible], omitted
 
     def longest(self, y):
-        living, _ = self._living(y)
-        return REACH / max(abs(self.modes[i][0]) for i, _ in living)
+        active, _ = self._active_modes(y)
+        return REACH / max(abs(self.modes[i][0]) for i, _ in active)
 
     def expand(self, y, h):
-        living, dead = self._living(y)
+        active, omitted = self._active_modes(y)
         f = [mpf(0)] * self.count
-        for i, part in living:
+        for i, part in active:
             u, v = part.real, part.imag
-            f = [sofar + u * re - v * im for sofar, (re, im) in zip(f, self._table(i, h), strict=True)]
-        remainder = dead + sum(abs(part) for _, part in living) * mpf(10) ** -mp.dps
+            f = [total + u * re - v * im for total, (re, im) in zip(f, self._table(i, h), strict=True)]
+        remainder = omitted + sum(abs(part) for _, part in active) * mpf(10) ** -mp.dps
         amplitudes = [self._dot(y, left) for _, _, left, _ in self.modes]
 
         def at(s):
-            grown = [a * mp.exp(mode[0] * h * s) for a, mode in zip(amplitudes, self.modes, strict=True)]
+            evolved = [a * mp.exp(mode[0] * h * s) for a, mode in zip(amplitudes, self.modes, strict=True)]
             return [
-                sum((b * mode[1][k] for b, mode in zip(grown, self.modes, strict=True)), mpmath.mpc(0)).real
+                sum((b * mode[1][k] for b, mode in zip(evolved, self.modes, strict=True)), mpmath.mpc(0)).real
                 for k in range(6)
             ]
 

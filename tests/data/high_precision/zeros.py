@@ -1,4 +1,4 @@
-"""The first zero of a polynomial known to within a bound: certified, or not decided."""
+"""The first zero of a polynomial that is known to within a bound: certified, or undecided."""
 
 from itertools import pairwise
 from math import comb
@@ -7,16 +7,16 @@ from mpmath import mp, mpf
 
 from .series import horner
 
-BITS = 560  # of the integers that decide on zeros: 1e-168
+BITS = 560  # of the integers whose signs decide: 1e-168
 
 
 class Undecided(ArithmeticError):
-    """More digits are needed to tell whether there is an event."""
+    """More digits are needed to decide whether there is an event."""
 
 
-def changes(b, slop):
+def sign_changes(b, bound):
     """Changes of sign of Bernstein coefficients; None if one of them may be zero."""
-    if any(-slop <= x <= slop for x in b):
+    if any(-bound <= x <= bound for x in b):
         return None
     return sum((x > 0) != (y > 0) for x, y in pairwise(b))
 
@@ -43,18 +43,18 @@ def bernstein(coefficients):
 
 
 def first_zero(coefficients, order, remainder):
-    """First s in (0, 1] with f(s) = 0 for f = Σ cⱼ sʲ > 0 at first, c₀ … of lower order being zero; or None."""
+    """First s in (0, 1] with f(s) = 0, or None; f = Σ cⱼ sʲ starts positive, its ``order`` lowest terms vanish."""
     q = coefficients[order:]
-    slop = int(mp.ldexp(remainder, BITS)) + (1 << (len(q) + 10))
+    bound = int(mp.ldexp(remainder, BITS)) + (1 << (len(q) + 10))
     parts = [(bernstein(q), mpf(0), mpf(1))]
-    if parts[0][0][0] <= slop:
+    if parts[0][0][0] <= bound:
         raise Undecided("f does not start positive")
     while parts:
         b, low, width = parts.pop()
-        count = changes(b, slop)
+        count = sign_changes(b, bound)
         if count == 0:
             if b[0] < 0:
-                raise Undecided("negative without a zero")
+                raise Undecided("f is negative without a zero")
             continue
         if count == 1:
             return polish(q, low, low + width)
@@ -66,10 +66,10 @@ def first_zero(coefficients, order, remainder):
 
 
 def polish(q, low, high):
-    """The only zero in [low, high] of a polynomial positive at ``low``: Newton's method held in the bracket."""
+    """The only zero in [low, high] of a polynomial positive at ``low``, by Newton's method kept in the bracket."""
     slopes = [j * c for j, c in enumerate(q)][1:]
-    near = mpf(10) ** (-0.65 * mp.dps)  # the error after a step so short is about its square
-    s = -q[0] / q[1] if q[1] < 0 else low  # the hops of a chatter are short: there it is near
+    near = mpf(10) ** (-0.65 * mp.dps)  # a step this short leaves an error of about its square
+    s = -q[0] / q[1] if q[1] < 0 else low  # a good guess for the short flights of a chatter
     s = s if low < s < high else (low + high) / 2
     for _ in range(40 * mp.dps):
         value = horner(q, s)

@@ -1,17 +1,17 @@
-"""Measured motion, read from a CSV file: displacements of both pendulums over time, and perhaps a contact sensor.
+"""Measurements as CSV files: displacements of both pendulums over time, and perhaps a contact sensor.
 
     # any comment
     time [s], x1 [mm], x2 [mm], contact
     0.000, 1.812, 1.823, 1
 
-A header names columns and units. ``x1`` and ``x2`` are absolute, as a sensor that stands still sees them (paper,
-section 3); ``xi1`` and ``xi2`` are relative to the base. Times are in s, ms or µs and displacements in m, mm or µm, or
-all without dimension (``[-]``, or no unit): time counted in 1/ω₁, displacements in base amplitudes. ``contact`` is 1
-while the sensor's circuit is closed, else 0. Columns are parted by commas, semicolons or tabs; with the last two,
-numbers may have decimal commas.
+The header names columns and units. ``x1`` and ``x2`` are absolute, as measured by a fixed sensor (paper, section 3);
+``xi1`` and ``xi2`` are relative to the base. Times are in s, ms or µs and displacements in m, mm or µm. Or all are
+without dimension (``[-]``, or no unit): time in units of 1/ω₁, displacements in base amplitudes. ``contact`` is 1 while
+the sensor's circuit is closed, else 0. Columns are separated by commas, semicolons or tabs; with the last two, numbers
+may have decimal commas.
 
-A file is read completely or refused: whatever is odd about it gives an error that names line and column, since a
-measurement that is quietly misread looks like a discovery.
+A file is either read completely or refused with an error that names line and column, since a measurement that is
+misread silently looks like a discovery.
 """
 
 import csv
@@ -25,66 +25,37 @@ import numpy as np
 
 from ..files import read_file
 from ..units import Units
+from .measurement import Measurement
 
 SIZE_LIMIT = 16 * 2**20  # bytes; some 400,000 samples
 FEWEST_SAMPLES = 16
-LARGEST = 1e9  # in units of the model: what is larger is a misread unit
+LARGEST = 1e9  # in units of the model: a larger number has a wrong unit
 
 _SECONDS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "μs": 1e-6, "us": 1e-6}
 _MILLIMETRES = {"m": 1e3, "mm": 1.0, "µm": 1e-3, "μm": 1e-3, "um": 1e-3}
-_NONE = ("", "-", "1")
+_DIMENSIONLESS = ("", "-", "1")
 _PAIRS = {"absolute": ("x1", "x2"), "relative": ("xi1", "xi2")}
-_KNOWN = ("time", "x1", "x2", "xi1", "xi2", "contact")
+_COLUMN_NAMES = ("time", "x1", "x2", "xi1", "xi2", "contact")
 _HEADER = re.compile(r"\s*(\w+)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
 
 
 @dataclass(frozen=True)
-class Measurement:
-    """Displacements over time, in units of the model.
-
-    Attributes
-    ----------
-    time : (n,) ndarray
-        τ since the first sample, increasing; the samples need not be equally spaced.
-    displacement : (2, n) ndarray
-        Of pendulum 1 and 2, in base amplitudes.
-    contact : (n,) bool ndarray or None
-        Whether the pendulums touch, if a sensor told.
-    frame : {"absolute", "relative"}
-        Seen by a fixed sensor, ξ + cos ητ, or relative to the base, ξ.
-    """
-
-    time: np.ndarray
-    displacement: np.ndarray
-    contact: np.ndarray | None
-    frame: str
-
-    def __len__(self) -> int:
-        return len(self.time)
-
-    @property
-    def span(self) -> float:
-        """τ from the first to the last sample."""
-        return float(self.time[-1])
-
-
-@dataclass(frozen=True)
 class _Column:
-    """A column of the file: what it holds, and what its numbers are multiplied by."""
+    """A column of the file: its name, and the factor that converts its numbers to units of the model."""
 
     name: str
     factor: float
-    physical: bool | None  # None: has no unit either way
+    physical: bool | None  # None for the contact sensor, which has no unit in either case
 
 
 def read_measurement(path: str | Path, units: Units | None = None) -> Measurement:
-    """Read a measurement.
+    """Read a measurement from a CSV file.
 
     Parameters
     ----------
     path : str or Path
     units : Units, optional
-        What physical numbers are divided by; by default the paper's.
+        To convert physical numbers; by default the paper's.
 
     Returns
     -------
@@ -100,14 +71,14 @@ def read_measurement(path: str | Path, units: Units | None = None) -> Measuremen
 
 
 def parse_measurement(content: bytes, units: Units | None = None) -> Measurement:
-    """What the bytes of a file say; raises as :func:`read_measurement`, but knows no file name."""
+    """Parse the bytes of a CSV file; raises as :func:`read_measurement`, without the name of the file."""
     if len(content) > SIZE_LIMIT:
         raise ValueError(f"larger than {SIZE_LIMIT // 2**20} MiB: give fewer periods, or fewer samples of each")
     lines = _lines(content)
     start = next((i for i, line in enumerate(lines) if line.strip()), None)
     if start is None:
         raise ValueError("line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]")
-    delimiter = next((sign for sign in ";\t" if sign in lines[start]), ",")
+    delimiter = next((character for character in ";\t" if character in lines[start]), ",")
     rows = _rows(lines, delimiter)
     number, header = next(rows)
     columns = _columns(header, number, units or Units())
@@ -127,21 +98,21 @@ def parse_measurement(content: bytes, units: Units | None = None) -> Measurement
 
 
 def measurement_text(measurement: Measurement, units: Units, comment: str) -> str:
-    """A CSV file in s and mm that :func:`read_measurement` takes, headed by a comment."""
+    """Write a CSV file in s and mm for :func:`read_measurement`, with a comment at the top."""
     first, second = _PAIRS[measurement.frame]
-    touching = measurement.contact is not None
+    has_contact = measurement.contact is not None
     lines = [f"# {line}" for line in comment.splitlines()]
-    lines.append(f"time [s], {first} [mm], {second} [mm]" + (", contact" if touching else ""))
+    lines.append(f"time [s], {first} [mm], {second} [mm]" + (", contact" if has_contact else ""))
     time = units.physical("time", measurement.time)
-    one, two = units.physical("displacement", measurement.displacement)
+    x1, x2 = units.physical("displacement", measurement.displacement)
     for i in range(len(measurement)):
-        row = f"{time[i]:.9g}, {one[i]:.7g}, {two[i]:.7g}"
-        lines.append(f"{row}, {int(measurement.contact[i])}" if touching else row)
+        row = f"{time[i]:.9g}, {x1[i]:.7g}, {x2[i]:.7g}"
+        lines.append(f"{row}, {int(measurement.contact[i])}" if has_contact else row)
     return "\n".join(lines) + "\n"
 
 
 def _lines(content: bytes) -> list[str]:
-    """The lines, comments made empty so that the others keep their numbers."""
+    """Split into lines; comments become empty lines, so that the others keep their numbers."""
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as problem:
@@ -152,7 +123,7 @@ def _lines(content: bytes) -> list[str]:
 
 
 def _rows(lines: list[str], delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Line number and cells of every line that is not empty."""
+    """Yield the line number and the cells of every line that is not empty."""
     reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
     try:
         for cells in reader:
@@ -163,13 +134,14 @@ def _rows(lines: list[str], delimiter: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _columns(header: list[str], number: int, units: Units) -> list[_Column]:
+    """Parse the header in line ``number``."""
     columns: list[_Column] = []
     for place, cell in enumerate(header, 1):
         where = f"line {number}, column {place}"
-        found = _column(cell, where, units)
-        if any(found.name == column.name for column in columns):
-            raise ValueError(f"{where}: a second column {found.name}; give each once")
-        columns.append(found)
+        new = _column(cell, where, units)
+        if any(new.name == column.name for column in columns):
+            raise ValueError(f"{where}: a second column {new.name}; give each once")
+        columns.append(new)
     names = {column.name for column in columns}
     pairs = [set(pair) for pair in _PAIRS.values()]
     if "time" not in names or names - {"time", "contact"} not in pairs:
@@ -184,12 +156,14 @@ def _columns(header: list[str], number: int, units: Units) -> list[_Column]:
 
 
 def _column(cell: str, where: str, units: Units) -> _Column:
+    """Parse one cell of the header, such as "x1 [mm]"."""
     match = _HEADER.fullmatch(cell)
     name = match[1].lower() if match else ""
-    if name not in _KNOWN:
-        raise ValueError(f"{where}: unknown column {cell.strip()[:40]!r}; known: {', '.join(_KNOWN)}, as in x1 [mm]")
+    if name not in _COLUMN_NAMES:
+        known = ", ".join(_COLUMN_NAMES)
+        raise ValueError(f"{where}: unknown column {cell.strip()[:40]!r}; known: {known}, as in x1 [mm]")
     unit = match[2] or ""
-    if unit in _NONE:
+    if unit in _DIMENSIONLESS:
         return _Column(name, 1.0, None if name == "contact" else False)
     sizes = {"time": _SECONDS, "contact": {}}.get(name, _MILLIMETRES)
     if unit not in sizes:
@@ -200,40 +174,41 @@ def _column(cell: str, where: str, units: Units) -> _Column:
 
 
 def _append(data: list[list[float]], cells: list[str], columns: list[_Column], number: int, delimiter: str) -> None:
-    """One more sample, checked against the last."""
+    """Append a sample, after a check of its numbers; times must increase."""
     if len(cells) != len(columns):
         advice = "; decimal commas need semicolons between columns" if delimiter == "," else ""
         raise ValueError(f"line {number}: {len(cells)} columns, the header has {len(columns)}{advice}")
     row = []
     for place, (cell, column) in enumerate(zip(cells, columns, strict=True), 1):
         value = _number(cell, delimiter) * column.factor
-        fault = _fault(value, column.name, data[-1][place - 1] if data else -math.inf)
+        previous = data[-1][place - 1] if data else -math.inf
+        fault = _fault(value, column.name, previous)
         if fault:
             raise ValueError(f"line {number}, column {place} ({column.name}): {cell.strip()[:40]!r} {fault}")
         row.append(value)
     data.append(row)
 
 
-def _fault(value: float, name: str, before: float) -> str:
-    """What is wrong with a number, in units of the model, that comes after another; empty if nothing."""
+def _fault(value: float, name: str, previous: float) -> str:
+    """Say what is wrong with a number in units of the model; empty if nothing is."""
     if math.isnan(value):
         return "is no finite number"
     if abs(value) > LARGEST:
         return f"is {value:.3g} in units of the model; is the unit right?"
     if name == "contact" and value not in (0.0, 1.0):
         return "is neither 0 nor 1; set a threshold to the sensor's signal"
-    if name == "time" and value <= before:
+    if name == "time" and value <= previous:
         return "does not come after the time before it; sort by time"
     return ""
 
 
 def _number(cell: str, delimiter: str) -> float:
-    """The number in a cell; nan if it holds none that is finite."""
+    """Return the number in a cell; nan if there is none, or none that is finite."""
     text = cell.strip()
     if delimiter != "," and text.count(",") == 1 and "." not in text:
         text = text.replace(",", ".")
     try:
-        value = math.nan if "_" in text else float(text)  # Python reads 1_000, no other program means it
+        value = math.nan if "_" in text else float(text)  # Python alone reads 1_000 as a number
     except ValueError:
         return math.nan
     return value if math.isfinite(value) else math.nan

@@ -1,4 +1,4 @@
-"""Newmark by leaps is the plain loop's solution: the same contact changes, at the same steps."""
+"""Newmark with skipped steps is the plain loop's solution: the same contact changes, at the same steps."""
 
 import math
 from itertools import pairwise
@@ -6,18 +6,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from vibroscope.engine import Newmark, Record, Status, System, simulate
-from vibroscope.engine.drivers.newmark import pack
+from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.accelerated.step_map import (
+    ENTRIES,
     FREE,
-    HELD,
     PRESSED,
-    SHAPES,
-    Tables,
+    TABLES,
+    choose_strides,
     fill_tables,
-    ladder,
     step_map,
 )
-from vibroscope.engine.kernels.time_stepping.newmark import step
+from vibroscope.engine.kernels.time_stepping.newmark import scheme_of, step
 
 SETTINGS = [
     (1.08, 2500.0, 8.0, 2000),
@@ -34,11 +33,16 @@ SETTINGS = [
 
 
 def both(eta, stiffness, damping, n, periods, **options):
-    """The same run, walked and leapt."""
+    """The same run with every step taken, and with steps skipped."""
     return (
-        simulate(System(), eta, Newmark(stiffness, damping, n, every_step=walk), periods=periods, **options)
-        for walk in (True, False)
+        simulate(System(), eta, Newmark(stiffness, damping, n, every_step=every), periods=periods, **options)
+        for every in (True, False)
     )
+
+
+def scheme(eta, method):
+    """Coefficients of one step of the default system."""
+    return scheme_of(parameters_of(System(), eta, method))
 
 
 def steps_of(response):
@@ -48,45 +52,45 @@ def steps_of(response):
 
 @pytest.mark.parametrize(("eta", "stiffness", "damping", "n"), SETTINGS)
 def test_the_same_steps(eta, stiffness, damping, n):
-    walked, leapt = both(eta, stiffness, damping, n, 10, keep=10, record=Record(2, 500))
-    np.testing.assert_array_equal(steps_of(leapt), steps_of(walked))
-    scale = np.abs(walked.section).max()
-    np.testing.assert_allclose(leapt.section, walked.section, atol=1e-8 * scale)
+    plain, skipped = both(eta, stiffness, damping, n, 10, keep=10, record=Record(2, 500))
+    np.testing.assert_array_equal(steps_of(skipped), steps_of(plain))
+    scale = np.abs(plain.section).max()
+    np.testing.assert_allclose(skipped.section, plain.section, atol=1e-8 * scale)
     for name in ("time", "position", "velocity_before", "velocity_after", "impulse", "closing_speed"):
-        one, other = getattr(walked.impacts, name), getattr(leapt.impacts, name)
+        one, other = getattr(plain.impacts, name), getattr(skipped.impacts, name)
         np.testing.assert_allclose(other, one, atol=1e-7 * max(1, np.abs(one).max()))
     for name in ("time", "displacement", "velocity", "force"):
-        one, other = getattr(walked.trajectory, name), getattr(leapt.trajectory, name)
+        one, other = getattr(plain.trajectory, name), getattr(skipped.trajectory, name)
         np.testing.assert_allclose(other, one, atol=1e-7 * max(1, np.abs(one).max()))
 
 
 def test_the_same_steps_wherever_rounding_does_not_decide():
     """300 settings drawn over the whole range of the explorer and more, three periods each.
 
-    Many bounces in a period multiply a rounding error by up to 1e9. How much, the plain loop itself tells, started
-    1e-11 beside rest: leaps may not differ from it by more than that, nor by any contact step where that does not.
+    Many bounces in a period multiply a rounding error by up to 1e9. The plain loop shows how much, started 1e-11
+    beside rest: skipping may not differ from it by more than that, nor by any contact step where it does not.
     """
     rng, compared, phases = np.random.default_rng(20), 0, 0
     for _ in range(300):
         eta, n = rng.uniform(0.5, 4.0), int(np.exp(rng.uniform(math.log(200), math.log(64000))))
         numbers = eta, 10 ** rng.uniform(1, 5), 10 ** rng.uniform(-1, 2), n
-        walked, leapt = both(*numbers, 3, keep=3)
+        plain, skipped = both(*numbers, 3, keep=3)
         nudged, _ = both(*numbers, 3, keep=3, initial=(-1e-11, 0, 0, 0))
-        assert leapt.status == walked.status
-        if not (walked.ok and nudged.ok):  # a run that blows up magnifies rounding beyond any bound
+        assert skipped.status == plain.status
+        if not (plain.ok and nudged.ok):  # a run that diverges magnifies rounding beyond any bound
             continue
-        sensitivity = np.abs(walked.section - nudged.section).max()
+        sensitivity = np.abs(plain.section - nudged.section).max()
         if sensitivity > 1e-4:
             continue
         compared += 1
-        phases += walked.contacts.size
-        np.testing.assert_array_equal(steps_of(leapt), steps_of(walked), err_msg=str(numbers))
-        assert np.abs(walked.section - leapt.section).max() < 1e-9 + 10 * sensitivity, numbers
+        phases += plain.contacts.size
+        np.testing.assert_array_equal(steps_of(skipped), steps_of(plain), err_msg=str(numbers))
+        assert np.abs(plain.section - skipped.section).max() < 1e-9 + 10 * sensitivity, numbers
     assert compared > 250
     assert phases > 2000
 
 
-def test_leaps_do_not_depend_on_where_a_run_is_cut():
+def test_skips_do_not_depend_on_where_a_run_is_cut():
     """Chaotic motion: the last bit would show."""
     method = Newmark(12000.0, 18.0, 2000)
     long = simulate(System(), 1.70, method, periods=400, keep=400)
@@ -102,49 +106,49 @@ def test_leaps_do_not_depend_on_where_a_run_is_cut():
 @pytest.mark.parametrize("contact", [False, True])
 def test_a_step_is_its_map(contact):
     eta, method = 1.3, Newmark(3000.0, 5.0, 500)
-    scheme = pack(System(), eta, method)
-    one, turn = step_map(scheme, eta, contact), eta * scheme.h
+    m = scheme(eta, method)
+    one, turn = step_map(m, eta, contact), eta * m.h
     p1, q1, p2, q2, phase = 0.3, 0.02, 0.25, -0.01, 0.7
     z = np.array([p1, q1, p2 - p1, q2 - q1, math.cos(phase), math.sin(phase)])
-    a1, a2, force = step(scheme, p1, q1, p2, q2, contact, math.cos(phase + turn))
+    a1, a2, force = step(m, p1, q1, p2, q2, contact, math.cos(phase + turn))
     np.testing.assert_allclose(one.accelerations @ z, (a1, a2), atol=1e-13)
     np.testing.assert_allclose(one.force @ z, force, atol=1e-11)
     np.testing.assert_allclose(one.gap @ z, p2 - p1 + (a2 - a1) / 4, atol=1e-14)
     after = (p1 + q1 + a1, q1 + a1, p2 - p1 + q2 - q1 + a2 - a1, q2 - q1 + a2 - a1)
-    np.testing.assert_allclose((one.move @ z)[:4], after, atol=1e-13)
+    np.testing.assert_allclose((one.matrix @ z)[:4], after, atol=1e-13)
 
 
-def tables_of(scheme, eta, free_pole, pressed_pole):
-    """Tables of both contact states, their steps' maps, and the rows that give the margin at a step itself."""
-    tables = Tables(*(np.zeros(shape) for shape in SHAPES))
-    maps = step_map(scheme, eta, False), step_map(scheme, eta, True)
-    for state, pole in ((FREE, free_pole), (PRESSED, pressed_pole)):
-        fill_tables(tables, scheme, eta, state, pole)
-    here = [sign * one.gap @ np.linalg.inv(one.move) for sign, one in zip((1, -1), maps, strict=True)]
+def tables_of(m, eta, free_rate, pressed_rate):
+    """Tables of both contact states, their steps' maps, and the rows that give the signed gap at a step itself."""
+    tables = TABLES.read(TABLES.zeros())
+    maps = step_map(m, eta, False), step_map(m, eta, True)
+    for state, rate in ((FREE, free_rate), (PRESSED, pressed_rate)):
+        fill_tables(tables, m, eta, state, rate)
+    here = [sign * one.gap @ np.linalg.inv(one.matrix) for sign, one in zip((1, -1), maps, strict=True)]
     return tables, maps, here
 
 
 @pytest.mark.parametrize(("n", "levels"), [(100, 1), (2000, 2), (100_000, 3)])
 def test_tables_of_many_steps_are_powers_of_the_map(n, levels):
     eta, method = 1.08, Newmark(2500.0, 8.0, n)
-    scheme, rng = pack(System(), eta, method), np.random.default_rng(3)
-    tables, maps, here = tables_of(scheme, eta, 2.41, 90.0)
+    m, rng = scheme(eta, method), np.random.default_rng(3)
+    tables, maps, here = tables_of(m, eta, 2.41, 90.0)
     assert (tables.strides[FREE] > 0).sum() == levels
     assert (tables.strides[PRESSED] > 0).sum() == min(levels, 2)
     z = np.append(rng.normal(size=4), (math.cos(0.4), math.sin(0.4)))
     power = np.linalg.matrix_power
     for state, level in zip(*np.nonzero(tables.strides), strict=True):
-        for j in (1, 7, HELD):
+        for j in (1, 7, ENTRIES):
             one, steps = maps[state], j * int(tables.strides[state, level])
-            after = power(one.move, steps) @ z
+            after = power(one.matrix, steps) @ z
             atol = 1e-13 * max(1.0, steps)
-            np.testing.assert_allclose(tables.moves[state, level, j - 1] @ z, after, atol=atol)
-            np.testing.assert_allclose(tables.margins[state, level, :, j - 1] @ z, here[state] @ after, atol=atol)
+            np.testing.assert_allclose(tables.matrices[state, level, j - 1] @ z, after, atol=atol)
+            np.testing.assert_allclose(tables.signed_gaps[state, level, :, j - 1] @ z, here[state] @ after, atol=atol)
             if state == PRESSED:
                 force, at = 0.0, z
                 for _ in range(steps):
-                    force, at = force + one.force @ at, one.move @ at
-                np.testing.assert_allclose(tables.sums[level, j - 1] @ z, scheme.h * force, rtol=1e-9, atol=1e-12)
+                    force, at = force + one.force @ at, one.matrix @ at
+                np.testing.assert_allclose(tables.impulses[level, j - 1] @ z, m.h * force, rtol=1e-9, atol=1e-12)
 
 
 LEVELS = [(FREE, 2000, 1), (PRESSED, 2000, 1), (PRESSED, 100_000, 1), (FREE, 100_000, 1), (FREE, 100_000, 2)]
@@ -153,15 +157,15 @@ LEVELS = [(FREE, 2000, 1), (PRESSED, 2000, 1), (PRESSED, 100_000, 1), (FREE, 100
 @pytest.mark.parametrize(("state", "n", "level"), LEVELS)
 def test_no_second_difference_exceeds_the_bound_of_its_level(state, n, level):
     eta, method = 1.08, Newmark(2500.0, 8.0, n)
-    tables, maps, _ = tables_of(pack(System(), eta, method), eta, 2.41, 90.0)
+    tables, maps, _ = tables_of(scheme(eta, method), eta, 2.41, 90.0)
     stride = int(tables.strides[state, level])
     assert stride > 1
-    change = maps[state].move - np.eye(6)
+    change = maps[state].matrix - np.eye(6)
     row, largest = maps[state].gap @ change @ change, np.zeros(6)
-    for _ in range(HELD * stride):
+    for _ in range(ENTRIES * stride):
         largest = np.maximum(largest, np.abs(row))
-        row = row @ maps[state].move
-    bound = tables.bends[state, level] * 8 / stride**2
+        row = row @ maps[state].matrix
+    bound = tables.curvatures[state, level] * 8 / stride**2
     assert (bound >= largest * (1 - 1e-9)).all()
     assert (
         bound < 3 * largest + 1e-12 * largest.max()
@@ -171,19 +175,19 @@ def test_no_second_difference_exceeds_the_bound_of_its_level(state, n, level):
 @pytest.mark.parametrize("state", [FREE, PRESSED])
 def test_from_the_next_step_on_the_gap_keeps_to_its_bound(state):
     eta, method = 1.08, Newmark(2500.0, 8.0, 2000)
-    scheme, rng = pack(System(), eta, method), np.random.default_rng(4)
-    tables, maps, _ = tables_of(scheme, eta, 2.41, 90.0)
+    m, rng = scheme(eta, method), np.random.default_rng(4)
+    tables, maps, _ = tables_of(m, eta, 2.41, 90.0)
     stride, closest = int(tables.strides[state, 1]), math.inf
     assert stride > 1
     for _ in range(50):
         phase = rng.uniform(0, 2 * math.pi)
         z = np.append(rng.normal(size=4) * (1, 0.01, 1e-3, 1e-4), (math.cos(phase), math.sin(phase)))
-        bound, margins = tables.bends[state, 1] @ np.abs(z), [math.nan]
-        for _ in range(HELD * stride):
-            margins.append(maps[state].gap @ z * (-1 if state == PRESSED else 1))
-            z = maps[state].move @ z
-        for begin in range(0, HELD * stride, stride):
-            inside = np.array(margins[max(begin, 1) : begin + stride + 1])
+        bound, gaps = tables.curvatures[state, 1] @ np.abs(z), [math.nan]
+        for _ in range(ENTRIES * stride):
+            gaps.append(maps[state].gap @ z * (-1 if state == PRESSED else 1))
+            z = maps[state].matrix @ z
+        for begin in range(0, ENTRIES * stride, stride):
+            inside = np.array(gaps[max(begin, 1) : begin + stride + 1])
             share = np.linspace(0, 1, len(inside))
             bow = np.abs(inside - (inside[0] * (1 - share) + inside[-1] * share))
             # reached in the middle; nearer to an end the bound is 4u(1 - u) of it
@@ -194,24 +198,24 @@ def test_from_the_next_step_on_the_gap_keeps_to_its_bound(state):
 
 @pytest.mark.parametrize("longest", [0, 1, 2, 100, 500, 513, 5000, 10**6])
 def test_every_step_is_an_entry_of_each_level_away(longest):
-    """So what lies within a leap can be read off."""
-    first, second = ladder(longest)
+    """So what lies within a skip can be read off."""
+    first, second = choose_strides(longest)
     strides = [1, *(stride for stride in (first, second) if stride > 0)]
     for below, above in pairwise(strides):
-        assert below < above <= HELD * below
+        assert below < above <= ENTRIES * below
         assert above % below == 0
     assert strides[-1] <= max(1, longest)
 
 
-def test_a_blow_up_is_met_at_the_same_step():
-    walked, leapt = both(2.76, 1e7, 1.0, 1000, 40, keep=1)
-    assert walked.status is leapt.status is Status.DIVERGED
-    assert walked.cost.steps == leapt.cost.steps
-    assert walked.message == leapt.message
+def test_a_run_diverges_at_the_same_step():
+    plain, skipped = both(2.76, 1e7, 1.0, 1000, 40, keep=1)
+    assert plain.status is skipped.status is Status.DIVERGED
+    assert plain.cost.steps == skipped.cost.steps
+    assert plain.message == skipped.message
 
 
 def test_the_discrete_flight_is_newmarks():
     """Without contact the closed form and the loop agree over many periods, at any step."""
     for n in (1000, 3000):
-        walked, leapt = both(0.7, 10, 0.1, n, 21, keep=21, initial=(0.0, 0.0, 500.0, 0.0))
-        np.testing.assert_allclose(leapt.section, walked.section, rtol=1e-9, atol=1e-9)
+        plain, skipped = both(0.7, 10, 0.1, n, 21, keep=21, initial=(0.0, 0.0, 500.0, 0.0))
+        np.testing.assert_allclose(skipped.section, plain.section, rtol=1e-9, atol=1e-9)

@@ -1,0 +1,114 @@
+"""Experiments that change one number alone and measure what remains of a difference.
+
+The largest part of a difference (:mod:`.parts`) need not be what a change removes, since parts can cancel each other,
+and the parts do not separate K from D. So experiments decide which number is to blame:
+
+- no time step: the exact penalty solution, which has been run already;
+- no joint damping of its own: the reference with derived joint damping, which has been run already;
+- D of equal restitution, D = ζ(e) √(Kμ/(1 + μ)): Newmark is run again;
+- ten times K, once with D kept, and once with D growing as √K, which keeps the restitution: Newmark is run twice more.
+
+What remains is the error of :class:`.error.Target`, or if the reference does not repeat itself, the distance between
+sections (:mod:`.statistics`).
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..methods import STIFFNESS_RANGE, Newmark
+from ..result import Record
+from ..simulate import simulate
+from .compare import Comparison
+from .contact import equal_restitution_damping
+from .error import Target
+from .grid import rms
+from .statistics import long_section, wasserstein_distance
+
+STIFFER = 10.0
+EQUAL = 0.01  # relative: D as close as this to equal restitution is not changed
+SAMPLES = 100  # per period
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Outcome of changing one number.
+
+    Attributes
+    ----------
+    changed : {"steps", "K", "D", "joint damping"}
+    remaining : float
+        What remains of the difference, relative to the reference.
+    method : Newmark or None
+        What was run; None for the limits without a time step, and without a joint damping of its own.
+    """
+
+    changed: str
+    remaining: float
+    method: Newmark | None = None
+
+
+def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> list[Experiment]:
+    """Change every number alone, by three runs of Newmark; the experiment that leaves least comes first.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        With ``parts``: Newmark and the reference reached their ends.
+    """
+    experiments = [
+        Experiment("steps", _remaining_without(comparison, "time_step")),
+        Experiment("joint damping", _remaining_without(comparison, "joint_damping")),
+    ]
+    experiments += [
+        Experiment(name, _remaining_with(comparison, method, cancelled), method)
+        for name, method in _changed_methods(comparison)
+    ]
+    known = [experiment for experiment in experiments if np.isfinite(experiment.remaining)]
+    return sorted(known, key=lambda experiment: experiment.remaining)
+
+
+def total_difference(comparison: Comparison) -> float:
+    """Return what the experiments reduce: ``total``, or if the reference does not repeat itself, that of statistics."""
+    return comparison.total if comparison.motions.reference.period else comparison.statistics.total
+
+
+def equal_damping(comparison: Comparison, stiffness: float) -> float:
+    """Return the D with which a contact of stiffness K delivers the reference's restitution."""
+    return float(equal_restitution_damping(comparison.runs.reference.system, stiffness))
+
+
+def _remaining_without(comparison: Comparison, part: str) -> float:
+    """What remains without the time step, or without the joint damping."""
+    if comparison.motions.reference.period:
+        return comparison.parts.without(part)
+    sections = comparison.statistics.sections
+    pairs = {
+        "time_step": (sections.exact, sections.reference),
+        "joint_damping": (sections.penalty, sections.derived),
+    }
+    return wasserstein_distance(*pairs[part]) / rms(sections.reference)
+
+
+def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark]]:
+    """Yield the name of a number, and Newmark's method with this number changed."""
+    method = comparison.runs.penalty.method
+    equal = equal_damping(comparison, method.stiffness)
+    if abs(method.damping - equal) > EQUAL * equal:
+        yield "D", replace(method, damping=equal)
+    stiffer = STIFFER * method.stiffness
+    if stiffer <= STIFFNESS_RANGE[1]:
+        yield "K", replace(method, stiffness=stiffer)
+        yield "K", replace(method, stiffness=stiffer, damping=STIFFER**0.5 * method.damping)
+
+
+def _remaining_with(comparison: Comparison, method: Newmark, cancelled) -> float:
+    """What remains with another method; nan or inf if its run ends early."""
+    run, period = comparison.runs.penalty, comparison.motions.reference.period
+    record = Record(run.keep, SAMPLES) if period else None
+    options = {"periods": run.periods, "keep": run.keep, "record": record, "cancelled": cancelled}
+    changed = simulate(run.system, run.eta, method, **options)
+    if period:
+        return Target(comparison.runs.reference, period).error(changed)
+    return comparison.statistics.total_of(long_section(changed))

@@ -1,0 +1,78 @@
+"""Section statistics by the compiled code that also describes the cells of a sweep."""
+
+import numpy as np
+
+from ..kernels import section_statistics as statistics
+from ..kernels.section_statistics import LONGEST_NEAR_PERIOD, NEAR_TOLERANCE, TOLERANCE
+from ..methods import Newmark
+from ..result import Response
+
+__all__ = [
+    "LONGEST_NEAR_PERIOD",
+    "NEAR_TOLERANCE",
+    "TOLERANCE",
+    "describe_section",
+    "name_numbers",
+    "near_period_of",
+    "period_of",
+]
+UNKNOWN = -1
+
+
+def period_of(section: np.ndarray, tolerance: float = TOLERANCE) -> int:
+    """Smallest p, at most half the rows, with section[i + p] = section[i] throughout; 0 if there is none.
+
+    Parameters
+    ----------
+    section : (n, 4) ndarray
+    tolerance : float
+        Relative to the largest coordinate of the section.
+    """
+    return statistics.period_of(np.ascontiguousarray(section), len(section), tolerance)
+
+
+def near_period_of(section: np.ndarray) -> int:
+    """Smallest p ≤ LONGEST_NEAR_PERIOD after which the section recurs but for scatter; 0 if there is none."""
+    return statistics.near_period_of(np.ascontiguousarray(section), len(section))
+
+
+def name_numbers(numbers: np.ndarray) -> dict[str, np.ndarray]:
+    """The numbers of a description by their names; the last axis is theirs."""
+    return {
+        "period": numbers[..., statistics.PERIOD],
+        "near_period": numbers[..., statistics.NEAR_PERIOD],
+        "impacts_per_period": numbers[..., statistics.IMPACTS_PER_PERIOD],
+        "contacts_per_period": numbers[..., statistics.CONTACTS_PER_PERIOD],
+        "contact_share": numbers[..., statistics.SHARE_IN_CONTACT],
+        "spread": numbers[..., statistics.SPREAD],
+        "scatter": numbers[..., statistics.SCATTER],
+        "longest_contact": numbers[..., statistics.LONGEST],  # in periods
+        "impact_phase": numbers[..., statistics.IMPACT_PHASE],
+    }
+
+
+def describe_section(response: Response, period: int | None = None) -> np.ndarray:
+    """The numbers that :func:`name_numbers` names, for the kept periods of a response that reached its end.
+
+    Parameters
+    ----------
+    response : Response
+    period : int, optional
+        Periods after which the motion repeats itself, 0 for never, if that is known.
+    """
+    rows, method = len(response.section), response.method
+    # instants of the discrete solution are steps; those of a located step are not
+    steps = method.steps if isinstance(method, Newmark) and not method.located else 0
+    out = np.empty(statistics.NUMBERS)
+    statistics.describe_run(
+        np.ascontiguousarray(response.section),
+        np.ascontiguousarray(response.impacts.time),
+        np.ascontiguousarray(response.contacts),
+        response.checkpoint.periods,
+        response.period,
+        float(steps),
+        UNKNOWN if period is None else period,
+        np.zeros((rows, statistics.COLUMNS)),
+        out,
+    )
+    return out

@@ -1,0 +1,99 @@
+"""Powers as quadratic forms of the state, and their integrals over a phase.
+
+Between two events the state z = (ξ₁, ξ₁′, g, g′, cos ητ, sin ητ) obeys z′ = A z (:mod:`..kernels.linear.tables`). Every
+power is a quadratic form zᵀQz, with the integral over a duration s
+
+    ∫₀ˢ zᵀQz dτ = z(0)ᵀ G(s) z(0),    G(s) = ∫₀ˢ E(τ)ᵀ Q E(τ) dτ,    E(τ) = exp(Aτ).
+
+G and E follow for short durations from their Taylor series, and for longer ones by doubling:
+
+    G(2s) = G(s) + E(s)ᵀ G(s) E(s),    E(2s) = E(s)².
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..drivers.parameters import generators
+from ..methods import Reference
+from ..result import Response
+
+_TERMS = 16  # of the series in A s with |A| s ≤ 1/4
+_STATE = np.eye(6)
+_X1, _V1, _GAP, _RATE, _COSINE = _STATE[:5]
+
+
+class EnergyForms(NamedTuple):
+    """Generators of the phases of a motion, and its powers and energy as quadratic forms of z.
+
+    The phases are flight, contact, and the last part of a chatter, in which the pendulums move as one while infinitely
+    many impacts dissipate their relative motion.
+    """
+
+    generators: tuple[np.ndarray, ...]  # (6, 6) of each phase
+    powers: tuple[np.ndarray, ...]  # (3, 6, 6) of each phase: excitation, dampers, contact damper
+    stored: np.ndarray  # (6, 6) E without the contact spring
+    stiffness: float  # of the contact spring
+    mass_share: float
+    ends: tuple[np.ndarray, ...]  # (6,) rows of the quantities that vanish where flight and contact end
+    rigid: bool
+
+
+def energy_forms(response: Response) -> EnergyForms:
+    """Return the quadratic forms of a response of a closed-form solver, or with located steps."""
+    c, eta, method = response.system, response.eta, response.method
+    mu, x2, v2 = c.mass_ratio, _X1 + _GAP, _V1 + _RATE
+    work = eta**2 * _product(_COSINE, _V1 + mu * v2)
+    dampers = 2 * c.d1 * _product(_V1) + 2 * mu * c.d2 * c.kappa * _product(v2)
+    zero = np.zeros((6, 6))
+    phases = generators(c, eta, method)
+    rigid = isinstance(method, Reference)
+    if rigid:
+        d3 = c.joint_damping(method.joint_damping)
+        dissipated = np.array([2 * (1 + mu) * d3 * c.kappa3 * _product(_V1), zero])
+        ends = _GAP, phases[0][3]  # the contact force is proportional to g″ of the motion without contact
+    else:
+        dissipated = np.array([dampers, 2 * method.damping * _product(_RATE)])
+        ends = _GAP, _GAP
+    return EnergyForms(
+        generators=phases,
+        powers=(np.array([work, dampers, zero]), np.array([work, *dissipated]), np.array([work, dampers, zero])),
+        stored=0.5 * (_product(_V1) + _product(_X1) + mu * (_product(v2) + c.kappa**2 * _product(x2))),
+        stiffness=0.0 if rigid else method.stiffness,
+        mass_share=c.mass_share,
+        ends=ends,
+        rigid=rigid,
+    )
+
+
+def _product(row: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
+    """Return the symmetric Q with zᵀQz = (row·z)(other·z), (6, 6); by default the square of row·z."""
+    other = row if other is None else other
+    return 0.5 * (np.outer(row, other) + np.outer(other, row))
+
+
+def phase_integrals(generator: np.ndarray, powers: np.ndarray, durations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return E(s) − 1, (n, 6, 6), and G(s) of each power, (n, 3, 6, 6), for n durations s.
+
+    E − 1 is doubled rather than E, so that a slow motion keeps its digits beside a stiff contact.
+    """
+    # scaled by its own frequency, the gap of a stiff contact has the size of its rate
+    frequency = np.sqrt(max(1.0, np.abs(generator[3, 2])))
+    scale = np.array([1.0, 1.0, 1.0 / frequency, 1.0, 1.0, 1.0])
+    a = generator * (scale[None, :] / scale[:, None])
+    forms = powers * (scale[:, None] * scale[None, :])
+    longest = np.abs(a).sum(axis=1).max() * durations.max(initial=0.0)
+    doublings = max(0, int(np.ceil(np.log2(max(longest, 1e-300) * 4))))
+    h = (durations / 2.0**doublings)[:, None, None]
+    change, power = np.zeros((len(durations), 6, 6)), np.eye(6)
+    integral, form = np.zeros((len(durations), 3, 6, 6)), forms.copy()
+    for k in range(1, _TERMS):
+        integral += form * h[:, None] ** k
+        form = (a.T @ form + form @ a) / (k + 1)
+        power = power @ a / k
+        change += power * h**k
+    for _ in range(doublings):
+        move = change[:, None] + np.eye(6)
+        integral += np.swapaxes(move, 2, 3) @ integral @ move
+        change = 2 * change + change @ change
+    return change * (scale[:, None] / scale[None, :]), integral / (scale[:, None] * scale[None, :])

@@ -1,0 +1,58 @@
+"""Contact laws: the force λ between the bodies, ≥ 0 where it pushes.
+
+**Penalty contact** (g ≤ 0), a spring K and a damper D; the factor 2 follows the convention of 2dᵢ:
+
+    λ = −K g − 2D g′                    "kelvin-voigt": may pull near the end of a contact         (5)
+    λ = max(0, −K g − 2D g′)            "cut": Kelvin–Voigt cut at zero                            (6)
+
+Both are linear where they push. In them the gap oscillates, or creeps, as the *contact mode*: with M = 1 + 1/μ the
+inverse of the reduced mass, its eigenvalues obey
+
+    s² + 2DM s + KM = 0                                                                            (7)
+
+(the bodies' own springs and dampers left out), that is frequency ω_c = √(KM) and damping ratio ζ = DM/ω_c.
+
+**Permanent contact** (reference): the force that keeps the bodies together is −μ/(1 + μ) times the gap acceleration
+that the free motion would have, so that release is smooth by construction,
+
+    λ = μ/(1 + μ) [(κ² − 1) ξ + 2(d₂κ − d₁) ξ′]                                                    (8)
+
+It amounts to sharing the extra joint damping between the bodies by mass. Shared otherwise, bodies would part into each
+other.
+"""
+
+import math
+
+from ..compile.options import jit_inlined, jit_uncontracted
+
+LAWS = ("kelvin-voigt", "cut")  # a law is given to kernels as its index in here
+KELVIN_VOIGT, CUT = range(len(LAWS))
+
+
+@jit_uncontracted
+def force(stiffness, damping, gap, rate):
+    """λ of a spring and a damper, Eq. (5)."""
+    return -stiffness * gap - 2.0 * damping * rate
+
+
+@jit_inlined
+def force_of_law(law, linear):
+    """λ of a penalty law, from what Eq. (5) gives.
+
+    The same holds for a force at the end of an implicit step: the step is linear, so the force that it finds by Eq. (5)
+    has the sign that Eq. (5) has at the end of the step without contact force.
+    """
+    return max(linear, 0.0) if law == CUT else linear  # Eqs. (5) and (6)
+
+
+@jit_uncontracted
+def joint_force(p):
+    """Factors of ξ and ξ′ in Eq. (8), as μ/(1 + μ)·(κ² − 1) = κ₃² − 1."""
+    return (p.kappa3 - 1.0) * (p.kappa3 + 1.0), p.mass_share * 2.0 * (p.d2 * p.kappa - p.d1)
+
+
+@jit_uncontracted
+def contact_rate(stiffness, damping, inverse_mass):
+    """|s| of the faster eigenvalue of the contact mode, Eq. (7)."""
+    decay, square = damping * inverse_mass, stiffness * inverse_mass
+    return decay + math.sqrt(decay * decay - square) if decay * decay > square else math.sqrt(square)

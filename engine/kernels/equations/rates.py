@@ -1,0 +1,20 @@
+"""How fast a motion can be: bounds of the eigenvalues |λ| by which tables choose their spacing and steps their size."""
+
+from ..compile.options import jit_uncontracted
+from .contact_law import contact_rate
+
+
+@jit_uncontracted
+def free_rate(p):
+    """Largest |λ| of the separated bodies and the excitation."""
+    return max(1.0, p.kappa, p.eta)
+
+
+@jit_uncontracted
+def pressed_rate(p):
+    """A bound of the largest |λ| of the bodies pressed together.
+
+    The bodies' own springs, and the coupling of the relative to the common motion, add to the contact mode at most the
+    largest |λ| of the separated bodies.
+    """
+    return free_rate(p) + contact_rate(p.stiffness, p.damping, 1.0 / p.mass_share)

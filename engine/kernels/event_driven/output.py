@@ -1,0 +1,127 @@
+"""What a run records between events: rows of the section, samples, contacts and impulses."""
+
+import numpy as np
+
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..compile.record import record_contact, record_impact, with_impulse
+from ..linear.tables import INTEGRAL, POINTS, first_at, gap_at, state_after
+from .state import COLLISION, SLOW_CONTACT, HybridState, in_contact, later_state, linear_state, time_of
+
+# An event on the section itself: rounding must not make both of its phases leave the row to the other one.
+SLACK = -1e-13  # of a period
+
+
+@jit_inlined
+def records(buffers):
+    """Whether anything is recorded."""
+    return buffers.section.shape[0] > 0
+
+
+@jit_no_alloc
+def evaluate(p, phase, z, s):
+    """(ξ₁, ξ₁′, g, g′) at s within the block that begins at z."""
+    h = phase.spacing
+    i = min(max(int(s / h), 0), POINTS - 1)
+    u = s / h - i
+    z = state_after(phase, z, i)
+    x1, v1 = first_at(phase, z, u, p.scratch)
+    gap, rate = gap_at(phase, z, u, p.scratch)
+    return x1, v1, gap, rate
+
+
+@jit_no_alloc
+def write_output(p, phase, a, z, s, window, buffers):
+    """Write the section rows and samples of [a, a + s], s within the block that begins at z."""
+    if not records(buffers):
+        return
+    kept_from, sampled_from = window
+    k = max(a.period, kept_from + 1.0)
+    while k - kept_from <= buffers.section.shape[0] and (k - a.period) * p.period - a.tau <= s:
+        t = (k - a.period) * p.period - a.tau
+        if t >= SLACK * p.period:
+            x1, v1, gap, rate = evaluate(p, phase, z, max(t, 0.0))
+            row = buffers.section[int(k - kept_from) - 1]
+            row[0], row[1], row[2], row[3] = x1, v1, x1 + gap, v1 + rate
+        k += 1.0
+    m = buffers.phases.shape[0]
+    j = max(0, int(a.period - sampled_from) * m + np.searchsorted(buffers.phases, a.tau / p.period) - 1)
+    while j < buffers.samples.shape[0]:
+        whole, part = divmod(j, m)
+        t = (sampled_from + whole - a.period + buffers.phases[part]) * p.period - a.tau
+        if t > s:
+            return
+        if t >= SLACK * p.period:
+            x1, v1, gap, rate = evaluate(p, phase, z, max(t, 0.0))
+            row = buffers.samples[j]
+            row[0], row[1], row[2], row[3], row[4] = x1, v1, x1 + gap, v1 + rate, 0.0
+            if in_contact(a):
+                row[4] = p.force_position * x1 + p.force_velocity * v1 + p.force_gap * gap + p.force_rate * rate
+        j += 1
+
+
+@jit_no_alloc
+def write_chatter(p, a, b, stop, window, buffers):
+    """Write what falls into the summed end of a chatter, from a to b, as the bodies' common motion."""
+    if not records(buffers):
+        return
+    x1, v1, _, rate, c, s = linear_state(p, a)
+    together = (x1, v1 + p.mass_share * rate, 0.0, 0.0, c, s)
+    length = (b.period - a.period) * p.period + b.tau - a.tau
+    write_output(p, p.contact, a, together, min(length, (stop - a.period) * p.period - a.tau), window, buffers)
+
+
+@jit_inlined
+def record_collision(p, before, after, buffers):
+    """Append the reference's impact, if a collision was due; the hybrid states are those before and after it."""
+    if records(buffers) and p.rigid and before.mode == COLLISION and before.rate < 0.0:
+        v1, v2 = before.v1, before.v1 + before.rate
+        speeds, impulse = (after.v1, after.v1 + after.rate), v1 - after.v1
+        record_impact(buffers, time_of(p, before), after.x1, (v1, v2), speeds, impulse, -before.rate)
+
+
+@jit_inlined
+def add_impulse(p, phase, begin, end, z, buffers):
+    """``end`` with the impulse of the penalty contact that was open from ``begin``, where z is, to it."""
+    if not records(buffers) or p.rigid or not in_contact(begin):
+        return end
+    return gather_impulse(p, phase, end, z, linear_state(p, end))
+
+
+@jit_no_alloc
+def gather_impulse(p, phase, a, begin, end):
+    """The hybrid state with the impulse of its open penalty contact between two states, ∫λ = K ∫(−g) − 2D Δg."""
+    squeezed = 0.0
+    for i in range(6):
+        squeezed += phase.rows[i, INTEGRAL] * (end[i] - begin[i])
+    impulse = a.contact.impulse - p.force_gap * squeezed + p.force_rate * (end[2] - begin[2])
+    contact = with_impulse(a.contact, impulse)
+    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events, contact)
+
+
+@jit_inlined
+def record_contact_end(p, begin, now, window, buffers):
+    """Append the contact that was open at ``begin`` and ends at the hybrid state ``now``."""
+    if records(buffers) and in_contact(begin):
+        append_contact(p, now, window, buffers)
+
+
+@jit_no_alloc
+def append_contact(p, now, window, buffers):
+    """Append the contact that ends at ``now``; a penalty contact is an impact as well."""
+    contact = now.contact
+    impact = not p.rigid and contact.begun >= window[0] * p.period
+    record_contact(buffers, contact, time_of(p, now), (now.v1, now.v1 + now.rate), impact)
+
+
+@jit_no_alloc
+def record_open_contact(p, a, stop, window, buffers):
+    """Append the contact that is open at the end of period ``stop``, as if it ended there."""
+    if not in_contact(a):
+        return
+    phase = p.slow_contact if a.mode == SLOW_CONTACT else p.contact
+    z = linear_state(p, a)
+    s = (stop - a.period) * p.period - a.tau
+    now = later_state(p, a, s, evaluate(p, phase, z, s), a.mode, 0.0, a.contact)
+    if not p.rigid:
+        now = gather_impulse(p, phase, now, z, linear_state(p, now))
+    append_contact(p, now, window, buffers)

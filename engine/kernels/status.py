@@ -1,0 +1,21 @@
+"""Why a run ended: the only vocabulary of statuses, as words for people and as numbers for compiled code."""
+
+from enum import StrEnum
+
+
+class Status(StrEnum):
+    """Why a run ended."""
+
+    OK = "ok"
+    DIVERGED = "diverged"
+    PILED_UP = "piled-up"
+    UNRESOLVED = "unresolved"
+
+
+STATUSES = tuple(Status)  # a status is stored as its index in here
+
+# the same in compiled code, which knows no strings …
+OK, DIVERGED, PILED_UP, UNRESOLVED = range(len(STATUSES))
+# … and what a kernel returns that is not at an end yet: FULL: empty the buffers and call again; PAUSED: call again;
+# WITHDRAWN: the caller has asked it to stop
+FULL, PAUSED, WITHDRAWN = range(len(STATUSES), len(STATUSES) + 3)

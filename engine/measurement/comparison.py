@@ -1,0 +1,117 @@
+"""Comparison of a measurement with the reference and a penalty solution."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..methods import Newmark, Reference
+from ..model import System, check_eta
+from ..motions.description import describe
+from ..result import Response
+from .alignment import Alignment, align
+from .cycle import SettledRun, penalty_cycle, reference_cycle
+from .measurement import Measurement
+from .recurrence import Recurrence, recurrence
+
+OTHER_FRAME = {"absolute": "relative", "relative": "absolute"}
+
+
+@dataclass(frozen=True)
+class Solved:
+    """One solution beside the measurement.
+
+    Attributes
+    ----------
+    response : Response
+    period : int
+        Excitation periods until it repeats itself, where scatter is ignored; 0 if it does not.
+    impacts_per_period, contact_share : float or None
+        Of the solution itself; None if it ended early.
+    alignment : Alignment or None
+        None if it does not repeat itself.
+    """
+
+    response: Response
+    period: int
+    impacts_per_period: float | None
+    contact_share: float | None
+    alignment: Alignment | None
+
+
+@dataclass(frozen=True)
+class MeasuredComparison:
+    """A measurement beside both solvers.
+
+    Attributes
+    ----------
+    measurement : Measurement
+    recurrence : Recurrence
+    reference, penalty : Solved
+    other_frame : float or None
+        The reference's rms if the columns belonged to the other frame; None if it does not repeat itself.
+    """
+
+    measurement: Measurement
+    recurrence: Recurrence
+    reference: Solved
+    penalty: Solved
+    other_frame: float | None
+
+    @property
+    def periods(self) -> float:
+        """Excitation periods that the measurement covers."""
+        return self.measurement.span / self.reference.response.period
+
+
+def compare_measured(
+    system: System,
+    eta: float,
+    measurement: Measurement,
+    penalty: Newmark,
+    *,
+    reference: Reference | None = None,
+    periods: int = 2050,
+    cancelled: Callable[[], bool] | None = None,
+) -> MeasuredComparison:
+    """Compare a measurement with both solutions, each from rest and aligned by its own phase.
+
+    Parameters
+    ----------
+    system : System
+    eta : float
+        Excitation frequency η = Ω/ω₁ of the measurement.
+    measurement : Measurement
+    penalty : Newmark
+    reference : Reference, optional
+    periods : int
+        Excitation periods that Newmark runs.
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the comparison is cancelled.
+
+    Returns
+    -------
+    MeasuredComparison
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or the measurement covers less than an excitation period.
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    eta = check_eta(eta, system)
+    own = recurrence(measurement, eta)
+    exact = reference_cycle(system, eta, reference or Reference(), cancelled=cancelled)
+    newmark = penalty_cycle(system, eta, penalty, periods=periods, cancelled=cancelled)
+    other_frame = None
+    if exact.cycle is not None:
+        other_frame = align(exact.cycle, measurement, OTHER_FRAME[measurement.frame]).rms
+    return MeasuredComparison(measurement, own, _solved(measurement, exact), _solved(measurement, newmark), other_frame)
+
+
+def _solved(measurement: Measurement, run: SettledRun) -> Solved:
+    response, cycle = run
+    if not response.ok:
+        return Solved(response, 0, None, None, None)
+    period, aligned = (cycle.periods, align(cycle, measurement)) if cycle is not None else (0, None)
+    described = describe(response)
+    return Solved(response, period, described.impacts_per_period, described.contact_share, aligned)

@@ -1,0 +1,129 @@
+"""The least-squares problem of a fit: its residuals and Jacobian, its initial guesses, and its minima."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ..methods import Reference
+from ..model import System
+from ..motions.poincare_map import without_penetration
+from ..motions.steady import REST
+from .alignment import best_phase
+from .cycle import Cycle, reference_cycle
+from .measurement import Measurement
+
+UPPER = {"restitution": 1.0, "d1": 0.5, "d2": 0.5, "d3": 0.5}
+DIFFERENCE = 1e-5  # of the central differences; the reference's cycle is accurate to some 1e-8
+# Initial guesses, as changes of the given system: a restitution, or a factor of the dampings
+GUESSES = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"damping": 2.0})
+EVALUATIONS = 60  # per guess
+
+
+class FitProblem:
+    """Residuals and Jacobian as functions of the fitted constants and, last, the phase.
+
+    Parameters
+    ----------
+    system : System
+        The initial guess; constants that are not fitted keep its values.
+    eta : float
+    measurement : Measurement
+    names : tuple of str
+        The constants to fit, out of `UPPER`.
+    method : Reference
+    cancelled : callable or None
+    """
+
+    def __init__(
+        self,
+        system: System,
+        eta: float,
+        measurement: Measurement,
+        names: tuple[str, ...],
+        method: Reference,
+        cancelled: Callable[[], bool] | None,
+    ):
+        self.system, self.eta, self.measurement, self.names = system, eta, measurement, names
+        self.method, self.cancelled = method, cancelled
+        self.last_state = REST  # of the last cycle found
+        self.lower = np.append(np.zeros(len(names)), -np.inf)
+        self.upper = np.append([UPPER[name] for name in names], np.inf)
+
+    def guesses(self) -> list[np.ndarray]:
+        """Return different initial values of the constants, each within its range."""
+        guesses = []
+        for change in GUESSES:
+            factor = change.get("damping", 1.0)
+            values = [
+                change.get("restitution", self.system.restitution)
+                if name == "restitution"
+                else factor * getattr(self.system, name)
+                for name in self.names
+            ]
+            values = np.clip(values, 0.0, self.upper[:-1])
+            if not any(np.array_equal(values, other) for other in guesses):
+                guesses.append(values)
+        return guesses
+
+    def system_of(self, parameters: np.ndarray) -> System:
+        """Return the system with these constants."""
+        changed = dict(zip(self.names, parameters[: len(self.names)].tolist(), strict=True))
+        return replace(self.system, **changed)
+
+    def cycle(self, parameters: np.ndarray) -> Cycle | None:
+        """Find the reference's cycle, from the last one found: it is close, and the same one if several exist."""
+        system = self.system_of(parameters)
+        found = reference_cycle(system, self.eta, self.method, initial=self.last_state, cancelled=self.cancelled)
+        if found.cycle is not None:
+            # rounding may leave pendulums that touch in each other
+            self.last_state = without_penetration(found.response.section[-1])
+        return found.cycle
+
+    def minimum(self, guess: np.ndarray):
+        """Return the minimum that SciPy finds from a guess; None if the motion is not periodic there."""
+        self.last_state = REST
+        cycle = self.cycle(guess)
+        if cycle is None:
+            return None
+        phase = best_phase(cycle, self.measurement, self.measurement.frame)
+        return _least_squares()(
+            self.residuals,
+            np.append(guess, phase),
+            jac=self.jacobian,
+            bounds=(self.lower, self.upper),
+            x_scale=np.append(np.where(np.array(self.names) == "restitution", 0.1, 0.01), 0.1),
+            max_nfev=EVALUATIONS,
+        )
+
+    def residuals(self, parameters: np.ndarray) -> np.ndarray:
+        """Return reference − measured, (2n,); where the motion is not periodic, 0 − measured."""
+        measured = self.measurement
+        cycle = self.cycle(parameters)
+        if cycle is None:
+            return -measured.displacement.ravel()
+        displacement = cycle.displacement(measured.time + parameters[-1], measured.frame)
+        return (displacement - measured.displacement).ravel()
+
+    def jacobian(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the Jacobian, (2n, k): central differences, one-sided at a bound, and for the phase the velocity."""
+        columns = []
+        for i in range(len(self.names)):
+            sides = np.tile(parameters, (2, 1))
+            sides[:, i] = np.clip(parameters[i] + np.array([-DIFFERENCE, DIFFERENCE]), self.lower[i], self.upper[i])
+            below, above = map(self.residuals, sides)
+            columns.append((above - below) / (sides[1, i] - sides[0, i]))
+        cycle, measured = self.cycle(parameters), self.measurement
+        if cycle is None:
+            velocity = 0 * measured.displacement
+        else:
+            velocity = cycle.velocity(measured.time + parameters[-1], measured.frame)
+        return np.stack([*columns, velocity.ravel()], axis=1)
+
+
+def _least_squares() -> Callable:
+    try:
+        from scipy.optimize import least_squares  # not at the top: the page and its image do without SciPy
+    except ImportError:
+        raise ValueError("a fit needs SciPy: install the package with its extra named fit, vibroscope[fit]") from None
+    return least_squares

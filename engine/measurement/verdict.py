@@ -1,0 +1,66 @@
+"""What the comparison with a measurement means, in a few plain sentences made from its numbers."""
+
+import math
+from collections.abc import Iterator
+
+from ..result import Status
+from ..wording import every
+from .comparison import MeasuredComparison, Solved
+
+DRIFT = 0.3  # radians over the whole record: with a larger one, the given η is not that of the measurement
+WITHIN_NOISE = 1.1  # times the noise: a smaller difference is noise alone
+ALIKE = 0.05  # of the measured size: smaller differences are hardly visible
+OTHER_FRAME = 0.5  # times the difference: if less remains in the other frame, the columns may be named wrongly
+SENSOR = 0.2  # of the closings per period
+
+
+def measured_verdict(compared: MeasuredComparison) -> str:
+    """Say whether a measurement shows this motion at all, and how close each solution is to it."""
+    return " ".join(_sentences(compared))
+
+
+def _sentences(compared: MeasuredComparison) -> Iterator[str]:
+    own, eta = compared.recurrence, compared.reference.response.eta
+    if own.period == 0:
+        yield (
+            f"The measurement is not in step with an excitation at eta = {eta:g}; its strongest frequency is "
+            f"{own.strongest:.4g}. Check eta, the unit of time and omega1; if they are right, the motion is not "
+            "periodic, or noise hides it, and only statistics can be compared."
+        )
+        return
+    drift = abs(own.eta - eta) * compared.measurement.span
+    if drift > DRIFT:
+        yield (
+            f"The measurement was excited at eta = {own.eta:.6g}, not {eta:g}: it runs out of step by "
+            f"{drift:.2g} rad. Give that eta before anything else is judged."
+        )
+        return
+    yield _solution_sentence("reference", compared.reference, compared)
+    yield _solution_sentence("penalty solution", compared.penalty, compared)
+    aligned = compared.reference.alignment
+    if aligned is not None and aligned.rms > ALIKE and compared.other_frame < OTHER_FRAME * aligned.rms:
+        names = "xi1, xi2 (relative to the base)" if compared.measurement.frame == "absolute" else "x1, x2 (absolute)"
+        yield f"If the columns are {names}, the reference is {compared.other_frame:.1%} off: name them so."
+
+
+def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) -> str:
+    own, aligned = compared.recurrence, solved.alignment
+    if solved.response.status is not Status.OK:
+        return f"The {name} ended early ({solved.response.status})."
+    if aligned is None:
+        return f"The {name} does not repeat, the measurement does {every(own.period)}."
+    if solved.period != own.period:
+        return f"The {name} repeats {every(solved.period)}, the measurement {every(own.period)}: another motion."
+    deviation = math.sqrt(float((aligned.channels**2).mean()))
+    if deviation <= WITHIN_NOISE * own.noise:
+        sentence = f"The {name} agrees within the noise of the measurement ({aligned.rms:.1%})"
+    elif aligned.rms <= ALIKE:
+        sentence = f"The {name} follows the measurement to {aligned.rms:.1%}, more than its noise explains"
+    else:
+        sentence = f"The {name} is {aligned.rms:.1%} off"
+    measured = own.sensor
+    if measured is not None:
+        solution = aligned.sensor.per_period
+        if abs(measured.per_period - solution) > SENSOR * max(measured.per_period, 1.0):
+            sentence += f", and would close the sensor {solution:.3g} times a period, not {measured.per_period:.3g}"
+    return sentence + "."

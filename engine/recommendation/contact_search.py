@@ -1,0 +1,139 @@
+"""Search for the best K and D at a given number of steps per period n.
+
+For each n there is a best K: a softer contact lasts too long, and of a stiffer one a larger fraction is missed by its
+few steps. Formulas say where to look. A contact should take between one and a hundred steps
+(:func:`..divergence.contact.stiffness_for`), and D should be near that of equal restitution, D = ζ(e)√(Kμ/(1 + μ)).
+Less and more damping is tried too, since it can compensate in part for what the model lacks. The best settings of this
+grid are judged with their neighbours (:mod:`.trials`), and the best of these is improved by ever smaller moves in log K
+and log D.
+
+Located steps resolve any contact. Then n does not bound K, and the grid covers all K.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..divergence.contact import damping_for, damping_ratio, damping_ratio_for, stiffness_for
+from ..methods import STIFFNESS_RANGE
+from ..model import System
+from .trials import NEIGHBOURS, NewmarkSetting, Trial, Trials
+
+CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
+SOFTEST = 10.0  # K that is worth a trial
+RATIO, LOCATED_RATIO = 2.0, 4.0  # between neighbouring K of the grid
+DAMPING_FACTORS = (0.2, 0.4, 0.7, 0.85, 1.0, 1.15, 1.4, 2.5)  # ζ of the grid, in units of ζ(e)
+LEAST_DAMPING = 0.01  # the unit, if e is so near to 1 that ζ(e) is less
+LIKELY, FEW = 16, 2  # settings of the grid that are tried with a few of their neighbours, and how few …
+JUDGED = 6  # … and settings that are judged with all of them
+MOVES = ((1.4, 1.12), (1.15, 1.05))  # factors of K and D, round by round
+
+
+@dataclass
+class ContactSearch:
+    """Search for K and D for one system and η; it remembers what it has judged.
+
+    Of two settings that meet the tolerance the cheaper one is better; otherwise the one with the smaller error.
+
+    Attributes
+    ----------
+    judged : list of Trial
+        Settings that were judged with all their neighbours.
+    """
+
+    trials: Trials
+    system: System
+    eta: float
+    stiffness_max: float
+    tolerance: float
+    judged: list[Trial] = field(default_factory=list)
+    _best: dict[int, Trial] = field(default_factory=dict)
+
+    def best_with(self, steps: int, cost: float = math.inf) -> Trial | None:
+        """Return the best setting found with so many steps; None if all diverge.
+
+        Settings of the grid that cost more than ``cost`` are skipped.
+        """
+        best = self._judge(self._from_other_steps(steps), None)
+        grid = [trial for trial in self.trials.screen(self._grid(steps)) if trial.cost <= cost]
+        grid = self.trials.screen(_first(LIKELY, grid, self._by_error), FEW)
+        best = self._judge(_first(JUDGED, grid, self.by_robust_error), best)
+        for factors in MOVES:
+            if best is not None:
+                best = self._judge(self._around(best.setting, *factors), best)
+        if best is not None:
+            self._best[steps] = best
+        return best
+
+    def by_robust_error(self, trial: Trial) -> tuple[float, float, float]:
+        """Sort key: smaller for the better one of two trials."""
+        return max(trial.robust, self.tolerance), trial.cost, trial.robust
+
+    def _by_error(self, trial: Trial) -> tuple[float, float, float]:
+        return max(trial.error, self.tolerance), trial.cost, trial.error
+
+    def _judge(self, settings: list[NewmarkSetting], best: Trial | None) -> Trial | None:
+        """Judge settings with all their neighbours; return the best of them and of the best one before."""
+        bound = math.inf if best is None else max(best.robust, self.tolerance)
+        trials = self.trials.screen(settings, NEIGHBOURS, bound)
+        good = [trial for trial in trials if math.isfinite(trial.robust)]
+        self.judged += good
+        return min(good + ([] if best is None else [best]), key=self.by_robust_error, default=None)
+
+    def _grid(self, steps: int) -> list[NewmarkSetting]:
+        centre = max(damping_ratio_for(self.system.restitution), LEAST_DAMPING)
+        return [
+            self._setting(stiffness, factor * centre, steps)
+            for stiffness in self._stiffnesses(steps)
+            for factor in DAMPING_FACTORS
+        ]
+
+    def _stiffnesses(self, steps: int) -> np.ndarray:
+        softest, stiffest, ratio = SOFTEST, self.stiffness_max, LOCATED_RATIO
+        if not self.trials.located:
+            stiffest, softest = (stiffness_for(self.system, self.eta, steps, contact) for contact in CONTACT_STEPS)
+            ratio = RATIO
+        stiffest = max(STIFFNESS_RANGE[0], min(stiffest, self.stiffness_max))
+        softest = min(max(softest, SOFTEST), stiffest)
+        return np.geomspace(softest, stiffest, 1 + round(math.log(stiffest / softest, ratio)))
+
+    def _from_other_steps(self, steps: int) -> list[NewmarkSetting]:
+        """Start from the best settings at the two nearest n: with the same K, and K scaled with n and with n².
+
+        With n² the contact takes as many steps as before.
+        """
+        nearest = sorted(self._best, key=lambda n: abs(math.log(n / steps)))[:2]
+        settings = []
+        for n in nearest:
+            stiffness, damping, _ = self._best[n].setting
+            ratio = damping_ratio(self.system, stiffness, damping)
+            scales = (1.0, steps / n, (steps / n) ** 2)
+            settings += [self._setting(stiffness * scale, ratio, steps) for scale in scales]
+        return list(dict.fromkeys(settings))
+
+    def _around(self, setting: NewmarkSetting, stiffness_factor: float, damping_factor: float) -> list[NewmarkSetting]:
+        """Return the eight settings with K and ζ changed by these factors, up or down."""
+        ratio = damping_ratio(self.system, setting.stiffness, setting.damping)
+        return [
+            self._setting(setting.stiffness * stiffness_factor**i, ratio * damping_factor**j, setting.steps)
+            for i in (-1, 0, 1)
+            for j in (-1, 0, 1)
+            if (i, j) != (0, 0)
+        ]
+
+    def _setting(self, stiffness: float, ratio: float, steps: int) -> NewmarkSetting:
+        """Return a setting with K and D of three digits: few enough to read, and exactly what is tried."""
+        stiffness = round_to_three_digits(min(max(stiffness, STIFFNESS_RANGE[0]), self.stiffness_max))
+        return NewmarkSetting(stiffness, round_to_three_digits(damping_for(self.system, stiffness, ratio)), steps)
+
+
+def _first(count: int, trials: list[Trial], key: Callable[[Trial], tuple]) -> list[NewmarkSetting]:
+    """Return the settings of the best trials, without those that diverged."""
+    return [trial.setting for trial in sorted(trials, key=key)[:count] if math.isfinite(trial.error)]
+
+
+def round_to_three_digits(value: float) -> float:
+    """Round to three significant digits."""
+    return float(f"{value:.3g}")

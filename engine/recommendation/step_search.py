@@ -1,0 +1,134 @@
+"""Search for the least number of steps per period n that meets the tolerance, with the best K and D for each n.
+
+n is doubled from level to level until the tolerance is met. Between the last level that misses it and the first that
+meets it, n is bisected. Whatever seems to meet the tolerance is confirmed by new runs (:mod:`.trials`).
+"""
+
+import math
+from collections.abc import Callable
+
+from .contact_search import ContactSearch
+from .front import pareto_front
+from .trials import NewmarkSetting, Trial
+
+FIRST_STEPS, FIRST_STEPS_LOCATED = 16, 8  # the lowest level
+MEANINGFUL, MEANINGFUL_LOCATED = 512, 32  # from this n on, levels without gain end the search …
+PATIENCE = 2  # … after so many of them
+GAIN = 0.95  # a level that leaves more of the error than this is without gain
+BEYOND = 1  # levels above the first that meets the tolerance, for the front
+BISECTIONS = 4  # they leave n uncertain by 2^(1/16), 4 %
+CONFIRMED = 8  # settings of a level that are confirmed if they seem to meet the tolerance
+SHOWN = 3  # best settings of a level that are confirmed for the front, whatever their error …
+LUCK = 2.0  # … and shown unless their neighbours' error is so many times as large as their own
+
+
+class StepSearch:
+    """Search over the levels of n, and between two of them.
+
+    Parameters
+    ----------
+    contact : ContactSearch
+    tolerance : float
+    steps_max : int
+        Largest n.
+    progress : callable
+        Called with the fraction of the levels that are done.
+    """
+
+    def __init__(self, contact: ContactSearch, tolerance: float, steps_max: int, progress: Callable[[float], None]):
+        self.contact = contact
+        self.tolerance = tolerance
+        located = contact.trials.located
+        first = min(FIRST_STEPS_LOCATED if located else FIRST_STEPS, steps_max)
+        self.levels = [first * 2**i for i in range(1 + math.floor(math.log2(steps_max / first)))]
+        if self.levels[-1] < steps_max:
+            self.levels.append(steps_max)
+        self._meaningful = MEANINGFUL_LOCATED if located else MEANINGFUL
+        self._confirmed: dict[NewmarkSetting, Trial] = {}
+        self._progress, self._done = progress, 0
+
+    @property
+    def met(self) -> list[Trial]:
+        """Confirmed settings that meet the tolerance, cheapest first."""
+        good = [trial for trial in self._confirmed.values() if trial.robust <= self.tolerance]
+        return sorted(good, key=lambda trial: (trial.cost, trial.robust))
+
+    def run(self) -> None:
+        """Search the levels and between two of them, and confirm what is shown and recommended."""
+        self._search_levels()
+        self._bisect()
+        self._confirm_best_of_levels()
+        self._check_every_step()
+
+    def front(self) -> list[Trial]:
+        """Return the Pareto front of all confirmed settings."""
+        return pareto_front(trial for trial in self._confirmed.values() if not self._is_lucky(trial))
+
+    def _search_levels(self) -> None:
+        """Go up the levels to a little above the first that meets the tolerance, or until nothing is gained."""
+        least, without_gain, above = math.inf, 0, 0
+        for n in self.levels:
+            best = self._search(n)
+            above += bool(self.met)
+            if above > BEYOND:
+                return
+            if best is None or n < self._meaningful:
+                continue
+            without_gain = 0 if best.robust < GAIN * least else without_gain + 1
+            least = min(least, best.robust)
+            if without_gain >= PATIENCE and not self.met:
+                return
+
+    def _bisect(self) -> None:
+        """Bisect log n between the cheapest setting that meets the tolerance and the level below it."""
+        if not self.met:
+            return
+        high = self.met[0].setting.steps
+        low = max((n for n in self.levels if n < high), default=high)
+        for _ in range(BISECTIONS):
+            middle = round(math.sqrt(low * high))
+            if not low < middle < high:
+                return
+            self._search(middle)
+            low, high = (low, middle) if self._meets(middle) else (middle, high)
+
+    def _confirm_best_of_levels(self) -> None:
+        """Confirm the best settings of every level, for the front."""
+        for n in self.levels:
+            self._confirm(self._judged_with(n)[:SHOWN])
+
+    def _check_every_step(self) -> None:
+        """Compute every step of the cheapest setting, and of the next one if it misses the tolerance then."""
+        while not self.contact.trials.located and self.met:
+            cheapest = self.met[0]
+            error = self.contact.trials.error_of_every_step(cheapest.setting)
+            self._confirmed[cheapest.setting] = cheapest._replace(robust=max(cheapest.robust, error))
+            if error <= self.tolerance:
+                return
+
+    def _is_lucky(self, trial: Trial) -> bool:
+        """Whether its own error says nothing about that of its neighbours, or of half the step."""
+        return trial.robust > self.tolerance >= trial.error or trial.robust > max(self.tolerance, LUCK * trial.error)
+
+    def _search(self, n: int) -> Trial | None:
+        """Return the best setting with n steps, and confirm those that seem to meet the tolerance."""
+        best = self.contact.best_with(n, self.met[0].cost if self.met else math.inf)
+        promising = [trial for trial in self._judged_with(n) if trial.robust <= self.tolerance]
+        self._confirm(promising[:CONFIRMED], self.tolerance)
+        self._done += 1
+        self._progress(self._done / (len(self.levels) + BISECTIONS + 1))
+        return best
+
+    def _judged_with(self, n: int) -> list[Trial]:
+        """Return the judged settings with n steps, best first."""
+        judged = [trial for trial in self.contact.judged if trial.setting.steps == n]
+        return sorted(judged, key=self.contact.by_robust_error)
+
+    def _meets(self, n: int) -> bool:
+        return any(trial.setting.steps == n for trial in self.met)
+
+    def _confirm(self, trials: list[Trial], bound: float = math.inf) -> None:
+        """Confirm settings. One that exceeds the bound is given up; without the bound it may be confirmed later."""
+        settings = dict.fromkeys(trial.setting for trial in trials if trial.setting not in self._confirmed)
+        confirmed = self.contact.trials.confirm(settings, bound)
+        self._confirmed |= {trial.setting: trial for trial in confirmed if math.isfinite(trial.robust)}

@@ -1,0 +1,71 @@
+"""Tables of a linear motion, held against another matrix exponential."""
+
+import math
+
+import numpy as np
+from hypothesis import strategies as st
+from scipy.linalg import expm
+from vibroscope.engine import ExactPenalty, Reference, System
+from vibroscope.engine.drivers.parameters import parameters_of
+from vibroscope.engine.kernels.equations.motion import joined_generator, pressed_generator, separated_generator
+from vibroscope.engine.kernels.linear.tables import POINTS, REACH, SCRATCH, full_generator, tabulate
+
+GAP, FORCE = np.eye(6)[2], np.array([2.24, 0.05, 0.0, 0.0, 0.0, 0.0])
+WORK = SCRATCH.read(SCRATCH.zeros())
+
+
+class Table:
+    """A phase, its generator, and what it watches at many instants of a block, by another exponential."""
+
+    SAMPLES = 4096
+
+    def __init__(self, generator, eta, row, fastest):
+        self.a, self.row, self.h = full_generator(generator, eta), row, REACH / fastest
+        self.phase = tabulate(generator, eta, row, self.h)
+        self.length = POINTS * self.h
+        step = expm(self.a * (self.length / self.SAMPLES))
+        rows = [row]
+        for _ in range(self.SAMPLES):
+            rows.append(rows[-1] @ step)
+        self.rows = np.array(rows)
+
+    def value(self, s, z, derivative=0):
+        """The watched quantity, or a derivative of it, at s."""
+        return self.row @ np.linalg.matrix_power(self.a, derivative) @ expm(self.a * s) @ z
+
+    def samples(self, z):
+        """The watched quantity at SAMPLES + 1 instants of the block."""
+        return self.rows @ z
+
+
+def free(eta, d1, d2):
+    """Generator without contact."""
+    return separated_generator(parameters_of(System(d1=d1, d2=d2), eta, Reference()))
+
+
+def pressed(stiffness, damping):
+    """Generator in penalty contact at η = 2.76."""
+    return pressed_generator(parameters_of(System(), 2.76, ExactPenalty(stiffness, damping)))
+
+
+TABLES = {
+    "flight": Table(free(1.08, 0.0033, 0.012), 1.08, GAP, 2.41),
+    "flight, undamped": Table(free(2.76, 0.0, 0.0), 2.76, GAP, 2.76),
+    "flight, resonant": Table(free(1.0, 0.0, 0.0), 1.0, GAP, 2.41),
+    "flight, heavily damped": Table(free(1.7, 0.9, 0.95), 1.7, GAP, 2.41),
+    "joined": Table(joined_generator(1.08, 1.8, 0.033), 1.08, FORCE, 1.8),
+    "pressed": Table(pressed(12000.0, 18.0), 2.76, -GAP, 165.0),
+    "pressed, critically": Table(pressed(100.0, 6.8255), 2.76, -GAP, 20.0),
+}
+kinds = st.sampled_from(sorted(TABLES))
+angles = st.floats(0.0, 2 * math.pi)
+states = st.builds(
+    lambda x, v, g, u, turn: (x, v, g, u, math.cos(turn), math.sin(turn)),
+    *4 * (st.floats(-5.0, 5.0),),
+    angles,
+)
+
+
+def size(table, z):
+    """The largest that the terms of the watched quantity get in the block."""
+    return float((np.abs(table.rows) @ np.abs(z)).max()) + 1e-300

@@ -1,0 +1,75 @@
+"""Kernels also run uncompiled, and their machine code is cached by the digest of their sources."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from vibroscope.engine.kernels.compile.options import source_digest
+
+ROOT = Path(__file__).parents[3]
+PROBE = """
+import numpy as np
+from vibroscope.engine import *
+for method in (Reference(), Reference(threshold=0), ExactPenalty(12000, 18), Newmark(12000, 18, 200)):
+    for eta in (1.08, 2.76):
+        r = simulate(System(), eta, method, periods=4, keep=4, record=Record(2, 50))
+        print(r.section.tobytes().hex(), r.impacts.time.tobytes().hex(), r.contacts.tobytes().hex())
+"""
+
+
+def run(code, **environment):
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_results_are_the_same_without_the_compiler():
+    """Not bit for bit: the compiler's libm may differ from Python's in the last place."""
+    compiled, plain = run(PROBE).split(), run(PROBE, NUMBA_DISABLE_JIT="1").split()
+    for one, other in zip(compiled, plain, strict=True):
+        np.testing.assert_allclose(np.frombuffer(bytes.fromhex(one)), np.frombuffer(bytes.fromhex(other)), atol=1e-9)
+
+
+def test_an_edit_in_any_kernel_changes_the_cache_folder(tmp_path):
+    copy = tmp_path / "kernels"
+    shutil.copytree(ROOT / "engine" / "kernels", copy, ignore=shutil.ignore_patterns("__pycache__"))
+    before = source_digest(copy)
+    assert before == source_digest()
+    for path in copy.rglob("*.py"):
+        text = path.read_text()
+        path.write_text(text + "\n# edited\n")
+        assert source_digest(copy) != before
+        path.write_text(text)
+
+
+def test_a_read_only_cache_is_copied_not_ignored(tmp_path):
+    """Numba ignores a read-only cache and compiles anew. (Root may write anywhere, so os.access is replaced.)"""
+    cache = tmp_path / "cache"
+    run(PROBE, VIBROSCOPE_CACHE_DIR=str(cache))
+    files = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
+    read_only = "import os\nos.access = lambda path, mode: mode != os.W_OK\n"
+    asked = "from vibroscope.engine.kernels.event_driven.integrate import integrate\n"
+    asked += "print(sum(integrate.stats.cache_hits.values()))"
+    asked = f"\n{asked}\nprint(numba.config.CACHE_DIR)"
+    printed = run(read_only + "import numba\n" + PROBE + asked, VIBROSCOPE_CACHE_DIR=str(cache))
+    hits, folder = printed.split()[-2:]
+    assert int(hits) > 0
+    assert not folder.startswith(str(cache))
+    assert not Path(folder).exists(), "the copy outlived its process"
+    assert files == {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
+
+
+def test_a_cache_folder_that_cannot_be_made_does_not_stop_the_engine(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("no folder")
+    run("import vibroscope.engine", VIBROSCOPE_CACHE_DIR=str(blocked))

@@ -1,0 +1,68 @@
+"""Packed arrays hold what a NamedTuple holds, compiled or not."""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from vibroscope.engine.kernels.compile.packing import LANES, Layout
+
+
+class Inner(NamedTuple):
+    number: float
+    row: np.ndarray
+    matrix: np.ndarray
+
+
+class Outer(NamedTuple):
+    flag: bool
+    count: int
+    inner: Inner
+    last: float
+
+
+LAYOUT = Layout(Outer, inner=Layout(Inner, row=(3,), matrix=(2, 4)))
+VALUE = Outer(True, 7, Inner(0.5, np.arange(3.0), np.arange(8.0).reshape(2, 4)), -1.5)
+unpack, write = LAYOUT.unpack, LAYOUT.write
+write_some = LAYOUT.writer("count", "inner")
+
+
+@numba.njit
+def copied(packed):
+    value = unpack(packed)
+    other = np.zeros_like(packed)
+    write(other, value)
+    return other
+
+
+@numba.njit
+def changed(packed):
+    value = unpack(packed)
+    value.inner.matrix[1, 2] = 100.0  # arrays are views
+    write_some(packed, value.count + 1, value.inner)
+
+
+def test_what_is_packed_is_read_again():
+    packed = LAYOUT.pack(VALUE)
+    found = LAYOUT.read(packed)
+    assert packed.size == LAYOUT.size == 1 + 1 + (1 + 3 + 8) + 1
+    assert (bool(found.flag), found.count, found.inner.number, found.last) == (True, 7, 0.5, -1.5)
+    np.testing.assert_array_equal(found.inner.row, VALUE.inner.row)
+    np.testing.assert_array_equal(found.inner.matrix, VALUE.inner.matrix)
+
+
+def test_compiled_functions_read_and_write_the_same():
+    packed = LAYOUT.pack(VALUE)
+    np.testing.assert_array_equal(copied(packed), packed)
+    changed(packed)
+    found = LAYOUT.read(packed)
+    assert (found.count, found.inner.matrix[1, 2], found.last) == (8, 100.0, -1.5)
+
+
+def test_fields_lie_where_the_layout_says():
+    packed = LAYOUT.pack(VALUE)
+    assert packed[LAYOUT.begin("last")] == -1.5
+    assert packed[LAYOUT.begin("inner")] == 0.5
+
+
+def test_a_packed_array_begins_with_a_cache_line():
+    assert LAYOUT.zeros().ctypes.data % (8 * LANES) == 0

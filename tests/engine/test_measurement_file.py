@@ -1,0 +1,132 @@
+"""Measurement files: read completely, or refused with line and column."""
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given
+from vibroscope.engine import System, Units, measurement_text, read_measurement, synthetic_measurement
+from vibroscope.engine.measurement.measurement_file import FEWEST_SAMPLES, SIZE_LIMIT, parse_measurement
+
+UNITS = Units(omega1=5.0, m1=2.0, base_amplitude=0.5)
+ROWS = [f"{0.1 * i:.1f},{i},{-i}" for i in range(FEWEST_SAMPLES)]
+HEADER = "time [s],x1 [mm],x2 [mm]"
+
+
+def text(header=HEADER, rows=ROWS, end="\n"):
+    return end.join([header, *rows]).encode()
+
+
+def with_line(line, row):
+    """The rows with another one in that line of the file."""
+    return [*ROWS[: line - 2], row, *ROWS[line - 1 :]]
+
+
+def test_a_written_file_is_read_back(tmp_path):
+    made = synthetic_measurement(System(), 1.08, periods=2, phase=0.3)
+    path = tmp_path / "m.csv"
+    path.write_text(measurement_text(made, UNITS, "two\nlines"), encoding="utf-8")
+    found = read_measurement(path, UNITS)
+    assert found.frame == "absolute"
+    assert found.time == pytest.approx(made.time, abs=1e-7)
+    assert found.displacement == pytest.approx(made.displacement, abs=1e-6)
+    assert (found.contact == made.contact).all()
+    assert found.contact.any()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        text(end="\r\n"),
+        text(end="\r"),
+        text(rows=[f"{0.1 * i - 7:.1f},{i},{-i}" for i in range(FEWEST_SAMPLES)]),
+        b"\xef\xbb\xbf" + text(),
+        b"# made by hand\n\n" + text() + b"\n\n# the end\n",
+        text("time [s]; x1 [mm]; x2 [mm]", [row.replace(",", "; ") for row in ROWS]),
+        text("time [s];x1 [mm];x2 [mm]", [row.replace(",", ";").replace(".", ",") for row in ROWS]),
+        text("time [s]\tx1 [mm]\tx2 [mm]", [row.replace(",", "\t") for row in ROWS]),
+        text("time [ms], x1 [µm], X2 [m]", [f"{100 * i},{1000 * i},{-i / 1000}" for i in range(FEWEST_SAMPLES)]),
+        text('"time [s]","x1 [mm]","x2 [mm]"'),
+        text("x2 [mm],time [s],x1 [mm]", [",".join(np.roll(row.split(","), 1)) for row in ROWS]),
+        text("time,x1,x2 [-]", [f"{0.5 * i},{2 * i},{-2 * i}" for i in range(FEWEST_SAMPLES)]),
+    ],
+)
+def test_every_format_of_the_same_measurement_is_read_alike(content):
+    found = parse_measurement(content, UNITS)
+    steps = np.arange(FEWEST_SAMPLES)
+    assert found.time == pytest.approx(0.5 * steps)  # τ = ω₁t
+    assert found.displacement == pytest.approx(np.array([2.0 * steps, -2.0 * steps]))  # in base amplitudes
+    assert found.contact is None
+
+
+def test_column_names_mark_relative_displacements_and_the_contact_sensor():
+    rows = [f"{row},{i % 2}" for i, row in enumerate(ROWS)]
+    found = parse_measurement(text("time [s],xi1 [mm],xi2 [mm],contact", rows))
+    assert found.frame == "relative"
+    assert (found.contact == np.arange(FEWEST_SAMPLES) % 2).all()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "line 1: the file has no header"),
+        (b"# nothing\n", "line 1: the file has no header"),
+        (text("time [s],x1 [mm],y [mm]"), "line 1, column 3: unknown column 'y"),
+        (text("time [s],x1 [mm],x1 [mm]"), "line 1, column 3: a second column x1"),
+        (text("time [s],x1 [mm],xi2 [mm]"), r"line 1: columns time, x1, xi2; give time and either x1, x2"),
+        (text("time [s],x1 [mm]", ["0,1"]), "line 1: columns time, x1; give"),
+        (text("time [h],x1 [mm],x2 [mm]"), r"line 1, column 1 \(time\): unknown unit 'h'; known: s, ms"),
+        (text("time [s],x1 [inch],x2 [mm]"), r"line 1, column 2 \(x1\): unknown unit 'inch'"),
+        (text("time [s],x1 [-],x2 [-]"), "line 1: mixes columns with and without a unit"),
+        (text("time,x1 [mm],x2"), "line 1: mixes"),
+        (text(rows=with_line(4, "0.2,abc,1")), r"line 4, column 2 \(x1\): 'abc' is no finite number"),
+        (text(rows=with_line(4, "0.2,1,nan")), r"line 4, column 3 \(x2\): 'nan' is no finite number"),
+        (text(rows=with_line(4, "0.2,1_0,1")), r"line 4, column 2 \(x1\): '1_0' is no finite number"),
+        (text(rows=with_line(4, "0.2,,1")), r"line 4, column 2 \(x1\): '' is no finite number"),
+        (text(rows=with_line(4, "0.1,1,1")), r"line 4, column 1 \(time\): '0.1' does not come after"),
+        (text(rows=with_line(4, "0.2,1")), "line 4: 2 columns, the header has 3; decimal commas need semicolons"),
+        (text(rows=with_line(4, "0,2,1,5,1,0")), "line 4: 6 columns"),
+        (text(rows=with_line(4, '0.2,"1,1')), r"line \d+: not CSV"),
+        (text(rows=with_line(4, "0.2,1e12,1")), r"line 4, column 2 \(x1\): '1e12' is .* in units of the model"),
+        (text("time,x1,x2,contact", [f"{row},0.5" for row in ROWS]), r"line 2, column 4 \(contact\): '0.5' is neither"),
+        (b"# a\n\n" + text(rows=with_line(4, "x,1,1")), r"line 6, column 1 \(time\)"),
+        (text("time;x1;x2", ["0;1.000,5;1"]), r"line 2, column 2 \(x1\): '1.000,5' is no"),
+        (text(rows=ROWS[:-1]), f"the file ends after {FEWEST_SAMPLES - 1} samples"),
+        (text(rows=with_line(3, "0.1,\xff,1")).decode().encode("latin-1"), "line 3: not UTF-8"),
+        (b"#" * (SIZE_LIMIT + 1), "larger than 16 MiB"),
+    ],
+)
+def test_a_faulty_file_is_refused_with_line_and_column(content, words):
+    with pytest.raises(ValueError, match=words) as caught:
+        parse_measurement(content)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_cannot_be_read_is_named_in_the_error(tmp_path):
+    with pytest.raises(ValueError, match=r"nowhere\.csv: cannot be read: No such file"):
+        read_measurement(tmp_path / "nowhere.csv")
+
+
+CELLS = st.sampled_from(
+    ["time", "x1 [mm]", "xi2", "contact", "[s]", "0", "1", "-1e308", "1,5", '"', "\x00", "1e999", "٣", ""]
+)
+LINES = st.lists(CELLS, max_size=5).flatmap(lambda cells: st.sampled_from(",;\t").map(lambda sign: sign.join(cells)))
+FILES = st.lists(LINES, max_size=6).map(lambda lines: "\n".join(lines).encode())
+BROKEN = st.tuples(st.integers(0, len(text())), st.binary(max_size=4)).map(
+    lambda at: text()[: at[0]] + at[1] + text()[at[0] :]
+)
+
+
+@given(st.one_of(st.binary(max_size=300), FILES, BROKEN))
+def test_any_bytes_give_a_valid_measurement_or_an_error_of_one_line(content):
+    found, message = None, ""
+    try:
+        found = parse_measurement(content)
+    except ValueError as problem:
+        message = str(problem)
+    if found is None:
+        assert message.startswith("line ")
+        assert "\n" not in message
+    else:
+        assert np.isfinite(found.time).all()
+        assert np.isfinite(found.displacement).all()
+        assert (np.diff(found.time) > 0).all()

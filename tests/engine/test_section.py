@@ -1,0 +1,41 @@
+"""Poincaré sections: their period, their band, and whether they are regular."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from vibroscope.engine.drivers.section import TOLERANCE, near_period_of, period_of
+from vibroscope.engine.motions.regularity import irregularity, rotation_number
+from vibroscope.engine.motions.section import band_width
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(st.integers(1, 9), st.integers(2, 6), st.integers(0, 2**32 - 1))
+def test_the_period_of_a_section_is_the_shortest_possible(period, cycles, seed):
+    cycle = np.random.default_rng(seed).normal(size=(period, 4))
+    assert period_of(np.tile(cycle, (cycles, 1))) == period
+    assert band_width(np.tile(cycle, (cycles, 1)), period) < 1e-15
+    blurred = np.tile(cycle, (cycles, 1))
+    blurred[-1, 2] += 100 * TOLERANCE * np.abs(cycle).max()
+    assert period_of(blurred) != period
+
+
+def test_a_section_with_scatter_nearly_repeats():
+    rng = np.random.default_rng(3)
+    cycle = np.tile([[5.0, 1, -5, 1], [4.0, -1, 4, 2]], (20, 1))
+    assert near_period_of(cycle + rng.normal(0, 0.02, cycle.shape)) == 2
+    assert near_period_of(rng.normal(0, 5, cycle.shape)) == 0
+
+
+@pytest.mark.parametrize("turns", [np.sqrt(2) - 1, (np.sqrt(5) - 1) / 2 - 0.2, np.sqrt(3) / 5, 1 / np.pi])
+def test_regular_sections_are_distinguished_from_random_ones(turns):
+    """A closed curve, a torus of two tubes, a torus of two frequencies, and random points."""
+    n, golden = np.arange(8192), (np.sqrt(5) - 1) / 2
+    angle, other = 2 * np.pi * turns * n, 2 * np.pi * golden * n
+    curve = np.transpose([np.cos(angle), np.sin(angle), np.cos(angle + 0.3), np.exp(np.sin(angle))])
+    tubes = curve + np.where(n % 2, 5.0, -5.0)[:, None]
+    torus = curve + 0.1 * np.cos(other)[:, None]
+    for section in (curve, tubes, torus):
+        assert irregularity(section) < 1e-6
+        assert rotation_number(section) == pytest.approx(turns, abs=1e-5)
+    assert irregularity(np.random.default_rng(1).normal(size=(8192, 4))) > 1e-3
