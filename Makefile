@@ -1,36 +1,42 @@
-# Everything starts here: `make run` opens the explorer, `make test` proves it. Both set up what they need in .venv,
-# once; a stamp in there is touched last, so a set-up that broke off half way is taken up again.
+# Everything starts here: `make run` opens the explorer, `make check` tests it in a minute, `make test` wholly. Each sets
+# up what it needs in .venv, once; a stamp in there is touched last, so that a broken set-up is repeated.
 
 PYTHON ?= python3
 ARGS ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
-# Hashes are required and only wheels are taken: nothing is built, nothing unpinned can come in.
+# Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
 
-.PHONY: help run test bench lint lock snapshots diagram image proxy release clean
+.PHONY: help run check test bench lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make run        open the explorer in the browser"
+	@echo "make check      check style, run the tests that need no browser and no process of their own: about a minute"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
-	@echo "make bench      measure"
+	@echo "make bench      measure costs and errors"
 	@echo "make lint       check style and who may import whom"
 	@echo "make snapshots  renew the pictures and data the tests compare with"
-	@echo "make diagram    renew the bifurcation diagram kept in assets/"
+	@echo "make diagram    renew the bifurcation diagrams in assets/"
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
 	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx, curl; openssl)"
 	@echo "make release    image and proxy where they can run, fuzz, faults, load, soak: half an hour, prints its figures"
-	@echo "make clean      remove .venv and what tools left behind"
+	@echo "make clean      remove .venv and the files of tools"
 
 run: $(VENV)/run
 	$(BIN)/vibroscope serve --show $(ARGS)
 
+# In two processes, without browser, without the tests marked slow; a test that would start a process is skipped.
+check: lint
+	$(BIN)/vibroscope warm
+	$(BIN)/pytest --in-process --numprocesses 2 --dist worksteal --ignore tests/ui -m "not slow and not release" $(ARGS)
+
 test: $(VENV)/test
 	@browser=$$($(BIN)/python tools/browser.py) && echo "browser: $$browser"
-	$(BIN)/vibroscope warm # so that no test's patience is spent on a compiler
+	$(BIN)/vibroscope warm # compiles the kernels, so that no test waits for the compiler
 	$(BIN)/pytest $(ARGS)
 
 bench: $(VENV)/test
@@ -54,7 +60,7 @@ image:
 proxy: $(VENV)/run
 	tools/rehearse-proxy.sh
 
-# What could not be tried here is told where it is met and once more at the end.
+# Each part that cannot be tried on this machine is reported at once and again at the end.
 release: SHELL := bash
 release: $(VENV)/test
 	@mkdir -p build; set -o pipefail; { set -e; $(BIN)/hadolint Dockerfile; \
@@ -93,8 +99,8 @@ $(VENV)/test: $(VENV)/run requirements/test.txt
 
 # --- locks ------------------------------------------------------------------------------------------------------
 
-# One version of each package for all platforms and Pythons, so that a number seen here is the number seen there.
-# Of the old locks whatever still fits is kept; `make lock ARGS=--upgrade` takes the newest.
+# One version of each package for all platforms and Pythons, so that all machines compute the same numbers.
+# Versions in the old locks stay where they still fit; `make lock ARGS=--upgrade` takes the newest.
 LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" build/lock/bin/uv pip compile pyproject.toml --quiet --universal \
   --python-version 3.11 --fork-strategy fewest --generate-hashes --no-emit-index-url --group build $(ARGS)
 

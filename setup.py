@@ -1,5 +1,5 @@
-"""Which packages there are: those in the folders that pyproject.toml maps to ``vibroscope.…``."""
+"""List the packages: the folders that pyproject.toml maps to ``vibroscope.…``, folders that hold only data included."""
 
-from setuptools import find_packages, setup
+from setuptools import find_namespace_packages, setup
 
-setup(packages=[f"vibroscope.{name}" for name in find_packages(include=["app*", "assets*", "engine*"])])
+setup(packages=[f"vibroscope.{name}" for name in find_namespace_packages(include=["app*", "assets*", "engine*"])])

@@ -1,7 +1,7 @@
-"""A page with the explorer's own figures, sizes and data, and nothing else: the least that Bokeh takes for them.
+"""Serves a page with the explorer's figures, sizes and data and nothing else: the least that Bokeh needs for them.
 
-Bokeh's own slider, Bokeh's own layout, one callback that writes columns which were computed before the server started:
-no solver, no Panel, no words, no animation.
+It has Bokeh's own slider and layout and one callback, which writes columns that were computed before the server
+started: no solver, no Panel, no text, no animation.
 
 .venv/bin/python benchmarks/_bare_page.py PORT ORIGIN,… SIZES   (SIZES: {"phase1": [width, height], …} as JSON)
 """
@@ -65,7 +65,7 @@ class Bare:
         doc.theme = THEME
 
     def moved(self, _, __, eta):
-        """Write what changed, as one message."""
+        """Write the columns of this η, as one message."""
         self.doc.hold("collect")
         columns = self.prepared[round(eta, 2)]
         for name, source in self.sources.items():
@@ -75,7 +75,7 @@ class Bare:
 
 
 def main():
-    """Serve until told to stop."""
+    """Serve until a signal ends it."""
     port, origins, sizes = int(sys.argv[1]), sys.argv[2].split(","), json.loads(sys.argv[3])
     with ThreadPoolExecutor(2) as pool:
         prepared = dict(zip(ETAS, pool.map(columns_of, ETAS), strict=True))

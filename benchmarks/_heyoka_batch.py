@@ -1,7 +1,7 @@
 """heyoka's batch mode: several η at once, one in each lane of a vector register.
 
 All lanes share one right-hand side, so η and the state of contact are parameters of each lane, and c and s carry the
-load's factor η². What a lane costs is what a sweep over η costs; a single run gains nothing from it.
+load's factor η². The cost of a lane is the cost of one η in a sweep; a single run gains nothing from it.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ from vibroscope.engine import System
 def reference_batch(system: System, etas: Sequence[float], threshold: float, tolerance: float = 0.0) -> Run:
     """The reference with derived joint damping at several η at once, one in each lane of a vector register.
 
-    All lanes share one right-hand side, so the joined pendulums are the two with the contact force between them, which
-    is the same motion when the joint holds their two dampers and nothing else.
+    All lanes share one right-hand side, so the joined pendulums are two pendulums with the contact force between them.
+    That is the same motion because derived joint damping comes from their two dampers alone.
     """
     import heyoka as hy
 

@@ -21,21 +21,21 @@ VIEWPORT = {"width": 1440, "height": 900}
 
 
 def free_port():
-    """A port nobody listens on."""
+    """A free port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
 
 
 def listens(port):
-    """Whether somebody does."""
+    """Whether a server listens on this port."""
     with socket.socket() as probe:
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
 @contextmanager
 def running(port, *command, environment=None):
-    """A process that listens on ``port``, until the end of the block."""
+    """Run a process that listens on ``port`` until the end of the block."""
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     process = subprocess.Popen([str(part) for part in command], env={**os.environ, **(environment or {})}, **quiet)
     try:
@@ -49,7 +49,7 @@ def running(port, *command, environment=None):
 
 
 def explorer(port, *origins, environment=None):
-    """The explorer's command, as a visitor's host runs it."""
+    """Run ``vibroscope serve``."""
     command = [Path(sys.executable).parent / "vibroscope", "serve", "--port", port]
     for origin in (port, *origins):
         command += ["--origin", f"127.0.0.1:{origin}"]
@@ -57,7 +57,7 @@ def explorer(port, *origins, environment=None):
 
 
 def script(name, port, *arguments):
-    """One of the scripts beside this one."""
+    """Run one of the scripts beside this one."""
     return running(port, sys.executable, Path(__file__).with_name(name), port, *arguments)
 
 
@@ -71,7 +71,7 @@ def wait_until(holds, what, seconds=120.0, every=0.02):
 
 
 def launch(playwright):
-    """The browser."""
+    """Start the browser."""
     return playwright.chromium.launch(executable_path=find(), args=ARGUMENTS)
 
 
@@ -84,10 +84,10 @@ def alive(port):
 
 
 class Visit:
-    """A page with the probe in it."""
+    """A page with the probe."""
 
     def __init__(self, browser, port, handle):
-        """``handle`` is the selector of what takes the keys: the slider."""
+        """``handle`` selects the slider, which takes the keys."""
         self.context = browser.new_context(viewport=VIEWPORT)
         self.page = self.context.new_page()
         self.page.add_init_script(PROBE)
@@ -106,15 +106,15 @@ class Visit:
         return self.page.evaluate(expression)
 
     def watch(self, what, figures=FIGURES):
-        """Begin anew: note when all ``figures`` show a new state."""
+        """Begin to note when all ``figures`` show a new state."""
         self.page.bring_to_front()
         self.page.evaluate("([figures, what]) => probe.watch(figures, what)", [list(figures), what])
 
     def cpu(self):
-        """CPU time (ms) of the page's main thread so far; what else the machine does, is not in it."""
+        """CPU time (ms) of the page's main thread so far."""
         metrics = self._tools.send("Performance.getMetrics")["metrics"]
         return next(1000 * metric["value"] for metric in metrics if metric["name"] == "ThreadTime")
 
     def close(self):
-        """Leave."""
+        """Close the page."""
         self.context.close()

@@ -1,4 +1,4 @@
-// What a visitor does and what is then on the screen, in the page's own clock.
+// Records input events and painted states of a page, in its own clock.
 //
 // A move begins with the time stamp of a trusted input event. It ends with the frame in which the last of the watched
 // figures painted the new state, which is read from the data that the figure was painted with. Bokeh paints within an

@@ -1,7 +1,7 @@
-"""A line of the given delay and rate between a browser and a server on this machine.
+"""Emulates a line of the given delay and rate between a browser and a server on this machine.
 
-Bytes of one direction leave one after another at the line's rate and arrive the delay later; all connections share it,
-as they share a visitor's line. What does not fit into a router's buffer waits with its sender.
+Bytes of one direction leave one after another at the line's rate and arrive after the delay; all connections share the
+line, as a visitor's do. What does not fit into a router's buffer waits at its sender.
 
 .venv/bin/python benchmarks/_wan_proxy.py PORT TARGET_PORT [DELAY_MS] [MBIT_S]
 """
@@ -10,7 +10,7 @@ import asyncio
 import sys
 from contextlib import suppress
 
-PIECE = 4 * 1460  # bytes that are let through at once
+PIECE = 4 * 1460  # bytes that pass at once
 BUFFER = 64  # pieces under way in one direction of one connection, some 370 kB
 
 
@@ -22,13 +22,13 @@ class Direction:
         self.free_at = 0.0
 
     def due(self, size):
-        """When so many bytes arrive whose first enters now."""
+        """The time at which so many bytes have arrived, if the first enters now."""
         now = asyncio.get_running_loop().time()
         self.free_at = max(now, self.free_at) + size / self.rate
         return self.free_at + self.delay
 
     async def carry(self, reader, writer):
-        """Everything that comes, until it ends."""
+        """Carry all bytes until the connection ends."""
         under_way = asyncio.Queue(BUFFER)
         arriving = asyncio.create_task(self.deliver(under_way, writer))
         with suppress(ConnectionError):
@@ -38,7 +38,7 @@ class Direction:
         await arriving
 
     async def deliver(self, under_way, writer):
-        """Hand on each piece when it is due; an empty one ends it."""
+        """Write each piece when it is due; an empty one ends the connection."""
         with suppress(ConnectionError):
             while True:
                 due, piece = await under_way.get()
@@ -51,7 +51,7 @@ class Direction:
 
 
 async def main(port, target, delay=25.0, megabits=20.0):
-    """Carry until told to stop."""
+    """Carry until a signal ends it."""
     up, down = (Direction(delay / 1000, megabits * 1e6 / 8) for _ in range(2))
 
     async def connect(reader, writer):

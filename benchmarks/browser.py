@@ -1,9 +1,8 @@
-"""The explorer's speed as its visitor meets it, beside a bare Bokeh page that moves the same data, in one run.
+"""Prints how fast the page follows its user, beside a bare Bokeh page that shows the same data, in one run.
 
-A key press counts from the keyboard event to the end of the frame in which the last of four figures painted the new
-state; the explorer solves both models anew for it, over 2,050 periods, while the bare page has its data ready. Both
-pages take turns, ten keys each, so that what else the machine does meets both. The pendulums swing and the pages draw
-without a GPU.
+A key press is timed from the keyboard event to the end of the frame in which the last of four figures painted the new
+state. For each the explorer solves both models over 2,050 periods, while the bare page has its data ready. Both pages
+take turns, ten keys each, so that other load affects both. The pendulums swing, and the pages draw without a GPU.
 
 .venv/bin/python benchmarks/browser.py
 """
@@ -18,10 +17,10 @@ from _pages import FIGURES, VIEWPORT, Visit, alive, explorer, free_port, launch,
 from playwright.sync_api import sync_playwright
 
 ROUNDS, KEYS, WARM_UP = 10, 10, 3
-PAUSE = 0.35  # s between two keys: the explanation of the last one falls into it
-DRAG_SECONDS, DRAG_RATE = 3.0, 30  # moves of the hand a second
+PAUSE = 0.35  # s between two keys, in which the last one is explained
+DRAG_SECONDS, DRAG_RATE = 3.0, 30  # mouse moves a second
 CURSOR_MOVES = 90
-VISITS, REST = 5, 6.0  # s that the servers are left alone before a first visit
+VISITS, REST = 5, 6.0  # s without visitors before a first visit
 ETA = (0.5, 4.0)  # what both sliders cover
 DRAG = (1.2, 2.4)
 THUMB = 16  # pixels of a native slider's handle
@@ -34,7 +33,7 @@ BOXES = """names => Object.fromEntries(names.map(name => {
 
 @contextmanager
 def turn(page, ours):
-    """The pendulums stand still while it is the bare page's turn: it must not share the machine with them."""
+    """Stop the pendulums during the bare page's turn, which must not share the machine with them."""
     toggle = "document.dispatchEvent(new CustomEvent('vibroscope:play'))" if page is not ours else "0"
     ours.ask(toggle)
     yield
@@ -45,17 +44,17 @@ def turn(page, ours):
 
 
 class Key(NamedTuple):
-    """What one key press took: ms, and kB."""
+    """Time (ms) and traffic (kB) of one key press."""
 
     latency: float  # from the key to the paint
-    arrival: float  # its part until the last byte came
+    arrival: float  # its part until the last byte arrived
     cpu: float  # of the page's main thread
     update: float  # kB up to the paint
     whole: float  # kB up to the next key: the explanation is among them
 
 
 def press(visit, count):
-    """So many keys, one after another."""
+    """Press the key so often; returns a `Key` for each."""
     visit.watch("eta")
     visit.handle.focus()
     keys = []
@@ -70,14 +69,14 @@ def press(visit, count):
         messages = visit.ask("probe.messages")
         update = [message for message in messages if message["at"] <= shown]
         sizes = [sum(message["bytes"] for message in some) / 1000 for some in (update, messages)]
-        # Bokeh's word that it has the move comes on its own, before or after the figures; it is short.
+        # Bokeh acknowledges the move in a short message of its own, before or after the figures.
         came = max(message["at"] for message in update if message["bytes"] > 500)
         keys.append(Key(shown - pressed, came - pressed, cpu, *sizes))
     return keys
 
 
 def drag(visit):
-    """Painted states a second, how many were painted after the hand stopped before the last, and the lag (ms)."""
+    """Painted states a second, stale states painted after the mouse stopped, and the lag of the last (ms)."""
     _back(visit)
     visit.watch("eta")
     grip = visit.handle.bounding_box()
@@ -104,7 +103,7 @@ def drag(visit):
 
 
 def _back(visit):
-    """Both sliders to where the drag begins, by keys: a page of ten steps, a step."""
+    """Move the slider by keys to where the drag begins."""
     visit.watch("eta")
     visit.handle.focus()
     visit.page.keyboard.press("Home")
@@ -139,7 +138,7 @@ def point(visit, count):
 
 
 def arrive(browser, port, handle):
-    """Seconds to the first figure: a browser that was never here, and one that was."""
+    """Seconds to the first figure, for a browser without and with the page in its cache."""
     visit = Visit(browser, port, handle)
     first = visit.ask("probe.first") / 1000
     visit.page.reload()
@@ -153,17 +152,17 @@ def arrive(browser, port, handle):
 
 
 class Table:
-    """What was wanted, and what was measured."""
+    """The printed table: measured figures and their targets."""
 
     def __init__(self):
         self.missed = 0
 
     def head(self, text):
-        """A part of the run."""
+        """Print the head of a section."""
         print(f"\n{text}\n{'':44}{'explorer':>10}{'bare':>10}{'wanted':>16}", flush=True)
 
     def row(self, name, value, bare=None, most=None, least=None, ratio=None, digits=0):
-        """One figure; ``most`` and ``least`` bound it, ``ratio`` bounds it by the bare page's."""
+        """Print one figure; ``most`` and ``least`` bound it, ``ratio`` bounds it relative to the bare page's."""
         met = (most is None or value <= most) and (least is None or value >= least)
         met = met and (ratio is None or value <= ratio * bare)
         self.missed += not met
@@ -175,7 +174,7 @@ class Table:
 
 
 def in_turns(ours, bare, rounds):
-    """All keys in turns; returns a function that gives one quantity of all keys, by page."""
+    """Press all keys in turns; returns a function from a quantity's name to its values, by page."""
     keys = {ours: [], bare: []}
     for number in range(rounds + 1):
         for page, found in keys.items():
@@ -185,7 +184,7 @@ def in_turns(ours, bare, rounds):
 
 
 def dragged(ours, bare):
-    """What `drag` tells, a pair a quantity."""
+    """The figures of `drag`, a pair for each quantity."""
     found = []
     for page in (ours, bare):
         with turn(page, ours):
@@ -194,7 +193,7 @@ def dragged(ours, bare):
 
 
 def arriving(table, browser, port, bare_port):
-    """The first figure; the first scene has been solved before, and the server had time to make ready."""
+    """Print the time to the first figure; the first scene is solved, and the server has prepared a session."""
     table.head(f"First figure after the page is asked for, kernels warm, {VISITS} visits")
     visits = np.empty((VISITS, 2, 2))  # visit, page, again
     for visit in visits:
@@ -206,7 +205,7 @@ def arriving(table, browser, port, bare_port):
 
 
 def on_the_spot(table, ours, bare):
-    """No line between server and browser."""
+    """Print the figures without a line between server and browser."""
     table.head(f"Key press to paint, {ROUNDS * KEYS} keys each")
     keys = in_turns(ours, bare, ROUNDS)
     table.row("median, ms", *(np.median(page) for page in keys("latency")), ratio=1.3)
@@ -219,8 +218,8 @@ def on_the_spot(table, ours, bare):
     table.head(f"Drag of {DRAG_SECONDS:g} s, {DRAG_RATE} moves a second")
     drags = dragged(ours, bare)
     table.row("painted states a second", *drags[0], least=15, digits=1)
-    table.row("stale states after the hand stopped", *drags[1], most=1)
-    table.row("lag after the hand stopped, ms", *drags[2])
+    table.row("stale states after the mouse stopped", *drags[1], most=1)
+    table.row("lag after the mouse stopped, ms", *drags[2])
     table.head("Line at the pointer, in five figures")
     cursor, cpu = point(ours, CURSOR_MOVES)
     table.row("median, ms", np.median(cursor))
@@ -229,7 +228,7 @@ def on_the_spot(table, ours, bare):
 
 
 def far_away(table, ours, bare):
-    """Over the emulated line."""
+    """Print the figures over the emulated line."""
     table.head("25 ms each way, 20 Mbit/s")
     keys = in_turns(ours, bare, 3)
     table.row("key press to paint, median, ms", *(np.median(page) for page in keys("latency")), most=160)
@@ -240,7 +239,7 @@ def far_away(table, ours, bare):
 
 
 def main():
-    """Print every figure against what is wanted."""
+    """Print every figure beside its target."""
     table = Table()
     with ExitStack() as stack:
         playwright = stack.enter_context(sync_playwright())

@@ -31,7 +31,8 @@ SERVER_HOOKS = {
     "design": "from vibroscope.app.page.shared import component; del component._CachedDesign.params",
     "sent": "from vibroscope.app.server.protocol import PatchMessage; del PatchMessage.create",
     "received": "from vibroscope.app.server.protocol import PatchMessage; del PatchMessage.apply_to_document",
-    "columns": "from vibroscope.app.page.explore import column_sender as s; s.ColumnSender.put = lambda _, *columns: s.write(*columns)",
+    "columns": "from vibroscope.app.page.explore import column_sender as sender; "
+    "sender.ColumnSender.put = lambda _, *columns: sender.write(*columns)",
 }
 PAGE_HOOKS = ("colours", "sheets", "positions", "glyphs", "legends", "tooltips")
 PAGE_HOOK = """

@@ -1,11 +1,10 @@
-"""How long a recommendation takes, and how close it comes to the best that brute force finds.
+"""Prints time and result of recommendations, and how close they come to the best that brute force finds.
 
     .venv/bin/python benchmarks/recommend.py
 
 Brute force tries a fine grid of K and D with fewer steps than recommended, down to two thirds in steps of 5 %, and
-judges by the same rule: the setting itself, with half the step, and nine in ten of its neighbours meet the tolerance.
-"fewest" is the least n for which it finds such a setting. Seconds are of the wall clock and of all processors
-together.
+applies the same rule: the setting itself, with half the step, and nine in ten of its neighbours meet the tolerance.
+"fewest" is the least n for which it finds such a setting. Seconds are of the wall clock and of all processors.
 """
 
 import math
@@ -38,7 +37,7 @@ SHARES = np.geomspace(0.3, 3.0, 24)  # of ζ(e)
 
 
 def brute(trials, eta, tolerance, steps, stiffness_max):
-    """Whether any setting of the fine grid is confirmed with so many steps, of those that are promising."""
+    """Whether any promising setting of the fine grid is confirmed with so many steps."""
     ratio = damping_ratio_for(SYSTEM.restitution)
     low, high = (10.0, stiffness_max) if trials.located else (stiffness_for(SYSTEM, eta, steps, c) for c in (150, 1.2))
     low, high = max(low, 3.0), min(high, stiffness_max)

@@ -1,10 +1,10 @@
-"""Many visitors of one server: forty that each move a slider every second, and a thousand that come and go.
+"""Prints response times with 40 visitors who each move a slider every second, and memory after 1,000 visits.
 
-The visitors speak Bokeh's websocket protocol without a browser, so that what is measured is the server's; they share
-the machine with it. Each move is to a setting that nobody has asked for: both models are solved and, a moment later,
-their difference is explained. One visitor alone is measured before and after the forty.
+The visitors use Bokeh's websocket protocol without a browser, so that the figures are the server's; they share the
+machine with it. Each move is to a new setting: both models are solved and, a moment later, their difference is
+explained. One visitor alone is measured before and after the forty.
 
-The server is what ``compose.yaml`` starts, two replicas with half of the visitors each; beside it, all of them in one
+The server is that of ``compose.yaml``, two replicas with half of the visitors each; for comparison all visit one
 process, where a loop and solvers that share the interpreter's lock leave part of two cores idle.
 
 .venv/bin/python benchmarks/sessions.py
@@ -31,7 +31,7 @@ RATIO, GROWTH = 2.5, 10  # wanted: 95th percentile of the many against one's; kB
 
 
 class Visitor:
-    """Somebody who moves the slider of η by one step every second."""
+    """A visitor who moves the slider of η by one step every second."""
 
     def __init__(self, url, number):
         self.client = Client(url)
@@ -48,7 +48,7 @@ class Visitor:
         return self
 
     async def move(self, number):
-        """Seconds from a move to the message with its figures; then say that they are painted."""
+        """Seconds from a move to the message with its figures; then confirm that they are painted."""
         self.client.answers.clear()
         begun = time.perf_counter()
         shown = await self.client.set(number, eta=f"{self.begin + 0.0101 * number:.4f}")
@@ -79,7 +79,7 @@ async def together(servers, numbers):
 
 
 async def come_and_go(url, count):
-    """So many visits, a few at a time, each with its page shown."""
+    """Make so many visits, a few at a time, each until its page is shown."""
     turn = asyncio.Semaphore(AT_ONCE)
 
     async def visit():
@@ -95,13 +95,13 @@ def url_of(port):
 
 
 def kilobytes(process):
-    """What the server has in memory."""
+    """The server's memory."""
     lines = Path(f"/proc/{process.pid}/status").read_text(encoding="ascii").splitlines()
     return int(next(line.split()[1] for line in lines if line.startswith("VmRSS")))
 
 
 def cpu_seconds(process):
-    """What the server has computed, in all its threads."""
+    """The server's CPU time in all its threads."""
     fields = Path(f"/proc/{process.pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / 100
 
@@ -113,7 +113,7 @@ def empty(port):
 
 
 def busy(servers):
-    """One visitor, many, one again, of as many servers."""
+    """Measure and print one visitor, many, and one again."""
     before, one = asyncio.run(together(servers, [MANY + 1]))
     many, each = asyncio.run(together(servers, range(MANY)))
     alone = before + asyncio.run(together(servers, [MANY + 2]))[0]
@@ -129,7 +129,7 @@ def busy(servers):
 
 
 def coming_and_going(port, process):
-    """Memory before and after."""
+    """Measure and print memory before and after many visits."""
     kept = []
     for count in (WARM, COMING):
         begun = cpu_seconds(process)
@@ -145,7 +145,7 @@ def coming_and_going(port, process):
 
 @contextmanager
 def serving(count):
-    """So many servers that have loaded their kernels: processes by port."""
+    """Servers that have loaded their kernels: processes by port."""
     environment = {"VIBROSCOPE_SESSIONS": "10000", "VIBROSCOPE_THREADS": "2", "VIBROSCOPE_LOG_LEVEL": "error"}
     with ExitStack() as stack:
         ports = [free_port() for _ in range(count)]

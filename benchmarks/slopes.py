@@ -1,26 +1,25 @@
-"""The cost grows as it should: linear in periods and in events, and not with the step size in flight.
+"""Prints how the cost of a run grows: linearly in periods and events, and in flight not with the number of steps.
 
     .venv/bin/python benchmarks/slopes.py
 
-Each line is a fit of log cost over log of what is varied: a slope of 1 is linear, of 0 independent. Beside it stands
-the straight line through the same numbers: with Newmark over the steps its constant is what flight costs, whatever the
-step, and its slope what the steps in contact do, which are walked (η = 3.25 has the fewest, 1.08 the most).
-Costs are processor seconds in compiled code, the least of several interleaved runs: what disturbs a run can only
-lengthen it.
+Each line is a fit of log cost over log of what is varied: a slope of 1 is linear, of 0 independent. Beside it is the
+straight line through the same numbers: with Newmark over the steps its constant is the cost of flight, which does not
+depend on the step, and its slope the cost of the steps in contact, which are all taken (η = 3.25 has the fewest, 1.08
+the most). Costs are processor seconds in compiled code, the least of several interleaved runs, since a disturbance can
+only lengthen a run.
 """
 
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from vibroscope.app.performance import bench
+from vibroscope.app.performance.contenders import SYSTEM, engine_seconds
 from vibroscope.engine import ExactPenalty, Newmark, Reference, System, simulate
 
 PERIODS = (1000, 2000, 4000, 8000, 16000, 32000)
 STEPS = (2000, 4000, 8000, 16000, 32000, 64000)
-THRESHOLDS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # the smaller, the more impacts before the pair sticks
+THRESHOLDS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # the smaller, the more impacts before permanent contact
 ROUNDS = 9
-SYSTEM = System()
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class Run:
 
     def solve(self):
         """Processor seconds in compiled code and events."""
-        seconds, response = bench.engine_seconds(
+        seconds, response = engine_seconds(
             lambda: simulate(self.system, self.eta, self.method, periods=self.periods, keep=1)
         )
         if not response.ok:
@@ -80,7 +79,7 @@ def main():
             "Newmark T/200, located": Newmark(k, d, 200, located=True),
         }
         for method, chosen in methods.items():
-            share = 8 if "located" in method else 1  # its step is the dearest
+            share = 8 if "located" in method else 1  # its steps cost most
             runs = [Run(n // share, eta, chosen, n // share) for n in PERIODS]
             show(f"{method}, eta {name}", "periods", runs, total)
     scenes["3.25"] = (3.25, 12000, 18)

@@ -1,4 +1,4 @@
-"""From the command to the first figure in a browser: first with no compiled kernels at hand, then with them.
+"""Prints seconds from the command to the first figure in a browser, first without compiled kernels, then with them.
 
 .venv/bin/python benchmarks/startup.py
 """
@@ -11,7 +11,7 @@ from playwright.sync_api import sync_playwright
 
 
 def start(browser, cache):
-    """Seconds until the server answers, the first figure is drawn, and all are."""
+    """Seconds until the server answers, until the first figure is drawn, and until all are."""
     port, begin = free_port(), time.time()
     with explorer(port, environment={"VIBROSCOPE_CACHE_DIR": cache}):
         wait_until(lambda: alive(port), "the explorer answers")

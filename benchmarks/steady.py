@@ -1,8 +1,8 @@
-"""What steady motion costs without its transient: periods run and time, beside the run of 2,050 periods it replaces.
+"""Prints periods run and time of finding a steady motion, beside the run of 2,050 periods that it replaces.
 
     .venv/bin/python benchmarks/steady.py
 
-Times are medians of whole calls, tables included; "left" is how far the long run still is from the steady motion.
+Times are medians of whole calls, tables included; "left" is the distance of the long run from the steady motion.
 """
 
 import statistics
@@ -23,7 +23,7 @@ SWEEP = np.linspace(0.5, 4.0, 100)
 
 
 def timed(function, *arguments):
-    """What it returns, and its milliseconds."""
+    """The result, and milliseconds."""
     begin = time.perf_counter()
     out = function(*arguments)
     return out, 1e3 * (time.perf_counter() - begin)
@@ -50,15 +50,14 @@ def main():
     for eta, method in CASES:
         found, long, ours, theirs = compare(eta, method)
         name = f"{method.name} {tuple(vars(method).values())}"
-        told = "not periodic"
+        cycle = "not periodic"
         if found.periodic:
             largest = abs(found.multipliers[0])
-            told = f"{found.period:6d}  {largest:12.4f}"
+            cycle = f"{found.period:6d}  {largest:12.4f}"
         share = found.periods / long.periods
         away = f"{left(found, long):.1e}" if found.periodic else "-"
-        print(
-            f"{eta:4.2f}  {name:30s}  {told:20s}  {found.periods:11d}  {share:7.3f}  {ours:3.1f}  {theirs:7.1f}  {away}"
-        )
+        cost = f"{found.periods:11d}  {share:7.3f}  {ours:3.1f}  {theirs:7.1f}"
+        print(f"{eta:4.2f}  {name:30s}  {cycle:20s}  {cost}  {away}")
     runs = [steady(SYSTEM, float(eta), Reference()) for eta in SWEEP]
     periods = [run.periods for run in runs if run.periodic]
     median, mean = statistics.median(periods), statistics.mean(periods)

@@ -1,11 +1,11 @@
-"""How the chunks of a study are best kept, and what a plane of 10⁸ cells on 100 machines would take.
+"""Prints cost of Zarr and npz chunks of a study, and an estimate of a plane of 10⁸ cells on 100 machines.
 
 .venv/bin/python benchmarks/stores.py
 
-First the same plane kept twice: by the sweeps' own Zarr store, and as one npz file a chunk, renamed into place, which
-is then gathered into a Zarr result. Then the inputs of the estimate, all measured here: seconds of computing a cell
-and of encoding and writing a chunk, its bytes, and what it costs to send it through a Dask scheduler on this machine.
-What a network adds is not measured: a chunk is a minute of work, and a megabyte.
+First the same plane is stored twice: by the sweeps' own Zarr store, and as one npz file a chunk, renamed into place,
+from which a Zarr result is made in the end. Then the inputs of the estimate, all measured here: seconds of computing a
+cell and of encoding and writing a chunk, its bytes, and the cost of sending it through a Dask scheduler on this
+machine. The cost of a network is not measured: a chunk is a minute of work and a megabyte.
 """
 
 import os
@@ -44,7 +44,7 @@ def as_zarr(plane, order, results, folder):
 
 
 def as_npz(plane, order, results, folder):
-    """The same; opening is gathering the files and writing the Dataset."""
+    """The same; to open them is to read all files and write the Dataset."""
     folder.mkdir()
     names = [folder / f"{'-'.join(str(part.start) for part in chunk)}.npz" for chunk in order]
 
@@ -102,19 +102,19 @@ def compare(plane, order, results):
 
 
 def send(values):
-    """Seconds and bytes of a chunk's way from a worker to this process."""
+    """Seconds and bytes of sending a chunk from a worker to this process."""
     from distributed import Client, LocalCluster
 
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-        futures = [client.submit(give, values, pure=False) for _ in range(3)]
+        futures = [client.submit(result_of, values, pure=False) for _ in range(3)]
         client.gather(futures)  # warm
-        futures = [client.submit(give, values, pure=False) for _ in range(20)]
+        futures = [client.submit(result_of, values, pure=False) for _ in range(20)]
         seconds = timed(lambda: [future.result() for future in futures]) / len(futures)
     return seconds, len(pickle.dumps(values))
 
 
-def give(values):
-    """On the worker: as good as computed."""
+def result_of(values):
+    """Stands for the computation on a worker."""
     return values
 
 

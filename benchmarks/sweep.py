@@ -1,10 +1,10 @@
-"""Sweeps against what others take for them, interleaved in one process: medians, ratios, and how the cost grows.
+"""Prints cost of sweeps and planes beside plain loops and heyoka, what an early stop changes, and how cost grows.
 
     .venv/bin/python benchmarks/sweep.py
 
-The plain loops walk 1/PART of the periods and heyoka runs 1/PART of the η; the table says what the whole takes at that
-rate. heyoka's events are Python functions and so take turns on one core: compare it by processor seconds, which also
-tell least of what else the machine does. It is left out where it is not installed.
+The plain loops run 1/PART of the periods and heyoka 1/PART of the η; the table extrapolates to the whole. heyoka's
+events are Python functions and so take turns on one core: compare it by processor seconds, which also depend least on
+what else the machine does. It is left out where it is not installed. All take turns in one process.
 """
 
 import importlib.util
@@ -42,28 +42,28 @@ def ours(cells, transient=TRANSIENT, sample=SAMPLE, **options):
     return lambda: run_cells(cells, transient=transient, sample=sample, coordinates=(2,), **options)
 
 
-def walked(cells, periods):
-    """A call that walks every step of every cell by the engine's own loop."""
+def every_step(cells, periods):
+    """A call that takes every step of every cell in the engine's own loop."""
 
     def one(i):
         method = Newmark(cells.stiffness[i], cells.damping[i], STEPS, every_step=True)
         simulate(SYSTEM, ETA, method, periods=periods, keep=1)
 
-    return lambda: _spread(one, len(cells))
+    return lambda: _on_threads(one, len(cells))
 
 
 def plain(cells, periods):
-    """A call that walks every step of every cell by the loop that one would write in Numba."""
+    """A call that takes every step of every cell in the plain loop."""
     h, cosines = 2 * math.pi / ETA / STEPS, np.cos(2 * np.pi * np.arange(STEPS + 1) / STEPS)
     pendulums = SYSTEM.d1, SYSTEM.d2, SYSTEM.kappa, SYSTEM.mass_ratio
 
     def one(i):
         plain_newmark(h, cosines, periods, ETA, pendulums, (cells.stiffness[i], cells.damping[i]))
 
-    return lambda: _spread(one, len(cells))
+    return lambda: _on_threads(one, len(cells))
 
 
-def _spread(one, count):
+def _on_threads(one, count):
     with ThreadPoolExecutor(THREADS) as pool:
         list(pool.map(one, range(count)))
 
@@ -90,7 +90,7 @@ def seconds(call):
 
 
 def table():
-    """Each sweep, and what others take."""
+    """Print each sweep and its peers."""
     newmark, exact, etas = plane(Newmark(1, 1, STEPS)), plane(ExactPenalty(1, 1)), line(1000)
     periods = TRANSIENT + SAMPLE
     part = periods // PART
@@ -102,7 +102,7 @@ def table():
         "exact plane": (ours(exact), 1),
         "coarse plane, 16 x 16, 80 + 20": (ours(plane(Newmark(1, 1, STEPS), 16), 80, 20), 1),
         "coarse exact plane": (ours(plane(ExactPenalty(1, 1), 16), 80, 20), 1),
-        "plane, every_step": (walked(newmark, part), periods / part),
+        "plane, every_step": (every_step(newmark, part), periods / part),
         "plane, plain loop": (plain(newmark, part), periods / part),
     }
     if importlib.util.find_spec("heyoka"):
@@ -122,7 +122,7 @@ def table():
 
 
 def agreement():
-    """How many cells an early stop tells otherwise, and by how much."""
+    """Print for how many cells an early stop changes the result, and by how much."""
     for name, cells in (("plane", plane(Newmark(1, 1, STEPS))), ("exact plane", plane(ExactPenalty(1, 1)))):
         full, early = ours(cells, early_stop=False)(), ours(cells)()
         other = (full.period != early.period) | (full.near_period != early.near_period) | (full.status != early.status)
@@ -134,13 +134,13 @@ def agreement():
 
 
 def slope(name, x, y):
-    """Slope of log y over log x."""
+    """Print the slope of log y over log x."""
     rise = np.polyfit(np.log(x), np.log(y), 1)[0]
     print(f"{name:40}slope {rise:6.3f}   " + "  ".join(f"{a:g}: {b * 1e3:.1f} ms" for a, b in zip(x, y, strict=True)))
 
 
 def growth():
-    """Cost over cells and periods, in processor seconds, and over threads, in wall seconds."""
+    """Print cost over cells and periods, in processor seconds, and over threads, in wall seconds."""
     method = Newmark(1, 1, STEPS)
     sides, lengths, cores = (16, 32, 64), (200, 400, 800, 1600), sorted({1, THREADS})
     runs = {

@@ -1,8 +1,8 @@
-"""Work against precision: every solver of both problems over its own accuracy setting, interleaved in one process.
+"""Prints cost and error of every solver of both problems at each of its accuracy settings, interleaved in one process.
 
     .venv/bin/python benchmarks/work_precision.py --write       (some minutes; heyoka takes part where it is installed)
 
-Prints a table for each problem; --write renews assets/speed/work-precision.json and .svg.
+--write renews assets/speed/work-precision.json and .svg.
 
 Cost: microseconds per period over 200 periods from rest (SciPy: 10), processor time, medians of rounds in which all
 take turns, without what is prepared once. Error: largest of the four state components after 10 periods, against
@@ -18,10 +18,19 @@ from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 
-import _figure
-import _peers
+import _scipy_peers
+import _svg
 import numpy as np
 from vibroscope.app.performance import bench, peers
+from vibroscope.app.performance.contenders import (
+    PERIODS,
+    SYSTEM,
+    Contender,
+    engine_contender,
+    peer_contender,
+    run_seconds,
+)
+from vibroscope.app.performance.truth import state_error, true_state
 from vibroscope.engine import ExactPenalty, Newmark
 
 ASSETS = Path(__file__).resolve().parents[1] / "assets"
@@ -37,101 +46,101 @@ RTOLS = {
 }
 LANES = 8
 ROUNDS = 15
-RIGHT = 1e-6  # a larger error means lost events
-SLOW_EVERY = 5  # SciPy takes part in each so manieth round
+ACCURATE = 1e-6  # a larger error means lost events
+SLOW_EVERY = 5  # SciPy takes part in every fifth round
 SLOW_PERIODS = 10
 
 
 @dataclass
 class Point:
-    """One setting of one solver; ``periods`` are those that are timed, ``lanes`` the runs done at once."""
+    """One setting of one solver: the periods that are timed, and how many runs it does at once (``lanes``)."""
 
     series: str
     setting: str
-    contender: bench.Contender
-    periods: int = bench.PERIODS
+    contender: Contender
+    periods: int = PERIODS
     lanes: int = 1
     spent: list = field(default_factory=list)
     error: float | None = None
 
     def time(self):
-        self.spent.append(bench.timed(self.contender, self.periods) / self.periods / self.lanes * 1e6)
+        self.spent.append(run_seconds(self.contender, self.periods) / self.periods / self.lanes * 1e6)
 
     @property
     def cost(self):
         return float(np.median(self.spent))
 
 
-def ours(series, setting, eta, method):
-    return Point(series, setting, bench.of_engine(series, eta, method))
+def engine_point(series, setting, eta, method):
+    return Point(series, setting, engine_contender(series, eta, method))
 
 
-def theirs(series, setting, run, **more):
-    return Point(series, setting, bench.of_peer(series, run), **more)
+def peer_point(series, setting, run, **more):
+    return Point(series, setting, peer_contender(series, run), **more)
 
 
 def first_lane(run):
-    """The batch's first lane as its state: that at the problem's own η."""
+    """A run whose state is that of the batch's first lane, which has the problem's own η."""
     return lambda periods: run(periods)[0]
 
 
 def scipy_points(solve):
     for method, rtols in RTOLS.items():
-        for care in (True, False):
+        for limited in (True, False):
             for rtol in rtols:
-                setting = f"{rtol:.0e}" + (f", h ≤ {_peers.CARE:g}" if care else "")
+                setting = f"{rtol:.0e}" + (f", h ≤ {_scipy_peers.MAX_STEP:g}" if limited else "")
 
-                def run(periods, rtol=rtol, method=method, care=care):
+                def run(periods, rtol=rtol, method=method, limited=limited):
                     try:
-                        return solve(periods, rtol, method, care)
+                        return solve(periods, rtol, method, limited)
                     except ArithmeticError:
-                        return _peers.NOTHING
+                        return _scipy_peers.NO_STATE
 
-                yield theirs(f"SciPy {method}", setting, run, periods=SLOW_PERIODS)
+                yield peer_point(f"SciPy {method}", setting, run, periods=SLOW_PERIODS)
 
 
 def reference_points(eta):
-    system, d3, threshold = bench.SYSTEM, bench.SYSTEM.derived_joint_damping, bench.REFERENCE.threshold
-    yield ours("reference", "", eta, bench.REFERENCE)
+    system, d3, threshold = SYSTEM, SYSTEM.derived_joint_damping, bench.REFERENCE.threshold
+    yield engine_point("reference", "", eta, bench.REFERENCE)
     if peers.heyoka_version():
         import _heyoka_batch as batch
 
         for tolerance in TOLERANCES:
             run = peers.heyoka_reference(system, eta, d3, threshold, tolerance)
-            yield theirs("heyoka", f"{tolerance:.0e}" if tolerance else "eps", run)
+            yield peer_point("heyoka", f"{tolerance:.0e}" if tolerance else "eps", run)
         run = batch.reference_batch(system, [eta + 1e-3 * lane for lane in range(LANES)], threshold)
-        yield theirs("heyoka, batch", f"{LANES} lanes, per lane", first_lane(run), lanes=LANES)
-    yield from scipy_points(lambda *options: _peers.scipy_reference(system, eta, d3, threshold, *options))
+        yield peer_point("heyoka, batch", f"{LANES} lanes, per lane", first_lane(run), lanes=LANES)
+    yield from scipy_points(lambda *options: _scipy_peers.scipy_reference(system, eta, d3, threshold, *options))
 
 
 def penalty_points(eta, stiffness, damping):
-    system = bench.SYSTEM
-    yield ours("exact penalty", "", eta, ExactPenalty(stiffness, damping))
+    system = SYSTEM
+    yield engine_point("exact penalty", "", eta, ExactPenalty(stiffness, damping))
     for n in STEPS:
-        yield theirs("Newmark, plain loop", f"T/{n}", peers.plain_loop(system, eta, stiffness, damping, n))
-        yield ours("Newmark, every step", f"T/{n}", eta, Newmark(stiffness, damping, n, every_step=True))
-        yield ours("Newmark", f"T/{n}", eta, Newmark(stiffness, damping, n))
+        yield peer_point("Newmark, plain loop", f"T/{n}", peers.plain_loop(system, eta, stiffness, damping, n))
+        yield engine_point("Newmark, every step", f"T/{n}", eta, Newmark(stiffness, damping, n, every_step=True))
+        yield engine_point("Newmark", f"T/{n}", eta, Newmark(stiffness, damping, n))
     for n in LOCATED_STEPS:
-        yield ours("Newmark, located", f"T/{n}", eta, Newmark(stiffness, damping, n, located=True))
+        yield engine_point("Newmark, located", f"T/{n}", eta, Newmark(stiffness, damping, n, located=True))
     if peers.heyoka_version():
         import _heyoka_batch as batch
 
         for tolerance in TOLERANCES:
             run = peers.heyoka_penalty(system, eta, stiffness, damping, tolerance)
-            yield theirs("heyoka", f"{tolerance:.0e}" if tolerance else "eps", run)
+            yield peer_point("heyoka", f"{tolerance:.0e}" if tolerance else "eps", run)
         run = batch.penalty_batch(system, [eta + 1e-3 * lane for lane in range(LANES)], stiffness, damping)
-        yield theirs("heyoka, batch", f"{LANES} lanes, per lane", first_lane(run), lanes=LANES)
-    yield from scipy_points(lambda *options: _peers.scipy_penalty(system, eta, stiffness, damping, *options))
+        yield peer_point("heyoka, batch", f"{LANES} lanes, per lane", first_lane(run), lanes=LANES)
+    yield from scipy_points(lambda *options: _scipy_peers.scipy_penalty(system, eta, stiffness, damping, *options))
 
 
-def measure(points, right, rounds):
+def measure(points, truth, rounds):
     """Errors first, which compiles everything; then rounds in which all take turns."""
     points = list(points)
     for point in points:
-        point.error = bench.error(point.contender, right)
+        point.error = state_error(point.contender, truth)
     for turn in range(rounds):
         for point in points:
-            if point.periods == bench.PERIODS or turn % SLOW_EVERY == 0:
+            if point.periods == PERIODS or turn % SLOW_EVERY == 0:
                 point.time()
     return points
 
@@ -140,13 +149,13 @@ def print_table(title, points):
     base = points[0]
     print(f"\n{title}\n{'solver':22}{'setting':22}{'us/period':>12}{'error':>10}   cost relative to {base.series}")
     for p in points:
-        wrong = "fails" if p.error is None else f"{p.error:.1e}"
-        print(f"{p.series:22}{p.setting:22}{p.cost:12.3f}{wrong:>10}{p.cost / base.cost:12.1f} x", flush=True)
-    right = [p for p in points if p.error is not None and base.error <= p.error < RIGHT]
+        error = "fails" if p.error is None else f"{p.error:.1e}"
+        print(f"{p.series:22}{p.setting:22}{p.cost:12.3f}{error:>10}{p.cost / base.cost:12.1f} x", flush=True)
+    accurate = [p for p in points if p.error is not None and base.error <= p.error < ACCURATE]
     for series in dict.fromkeys(p.series for p in points[1:] if not p.series.startswith("Newmark")):
-        dearer = [p.cost / base.cost for p in right if p.series == series]
-        found = f"{min(dearer):.1f} x {base.series}" if dearer else "none"
-        print(f"  {series}, cheapest with an error no smaller than ours and below {RIGHT:g}: {found}")
+        ratios = [p.cost / base.cost for p in accurate if p.series == series]
+        found = f"{min(ratios):.1f} x {base.series}" if ratios else "none"
+        print(f"  {series}, cheapest with an error no smaller than ours and below {ACCURATE:g}: {found}")
 
 
 def as_json(key, title, points):
@@ -163,13 +172,13 @@ def problems():
         yield (
             f"reference-{name}",
             f"Reference, η = {eta:.2f} [{name}]",
-            bench.truth(eta, bench.REFERENCE),
+            true_state(eta, bench.REFERENCE),
             reference_points(eta),
         )
     for name, (eta, stiffness, damping) in PENALTIES.items():
         title = f"Penalty, η = {eta:.2f} [{name}], K = {stiffness:g}, D = {damping:g}"
-        right = bench.truth(eta, ExactPenalty(stiffness, damping))
-        yield f"penalty-{name}", title, right, penalty_points(eta, stiffness, damping)
+        truth = true_state(eta, ExactPenalty(stiffness, damping))
+        yield f"penalty-{name}", title, truth, penalty_points(eta, stiffness, damping)
 
 
 def main():
@@ -180,12 +189,12 @@ def main():
     options = parser.parse_args()
     with_heyoka = peers.heyoka_version()
     print(f"{bench.processor()}, {os.cpu_count()} cores; heyoka {with_heyoka or 'not installed: pip install heyoka'}")
-    print("Siconos: no wheel, and Debian's package serves the system's Python alone: not among the peers")
+    print("Siconos takes no part: it has no wheel, and Debian's package works with the system's Python only")
     found = []
-    for key, title, right, points in problems():
-        if right is None:
+    for key, title, truth, points in problems():
+        if truth is None:
             sys.exit(f"{title}: no 60-digit solution in assets/truth")
-        points = measure(points, right, options.rounds)
+        points = measure(points, truth, options.rounds)
         print_table(title, points)
         found.append(as_json(key, title, points))
     data = {
@@ -202,7 +211,7 @@ def main():
         (ASSETS / "speed" / "work-precision.json").write_text(
             json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
         )
-        (ASSETS / "speed" / "work-precision.svg").write_text(_figure.draw(data))
+        (ASSETS / "speed" / "work-precision.svg").write_text(_svg.draw(data))
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+COMMAND = (str(Path(sys.executable).parent / "vibroscope"), "serve")
 SECONDS_TO_START = 120  # a cold start compiles the kernels
 
 
@@ -23,17 +24,15 @@ def free_port():
 class Served:
     """One server: its address, log, metrics, memory and processor time."""
 
-    def __init__(self, log, **environment):
+    def __init__(self, log, command=COMMAND, cwd=ROOT, environment=None, **settings):
+        """``settings`` are variables of the environment beside those of ``environment`` (default: this process's)."""
         self.port = free_port()
-        address = environment.get("VIBROSCOPE_ADDRESS", "127.0.0.1")
+        address = settings.get("VIBROSCOPE_ADDRESS", "127.0.0.1")
         self.url = f"http://{f'[{address}]' if ':' in address else address}:{self.port}"
         self.log = log
-        variables = {**os.environ, **environment, "VIBROSCOPE_PORT": str(self.port)}
+        variables = {**(environment or os.environ), **settings, "VIBROSCOPE_PORT": str(self.port)}
         with log.open("w") as output:
-            command = str(Path(sys.executable).parent / "vibroscope")
-            self.process = subprocess.Popen(
-                [command, "serve"], cwd=ROOT, env=variables, stdout=output, stderr=subprocess.STDOUT
-            )
+            self.process = subprocess.Popen(command, cwd=cwd, env=variables, stdout=output, stderr=subprocess.STDOUT)
 
     def wait(self):
         end = time.monotonic() + SECONDS_TO_START
@@ -80,8 +79,8 @@ class Served:
 
 
 @contextmanager
-def served(log, **environment):
-    server = Served(log, **environment)
+def served(log, **options):
+    server = Served(log, **options)
     try:
         yield server.wait()
     finally:

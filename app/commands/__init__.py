@@ -1,1 +1,1 @@
-"""The commands of the command line, one a file: ``add`` describes it to the parser, ``run`` does it."""
+"""The commands of the command line, one a file: ``add`` describes a command to the parser, ``run`` executes it."""

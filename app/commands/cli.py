@@ -1,4 +1,4 @@
-"""The command line: ``vibroscope COMMAND``; each command is a file in `app.commands`."""
+"""The command line ``vibroscope COMMAND``; each command is a module of this package."""
 
 import argparse
 import os
@@ -10,7 +10,7 @@ from vibroscope.app.commands import (
     bench,
     compare,
     diagram,
-    measured,
+    measurement,
     motion,
     paper,
     recommend,
@@ -35,7 +35,7 @@ COMMANDS = (
     diagram,
     sweep,
     system,
-    measured,
+    measurement,
     warm,
 )
 
@@ -54,7 +54,7 @@ examples:
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """The whole command line."""
+    """The parser of the whole command line."""
     parser = OneLineParser(
         prog="vibroscope",
         description=DESCRIPTION,
@@ -69,8 +69,8 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def with_signs(arguments: Sequence[str]) -> list[str]:
-    """The arguments with ``--initial -1,0,0,0`` as one word, since argparse takes -1,0,0,0 for an option."""
+def join_initial(arguments: Sequence[str]) -> list[str]:
+    """The arguments with ``--initial -1,0,0,0`` joined into one word, since argparse takes -1,0,0,0 for an option."""
     words: list[str] = []
     for word in arguments:
         if words and words[-1] == "--initial":
@@ -81,12 +81,12 @@ def with_signs(arguments: Sequence[str]) -> list[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Entry point; returns the exit status."""
-    options = build_parser().parse_args(with_signs(sys.argv[1:] if arguments is None else arguments))
+    """Run a command; returns the exit status."""
+    options = build_parser().parse_args(join_initial(sys.argv[1:] if arguments is None else arguments))
     try:
         status = options.run(options)
         sys.stdout.flush()
-    except BrokenPipeError:  # whoever read the output has enough
+    except BrokenPipeError:  # the reader of the output has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as problem:

@@ -1,4 +1,4 @@
-"""``vibroscope compare``: where the penalty solution leaves the reference, in three parts and in words."""
+"""``vibroscope compare``: where the penalty solution leaves the reference, in parts and in words."""
 
 import argparse
 import json
@@ -6,17 +6,34 @@ import math
 from dataclasses import fields
 from textwrap import wrap
 
-from vibroscope.app.commands import measured
-from vibroscope.app.commands.options import add_system_option, default_of, reference_of, system_of
-from vibroscope.app.commands.physical import add_units_option, motion_in, motion_text, settings_text, wanted_units
-from vibroscope.engine import PARTS, Comparison, Newmark, Reference, Regularisation, Units, Verdict, compare, verdict
+from vibroscope.app.commands.compare_measured import add_measured_options, run_measured
+from vibroscope.app.commands.options import (
+    ETA,
+    add_joint_damping_option,
+    add_penalty_options,
+    add_system_option,
+    add_threshold_option,
+    default_of,
+    reference_of,
+    system_of,
+)
+from vibroscope.app.commands.output import finite_or_none, percent
+from vibroscope.app.commands.physical_units import (
+    add_units_option,
+    motion_text,
+    physical_motion,
+    settings_text,
+    wanted_units,
+)
+from vibroscope.engine import PARTS, Comparison, Newmark, Regularisation, Units, Verdict, compare, verdict
 
-SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")  # the last two make up the one before
+# The parts of the regularisation's part; the last two add up to the one before.
+SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")
 _KEEP = default_of(compare, "keep")
 
 
 def add(commands) -> None:
-    """``vibroscope compare``."""
+    """Describe ``vibroscope compare``."""
     command = commands.add_parser(
         "compare",
         allow_abbrev=False,
@@ -27,28 +44,15 @@ def add(commands) -> None:
         "mean nothing at an instant (pointwise: false), and statistics are compared.",
     )
     add = command.add_argument
-    add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1; paper: 1.08 to 3.25")
-    add("--K", required=True, type=float, metavar="F", help="contact stiffness; the paper uses 100 to 12000")
-    add("--D", required=True, type=float, metavar="F", help="contact damping; the paper uses 8 to 50")
-    add("--steps", required=True, type=float, metavar="N", help="steps per excitation period, the time step is T/N")
-    add("--located", action="store_true", help="cut the steps at each contact change, located within the step")
+    add("--eta", required=True, **ETA)
+    add_penalty_options(command, required=True)
     add("--periods", type=float, metavar="N", help="excitation periods to run (default %(default)s)")
     add("--keep", type=float, metavar="N", help=f"last periods to compare (default {_KEEP}, or all if fewer are run)")
-    add(
-        "--joint-damping",
-        choices=("table", "derived"),
-        default=Reference().joint_damping,
-        help="damping of the reference's joined pendulums (default %(default)s); derived: no part of it",
-    )
-    add(
-        "--threshold",
-        type=float,
-        metavar="F",
-        help=f"parting speed that begins permanent contact (default {Reference().threshold:g}); 0: its limit",
-    )
+    add_joint_damping_option(command)
+    add_threshold_option(command)
     add_system_option(command)
-    measured.add_measured_options(command)
-    add("--series", action="store_true", help="with --json: the difference and its parts at every sampled instant, too")
+    add_measured_options(command)
+    add("--series", action="store_true", help="with --json: also the difference and its parts at every sample")
     add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run, periods=default_of(compare, "periods"))
@@ -57,11 +61,11 @@ def add(commands) -> None:
 def run(options: argparse.Namespace) -> None:
     """Compare and print."""
     if options.measured is not None:
-        measured.run(options)
+        run_measured(options)
         return
     if options.fit is not None:
         raise ValueError("--fit needs a measurement: give --measured FILE.csv")
-    found = compare(
+    comparison = compare(
         system_of(options),
         options.eta,
         Newmark(options.K, options.D, options.steps, located=options.located),
@@ -69,48 +73,51 @@ def run(options: argparse.Namespace) -> None:
         periods=options.periods,
         keep=min(_KEEP, options.periods) if options.keep is None else options.keep,
     ).with_evidence()
-    told = verdict(found)
-    split = found.split() if found.complete else None
+    judgement = verdict(comparison)
+    split = comparison.split() if comparison.complete else None
     units = wanted_units(options)
     if options.json:
-        numbers = as_json(found, told, split)
+        report = as_json(comparison, judgement, split)
         if options.series:
-            numbers["series"] = _series(found)
+            report["series"] = _series_json(comparison)
         if units:
-            numbers["physical"] = _physical(found, units)
-        print(json.dumps(numbers, allow_nan=False))
+            report["physical"] = _physical_json(comparison, units)
+        print(json.dumps(report, allow_nan=False))
     else:
-        print("\n".join([as_text(found, told, split), *(_physical_lines(found, units) if units else ())]))
+        print(as_text(comparison, judgement, split))
+        if units:
+            print("\n".join(_physical_lines(comparison, units)))
 
 
-def as_json(found: Comparison, told: Verdict, split: Regularisation | None) -> dict:
-    """The contract for scripts; None for what is not known."""
-    method = found.runs.penalty.method
-    words = told.as_dict()
+# --- for scripts ------------------------------------------------------------------------------------------------------
+
+
+def as_json(comparison: Comparison, judgement: Verdict, split: Regularisation | None) -> dict:
+    """The comparison as JSON; None for what is not known."""
+    method = comparison.runs.penalty.method
+    words = judgement.as_dict()
     return {
-        "eta": found.runs.penalty.eta,
+        "eta": comparison.runs.penalty.eta,
         "K": method.stiffness,
         "D": method.damping,
         "steps": method.steps,
         "located": method.located,
-        "pointwise": found.pointwise,
-        **{name: _known(getattr(found, name)) for name in ("total", *PARTS, "residual")},
-        "split": _split(found, split),
-        "impacts": _numbers(found.encounters),
-        "statistics": _numbers(found.statistics),
-        "reference": found.reference.as_dict(),
-        "penalty": found.penalty.as_dict(),
+        "pointwise": comparison.pointwise,
+        **{name: finite_or_none(getattr(comparison, name)) for name in ("total", *PARTS, "residual")},
+        "split": split and _split_json(comparison, split),
+        "impacts": _numbers(comparison.encounters),
+        "statistics": _numbers(comparison.statistics),
+        "reference": comparison.reference.as_dict(),
+        "penalty": comparison.penalty.as_dict(),
         "verdict": words.pop("headline"),
         **words,
     }
 
 
-def _split(found: Comparison, split: Regularisation | None) -> dict | None:
-    """The regularisation's own parts, and the restitution that the contact delivers."""
-    if split is None:
-        return None
+def _split_json(comparison: Comparison, split: Regularisation) -> dict:
+    """The parts of the regularisation's part, and the restitution that the contact delivers."""
     return {
-        **{name: _known(found.parts.relative(getattr(split, name))) for name in SPLIT},
+        **{name: finite_or_none(comparison.parts.relative(getattr(split, name))) for name in SPLIT},
         "in_step": split.in_step,
         "damping_ratio": split.ratio,
         "restitution": split.restitution,
@@ -123,68 +130,86 @@ def _numbers(record) -> dict | None:
     if record is None:
         return None
     values = {each.name: getattr(record, each.name) for each in fields(record)}
-    return {name: _known(value) for name, value in values.items() if isinstance(value, float | int)}
+    return {name: finite_or_none(value) for name, value in values.items() if isinstance(value, float | int)}
 
 
-def _series(found: Comparison) -> dict | None:
-    """xi1, xi2, xi1', xi2' of the difference and its parts."""
-    if found.parts is None:
+def _series_json(comparison: Comparison) -> dict | None:
+    """xi1, xi2, xi1', xi2' of the difference and its parts at every sample."""
+    if comparison.parts is None:
         return None
-    rows = {name: getattr(found.parts, name) for name in ("total", *PARTS)}
+    rows = {name: getattr(comparison.parts, name) for name in ("total", *PARTS)}
     return {
-        "time": found.parts.time.tolist(),
-        **{name: [[_known(value) for value in row] for row in values.tolist()] for name, values in rows.items()},
+        "time": comparison.parts.time.tolist(),
+        **{name: [[finite_or_none(value) for value in row] for row in rows[name].tolist()] for name in rows},
     }
 
 
-def _physical(found: Comparison, units: Units) -> dict:
+def _physical_json(comparison: Comparison, units: Units) -> dict:
     """Settings and both motions in the units of an FE input file."""
-    penalty = found.runs.penalty
+    penalty = comparison.runs.penalty
     return {
         "settings": units.settings(penalty.eta, penalty.method),
-        "reference": motion_in(units, found.reference),
-        "penalty": motion_in(units, found.penalty),
+        "reference": physical_motion(units, comparison.reference),
+        "penalty": physical_motion(units, comparison.penalty),
     }
 
 
-def _physical_lines(found: Comparison, units: Units) -> list[str]:
-    penalty = found.runs.penalty
-    lines = ["", f"{'physical':22}{settings_text(units, penalty.eta, penalty.method)}"]
-    for name, motion in (("reference", found.reference), ("penalty", found.penalty)):
-        lines.append(f"{'  ' + name:22}{motion_text(units, motion) or 'nothing known'}")
+# --- for people -------------------------------------------------------------------------------------------------------
+
+
+def as_text(comparison: Comparison, judgement: Verdict, split: Regularisation | None) -> str:
+    """The comparison as text: the verdict, the parts of the difference, both motions, and the evidence."""
+    penalty, reference = comparison.runs.penalty, comparison.runs.reference
+    details = (line for text in judgement.details for line in wrap(text, 100, subsequent_indent="  "))
+    return "\n".join(
+        [
+            f"{penalty.method}",
+            f"eta = {penalty.eta:g}, against {reference.method}",
+            "",
+            *wrap(judgement.headline, 100),
+            "",
+            *_part_lines(comparison, split),
+            f"{'reference':22}{_motion_text(comparison.reference)}",
+            f"{'penalty':22}{_motion_text(comparison.penalty)}",
+            "",
+            *details,
+        ]
+    )
+
+
+def _part_lines(comparison: Comparison, split: Regularisation | None) -> list[str]:
+    """The difference and its parts, one a line."""
+    shares = {
+        "difference (rms)": comparison.total,
+        "  time step": comparison.time_step,
+        "  regularisation": comparison.regularisation,
+    }
+    if split is not None and split.in_step:
+        shares |= {f"    {name.replace('_', ' ')}": comparison.parts.relative(getattr(split, name)) for name in SPLIT}
+    shares["  joint damping"] = comparison.joint_damping
+    lines = [f"{name:22}{_share_text(share)}" for name, share in shares.items()]
+    statistics = comparison.statistics
+    if not comparison.pointwise and statistics is not None:
+        apart, chance = _share_text(statistics.total), _share_text(statistics.floor)
+        lines.append(f"{'sections differ by':22}{apart} (chance: {chance})")
     return lines
 
 
-def as_text(found: Comparison, told: Verdict, split: Regularisation | None) -> str:
-    """The same for people."""
-    lines = [f"{found.runs.penalty.method}", f"eta = {found.runs.penalty.eta:g}, against {found.runs.reference.method}"]
-    lines += ["", *wrap(told.headline, 100), ""]
-    lines += [_share("difference (rms)", found.total), _share("  time step", found.time_step)]
-    lines += [_share("  regularisation", found.regularisation)]
-    if split is not None and split.in_step:
-        lines += [_share(f"    {name.replace('_', ' ')}", found.parts.relative(getattr(split, name))) for name in SPLIT]
-    lines += [_share("  joint damping", found.joint_damping)]
-    if not found.pointwise and found.statistics is not None:
-        told_apart = found.statistics
-        lines += [f"{'sections differ by':22}{_percent(told_apart.total)} (chance: {_percent(told_apart.floor)})"]
-    for name, motion in (("reference", found.reference), ("penalty", found.penalty)):
-        lines += [f"{name:22}{_motion(motion)}"]
-    return "\n".join([*lines, "", *(line for text in told.details for line in wrap(text, 100, subsequent_indent="  "))])
+def _share_text(share: float) -> str:
+    return percent(share) if math.isfinite(share) else "not known: a run ended early"
 
 
-def _motion(motion) -> str:
+def _motion_text(motion) -> str:
     period = f", period {motion.period}" if motion.period else ""
     rate = f", Lyapunov exponent {motion.lyapunov:+.3g} a period" if math.isfinite(motion.lyapunov) else ""
     return f"{motion.type}{period}{rate}"
 
 
-def _share(name: str, share: float) -> str:
-    return f"{name:22}{_percent(share)}"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.3g} %" if math.isfinite(share) else "not known: a run ended early"
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _physical_lines(comparison: Comparison, units: Units) -> list[str]:
+    penalty = comparison.runs.penalty
+    rows = {
+        "physical": settings_text(units, penalty.eta, penalty.method),
+        "  reference": motion_text(units, comparison.reference) or "nothing known",
+        "  penalty": motion_text(units, comparison.penalty) or "nothing known",
+    }
+    return ["", *(f"{name:22}{text}" for name, text in rows.items())]

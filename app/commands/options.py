@@ -1,33 +1,37 @@
-"""What several commands share: the parser that speaks in one line, kinds of argument, and the solver asked for."""
+"""Options that several commands share, and the objects that they describe."""
 
 import argparse
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from inspect import signature
 
+from vibroscope.app.commands.output import note
 from vibroscope.engine import ExactPenalty, Method, Newmark, Reference, System, SystemFile, Units, read_system
 
-# what each solver takes, and of that needs; restitution belongs to the system, yet only the reference has an impact law
+# The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
 SOLVER_OPTIONS = {
     "reference": ("joint_damping", "threshold", "restitution"),
     "exact": ("K", "D"),
     "newmark": ("K", "D", "steps", "every_step", "located"),
 }
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
+ETA = {"type": float, "metavar": "F", "help": "excitation frequency Omega/omega1; paper: 1.08 to 3.25"}
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """Says what is wrong in one line and exits with status 2."""
+    """A parser that reports an error in one line and exits with status 2."""
 
     def error(self, message: str):
-        """Print the line; point to --help."""
+        """Print the line and point to --help."""
         self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
 
 
 def default_of(function: Callable, name: str):
     """The engine's own default of a parameter."""
     return signature(function).parameters[name].default
+
+
+# --- kinds of argument ------------------------------------------------------------------------------------------------
 
 
 def numbers(text: str) -> tuple[float, ...]:
@@ -45,24 +49,112 @@ def port_number(text: str) -> int:
     return int(text)
 
 
-def note_unused(options: argparse.Namespace) -> None:
-    """Say on stderr which of the options given belong to other solvers."""
-    own = SOLVER_OPTIONS[options.solver]
-    for name in dict.fromkeys(name for names in SOLVER_OPTIONS.values() for name in names):
-        if name not in own and getattr(options, name, None) not in (None, False):
-            print(
-                f"vibroscope: --{name.replace('_', '-')} has no effect on the {options.solver} solver", file=sys.stderr
-            )
+def system_file(path: str) -> SystemFile:
+    """The contents of a system file."""
+    try:
+        return read_system(path)
+    except ValueError as problem:
+        raise argparse.ArgumentTypeError(str(problem)) from None
 
 
-def reference_of(options: argparse.Namespace) -> Reference:
-    """The reference, with what is given of its numbers."""
-    given = {name: getattr(options, name, None) for name in ("joint_damping", "threshold")}
-    return Reference(**{name: value for name, value in given.items() if value is not None})
+# --- the system -------------------------------------------------------------------------------------------------------
+
+
+def add_system_option(command: argparse.ArgumentParser) -> None:
+    """Add ``--system FILE.toml``, for :func:`system_of` and :func:`units_of`."""
+    command.add_argument(
+        "--system",
+        metavar="FILE.toml",
+        type=system_file,
+        default=SystemFile(),
+        help="a system other than the paper's; `vibroscope system` prints one to start from",
+    )
+
+
+def system_of(options: argparse.Namespace) -> System:
+    """The system that the options describe, by default the paper's."""
+    return options.system.system
+
+
+def units_of(options: argparse.Namespace) -> Units:
+    """The units that the options describe, by default the paper's."""
+    return options.system.units
+
+
+# --- the solver -------------------------------------------------------------------------------------------------------
+
+
+def add_solver_options(command: argparse.ArgumentParser) -> None:
+    """Add the problem, the solver and the initial state, for :func:`problem_of`."""
+    add = command.add_argument
+    add(
+        "--solver",
+        required=True,
+        choices=tuple(SOLVER_OPTIONS),
+        help="semi-analytical reference; penalty model without a time step, or by Newmark's method",
+    )
+    add("--eta", required=True, **ETA)
+    add_penalty_options(command)
+    add("--every-step", action="store_true", help="newmark: take every step, as an FE code must (slower)")
+    add_joint_damping_option(command)
+    add(
+        "--restitution",
+        type=float,
+        metavar="F",
+        help=f"reference: coefficient of restitution (default: the system's; the paper's is {System().restitution:g})",
+    )
+    add_threshold_option(command)
+    add(
+        "--initial",
+        type=numbers,
+        metavar="x1,v1,x2,v2",
+        default=(0.0, 0.0, 0.0, 0.0),
+        help="state at tau = 0 (default rest); the reference needs x2 >= x1",
+    )
+    add_system_option(command)
+
+
+def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = False) -> None:
+    """Add ``--K``, ``--D``, ``--steps`` and ``--located``; they are required where no other solver can be chosen."""
+    both, newmark = ("", "") if required else ("exact, newmark: ", "newmark: ")
+    add, number = command.add_argument, {"required": required, "type": float}
+    add("--K", **number, metavar="F", help=f"{both}contact stiffness; the paper uses 100 to 12000")
+    add("--D", **number, metavar="F", help=f"{both}contact damping; the paper uses 8 to 50")
+    add("--steps", **number, metavar="N", help=f"{newmark}steps per excitation period, the time step is T/N")
+    add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
+
+
+def add_joint_damping_option(command: argparse.ArgumentParser) -> None:
+    """Add ``--joint-damping``, for :func:`reference_of`."""
+    command.add_argument(
+        "--joint-damping",
+        choices=("table", "derived"),
+        help="reference: damping of the joined pendulums; derived: only what their own dampers give "
+        f"(default {Reference().joint_damping})",
+    )
+
+
+def add_threshold_option(command: argparse.ArgumentParser) -> None:
+    """Add ``--threshold``, for :func:`reference_of`."""
+    command.add_argument(
+        "--threshold",
+        type=float,
+        metavar="F",
+        help=f"reference: parting speed that begins permanent contact (default {Reference().threshold:g}); "
+        "0: the limit of the threshold",
+    )
+
+
+def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
+    """The system, eta and method that the options describe."""
+    system = system_of(options)
+    if options.solver == "reference" and options.restitution is not None:  # the penalty model has no impact law
+        system = replace(system, restitution=options.restitution)
+    return system, options.eta, method_of(options)
 
 
 def method_of(options: argparse.Namespace) -> Method:
-    """The solver that the options ask for; options of other solvers get a note on stderr."""
+    """The method that the options describe; options of other solvers get a note on stderr."""
     note_unused(options)
     missing = [f"--{name}" for name in NEEDED[options.solver] if getattr(options, name) is None]
     if missing:
@@ -77,80 +169,15 @@ def method_of(options: argparse.Namespace) -> Method:
     return Newmark(options.K, options.D, options.steps, every_step=options.every_step, located=options.located)
 
 
-def add_solver_options(command: argparse.ArgumentParser) -> None:
-    """What is solved, how, and from where, for :func:`problem_of`."""
-    add, usual = command.add_argument, Reference()
-    add(
-        "--solver",
-        required=True,
-        choices=tuple(SOLVER_OPTIONS),
-        help="semi-analytical reference; penalty model without a time step, or by Newmark",
-    )
-    add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1; paper: 1.08 to 3.25")
-    add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
-    add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
-    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period, the time step is T/N")
-    add("--every-step", action="store_true", help="newmark: walk through every step, as an FE code must (slower)")
-    add("--located", action="store_true", help="newmark: cut the steps at each contact change, located within the step")
-    add(
-        "--joint-damping",
-        choices=("table", "derived"),
-        help=f"reference: damping of the joined pendulums (default {usual.joint_damping})",
-    )
-    add(
-        "--restitution",
-        type=float,
-        metavar="F",
-        help=f"reference: coefficient of restitution (default: the system's; the paper's is {System().restitution:g})",
-    )
-    add(
-        "--threshold",
-        type=float,
-        metavar="F",
-        help=f"reference: parting speed that begins permanent contact (default {usual.threshold:g}); 0: its limit",
-    )
-    add(
-        "--initial",
-        type=numbers,
-        metavar="x1,v1,x2,v2",
-        default=(0.0, 0.0, 0.0, 0.0),
-        help="state at tau = 0 (default rest); the reference needs x2 >= x1",
-    )
-    add_system_option(command)
+def reference_of(options: argparse.Namespace) -> Reference:
+    """The reference, with those of its numbers that the options give."""
+    given = {name: getattr(options, name, None) for name in ("joint_damping", "threshold")}
+    return Reference(**{name: value for name, value in given.items() if value is not None})
 
 
-def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
-    """System, eta and method that the options ask for."""
-    system = system_of(options)
-    if options.solver == "reference" and options.restitution is not None:  # the penalty model knows no impact law
-        system = replace(system, restitution=options.restitution)
-    return system, options.eta, method_of(options)
-
-
-def add_system_option(command: argparse.ArgumentParser) -> None:
-    """``--system FILE.toml``, for :func:`system_of` and :func:`units_of`."""
-    command.add_argument(
-        "--system",
-        metavar="FILE.toml",
-        type=system_file,
-        default=SystemFile(),
-        help="a system other than the paper's; `vibroscope system` prints one to start from",
-    )
-
-
-def system_file(path: str) -> SystemFile:
-    """A system file that was read."""
-    try:
-        return read_system(path)
-    except ValueError as problem:
-        raise argparse.ArgumentTypeError(str(problem)) from None
-
-
-def system_of(options: argparse.Namespace) -> System:
-    """The system that the options ask for, by default the paper's."""
-    return options.system.system
-
-
-def units_of(options: argparse.Namespace) -> Units:
-    """The units to show results in, by default the paper's."""
-    return options.system.units
+def note_unused(options: argparse.Namespace) -> None:
+    """Note on stderr which of the given options belong to other solvers."""
+    own = SOLVER_OPTIONS[options.solver]
+    for name in dict.fromkeys(name for names in SOLVER_OPTIONS.values() for name in names):
+        if name not in own and getattr(options, name, None) not in (None, False):
+            note(f"--{name.replace('_', '-')} has no effect on the {options.solver} solver")

@@ -1,4 +1,4 @@
-"""``vibroscope paper``: what the paper says, and what is found."""
+"""``vibroscope paper``: the claims of the paper, each checked now."""
 
 import argparse
 import json
@@ -8,20 +8,20 @@ from vibroscope.app.paper import CLAIMS, VERDICTS, Claim, Finding, as_dict, tall
 
 
 def add(commands) -> None:
-    """``vibroscope paper``."""
+    """Describe ``vibroscope paper``."""
     command = commands.add_parser(
         "paper",
         allow_abbrev=False,
         help="check every claim of the paper; exit status 1 if any is not as known",
-        description="Remake the paper's figures 3, 4, 6 and 9 to 14 and say of each claim whether it holds here, with "
-        "the numbers that were found, and why where it does not.",
+        description="Compute the paper's figures 3, 4, 6 and 9 to 14 anew and say of each claim whether it holds, with "
+        "the numbers that were found, and the reason where it does not.",
     )
     command.add_argument("--json", action="store_true", help="print one JSON list")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check all and print."""
+    """Check all claims and print; returns the exit status, 1 if any is not as known."""
     checked = []
     for claim in CLAIMS.values():
         finding = claim.find()
@@ -38,8 +38,8 @@ def run(options: argparse.Namespace) -> int:
 def _lines(claim: Claim, finding: Finding) -> list[str]:
     verdict = f"{claim.verdict(finding):<{max(map(len, VERDICTS))}}"
     surprise = "" if finding.agrees == claim.holds else "   ✗ NOT as known"
-    rest = [text for text in (finding.found, finding.why) if text]
-    return [f"{claim.name:<14} {verdict}  {claim.text}{surprise}", *(_indented(text) for text in rest)]
+    texts = [text for text in (finding.result, finding.reason) if text]
+    return [f"{claim.name:<14} {verdict}  {claim.text}{surprise}", *map(_indented, texts)]
 
 
 def _indented(text: str) -> str:
@@ -48,5 +48,5 @@ def _indented(text: str) -> str:
 
 def _summary(checked: list[tuple[Claim, Finding]]) -> str:
     unknown = sum(finding.agrees != claim.holds for claim, finding in checked)
-    known = "all as known" if not unknown else f"{unknown} NOT as known"
-    return f"\n{len(checked)} claims: {tally(claim.verdict(finding) for claim, finding in checked)}; {known}"
+    outcome = "all as known" if not unknown else f"{unknown} NOT as known"
+    return f"\n{len(checked)} claims: {tally(claim.verdict(finding) for claim, finding in checked)}; {outcome}"

@@ -1,44 +1,51 @@
-"""``vibroscope recommend``: which K, D and steps to set instead."""
+"""``vibroscope recommend``: K, D and steps that meet a tolerance."""
 
 import argparse
 import json
 import math
-import sys
 
-from vibroscope.app.commands.options import add_system_option, default_of, system_of
-from vibroscope.app.commands.physical import add_units_option, settings_text, wanted_units
-from vibroscope.engine import Recommendation, Reference, Units, design_curve, recommend
+from vibroscope.app.commands.options import (
+    ETA,
+    add_joint_damping_option,
+    add_system_option,
+    default_of,
+    reference_of,
+    system_of,
+)
+from vibroscope.app.commands.output import percent, progress_line
+from vibroscope.app.commands.physical_units import add_units_option, settings_text, wanted_units
+from vibroscope.engine import Recommendation, Units, design_curve, recommend
 
 ETAS_LIMIT = 1000
 
 
 def add(commands) -> None:
-    """``vibroscope recommend``."""
+    """Describe ``vibroscope recommend``."""
     command = commands.add_parser(
         "recommend",
         allow_abbrev=False,
         help="find K, D and steps that meet a tolerance at the least cost",
         description="Find the contact stiffness K, the contact damping D and the steps per period with which Newmark's "
         "method keeps to the reference at the least number of steps. The error is the rms difference of the "
-        "displacements over 50 periods, relative to the reference. Every setting told was run from rest, and with "
+        "displacements over 50 periods, relative to the reference. Every setting shown was run from rest, and with "
         "it half the step and neighbours with other n (2 %%), K and D (1 %%): it does not meet the tolerance by luck.",
         epilog="A tolerance that nothing meets is a result, with the reason; the exit status is 2 only for bad input.",
     )
     add = command.add_argument
     where = command.add_mutually_exclusive_group(required=True)
-    where.add_argument("--eta", type=float, metavar="F", help="excitation frequency Omega/omega1; paper: 1.08 to 3.25")
+    where.add_argument("--eta", **ETA)
     where.add_argument("--eta-range", type=eta_range, metavar="A:B:N", help="N frequencies from A to B: a design curve")
     add("--tolerance", type=float, metavar="F", help="largest relative error (default %(default)s)")
     add("--located", action="store_true", help="steps cut at contact changes only; the least solves per period")
-    add("--joint-damping", choices=("table", "derived"), help="of the reference (default %(default)s)")
+    add_joint_damping_option(command)
     add("--K-max", type=float, metavar="F", help="largest K to try (default %(default)g)")
     add("--steps-max", type=float, metavar="N", help="most steps per period to try (default %(default)s)")
     add_units_option(command)
     add_system_option(command)
     add("--json", action="store_true", help="print one JSON object (a list of them for --eta-range)")
-    usual = {"tolerance": "tolerance", "K_max": "stiffness_max", "steps_max": "steps_max"}  # option: the engine's name
-    command.set_defaults(**{ours: default_of(recommend, theirs) for ours, theirs in usual.items()})
-    command.set_defaults(run=run, joint_damping=Reference().joint_damping)
+    names = {"tolerance": "tolerance", "K_max": "stiffness_max", "steps_max": "steps_max"}  # option: the engine's name
+    command.set_defaults(**{option: default_of(recommend, name) for option, name in names.items()})
+    command.set_defaults(run=run)
 
 
 def eta_range(text: str) -> list[float]:
@@ -55,32 +62,31 @@ def eta_range(text: str) -> list[float]:
 
 def run(options: argparse.Namespace) -> None:
     """Search and print."""
-    asked = {
+    search = {
         "tolerance": options.tolerance,
-        "reference": Reference(options.joint_damping),
+        "reference": reference_of(options),
         "stiffness_max": options.K_max,
         "steps_max": options.steps_max,
-        "progress": _progress() if sys.stderr.isatty() else None,
+        "progress": progress_line(lambda share: f"searching {100 * share:3.0f} %", 1),
     }
     system, units = system_of(options), wanted_units(options)
     if options.eta_range:
-        found = design_curve(system, options.eta_range, located=options.located, **asked)
-        print(
-            json.dumps([as_json(one, units) for one in found], allow_nan=False) if options.json else curve_text(found)
-        )
+        curve = design_curve(system, options.eta_range, located=options.located, **search)
+        rows = [as_json(found, units) for found in curve]
+        print(json.dumps(rows, allow_nan=False) if options.json else _curve_text(curve))
     elif options.json:
-        found = recommend(system, options.eta, located=options.located, **asked)
+        found = recommend(system, options.eta, located=options.located, **search)
         print(json.dumps(as_json(found, units), allow_nan=False))
     else:
         for located in (True,) if options.located else (False, True):
-            print(as_text(recommend(system, options.eta, located=located, **asked), units), flush=True)
+            print(as_text(recommend(system, options.eta, located=located, **search), units), flush=True)
 
 
 def as_json(found: Recommendation, units: Units | None = None) -> dict:
-    """The contract for scripts; numbers that do not exist are null."""
+    """A recommendation as JSON for scripts; None for numbers that do not exist."""
     best = found.best
     k, d, n = best.setting if best else (None, None, None)
-    numbers = {
+    report = {
         "eta": found.eta,
         "tolerance": found.tolerance,
         "located": found.located,
@@ -91,26 +97,26 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
         "robust": best and best.robust,
         "solves": best and best.cost,
         "met": found.met,
-        "front": [_row(trial) for trial in found.front],
+        "front": [_front_row(trial) for trial in found.front],
         "front_solves": [trial.cost for trial in found.front],
         "joint_damping": None if math.isnan(found.joint_damping) else found.joint_damping,
         "compensated": found.compensated,
         "reason": found.reason,
     }
     if units is not None and best:
-        numbers["physical"] = units.settings(found.eta, found.method)
-    return numbers
+        report["physical"] = units.settings(found.eta, found.method)
+    return report
 
 
-def _row(trial) -> list[float]:
+def _front_row(trial) -> list[float]:
     k, d, n = trial.setting
     return [n, trial.error, k, d]
 
 
 def as_text(found: Recommendation, units: Units | None = None) -> str:
-    """The same for people."""
+    """A recommendation as text: the setting, its error and cost, and the front."""
     kind = "steps cut at contact changes" if found.located else "constant step"
-    lines = [f"eta = {found.eta:g}, {kind}, tolerance {_percent(found.tolerance)}"]
+    lines = [f"eta = {found.eta:g}, {kind}, tolerance {percent(found.tolerance)}"]
     if not found.met:
         lines.append(f"not met           {found.reason}")
     if found.best is None:
@@ -118,49 +124,39 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     k, d, n = found.best.setting
     lines += [
         f"{'set' if found.met else 'best found':18s}K = {k:g}, D = {d:g}, {n} steps per period",
-        f"error             {_percent(found.best.error)}; {_percent(found.best.robust)} is kept to with half the step "
+        f"error             {percent(found.best.error)}; {percent(found.best.robust)} is kept to with half the step "
         "and by 9 in 10 neighbours",
     ]
     if found.located:
         lines.append(f"cost              {found.best.cost:.1f} solves per period")
     if found.compensated:
-        part = _percent(found.joint_damping)
+        part = percent(found.joint_damping)
         lines.append(
             f"mind              the joint damping alone makes {part}: errors cancel here, and need not elsewhere"
         )
     if units is not None:
         lines.append(f"physical          {settings_text(units, found.eta, found.method)}")
-    lines.append("front             steps  solves     error    robust         K         D")
+    return "\n".join([*lines, *_front_lines(found)])
+
+
+def _front_lines(found: Recommendation) -> list[str]:
+    lines = ["front             steps  solves     error    robust         K         D"]
     for trial in found.front:
         k, d, n = trial.setting
-        lines.append(
-            f"{n:23d} {trial.cost:7.0f} {_percent(trial.error):>9s} {_percent(trial.robust):>9s} {k:9g} {d:9g}"
-        )
-    return "\n".join(lines)
+        error, robust = percent(trial.error), percent(trial.robust)
+        lines.append(f"{n:23d} {trial.cost:7.0f} {error:>9s} {robust:>9s} {k:9g} {d:9g}")
+    return lines
 
 
-def curve_text(found: list[Recommendation]) -> str:
-    """One line an η."""
+def _curve_text(curve: list[Recommendation]) -> str:
+    """A design curve as text, one line an η."""
     lines = ["    eta         K         D   steps  solves     error    robust  met"]
-    for one in found:
-        if one.best is None:
-            lines.append(f"{one.eta:7.4f}  {one.reason.split(' (')[0]}")
+    for found in curve:
+        if found.best is None:
+            lines.append(f"{found.eta:7.4f}  {found.reason.split(' (')[0]}")
             continue
-        (k, d, n), best = one.best.setting, one.best
-        error, robust = _percent(best.error), _percent(best.robust)
-        met = "yes" if one.met else f"no: {one.reason.split(':')[0]}"
-        lines.append(f"{one.eta:7.4f} {k:9g} {d:9g} {n:7d} {best.cost:7.0f} {error:>9s} {robust:>9s}  {met}")
+        (k, d, n), best = found.best.setting, found.best
+        error, robust = percent(best.error), percent(best.robust)
+        met = "yes" if found.met else f"no: {found.reason.split(':')[0]}"
+        lines.append(f"{found.eta:7.4f} {k:9g} {d:9g} {n:7d} {best.cost:7.0f} {error:>9s} {robust:>9s}  {met}")
     return "\n".join(lines)
-
-
-def _percent(value: float) -> str:
-    return f"{100 * value:.3g} %"
-
-
-def _progress():
-    """Prints the share that is done over itself on the terminal."""
-
-    def told(share: float) -> None:
-        print(f"\rsearching {100 * share:3.0f} %", end="\n" if share >= 1 else "", file=sys.stderr, flush=True)
-
-    return told

@@ -13,7 +13,7 @@ _DEFAULT = Settings()
 
 
 def add(commands) -> None:
-    """``vibroscope serve``."""
+    """Describe ``vibroscope serve``."""
     command = commands.add_parser(
         "serve",
         allow_abbrev=False,
@@ -39,14 +39,14 @@ def add(commands) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Start the explorer; the first scene is solved while the page's packages are imported, which takes longer."""
+    """Start the explorer; a worker solves the first scene while the page's packages are imported."""
     given = {"port": options.port, "address": options.address, "origins": options.origin and ",".join(options.origin)}
     chosen = from_environment(given=given)
     settings.use_settings(chosen)
 
     from vibroscope.app.explorer import compute
 
-    gc.disable()  # importing makes a million objects and no garbage; looking for it would take half a second
+    gc.disable()  # importing makes a million objects and no garbage; collecting would take half a second
     compute.warm()
     from vibroscope.app.server.server import serve
 
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     gc.enable()
     try:
         serve(chosen, show=options.show)
-    except BrokenPipeError:  # whoever read the output has enough
+    except BrokenPipeError:  # the reader of the output has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as problem:
         raise OSError(f"cannot listen on {chosen.host}:{chosen.port}: {problem.strerror}") from problem

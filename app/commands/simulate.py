@@ -1,21 +1,21 @@
-"""``vibroscope simulate``: run one solver and print what moves."""
+"""``vibroscope simulate``: run one solver and print its motion."""
 
 import argparse
 import json
 
 from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
-from vibroscope.app.commands.physical import add_units_option, run_in, settings_text, wanted_units
+from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
 from vibroscope.engine import Response, Steady, motion, simulate, steady
 
 _KEEP = default_of(simulate, "keep")
 
 
 def add(commands) -> None:
-    """``vibroscope simulate``."""
+    """Describe ``vibroscope simulate``."""
     command = commands.add_parser(
         "simulate",
         allow_abbrev=False,
-        help="run one solver and print what moves",
+        help="run one solver and print its motion",
         description="Run one solver from rest (or --initial) and report the last --keep periods. All numbers are "
         "non-dimensional: time is counted in 1/omega1, lengths in base amplitudes.",
         epilog="A run that blows up prints its status and the step; the exit status is 2 only for bad input.",
@@ -41,22 +41,23 @@ def run(options: argparse.Namespace) -> None:
     keep = min(_KEEP, options.periods) if options.keep is None else options.keep
     if options.steady:
         found = steady(*problem, initial=options.initial)
-        response = found.response
-        numbers, text = steady_as_json, steady_text
+        response, to_json, to_text = found.response, steady_json, steady_text
     else:
         found = response = simulate(*problem, periods=options.periods, keep=keep, initial=options.initial)
-        numbers, text = as_json, as_text
+        to_json, to_text = as_json, as_text
     units = wanted_units(options)
     if options.json:
-        physical = {"physical": run_in(units, response)} if units else {}
-        print(json.dumps(numbers(found, options.solver) | physical, allow_nan=False))
+        physical = {"physical": physical_run(units, response)} if units else {}
+        print(json.dumps(to_json(found, options.solver) | physical, allow_nan=False))
     else:
-        physical = [f"physical          {settings_text(units, response.eta, response.method)}"] if units else []
-        print("\n".join([text(found), *physical]))
+        print(to_text(found))
+        if units:
+            print(f"physical          {settings_text(units, response.eta, response.method)}")
 
 
 def as_json(response: Response, solver: str) -> dict:
-    """The contract for scripts."""
+    """A run as JSON for scripts."""
+    impacts = response.impacts
     return {
         "solver": solver,
         "eta": response.eta,
@@ -65,20 +66,17 @@ def as_json(response: Response, solver: str) -> dict:
         "status": str(response.status),
         "message": response.message,
         "section": response.section.tolist(),
-        "impacts": [
-            list(pair)
-            for pair in zip(response.impacts.time.tolist(), response.impacts.closing_speed.tolist(), strict=True)
-        ],
+        "impacts": [list(pair) for pair in zip(impacts.time.tolist(), impacts.closing_speed.tolist(), strict=True)],
         "contacts": response.contacts.tolist(),
         "seconds": response.cost.seconds,
     }
 
 
-def steady_as_json(found: Steady, solver: str) -> dict:
-    """The same of a steady motion, whose section holds one cycle; the run that it falls back to has the rest."""
-    numbers = as_json(found.response, solver)
-    return numbers | {
-        "message": numbers["message"] or found.message,
+def steady_json(found: Steady, solver: str) -> dict:
+    """A steady motion as JSON: a run whose section holds one cycle, or the usual run where no cycle was found."""
+    report = as_json(found.response, solver)
+    return report | {
+        "message": report["message"] or found.message,
         "periodic": found.periodic,
         "period": found.period,
         "multipliers": [[value.real, value.imag] for value in found.multipliers.tolist()],
@@ -88,7 +86,7 @@ def steady_as_json(found: Steady, solver: str) -> dict:
 
 
 def steady_text(found: Steady) -> str:
-    """The same for people."""
+    """A steady motion as text."""
     if not found.periodic:
         return f"{as_text(found.response)}\n{found.message}"
     response, p = found.response, found.period
@@ -114,7 +112,7 @@ def steady_text(found: Steady) -> str:
 
 
 def as_text(response: Response) -> str:
-    """The same for people."""
+    """A run as text."""
     lines = [
         f"{response.method}",
         f"eta = {response.eta:g}, {response.periods} periods, the last {response.keep} kept",

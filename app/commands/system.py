@@ -7,7 +7,7 @@ from vibroscope.engine import system_text
 
 
 def add(commands) -> None:
-    """``vibroscope system``."""
+    """Describe ``vibroscope system``."""
     command = commands.add_parser(
         "system",
         allow_abbrev=False,

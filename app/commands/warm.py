@@ -7,13 +7,13 @@ from vibroscope.engine import Cells, ExactPenalty, Newmark, Reference, System, r
 
 
 def add(commands) -> None:
-    """``vibroscope warm``."""
+    """Describe ``vibroscope warm``."""
     command = commands.add_parser("warm", help="compile every kernel now, so that the first start is quick")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Compile, or load, every kernel."""
+    """Compile every kernel, or load it from the cache."""
     newmark = Newmark(2500.0, 8.0, 2000)
     for method in (
         Reference(),

@@ -1,16 +1,27 @@
-"""What the paper says, figure by figure, and what this engine finds: claims that are checked whenever they are asked.
+"""The claims of the paper "Penalty-regularization of a dissipative vibro-impacting system", and how each is checked.
 
-"Penalty-regularization of a dissipative vibro-impacting system". Nothing that is found is written down here: `CLAIMS`
-holds sentences and ways to check them. The page, ``vibroscope paper`` and the tests use the same list. No panel import.
+`CLAIMS` holds sentences and checks, no results: a claim is checked by running the engine whenever it is asked for. The
+page, ``vibroscope paper`` and the tests use the same list. No panel import.
 """
 
-from vibroscope.app.paper.claim import VERDICTS, Claim, Finding, Orbits, Plane, Times, as_dict, tally
-from vibroscope.app.paper.motions import MOTIONS
-from vibroscope.app.paper.penalties import PENALTIES
-from vibroscope.app.paper.planes import PLANES
+from vibroscope.app.paper.claims import VERDICTS, Claim, Finding, as_dict, tally
+from vibroscope.app.paper.penalty_claims import PENALTY_CLAIMS
+from vibroscope.app.paper.pictures import CellMap, PhasePlots, Picture, TimeHistory
+from vibroscope.app.paper.plane_claims import PLANE_CLAIMS
+from vibroscope.app.paper.reference_claims import REFERENCE_CLAIMS
 
-CLAIMS: dict[str, Claim] = {
-    claim.key: claim for claim in sorted(MOTIONS + PENALTIES + PLANES, key=lambda claim: (claim.figure, claim.key))
-}
+_ALL = REFERENCE_CLAIMS + PENALTY_CLAIMS + PLANE_CLAIMS
+CLAIMS: dict[str, Claim] = {claim.key: claim for claim in sorted(_ALL, key=lambda claim: (claim.figure, claim.key))}
 
-__all__ = ["CLAIMS", "VERDICTS", "Claim", "Finding", "Orbits", "Plane", "Times", "as_dict", "tally"]
+__all__ = [
+    "CLAIMS",
+    "VERDICTS",
+    "CellMap",
+    "Claim",
+    "Finding",
+    "PhasePlots",
+    "Picture",
+    "TimeHistory",
+    "as_dict",
+    "tally",
+]

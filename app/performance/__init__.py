@@ -1,1 +1,1 @@
-"""Speed against error of the solvers, and their peers."""
+"""Cost and error of the solvers beside those of other solvers."""

@@ -1,10 +1,10 @@
-"""The same two problems as others solve them: Newmark's method written down plainly, and heyoka.
+"""Other solvers of the same two problems: a plain loop of Newmark's method, and heyoka.
 
-The plain loop is what a step costs to whoever has to take it (an FE code). heyoka, a compiler of Taylor integrators
-with events, is the fastest general solver there is for such problems; it is optional (``pip install heyoka``). It is
-set up as its best user would, each choice measured to be the fastest: accuracy of a double; the motion compiled once,
-with all numbers in it but the state of contact; the excitation as two more linear equations instead of a cosine; one
-event whose callback touches plain memory; ``fast_math`` and ``slp_vectorize``, never compact mode.
+The plain loop shows what a step costs where every step is taken, as in an FE code. heyoka compiles Taylor integrators
+with events and is the fastest general solver known to us for such problems; it is optional (``pip install heyoka``).
+Each of its settings was measured to be the fastest: accuracy of a double; the motion compiled once, with every number a
+constant but the state of contact; the excitation as two more linear equations instead of a cosine; one event whose
+callback touches plain memory; ``fast_math`` and ``slp_vectorize``, never compact mode.
 """
 
 from __future__ import annotations
@@ -19,16 +19,27 @@ from vibroscope.engine import System
 
 Run = Callable[[int], np.ndarray]  # periods from rest → ξ₁, ξ₁′, ξ₂, ξ₂′ (nan where the peer gave up)
 
-# A peer that finds one event for ever stops here: an accurate run takes at most 70 steps per period in any scene.
+# Steps per period that end a run which finds the same event for ever; an accurate run takes at most 70 in any scene.
 MOST_STEPS = 2000
 FASTEST = {"fast_math": True, "slp_vectorize": True, "compact_mode": False}
 
 
 @numba.njit(error_model="numpy", nogil=True)
 def plain_newmark(h, cosines, periods, eta, pendulums, contact):
-    """Newmark as one writes it down: displacement, velocity, acceleration, a 2 × 2 system in each step of contact.
+    """Newmark's method (α = ½, β = ¼) step by step; each step in contact solves a 2 × 2 system for the accelerations.
 
-    ``pendulums``: d₁, d₂, κ, μ; ``contact``: K, D.
+    Parameters
+    ----------
+    h : float
+        Time step Δτ.
+    cosines : (n + 1,) ndarray
+        cos ητ at the steps of one period.
+    periods : int
+    eta : float
+    pendulums : tuple
+        d₁, d₂, κ, μ.
+    contact : tuple
+        K, D.
     """
     (d1, d2, kappa, mu), (stiffness, damper) = pendulums, contact
     n = cosines.shape[0] - 1
@@ -58,7 +69,7 @@ def plain_newmark(h, cosines, periods, eta, pendulums, contact):
 
 
 def plain_loop(system: System, eta: float, stiffness: float, damper: float, steps: int) -> Run:
-    """The plain loop, compiled and with its table of cosines made."""
+    """The plain loop, compiled, with its table of cosines prepared."""
     h = 2 * math.pi / eta / steps
     cosines = np.cos(2 * np.pi * np.arange(steps + 1) / steps)
     numbers = eta, (system.d1, system.d2, system.kappa, system.mass_ratio), (float(stiffness), float(damper))
@@ -76,7 +87,7 @@ def heyoka_version() -> str | None:
 
 
 def free_motion(hy, system: System, load, force):
-    """Both pendulums under a force between them: right-hand sides of ξ₁, ξ₁′, ξ₂, ξ₂′."""
+    """Equations of both pendulums with a force between them: pairs of ξ₁, ξ₁′, ξ₂, ξ₂′ and their derivatives."""
     x1, v1, x2, v2 = hy.make_vars("x1", "v1", "x2", "v2")
     kappa, mu = system.kappa, system.mass_ratio
     return [
@@ -88,13 +99,16 @@ def free_motion(hy, system: System, load, force):
 
 
 def excitation(hy, eta):
-    """Cos ητ and sin ητ as two more unknowns: linear, so cheaper than the series of a cosine."""
+    """Equations of cos ητ and sin ητ as two more unknowns; they are linear and so cheaper than a cosine's series."""
     c, s = hy.make_vars("c", "s")
     return [(c, -eta * s), (s, eta * c)]
 
 
 def heyoka_reference(system: System, eta: float, d3: float, threshold: float, tolerance: float = 0.0) -> Run:
-    """The reference: one integrator for the two pendulums, another for the joined ones; 0 is heyoka's full accuracy."""
+    """The reference: one integrator for free flight, another for permanent contact.
+
+    ``tolerance`` 0 is heyoka's full accuracy.
+    """
     import heyoka as hy
 
     x1, v1, x2, c = hy.make_vars("x1", "v1", "x2", "c")
@@ -154,9 +168,10 @@ def heyoka_reference(system: System, eta: float, d3: float, threshold: float, to
 
 
 def heyoka_penalty(system: System, eta: float, stiffness: float, damper: float, tolerance: float = 0.0) -> Run:
-    """The penalty model: one integrator, and contact a parameter that the event turns over.
+    """The penalty model: one integrator with the state of contact as a parameter, which the event switches.
 
-    The event is the gap with the sign that it must lose; so the root at the start, at rest, is none.
+    The event function is the gap with the sign that it must lose, so that the root at the start, at rest, does not
+    count.
     """
     import heyoka as hy
 

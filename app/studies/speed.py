@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.performance.bench import CHECKED, PERIODS, engine_seconds
+from vibroscope.app.performance.contenders import CHECKED, PERIODS, engine_seconds
 from vibroscope.app.performance.peers import plain_loop
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, simulate
 

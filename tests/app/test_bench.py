@@ -1,11 +1,13 @@
-"""``vibroscope bench``: the contract for scripts, and that the peers solve the same problems."""
+"""``vibroscope bench``: its JSON and its table, and that the peers solve the same problems."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.performance import bench, peers
+from vibroscope.app.performance import bench, contenders, peers, truth
+from vibroscope.app.performance.contenders import CHECKED, SYSTEM
 from vibroscope.engine import ExactPenalty, Newmark, Reference, simulate
 
 SCENES = {"A": (1.08, 2500.0, 8.0), "B": (1.70, 12000.0, 18.0), "C": (2.76, 12000.0, 18.0), "D": (3.25, 12000.0, 18.0)}
@@ -14,8 +16,7 @@ SCENES = {"A": (1.08, 2500.0, 8.0), "B": (1.70, 12000.0, 18.0), "C": (2.76, 1200
 @pytest.fixture
 def quick(monkeypatch):
     """One round of few periods, so that the whole report takes seconds."""
-    monkeypatch.setattr(bench, "ROUNDS", 1)
-    monkeypatch.setattr(bench, "PERIODS", 12)
+    monkeypatch.setattr(bench, "report", partial(bench.report, periods=12, rounds=1))
 
 
 @pytest.fixture
@@ -56,12 +57,12 @@ def test_text_names_every_solver(capsys):
 
 @pytest.mark.usefixtures("no_heyoka")
 def test_without_the_solutions_errors_are_null_with_a_reason(monkeypatch, tmp_path):
-    monkeypatch.setattr(bench, "TRUTH", tmp_path)
-    bench.solutions.cache_clear()
+    monkeypatch.setattr(truth, "TRUTH", tmp_path)
+    truth.solutions.cache_clear()
     try:
-        found = bench.measure(*SCENES["C"], periods=2, rounds=1)
+        found = bench.measure_scene(*SCENES["C"], periods=2, rounds=1)
     finally:
-        bench.solutions.cache_clear()
+        truth.solutions.cache_clear()
     errors = found["errors"]
     assert errors["reference"] is errors["exact"] is errors["newmark_fast"]["2000"] is None
     assert sum("assets/truth are not here" in note for note in found["notes"]) == 2
@@ -70,39 +71,39 @@ def test_without_the_solutions_errors_are_null_with_a_reason(monkeypatch, tmp_pa
 @pytest.mark.parametrize(("eta", "stiffness", "damping"), SCENES.values())
 def test_there_is_a_solution_for_every_scene(eta, stiffness, damping):
     for method in (bench.REFERENCE, ExactPenalty(stiffness, damping)):
-        state = bench.truth(eta, method)
+        state = truth.true_state(eta, method)
         assert state is not None
-        found = simulate(bench.SYSTEM, eta, method, periods=bench.CHECKED, keep=1).section[-1]
+        found = simulate(SYSTEM, eta, method, periods=CHECKED, keep=1).section[-1]
         assert np.abs(found - state).max() < 1e-10
-    assert bench.truth(eta, Reference("derived", threshold=0.5)) is None
+    assert truth.true_state(eta, Reference("derived", threshold=0.5)) is None
 
 
 def test_costs_are_medians_and_ratios_are_those_of_the_turns():
     seconds = {"ours": iter([9, 1, 2, 40]), "theirs": iter([9, 3, 8, 80])}  # the first compiles
 
     def contender(name):
-        return bench.Contender(name, lambda periods: (next(seconds[name]), np.zeros(4)))
+        return contenders.Contender(name, lambda periods: (next(seconds[name]), np.zeros(4)))
 
-    turns = bench.interleaved([contender("ours"), contender("theirs")], periods=1, rounds=3)
+    turns = contenders.time_in_turns([contender("ours"), contender("theirs")], periods=1, rounds=3)
     assert np.median(turns["ours"]) == 2e6
-    assert bench.ratio(turns, "theirs", "ours") == 3
-    assert bench.ratio(turns, "absent", "ours") is None
+    assert contenders.ratio(turns, "theirs", "ours") == 3
+    assert contenders.ratio(turns, "absent", "ours") is None
 
 
 @pytest.mark.parametrize(("eta", "stiffness", "damping"), [SCENES["A"], SCENES["C"]])
 def test_the_plain_loop_is_the_same_discrete_solution(eta, stiffness, damping):
-    state = peers.plain_loop(bench.SYSTEM, eta, stiffness, damping, 2000)(5)
+    state = peers.plain_loop(SYSTEM, eta, stiffness, damping, 2000)(5)
     method = Newmark(stiffness, damping, 2000, every_step=True)
-    response = simulate(bench.SYSTEM, eta, method, periods=5, keep=1)
+    response = simulate(SYSTEM, eta, method, periods=5, keep=1)
     np.testing.assert_allclose(state, response.section[-1], atol=1e-9)
 
 
 @pytest.mark.parametrize(("eta", "stiffness", "damping"), SCENES.values())
 def test_heyoka_solves_both_problems(eta, stiffness, damping):
     pytest.importorskip("heyoka", reason="optional: pip install heyoka")
-    d3, threshold = bench.SYSTEM.derived_joint_damping, bench.REFERENCE.threshold
-    reference = peers.heyoka_reference(bench.SYSTEM, eta, d3, threshold)
-    penalty = peers.heyoka_penalty(bench.SYSTEM, eta, stiffness, damping)
+    d3, threshold = SYSTEM.derived_joint_damping, bench.REFERENCE.threshold
+    reference = peers.heyoka_reference(SYSTEM, eta, d3, threshold)
+    penalty = peers.heyoka_penalty(SYSTEM, eta, stiffness, damping)
     for run, method in ((reference, bench.REFERENCE), (penalty, ExactPenalty(stiffness, damping))):
         for _ in range(2):  # a run leaves nothing behind
-            assert np.abs(run(bench.CHECKED) - bench.truth(eta, method)).max() < 1e-12
+            assert np.abs(run(CHECKED) - truth.true_state(eta, method)).max() < 1e-12

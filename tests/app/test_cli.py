@@ -1,19 +1,19 @@
-"""The command line, as scripts see it."""
+"""``vibroscope simulate`` and the command line as a whole: JSON, text, notes, bad input, the installed command."""
 
-import contextlib
 import json
 import signal
 import socket
 import subprocess
 import sys
-import time
-import urllib.request
 from pathlib import Path
 
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.engine import Newmark, Reference, System, simulate, steady
 
+from tests.served import served
+
+COMMAND = Path(sys.executable).parent / "vibroscope"
 NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500"]
 
 
@@ -69,7 +69,7 @@ def test_steady_motion_adds_to_the_contract(capsys):
     assert "0.5 per period" in out
 
 
-def test_motion_that_is_not_steady_is_told_and_shown_by_the_long_run(capsys):
+def test_where_no_motion_is_steady_the_long_run_is_shown(capsys):
     arguments = ["--solver", "reference", "--eta", "1.70", "--steady"]
     status, out, _ = run(capsys, *arguments, "--json")
     found = json.loads(out)
@@ -133,36 +133,19 @@ def test_a_bad_port_is_refused(port):
         main(["serve", "--port", port])
 
 
-def test_a_port_in_use_is_told_in_one_line():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        command = Path(sys.executable).parent / "vibroscope"
+def test_a_port_in_use_gives_one_line():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        done = subprocess.run([command, "serve", "--port", port], capture_output=True, text=True, timeout=120)
+        done = subprocess.run([COMMAND, "serve", "--port", port], capture_output=True, text=True, timeout=120)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].endswith(f"127.0.0.1:{port}: Address already in use")
 
 
-@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
-def test_the_server_ends_gracefully(sign):
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    command = [Path(sys.executable).parent / "vibroscope", "serve", "--port", str(port)]
-    server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    try:
-        for _ in range(600):
-            with contextlib.suppress(OSError):
-                if urllib.request.urlopen(f"http://127.0.0.1:{port}/liveness", timeout=2).status == 200:
-                    break
-            time.sleep(0.1)
-        server.send_signal(sign)
-        out, _ = server.communicate(timeout=30)
-    finally:
-        server.kill()
-    assert server.returncode == 0
-    assert "Traceback" not in out
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_the_server_ends_gracefully(number, tmp_path):
+    with served(tmp_path / "log.txt") as server:
+        assert server.stop(number) == 0
+    assert "Traceback" not in server.log.read_text()
 
 
 def test_options_of_the_other_solver_are_noted(capsys):
@@ -173,7 +156,6 @@ def test_options_of_the_other_solver_are_noted(capsys):
 
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["simulate", "--help"], ["serve", "--help"]])
 def test_the_installed_command(arguments):
-    command = Path(sys.executable).parent / "vibroscope"
-    done = subprocess.run([command, *arguments], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=60)
     assert done.returncode == (0 if arguments else 2)
     assert "usage" in done.stdout if arguments else done.stderr.count("\n") == 1

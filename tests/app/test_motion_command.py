@@ -1,4 +1,4 @@
-"""``vibroscope motion``: the contract for scripts, and the words for people."""
+"""``vibroscope motion``: its JSON and its text."""
 
 import json
 
@@ -32,12 +32,12 @@ def test_a_chaotic_motion(capsys):
     assert 0.24 < found["lyapunov"] < 0.28
 
 
-def test_noise_of_the_step_is_said_to_be(capsys):
+def test_step_noise_is_named(capsys):
     found = as_json(capsys, *NEWMARK, "--steps", "2000")
     assert (found["type"], found["period"]) == ("periodic", 1)
     assert found["step_noise"] > 0.1
-    told = printed(capsys, *NEWMARK, "--steps", "2000")
-    assert "an artefact of the time step" in " ".join(told.split())
+    text = printed(capsys, *NEWMARK, "--steps", "2000")
+    assert "an artefact of the time step" in " ".join(text.split())
 
 
 def test_a_run_that_blows_up_is_a_result(capsys):
@@ -67,15 +67,15 @@ def test_another_system(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "words"),
     [
         (["--solver", "reference", "--eta", "-1"], "eta = -1"),
         (["--solver", "exact", "--eta", "2.76"], "needs --K"),
         (["--solver", "reference", "--eta", "1.08", "--attractors", "--starts", "0"], "starts = 0"),
     ],
 )
-def test_bad_input_is_one_line(capsys, arguments, told):
+def test_bad_input_is_one_line(capsys, arguments, words):
     assert main(["motion", *arguments]) == 2
     line = capsys.readouterr().err
-    assert told in line
+    assert words in line
     assert line.count("\n") == 1

@@ -10,7 +10,8 @@ from vibroscope.app.export.formats import as_json
 from vibroscope.app.page.speed.figure import SpeedView
 from vibroscope.app.page.speed.tab import Speed, statements
 from vibroscope.app.page.time_step.tab import TimeStepTab
-from vibroscope.app.performance import bench
+from vibroscope.app.performance.contenders import CHECKED
+from vibroscope.app.performance.truth import true_state
 from vibroscope.app.studies import speed
 from vibroscope.app.studies.speed import KINDS, Key, PartialSpeed, SpeedQuestion, grow_speed, steps_around
 from vibroscope.engine import Cancelled, ExactPenalty, Reference, System
@@ -45,8 +46,8 @@ def test_all_solvers_take_turns_from_a_quarter_to_four_times_n(results):
 
 
 def test_errors_are_those_of_the_truth_and_of_the_shipped_figure(results):
-    right = bench.truth(2.76, ExactPenalty(12000, 18))
-    run = speed.solvers(question_of(SETTING))[Key("located", 400)](bench.CHECKED, never)
+    right = true_state(2.76, ExactPenalty(12000, 18))
+    run = speed.solvers(question_of(SETTING))[Key("located", 400)](CHECKED, never)
     error = results[-1].errors[Key("located", 400)]
     assert error == pytest.approx(np.abs(run.state - right).max(), rel=1e-5)  # exact penalty is as good as the truth
     finest, coarsest = (results[-1].errors[Key("located", n)] for n in (1600, 400))

@@ -4,8 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from vibroscope.app.commands import cli
-from vibroscope.app.performance import stability
+from vibroscope.app.commands import cli, stability
 from vibroscope.engine import Status
 from vibroscope.engine.hardcases.cases import hard_cases
 from vibroscope.engine.hardcases.judgement import outcome

@@ -1,1 +1,1 @@
-"""Tab Paper."""
+"""The tab Paper: the paper's claims as cards, each checked when it comes into view."""

@@ -1,4 +1,4 @@
-"""Paper: every figure of the paper remade from its claims, each with what is found and the way to see more."""
+"""The tab Paper: every claim of the paper with its verdict, its figure, and a button that opens its setting."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import PAPER_COMMAND, PAPER_PYTHON
 from vibroscope.app.page.files import style
-from vibroscope.app.page.paper.claims import ClaimCard, draw
+from vibroscope.app.page.paper.card import ClaimCard
+from vibroscope.app.page.paper.figures import draw
 from vibroscope.app.page.tab import Move, Tab, TabHost
 from vibroscope.app.paper import CLAIMS, Claim, Finding, as_dict, tally
-from vibroscope.app.paper.checks import CHECKS
-from vibroscope.app.paper.tables import table_of
+from vibroscope.app.paper.check_queue import CHECKS
+from vibroscope.app.paper.picture_tables import table_of
 
 _INTRO = """
 <article class="text above">
@@ -27,11 +28,19 @@ view. Figures 1, 2, 5, 7 and 8 are drawings of the model and of the experiment; 
 """
 
 
-_CLAIMS = Figure("claims", "Claims and findings", "", drawn=False)
+_TABLE = Figure("claims", "Claims and findings", "", drawn=False)
 
 
 class Paper(Tab):
-    """Cards that ask for their check when they are seen."""
+    """Cards whose claims are checked when they come into view.
+
+    Attributes
+    ----------
+    cards : dict of ClaimCard
+        The card of each claim, by key.
+    slots : dict of pn.Column
+        A column for each claim: its card and, once it is checked, its figure.
+    """
 
     key = "paper"
     title = "Paper"
@@ -39,35 +48,35 @@ class Paper(Tab):
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
-        self._cards: dict[str, ClaimCard] = {}
-        self._slots: dict[str, pn.Column] = {}
-        self._asked: set[str] = set()  # seen, and nothing found yet
+        self.cards: dict[str, ClaimCard] = {}
+        self.slots: dict[str, pn.Column] = {}
+        self._requested: set[str] = set()  # came into view, and not checked yet
         self._findings: dict[str, Finding] = {}
         self._visible = False
 
     def build(self) -> pn.viewable.Viewable:
         """All cards, without figures."""
         for key, claim in CLAIMS.items():
-            self._cards[key] = ClaimCard(_told(claim), partial(self._seen, key))
-            self._slots[key] = pn.Column(
-                self._cards[key], css_classes=["slot"], stylesheets=[style("paper/paper")], sizing_mode="stretch_width"
+            self.cards[key] = ClaimCard(_card_content(claim), partial(self._request, key))
+            self.slots[key] = pn.Column(
+                self.cards[key], css_classes=["slot"], stylesheets=[style("paper/paper")], sizing_mode="stretch_width"
             )
         intro = pn.pane.HTML(
             _INTRO, stylesheets=[style("shared/text")], css_classes=["intro"], sizing_mode="stretch_width"
         )
         return pn.Column(
             intro,
-            *self._slots.values(),
+            *self.slots.values(),
             css_classes=["claims"],
             stylesheets=[style("paper/paper")],
             sizing_mode="stretch_width",
         )
 
     def show(self, move: Move) -> None:
-        """Go on with what was seen before another tab was opened."""
+        """Request again what came into view before another tab was opened."""
         self._visible = True
-        for key in self._asked:
-            CHECKS.ask(key, self._deliver)
+        for key in self._requested:
+            CHECKS.request(key, self._deliver)
         super().show(move)
 
     def summary(self, setting: Setting) -> str:
@@ -75,44 +84,44 @@ class Paper(Tab):
         return self._tally()
 
     def hide(self) -> None:
-        """Nothing is checked for a tab that nobody sees."""
+        """Withdraw what is not checked yet: a hidden tab checks nothing."""
         self._visible = False
         CHECKS.withdraw(self._deliver)
 
-    # -- what can be taken away ----------------------------------------------
+    # -- export --------------------------------------------------------------
 
     def figures(self) -> list[Figure]:
-        """The claims, and the figure of each that has been checked."""
+        """The table of claims, and the figure of each claim that has been checked."""
         found = [
             Figure(f"paper{key}", claim.name, f"{claim.name}. {claim.text}")
             for key, claim in CLAIMS.items()
             if key in self._findings
         ]
-        return [_CLAIMS, *found] if found else []
+        return [_TABLE, *found] if found else []
 
     def table(self, name: str) -> list[Series]:
-        """What was found of each claim, or what a figure is drawn from."""
-        if name != _CLAIMS.name:
+        """The findings, or what a figure is drawn from."""
+        if name != _TABLE.name:
             return table_of(self._findings[name.removeprefix("paper")].picture)
         return [Series(row.pop("figure"), {n: np.array([cell]) for n, cell in row.items()}) for row in self._rows()]
 
     def data(self) -> dict[str, object]:
-        """What was found of each claim."""
+        """The findings."""
         return {"claims": self._rows()}
 
     def words(self) -> dict[str, str]:
-        """What was found, claim by claim."""
+        """The findings in words, by claim."""
         return {
             f"{row['figure']} ({row['verdict']}): {row['claim']}": f"{row['found']} {row['why']}".strip()
             for row in self._rows()
         }
 
     def python(self, setting: Setting) -> str:
-        """All claims."""
+        """A script that checks all claims."""
         return PAPER_PYTHON
 
     def command(self, setting: Setting) -> str:
-        """All claims."""
+        """The command that checks all claims."""
         return PAPER_COMMAND
 
     def _tally(self) -> str:
@@ -125,39 +134,40 @@ class Paper(Tab):
 
     # -- checks --------------------------------------------------------------
 
-    def _seen(self, key: str) -> None:
-        """The browser has the card in view."""
-        if key not in self._asked and key not in self._findings:
-            self._asked.add(key)
-            CHECKS.ask(key, self._deliver)
+    def _request(self, key: str) -> None:
+        """Have a claim checked, once."""
+        if key not in self._requested and key not in self._findings:
+            self._requested.add(key)
+            CHECKS.request(key, self._deliver)
 
     def _deliver(self, key: str, result: Finding | Exception) -> None:
-        """In a worker thread."""
-        self.host.call_later(partial(self._checked, key, result))
+        """Hand a result over to the session's own loop; called in a worker thread."""
+        self.host.call_later(partial(self.show_result, key, result))
 
-    def _checked(self, key: str, result: Finding | Exception) -> None:
-        if key in self._findings:  # asked for again while it was on its way
+    def show_result(self, key: str, result: Finding | Exception) -> None:
+        """Show a finding on its card, with its figure, or why the claim could not be checked."""
+        if key in self._findings:  # requested again while it was on its way
             return
-        if isinstance(result, Exception):  # still asked for: `show` does so again
-            self._cards[key].fail(
+        if isinstance(result, Exception):  # stays requested, so that `show` tries again
+            self.cards[key].show_error(
                 f"This could not be checked ({error_text(result)}). Open another tab and come back to try again."
             )
             return
-        self._asked.discard(key)
+        self._requested.discard(key)
         self._findings[key] = result
         with pn.io.hold(self.host.doc):
             plot = draw(result.picture, f"paper{key}")
-            self._slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
-            self._cards[key].update(CLAIMS[key].verdict(result), result)
+            self.slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
+            self.cards[key].show_finding(CLAIMS[key].verdict(result), result)
             self.host.update_offers()
-            if self._visible and not self._asked:  # a screen reader is told once, when all that is in view is known
+            if self._visible and not self._requested:  # for screen readers: once, when all in view is known
                 self.host.summarise(self._tally())
 
 
-def _told(claim: Claim) -> dict:
-    """What a card says before anything is known."""
-    from vibroscope.app.page.tabs import TABS  # which holds this tab
+def _card_content(claim: Claim) -> dict:
+    """What a card shows before its claim is checked."""
+    from vibroscope.app.page.tabs import TABS  # which imports this module
 
     tab = TABS.get(claim.tab) or TABS["explore"]
-    told = {"name": claim.name, "place": claim.place, "text": claim.text, "scene": claim.scene}
-    return told | {"tab": tab.key, "title": tab.title}
+    words = {"name": claim.name, "place": claim.place, "text": claim.text, "scene": claim.scene}
+    return words | {"tab": tab.key, "title": tab.title}

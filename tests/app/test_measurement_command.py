@@ -1,12 +1,11 @@
-"""Measured data on the command line."""
+"""``vibroscope measurement`` and ``vibroscope compare --measured``."""
 
 import argparse
 import json
 
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.commands.measured import add_measured_options, fitted, run
-from vibroscope.app.commands.options import add_system_option
+from vibroscope.app.commands.compare_measured import fit_names
 from vibroscope.app.runtime.files import ASSETS
 from vibroscope.engine import System, Units, read_measurement, synthetic_measurement
 
@@ -14,21 +13,13 @@ EXAMPLE = ASSETS / "example-measurement.csv"
 
 
 def compare(capsys, *arguments):
-    parser = argparse.ArgumentParser()
-    for name in ("--eta", "--K", "--D", "--steps", "--periods"):
-        parser.add_argument(name, type=float)
-    parser.add_argument("--joint-damping")
-    for name in ("--located", "--json"):
-        parser.add_argument(name, action="store_true")
-    add_measured_options(parser)
-    add_system_option(parser)
     setting = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "2000", "--periods", "300"]
-    run(parser.parse_args([*setting, *arguments]))
+    assert main(["compare", *setting, *arguments]) == 0
     return capsys.readouterr().out
 
 
 def test_the_example_is_made_by_the_command_and_says_so(capsys):
-    assert main(["measurement"]) in (0, None)
+    assert main(["measurement"]) == 0
     assert capsys.readouterr().out == EXAMPLE.read_text(encoding="utf-8")
     assert EXAMPLE.read_text(encoding="utf-8").startswith(
         "# NOT MEASURED: the semi-analytical reference plus normal noise"
@@ -69,10 +60,10 @@ def test_units_come_from_the_system_file(capsys, tmp_path):
 
 
 def test_names_that_cannot_be_fitted_are_refused():
-    assert fitted("d1, d2") == ("d1", "d2")
+    assert fit_names("d1, d2") == ("d1", "d2")
     for text in ("kappa", "d1,d1", ""):
         with pytest.raises(argparse.ArgumentTypeError, match="give some of restitution,d1,d2,d3, each once"):
-            fitted(text)
+            fit_names(text)
 
 
 @pytest.mark.parametrize(

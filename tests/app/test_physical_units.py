@@ -48,7 +48,7 @@ def test_a_motion_in_physical_units(printed, command):
 
 
 @pytest.mark.parametrize("command", ["simulate", "motion", "compare"])
-def test_people_read_them_too(capsys, command):
+def test_the_text_has_them_too(capsys, command):
     solver = [] if command == "compare" else ["--solver", "newmark"]
     assert main([command, *solver, *SETTING, "--units"]) == 0
     assert "stiffness 1.2e+04 N/m, damper 36 N.s/m" in capsys.readouterr().out

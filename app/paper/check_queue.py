@@ -9,57 +9,64 @@ from collections.abc import Callable
 from vibroscope.app.paper import CLAIMS, Finding
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.job import lower_priority
-from vibroscope.app.runtime.workers import Workers, pool
+from vibroscope.app.runtime.workers import pool
 
 Deliver = Callable[[str, Finding | Exception], None]
 
 
-def _thread() -> Workers:
-    """One thread behind the sliders'."""
-    return pool("paper", 1, lower_priority)
+def _submit(job: Callable, *arguments) -> None:
+    """Run a job in a thread of lower priority than those of the sliders."""
+    pool("paper", 1, lower_priority).submit(job, *arguments)
 
 
-class Checks:
-    """What was found, by claim, and who waits for the rest. A finding depends on nothing that is set, so it is kept."""
+class CheckQueue:
+    """Findings by claim, and who waits for those that are not known; a finding is kept, since no setting changes it.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    submit : callable
+        Runs a function with its arguments in a worker thread.
+    """
+
+    def __init__(self, submit: Callable[..., None] = _submit) -> None:
+        self._submit = submit
         self._lock = threading.Lock()
-        self._found: dict[str, Finding] = {}
+        self._findings: dict[str, Finding] = {}
         self._waiting: dict[str, list[Deliver]] = {}
 
-    def ask(self, key: str, deliver: Deliver) -> None:
+    def request(self, key: str, deliver: Deliver) -> None:
         """Check a claim; ``deliver(key, finding or exception)`` is called in a worker thread, or now if it is known."""
         with self._lock:
-            found = self._found.get(key)
-            if found is None:
+            finding = self._findings.get(key)
+            if finding is None:
                 waiting = self._waiting.setdefault(key, [])
                 waiting.append(deliver)
                 if len(waiting) == 1:
-                    _thread().submit(self._work, key)
+                    self._submit(self._check, key)
                 return
-        deliver(key, found)
+        deliver(key, finding)
 
     def withdraw(self, deliver: Deliver) -> None:
-        """Nothing more is wanted by this one; a check that has begun ends, those in the queue do not begin."""
+        """Drop all requests with this ``deliver``; a check that nobody waits for does not begin."""
         with self._lock:
             for waiting in self._waiting.values():
                 waiting[:] = [other for other in waiting if other != deliver]
 
-    def _work(self, key: str) -> None:
+    def _check(self, key: str) -> None:
         with self._lock:
             if not self._waiting.get(key):
                 return
         try:
             result: Finding | Exception = CLAIMS[key].find()
-        except Exception as error:  # told on the card
+        except Exception as error:  # shown on the card
             result = error
-            logs.event("not checked", logging.ERROR, error=error, claim=key)  # of no session: many may wait for it
+            logs.event("not checked", logging.ERROR, error=error, claim=key)  # no session's: many may wait for it
         with self._lock:
             if isinstance(result, Finding):
-                self._found[key] = result
+                self._findings[key] = result
             waiting = self._waiting.pop(key, [])
         for deliver in waiting:
             deliver(key, result)
 
 
-CHECKS = Checks()
+CHECKS = CheckQueue()

@@ -1,4 +1,4 @@
-"""What a figure of the paper is drawn from, as a table."""
+"""A picture of a finding as tables for export."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from functools import singledispatch
 
 import numpy as np
 from vibroscope.app.export.formats import Series
-from vibroscope.app.paper.claim import Orbits, Plane, Times
+from vibroscope.app.paper.pictures import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.engine import Diagram, Response
 
 _STATE = ("xi1", "velocity1", "xi2", "velocity2")
 
 
 @singledispatch
-def table_of(picture: Orbits | Times | Plane | Diagram) -> list[Series]:
-    """The table of what was found."""
+def table_of(picture: Picture) -> list[Series]:
+    """Tables of what the picture shows."""
     raise TypeError(f"no table for {type(picture).__name__}")
 
 
 @table_of.register
-def _(picture: Orbits) -> list[Series]:
+def _(picture: PhasePlots) -> list[Series]:
     """Samples and section of each solution."""
     tables = []
     for solver, run in picture.runs.items():
@@ -29,7 +29,7 @@ def _(picture: Orbits) -> list[Series]:
 
 
 @table_of.register
-def _(picture: Times) -> list[Series]:
+def _(picture: TimeHistory) -> list[Series]:
     """Samples, impacts and intervals of contact."""
     run = picture.run
     return [
@@ -40,8 +40,8 @@ def _(picture: Times) -> list[Series]:
 
 
 @table_of.register
-def _(picture: Plane) -> list[Series]:
-    """A row for each cell."""
+def _(picture: CellMap) -> list[Series]:
+    """One row for each cell."""
     K, D = np.meshgrid(picture.stiffness, picture.damping)
     kind = np.array(picture.names)[picture.kind]
     return [Series("cells", {"K": K.ravel(), "D": D.ravel(), "kind": kind.ravel()})]
@@ -49,7 +49,7 @@ def _(picture: Plane) -> list[Series]:
 
 @table_of.register
 def _(picture: Diagram) -> list[Series]:
-    """Every point."""
+    """One row for each point of the diagram."""
     xi1, xi2 = (row.ravel() for row in picture.displacement)
     return [Series("reference", {"eta": np.repeat(picture.eta, picture.displacement.shape[2]), "xi1": xi1, "xi2": xi2})]
 

@@ -1,20 +1,17 @@
-"""The paper's figures, remade small: a claim as a card, and what was found for it as a figure."""
+"""The paper's figures, computed anew and drawn small."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import singledispatch
 
 import numpy as np
-import param
 from bokeh.models import BasicTickFormatter, LinearColorMapper, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.page.files import script, style
-from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import BLUE, INK, PENALTY, REFERENCE, VERMILLION, make_figure
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
-from vibroscope.app.paper import Finding, Orbits, Plane, Times
+from vibroscope.app.paper import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.studies.raster import raster
 from vibroscope.engine import Diagram, Reference, Response, motion
 
@@ -28,91 +25,73 @@ _KINDS = [VERMILLION, "#C6CDD4", BLUE]  # wrong, in between, right
 _SHADES = ["#FFFFFF00", *(f"{BLUE}{alpha:02X}" for alpha in range(1, 256))]
 _TICKS = [digit * 10**power for power in range(6) for digit in (1, 2, 5)]  # of a logarithmic axis
 _PIXELS = (640, 260)
-# Small and still: for a closer look there is the button.
+# Small, without tools: the card's button opens the setting where it can be explored.
 _OPTIONS = {"height": 230, "sizing_mode": "stretch_width", "tools": "", "active_drag": None, "toolbar_location": None}
 
 
-class ClaimCard(Component):
-    """The sentence, the verdict, what was found, why, and a button; tells when it comes into view."""
-
-    claim = param.Dict(default={}, doc="name, place, text, scene; tab that the button opens and its title")
-    found = param.Dict(default={}, doc="verdict, found, why; or error; empty until it is known")
-
-    _esm = script("shared/dom", "shared/theme", "paper/claim")
-    _stylesheets = [style("paper/claim")]  # noqa: RUF012 - Panel reads it from the class
-
-    def __init__(self, claim: dict, on_seen: Callable[[], None]) -> None:
-        super().__init__(claim=claim, css_classes=["card"], sizing_mode="stretch_width")
-        self.on_msg(lambda event: on_seen() if event.data == {"seen": True} else None)
-
-    def update(self, verdict: str, finding: Finding) -> None:
-        """Show what was found."""
-        self.found = {"verdict": verdict, "found": finding.found, "why": finding.why}
-
-    def fail(self, error: str) -> None:
-        """Say that it could not be checked."""
-        self.found = {"error": error}
-
-
 @singledispatch
-def draw(picture: Orbits | Times | Plane | Diagram, name: str) -> figure:
-    """The figure of what was found, in the page's style, under this name."""
+def draw(picture: Picture, name: str) -> figure:
+    """The figure of a picture in the page's style; ``name`` is the name of the model."""
     raise TypeError(f"no figure for {type(picture).__name__}")
 
 
 @draw.register
-def _(picture: Orbits, name: str) -> figure:
-    """Phase plots of pendulum 2; of both where there is one solution alone."""
+def _(picture: PhasePlots, name: str) -> figure:
+    """Phase plots of pendulum 2, of both pendulums where there is only one solution."""
     alone = len(picture.runs) == 1
     curves = [(solver, n, run) for solver, run in picture.runs.items() for n in ((0, 1) if alone else (1,))]
     orbits = [_orbit(run, n) for _, n, run in curves]
-    plot = _figure(name, "displacement ξ", "velocity ξ′", *zip(*orbits, strict=True))
+    plot = _empty_figure(name, "displacement ξ", "velocity ξ′", *zip(*orbits, strict=True))
     for (solver, n, run), orbit in zip(curves, orbits, strict=True):
         look = _LOOKS[solver] | ({"line_width": 1.3, "line_alpha": 1.0, "line_dash": _DASHES[n]} if alone else {})
         label = f"pendulum {n + 1}" if alone else f"{solver}, pendulum 2"
         plot.line(*orbit, **look, legend_label=label)
         points = run.section[:, 2 * n : 2 * n + 2].astype(np.float32).T
         plot.scatter(*points, size=6, **_DOTS[solver])
-    return _legend(plot)
+    return _with_legend(plot)
 
 
 def _orbit(run: Response, pendulum: int) -> tuple[np.ndarray, np.ndarray]:
-    """One cycle, or all that was sampled where there is none; displacement and velocity."""
-    sampled = run.trajectory
+    """Displacement and velocity over one cycle, or over all samples where there is no cycle."""
+    samples = run.trajectory
     cycle = (motion(run).period or np.inf) * run.period
-    kept = sampled.time >= sampled.time[-1] - 1.001 * cycle
-    return tuple(series[pendulum, kept].astype(np.float32) for series in (sampled.displacement, sampled.velocity))
+    kept = samples.time >= samples.time[-1] - 1.001 * cycle
+    return tuple(series[pendulum, kept].astype(np.float32) for series in (samples.displacement, samples.velocity))
 
 
 @draw.register
-def _(picture: Times, name: str) -> figure:
-    """Displacements over two periods; the reference's force and impacts, the penalty's contacts as bands."""
-    run, sampled = picture.run, picture.run.trajectory
-    series = {"ξ₁": sampled.displacement[0], "ξ₂": sampled.displacement[1]}
+def _(picture: TimeHistory, name: str) -> figure:
+    """Displacements over two periods, with the reference's force and impacts or the penalty's contacts as bands."""
+    run, samples = picture.run, picture.run.trajectory
+    series = {"ξ₁": samples.displacement[0], "ξ₂": samples.displacement[1]}
     exact = isinstance(run.method, Reference)
-    if exact and sampled.force.any():  # a penalty force is a hundred times as high
-        series["force λ"] = sampled.force
+    if exact and samples.force.any():  # a penalty force is a hundred times as high
+        series["force λ"] = samples.force
     series = {label: values.astype(np.float32) for label, values in series.items()}
-    t = _in_periods(run, sampled.time)
-    plot = _figure(name, "time τ / T", "displacement ξ" + ", force λ" * ("force λ" in series), [t], series.values())
+    t = _in_periods(run, samples.time)
+    plot = _empty_figure(
+        name, "time τ / T", "displacement ξ" + ", force λ" * ("force λ" in series), [t], series.values()
+    )
     looks = zip((BLUE, BLUE, VERMILLION), (*_DASHES, "solid"), strict=True)
     for (label, values), (colour, dash) in zip(series.items(), looks, strict=False):
         plot.line(t, values, line_color=colour, line_width=1.4, line_dash=dash, legend_label=label)
     if exact:
-        _impacts(plot, run)
+        _add_impacts(plot, run)
     else:
-        _bands(plot, run)
-    return _legend(plot)
+        _add_bands(plot, run)
+    return _with_legend(plot)
 
 
-def _impacts(plot: figure, run: Response) -> None:
-    seen = run.impacts.time >= run.trajectory.time[0]
-    where = run.impacts.position[seen].astype(np.float32)
-    at = _in_periods(run, run.impacts.time[seen])
+def _add_impacts(plot: figure, run: Response) -> None:
+    """Mark the impacts."""
+    shown = run.impacts.time >= run.trajectory.time[0]
+    where = run.impacts.position[shown].astype(np.float32)
+    at = _in_periods(run, run.impacts.time[shown])
     plot.scatter(at, where, size=7, line_color=VERMILLION, fill_color=None, legend_label="impacts")
 
 
-def _bands(plot: figure, run: Response) -> None:
+def _add_bands(plot: figure, run: Response) -> None:
+    """Shade the intervals of contact."""
     low, high = plot.y_range.start, plot.y_range.end
     left, right = np.clip(_in_periods(run, run.contacts[run.contacts[:, 1] > run.trajectory.time[0]]), 0, None).T
     look = {"fill_color": VERMILLION, "fill_alpha": 0.3, "line_color": None, "legend_label": "contact"}
@@ -125,12 +104,12 @@ def _in_periods(run: Response, time: np.ndarray) -> np.ndarray:
 
 
 @draw.register
-def _(picture: Plane, name: str) -> figure:
-    """Cells by what they are; the set that the claim is about as a cross."""
+def _(picture: CellMap, name: str) -> figure:
+    """Cells coloured by kind; a cross marks the set that the claim is about."""
     x, y = _edges(picture.stiffness), _edges(picture.damping)
     axes = {"x_axis_type": "log", "y_axis_type": "log", "x_range": Range1d(*x), "y_range": Range1d(*y)}
     plot = make_figure("", "contact stiffness K", "contact damping D", **_OPTIONS, name=name, **axes)
-    _picture(plot, picture.kind, x, y, LinearColorMapper(palette=_KINDS, low=-0.5, high=2.5))
+    _add_image(plot, picture.kind, x, y, LinearColorMapper(palette=_KINDS, low=-0.5, high=2.5))
     for kind, colour in zip(picture.names, _KINDS, strict=True):
         plot.scatter(
             [np.nan], [np.nan], marker="square", size=9, line_color=colour, fill_color=colour, legend_label=kind
@@ -140,7 +119,7 @@ def _(picture: Plane, name: str) -> figure:
         axis.formatter = BasicTickFormatter(use_scientific=False)
     K, D = picture.at
     plot.scatter([K], [D], marker="x", size=12, line_color=INK, line_width=3, legend_label=f"K = {K:g}, D = {D:g}")
-    return _legend(plot)
+    return _with_legend(plot)
 
 
 def _edges(centres: np.ndarray) -> tuple[float, float]:
@@ -151,35 +130,36 @@ def _edges(centres: np.ndarray) -> tuple[float, float]:
 
 @draw.register
 def _(picture: Diagram, name: str) -> figure:
-    """ξ₂ of the section over η, as a picture of counts."""
+    """ξ₂ of the section over η as an image of how many points fall into each pixel."""
     values = picture.displacement[1]
     x, y = (float(picture.eta[0]), float(picture.eta[-1])), extent([values])
     axes = {"x_range": Range1d(*x), "y_range": Range1d(*y)}
     plot = make_figure("", "excitation frequency η", "ξ₂ at τ ≡ 0 (mod T)", **_OPTIONS, name=name, **axes)
     shades = raster(picture.eta, values, x, y, *_PIXELS)
-    _picture(plot, shades, x, y, LinearColorMapper(palette=_SHADES, low=0, high=255))
+    _add_image(plot, shades, x, y, LinearColorMapper(palette=_SHADES, low=0, high=255))
     for key in "ABCD":
         plot.add_layout(Span(location=scenes()[key].eta, dimension="height", line_color="#8A97A3", line_dash="dotted"))
     return plot
 
 
-def _picture(plot: figure, cells: np.ndarray, x: tuple, y: tuple, colours: LinearColorMapper) -> None:
+def _add_image(plot: figure, cells: np.ndarray, x: tuple, y: tuple, colours: LinearColorMapper) -> None:
+    """Fill the frame with an image."""
     plot.grid.visible = False
     place = {"x": x[0], "y": y[0], "dw": x[1] - x[0], "dh": y[1] - y[0]}
     plot.image([cells.astype(np.uint8)], **place, color_mapper=colours)
 
 
-def _figure(name: str, x: str, y: str, xs: Iterable[np.ndarray], ys: Iterable[np.ndarray]) -> figure:
-    """A figure whose ranges hold all of these: the browser is not to choose them, and to report that it did."""
+def _empty_figure(name: str, x: str, y: str, xs: Iterable[np.ndarray], ys: Iterable[np.ndarray]) -> figure:
+    """An empty figure whose ranges hold all of these columns, so that the browser need not choose and report them."""
     ranges = OwnedRange(0, 1), OwnedRange(0, 1)
     for owned, columns in zip(ranges, (xs, ys), strict=True):
         owned.follow(list(columns), fresh=True)
     return make_figure("", x, y, **_OPTIONS, name=name, x_range=ranges[0].range, y_range=ranges[1].range)
 
 
-def _legend(plot: figure) -> figure:
-    """Above the frame, where it hides nothing."""
-    key = plot.legend[0]
-    key.update(orientation="horizontal", click_policy="mute", ncols=2)
-    plot.add_layout(key, "above")
+def _with_legend(plot: figure) -> figure:
+    """The figure with its legend above the frame, where it hides nothing."""
+    legend = plot.legend[0]
+    legend.update(orientation="horizontal", click_policy="mute", ncols=2)
+    plot.add_layout(legend, "above")
     return plot

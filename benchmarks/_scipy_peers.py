@@ -1,32 +1,37 @@
-"""The same problems as SciPy solves them: solve_ivp with events, restarted at each, with Jacobians for who takes them.
+"""SciPy's solutions of the same problems: ``solve_ivp`` with events, restarted at each event.
 
-Siconos, the field's platform for non-smooth mechanics, is not among the peers: it has no wheel, and its Debian package
-(python3-siconos) serves the system's own Python alone, so it cannot run in one process with the others.
+Implicit methods get the Jacobian. Siconos, the field's platform for non-smooth mechanics, is not among the peers: it
+has no wheel, and its Debian package (python3-siconos) works with the system's own Python only, so that it cannot run in
+one process with the others.
 """
 
 import math
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from vibroscope.app.performance.peers import plain_newmark  # noqa: F401 - a peer too
 
-CARE = 0.1  # largest step, so that no two crossings of the surface lie in one; tried with and without
-MOST_PHASES = 100  # per period; who needs more finds one event for ever
-NOTHING = np.full(4, math.nan)
+MAX_STEP = 0.1  # so that no two crossings of the surface lie in one step; tried with and without
+MOST_PHASES = 100  # per period; a run that needs more finds the same event for ever
+NO_STATE = np.full(4, math.nan)
 
 
 class Solver:
     """``solve_ivp`` with its settings."""
 
-    def __init__(self, method, rtol, care):
-        self.options = {"method": method, "rtol": rtol, "atol": rtol * 1e-3, "max_step": CARE if care else math.inf}
+    def __init__(self, method, rtol, limited):
+        self.options = {
+            "method": method,
+            "rtol": rtol,
+            "atol": rtol * 1e-3,
+            "max_step": MAX_STEP if limited else math.inf,
+        }
         self.implicit = method in ("Radau", "BDF", "LSODA")
 
     def phase(self, matrix, load, eta, event, direction, begin, end, state):
-        """y′ = matrix·y + load·cos ητ up to the zero of ``event·y`` that it reaches in ``direction``.
+        """Solve y′ = matrix·y + load·cos ητ until ``event·y`` crosses zero in ``direction``.
 
-        A phase starts where its event is zero within rounding, on either side: there its sign is taken as it must be,
-        or the event fires again at once.
+        A phase starts where its event function is zero within rounding, of either sign. There the sign is set to what
+        it must be, or the event would fire again at once.
         """
         rows, dimension = np.column_stack([matrix, load]).tolist(), len(load)
         weights = event.tolist()
@@ -69,9 +74,9 @@ def motions(system, stiffness=0.0, damper=0.0):
 GAP = np.array([-1.0, 0.0, 1.0, 0.0])
 
 
-def scipy_reference(system, eta, d3, threshold, periods, rtol=1e-9, method="DOP853", care=True):
+def scipy_reference(system, eta, d3, threshold, periods, rtol=1e-9, method="DOP853", limited=True):
     """The reference, phase by phase: the state at the end, nan where it is not reached."""
-    solver, end, share = Solver(method, rtol, care), periods * 2 * math.pi / eta, system.mass_share
+    solver, end, share = Solver(method, rtol, limited), periods * 2 * math.pi / eta, system.mass_share
     apart, load = motions(system)
     joined = np.array([[0.0, 1.0], [-(system.kappa3**2), -2 * d3 * system.kappa3]])
     force = share * np.array([system.kappa**2 - 1, 2 * (system.d2 * system.kappa - system.d1)])
@@ -90,12 +95,12 @@ def scipy_reference(system, eta, d3, threshold, periods, rtol=1e-9, method="DOP8
                 state = np.array([state[0], common - share * parting, state[0], common + (1 - share) * parting])
         if not ended:
             return state
-    return NOTHING
+    return NO_STATE
 
 
-def scipy_penalty(system, eta, stiffness, damper, periods, rtol=1e-9, method="DOP853", care=True):
+def scipy_penalty(system, eta, stiffness, damper, periods, rtol=1e-9, method="DOP853", limited=True):
     """The penalty model, restarted at each contact change: the state at the end, nan where it is not reached."""
-    solver, end = Solver(method, rtol, care), periods * 2 * math.pi / eta
+    solver, end = Solver(method, rtol, limited), periods * 2 * math.pi / eta
     phases = {False: (motions(system)[0], -1), True: (motions(system, stiffness, damper)[0], 1)}
     load = motions(system)[1] * eta**2
     t, state, contact = 0.0, np.zeros(4), True
@@ -105,4 +110,4 @@ def scipy_penalty(system, eta, stiffness, damper, periods, rtol=1e-9, method="DO
         contact = not contact
         if not ended:
             return state
-    return NOTHING
+    return NO_STATE

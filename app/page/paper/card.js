@@ -1,5 +1,6 @@
-// One claim of the paper: what it says, whether it holds, what was found, and the way to see more. It asks for its check
-// when it comes into view; a hidden tab never does. Only textContent is ever set.
+// One claim of the paper: its sentence, the verdict, what was found, and a button to its setting. The card tells the
+// server when it comes into view, where the claim is then checked; in a hidden tab it never does. Only textContent is
+// set, so that no text can become markup.
 
 const MARKS = { agrees: "✓ agrees", differs: "≠ differs", "shown by example": "○ shown by example" };
 const AGREES = { agrees: "true", differs: "false", "shown by example": "example" };

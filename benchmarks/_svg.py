@@ -1,7 +1,7 @@
-"""The work–precision diagram as SVG, written by hand: a few hundred marks need no plotting library.
+"""The work–precision diagram as SVG text; a few hundred marks need no plotting library.
 
-One panel a problem: error up (log), microseconds per period to the right (log). Below and left is better. A solver's
-line joins its best settings: those that no other of its settings beats in both.
+One panel for each problem, with logarithmic axes: the error upwards, microseconds per period to the right. Below and
+left is better. A solver's line joins its best settings: those that no other of its settings beats in both.
 """
 
 import json
@@ -17,7 +17,7 @@ COLUMNS = 3
 COST = (-1.2, 5.3)  # powers of ten
 ERROR = (-15.6, 1.4)
 FONT = "font-family='Helvetica, Arial, sans-serif'"
-# colour and radius of the marks; later ones lie on top of earlier ones, and have first choice of where their name goes
+# Colour and radius of the marks. Later ones lie on top of earlier ones, and their names are placed first.
 STYLES = {
     "SciPy Radau": ("#5f6368", 2.5),
     "SciPy LSODA": ("#7a6a00", 2.5),
@@ -43,8 +43,8 @@ NAMES = {
 }
 
 
-def best(points):
-    """The settings that no other beats in both cost and error, from cheap to dear."""
+def best_points(points):
+    """The settings that no other beats in both cost and error, by rising cost."""
     found, least = [], math.inf
     for point in sorted((p for p in points if p["error"] is not None), key=lambda p: p["us_per_period"]):
         if point["error"] < least:
@@ -53,8 +53,8 @@ def best(points):
     return found
 
 
-def place(point):
-    """Position of a point in its panel, in pixels; an error of 0 lies on the lower edge."""
+def position(point):
+    """Position of a point in its panel, in pixels; an error of 0 is drawn on the lower edge."""
     x = (math.log10(point["us_per_period"]) - COST[0]) / (COST[1] - COST[0])
     y = (math.log10(max(point["error"], 10 ** ERROR[0])) - ERROR[0]) / (ERROR[1] - ERROR[0])
     return LEFT + x * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - y * (HEIGHT - TOP - BOTTOM)
@@ -71,11 +71,11 @@ def axes(title, first_column, last_row):
     right, bottom = WIDTH - RIGHT, HEIGHT - BOTTOM
     yield text(LEFT, TOP - 10, title, size=12.5, colour="#111", more="font-weight='bold'")
     for power in range(math.ceil(COST[0]), math.floor(COST[1]) + 1):
-        x, _ = place({"us_per_period": 10.0**power, "error": 1.0})
+        x, _ = position({"us_per_period": 10.0**power, "error": 1.0})
         yield f"<line x1='{x:.1f}' x2='{x:.1f}' y1='{TOP}' y2='{bottom}' stroke='#e4e4e4'/>"
         yield text(x, bottom + 14, f"{10.0**power:,.10g}".replace(",", "\u202f"), size=10, anchor="middle")
     for power in range(-15, 1, 3):
-        _, y = place({"us_per_period": 1.0, "error": 10.0**power})
+        _, y = position({"us_per_period": 1.0, "error": 10.0**power})
         yield f"<line x1='{LEFT}' x2='{right}' y1='{y:.1f}' y2='{y:.1f}' stroke='#e4e4e4'/>"
         yield text(LEFT - 5, y + 3.5, f"1e{power}" if power else "1", size=10, anchor="end")
     yield f"<path d='M{LEFT} {TOP}V{bottom}H{right}' fill='none' stroke='#777'/>"
@@ -99,22 +99,23 @@ def curve(name, spots):
         yield f"<circle cx='{x:.1f}' cy='{y:.1f}' r='{radius}' {fill} stroke='{colour if hollow else '#fff'}'/>"
 
 
-def inked(spots):
+def ink_points(spots):
     """Points along the line through the spots, closer than a letter."""
     for (x, y), (u, v) in pairwise(spots):
         pieces = max(1, round(math.hypot(u - x, v - y) / 4))
         yield from ((x + (u - x) * k / pieces, y + (v - y) * k / pieces) for k in range(pieces + 1))
-    for x, y in spots:  # a mark weighs more than a line, and is wider
+    for x, y in spots:  # a mark counts more than a line, and is wider
         yield from ((x + dx, y + dy) for dx in (-3, 0, 3) for dy in (-3, 0, 3))
 
 
 def label(name, spots, ink, boxes):
-    """The solver's name beside that spot, on that side, where it hides least; its box is added to ``boxes``."""
+    """The solver's name at the place beside its line where it hides least; adds its box to ``boxes``."""
     words, colour = NAMES.get(name, name), STYLES[name][0]
     bold = words.startswith("Vibroscope")
     wide, high, gap = len(words) * (6.4 if bold else 5.9), 12, STYLES[name][1] + 5
 
-    def hidden(box):
+    def penalty(box):
+        """Points and names that it would hide, and whether it leaves the frame."""
         x, y = box
         off = x < LEFT + 2 or x + wide > WIDTH - 2 or y - high < TOP or y > HEIGHT - BOTTOM - 2
         over = sum(x - 2 < u < x + wide + 2 and y - high < v < y + 2 for u, v in ink)
@@ -123,19 +124,19 @@ def label(name, spots, ink, boxes):
 
     candidates = []
     for x, y in spots:
-        for away in (0, 7, 14):  # a little further off where it is crowded; min takes the first of equals
+        for away in (0, 7, 14):  # farther off where it is crowded; min takes the first of equals
             candidates += [(x - wide / 2, y - gap - away), (x - gap - wide, y + 4), (x + gap, y + 4)]
             candidates += [(x + gap - 3, y + side * (gap + away) + 4) for side in (-1, 1)]
             candidates += [(x + 3 - gap - wide, y + side * (gap + away) + 4) for side in (-1, 1)]
             candidates += [(x - wide / 2, y + gap + away + 8)]
-    x, y = min(candidates, key=hidden)
+    x, y = min(candidates, key=penalty)
     boxes.append((x, y, wide))
     halo = "paint-order='stroke' stroke='#fff' stroke-width='3' stroke-linejoin='round'"
     return text(x, y, words, colour=colour, more=halo + (" font-weight='bold'" if bold else ""))
 
 
 def draw(data):
-    """The figure as text; ``data`` as work_precision.py writes it."""
+    """The figure as SVG text; ``data`` is what work_precision.py writes."""
     panels = data["problems"]
     rows = math.ceil(len(panels) / COLUMNS)
     width, height = COLUMNS * WIDTH + 10, rows * HEIGHT + 26
@@ -149,11 +150,11 @@ def draw(data):
         out.append(f"<g transform='translate({column * WIDTH} {row * HEIGHT})'>")
         out += axes(panel["title"], column == 0, row == rows - 1)
         points = {series["name"]: series["points"] for series in panel["series"]}
-        spots = {name: [place(point) for point in best(points.get(name, []))] for name in STYLES}
+        spots = {name: [position(point) for point in best_points(points.get(name, []))] for name in STYLES}
         spots = {name: found for name, found in spots.items() if found}
         for name, found in spots.items():
             out += curve(name, found)
-        ink, boxes = [point for found in spots.values() for point in inked(found)], []
+        ink, boxes = [point for found in spots.values() for point in ink_points(found)], []
         out += [label(name, spots[name], ink, boxes) for name in reversed(spots)]
         out.append("</g>")
     versions = ", ".join(f"{name} {number}" for name, number in data["versions"].items() if number)
@@ -169,7 +170,7 @@ def draw(data):
     return "\n".join([*out, "</svg>", ""])
 
 
-if __name__ == "__main__":  # draw anew from kept data
+if __name__ == "__main__":  # draw stored data again
     assets = Path(__file__).resolve().parents[1] / "assets"
     source = Path(sys.argv[1]) if sys.argv[1:] else assets / "speed" / "work-precision.json"
     source.with_suffix(".svg").write_text(draw(json.loads(source.read_text())))

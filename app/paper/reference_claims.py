@@ -4,32 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 from vibroscope.app.explorer.scenes import Scene, scenes
-from vibroscope.app.paper.claim import SYSTEM, Claim, Finding, Orbits, Times, count, percent, periods, reference
-from vibroscope.engine import Record, Reference, diagram, motion
+from vibroscope.app.paper.claims import Claim, Finding
+from vibroscope.app.paper.pictures import PhasePlots, TimeHistory
+from vibroscope.app.paper.runs import SYSTEM, TWO_PERIODS, run_reference
+from vibroscope.app.paper.wording import count_text, cycle_text, percent
+from vibroscope.engine import Reference, diagram, motion
 
 _TOLERANCE = 1e-5  # of the largest displacement; the diagram holds single precision
-_TWO_PERIODS = Record(2, 1000)
 
 
-def _alternates(scene: Scene) -> Finding:
-    """Figure 3: periods over η, and whether the four sections are as the text says."""
-    found = diagram(SYSTEM, Reference())
-    period = _periods(np.moveaxis(found.displacement, 0, -1))
+def _check_alternation(scene: Scene) -> Finding:
+    """Figure 3: the periods over η, and those of the four scenes [A] to [D]."""
+    shown = diagram(SYSTEM, Reference())
+    period = _section_periods(np.moveaxis(shown.displacement, 0, -1))
     one, more, none = (period == 1).sum(), (period > 1).sum(), (period == 0).sum()
     changes = np.count_nonzero(np.diff(period == 0))
-    four = [int(period[np.abs(found.eta - scenes()[key].eta).argmin()]) for key in "ABCD"]
+    four = [int(period[np.abs(shown.eta - scenes()[key].eta).argmin()]) for key in "ABCD"]
     return Finding(
         min(one + more, none) > 0 and changes > 2 and four == [1, 0, 1, 2],
-        f"Of {len(period):,} values of η from {found.eta[0]:g} to {found.eta[-1]:g}, {one} give one period, {more} "
+        f"Of {len(period):,} values of η from {shown.eta[0]:g} to {shown.eta[-1]:g}, {one} give one period, {more} "
         f"a longer cycle, {none} none of up to 25 periods; regular and irregular alternate {changes} times. "
-        f"[A] to [D]: {', '.join(periods(count) for count in four)}.",
-        found,
+        f"[A] to [D]: {', '.join(map(cycle_text, four))}.",
+        shown,
         "From rest each time; where motions coexist, a sweep up or down shows others.",
     )
 
 
-def _periods(sections: np.ndarray) -> np.ndarray:
-    """Excitation periods after which each section (n, sample, c) repeats, up to half the sample; 0: it does not."""
+def _section_periods(sections: np.ndarray) -> np.ndarray:
+    """Least number of periods after which each section (n, sample, c) repeats, (n,); 0 if more than half the sample."""
     period = np.zeros(len(sections), int)
     allowed = _TOLERANCE * np.abs(sections).max(axis=(1, 2))
     for p in range(sections.shape[1] // 2, 0, -1):
@@ -37,26 +39,26 @@ def _periods(sections: np.ndarray) -> np.ndarray:
     return period
 
 
-def _sticks(scene: Scene) -> Finding:
-    """Figure 4 [A]."""
-    run = reference(scene)
+def _check_sticking(scene: Scene) -> Finding:
+    """Figure 4 [A]: several impacts, then permanent contact."""
+    run = run_reference(scene)
     found = motion(run)
     return Finding(
         found.period == 1 and found.impacts_per_period > 2 and found.contacts_per_period == 1,
-        f"{periods(found.period).capitalize()}; {count(found.impacts_per_period, 'impact')} and "
-        f"{count(found.contacts_per_period, 'permanent contact')} a period, "
+        f"{cycle_text(found.period).capitalize()}; {count_text(found.impacts_per_period, 'impact')} and "
+        f"{count_text(found.contacts_per_period, 'permanent contact')} a period, "
         f"{percent(found.contact_share)} of the time.",
-        Orbits({"reference": run}),
+        PhasePlots({"reference": run}),
     )
 
 
-def _stripes(scene: Scene) -> Finding:
-    """Figure 4 [B]: the stripes are there, yet neighbouring motions drift apart."""
-    run, found = reference(scene), motion(SYSTEM, scene.eta, Reference())
+def _check_stripes(scene: Scene) -> Finding:
+    """Figure 4 [B]: the stripes are there, but neighbouring motions diverge."""
+    run, found = run_reference(scene), motion(SYSTEM, scene.eta, Reference())
     low, high = sorted((run.section[::2, 0], run.section[1::2, 0]), key=np.mean)
     apart = high.min() - low.max()
     bands = f"in two bands that it visits in turn, {apart:.2f} apart in ξ₁" if apart > 0 else "in one band"
-    why = (
+    reason = (
         "The picture is the paper's, its name is not: of a quasi-periodic motion the exponent would be zero. Here two "
         f"motions that start close together part e-fold every {1 / found.lyapunov:.1f} periods."
     )
@@ -64,39 +66,39 @@ def _stripes(scene: Scene) -> Finding:
         found.type == "quasi-periodic",
         f"Stripes, {bands}. The motion is {found.type}, its largest Lyapunov exponent {found.lyapunov:+.3f} ± "
         f"{found.lyapunov_error:.3f} a period.",
-        Orbits({"reference": run}),
-        why if found.type == "chaotic" else "",
+        PhasePlots({"reference": run}),
+        reason if found.type == "chaotic" else "",
     )
 
 
-def _one_impact(scene: Scene) -> Finding:
-    """Figure 4 [C]."""
-    run = reference(scene)
+def _check_one_impact(scene: Scene) -> Finding:
+    """Figure 4 [C]: one impact a period."""
+    run = run_reference(scene)
     found = motion(run)
     return Finding(
         (found.period, found.impacts_per_period, found.contacts_per_period) == (1, 1, 0),
-        f"{periods(found.period).capitalize()}; {count(found.impacts_per_period, 'impact')} a period, closing at "
-        f"{found.closing_speeds[0]:.3f}; {count(found.contacts_per_period, 'permanent contact')}.",
-        Orbits({"reference": run}),
+        f"{cycle_text(found.period).capitalize()}; {count_text(found.impacts_per_period, 'impact')} a period, "
+        f"closing at {found.closing_speeds[0]:.3f}; {count_text(found.contacts_per_period, 'permanent contact')}.",
+        PhasePlots({"reference": run}),
     )
 
 
-def _doubled(scene: Scene) -> Finding:
-    """Figure 4 [D]."""
-    run = reference(scene)
+def _check_doubling(scene: Scene) -> Finding:
+    """Figure 4 [D]: a cycle of two periods."""
+    run = run_reference(scene)
     found = motion(run)
     return Finding(
         found.period == 2,
-        f"{periods(found.period).capitalize()}, with {count(2 * found.impacts_per_period, 'impact')} in two.",
-        Orbits({"reference": run}),
+        f"{cycle_text(found.period).capitalize()}, with {count_text(2 * found.impacts_per_period, 'impact')} in two.",
+        PhasePlots({"reference": run}),
     )
 
 
-def _chatters(scene: Scene) -> Finding:
-    """Figure 6, η = 1.08: intervals between the impacts that lead to the last permanent contact."""
-    run = reference(scene, _TWO_PERIODS)
+def _check_chatter(scene: Scene) -> Finding:
+    """Figure 6, η = 1.08: the intervals between the impacts that lead to the last permanent contact."""
+    run = run_reference(scene, TWO_PERIODS)
     if len(run.contacts) < 2:
-        return Finding(False, "No permanent contact.", Times(run))
+        return Finding(False, "No permanent contact.", TimeHistory(run))
     begin, end = run.contacts[-2]
     before = run.impacts.time[(run.impacts.time > begin - run.period / 2) & (run.impacts.time <= begin)]
     intervals = np.diff(before) / run.period
@@ -106,56 +108,64 @@ def _chatters(scene: Scene) -> Finding:
         f"{len(before)} impacts, {intervals[0]:.4f} T apart at first and {intervals[-1]:.4f} T at last, each interval "
         f"shorter than the one before; then contact for {(end - begin) / run.period:.3f} T with a force of up to "
         f"{peak:.2f}.",
-        Times(run),
+        TimeHistory(run),
         _NO_EXPERIMENT,
     )
 
 
-def _parts_at_once(scene: Scene) -> Finding:
-    """Figure 6, η = 2.76."""
-    run = reference(scene, _TWO_PERIODS)
+def _check_sudden_impact(scene: Scene) -> Finding:
+    """Figure 6, η = 2.76: one impact and no lasting force."""
+    run = run_reference(scene, TWO_PERIODS)
     found = motion(run)
     return Finding(
         found.impacts_per_period == 1 and not found.contact_share and not run.trajectory.force.any(),
         f"One impact a period, at {found.impact_phases[0]:.4f} T, with an impulse of {found.impulse:.3f}; no force at "
         "any other instant.",
-        Times(run),
+        TimeHistory(run),
         _NO_EXPERIMENT,
     )
 
 
 _NO_EXPERIMENT = "Only the calculated curves are remade: the measured ones exist in print alone."
 
-MOTIONS = [
+REFERENCE_CLAIMS = [
     Claim(
         "3",
         "section 2",
         "Over the excitation frequency, regions of irregular motion and windows of periodic motion alternate.",
         "A",
-        _alternates,
+        _check_alternation,
         tab="bifurcation",
     ),
     Claim(
-        "4A", "section 2", "η = 1.08: several impacts in a period, then permanent contact; one period.", "A", _sticks
+        "4A",
+        "section 2",
+        "η = 1.08: several impacts in a period, then permanent contact; one period.",
+        "A",
+        _check_sticking,
     ),
     Claim(
         "4B",
         "section 2",
         "η = 1.70: a quasi-periodic motion, its lines widened to stripes.",
         "B",
-        _stripes,
+        _check_stripes,
         holds=False,
     ),
-    Claim("4C", "section 2", "η = 2.76: not bifurcated, one impact in each period.", "C", _one_impact),
-    Claim("4D", "section 2", "η = 3.25: the period is doubled.", "D", _doubled),
+    Claim("4C", "section 2", "η = 2.76: not bifurcated, one impact in each period.", "C", _check_one_impact),
+    Claim("4D", "section 2", "η = 3.25: the period is doubled.", "D", _check_doubling),
     Claim(
         "6A",
         "section 3",
         "η = 1.08: impacts at ever shorter intervals lead into permanent contact with a contact force.",
         "A",
-        _chatters,
+        _check_chatter,
     ),
     Claim(
-        "6B", "section 3", "η = 2.76: displacements with one sudden impact and no lasting force.", "C", _parts_at_once
+        "6B",
+        "section 3",
+        "η = 2.76: displacements with one sudden impact and no lasting force.",
+        "C",
+        _check_sudden_impact,
     ),
 ]

@@ -1,0 +1,164 @@
+"""``vibroscope compare --measured FILE.csv``: both solutions beside measured motion."""
+
+import argparse
+import json
+import math
+
+from vibroscope.app.commands.options import reference_of, system_of, units_of
+from vibroscope.app.commands.output import finite_or_none
+from vibroscope.engine import (
+    FITTED,
+    Fit,
+    MeasuredComparison,
+    Newmark,
+    Solved,
+    compare_measured,
+    fit,
+    measured_verdict,
+    read_measurement,
+)
+
+
+def add_measured_options(command: argparse.ArgumentParser) -> None:
+    """Add ``--measured`` and ``--fit``, for :func:`run_measured`."""
+    command.add_argument(
+        "--measured",
+        metavar="FILE.csv",
+        help="compare with a measurement instead: columns time [s], x1 [mm], x2 [mm] and perhaps contact (0 or 1), "
+        "or xi1, xi2 relative to the base; [-] or no unit: without dimension",
+    )
+    command.add_argument(
+        "--fit",
+        nargs="?",
+        const=",".join(FITTED),
+        type=fit_names,
+        metavar="NAMES",
+        help=f"with --measured: fit these constants to the measurement first (default {','.join(FITTED)})",
+    )
+
+
+def fit_names(text: str) -> tuple[str, ...]:
+    """Comma-separated names of constants to fit."""
+    names = tuple(part.strip() for part in text.split(","))
+    wrong = [name for name in names if name not in FITTED]
+    if wrong or len(set(names)) < len(names):
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be fitted: give some of {','.join(FITTED)}, each once")
+    return names
+
+
+def run_measured(options: argparse.Namespace) -> None:
+    """Align both solutions with the measurement and print; with ``--fit``, solutions of the fitted system."""
+    measurement = read_measurement(options.measured, units_of(options))
+    system, fitted = system_of(options), None
+    if options.fit:
+        fitted = fit(system, options.eta, measurement, names=options.fit)
+        system = fitted.system
+    penalty = Newmark(options.K, options.D, options.steps, located=options.located)
+    reference = reference_of(options)
+    comparison = compare_measured(
+        system, options.eta, measurement, penalty, reference=reference, periods=options.periods
+    )
+    if options.json:
+        print(json.dumps(as_json(comparison, fitted), allow_nan=False))
+    else:
+        print(as_text(comparison, fitted))
+
+
+def as_json(comparison: MeasuredComparison, fitted: Fit | None = None) -> dict:
+    """The comparison as JSON for scripts; None for what is not known."""
+    recurrence = comparison.recurrence
+    sensor = recurrence.sensor
+    return {
+        "eta": comparison.reference.response.eta,
+        "measured": {
+            "samples": len(comparison.measurement),
+            "periods": comparison.periods,
+            "frame": comparison.measurement.frame,
+            "period": recurrence.period,
+            "noise": recurrence.noise,
+            "eta": recurrence.eta if recurrence.period else None,
+            "strongest": recurrence.strongest,
+            "closings_per_period": sensor and sensor.per_period,
+            "contact_share": sensor and sensor.share,
+        },
+        "reference": _solution_json(comparison.reference),
+        "penalty": _solution_json(comparison.penalty),
+        "fit": fitted and _fit_json(fitted),
+        "verdict": measured_verdict(comparison),
+    }
+
+
+def _solution_json(solution: Solved) -> dict:
+    aligned = solution.alignment
+    return {
+        "status": str(solution.response.status),
+        "period": solution.period,
+        "impacts_per_period": solution.impacts_per_period,
+        "contact_share": solution.contact_share,
+        "rms": aligned and aligned.rms,
+        "phase": aligned and aligned.phase,
+        "offset": aligned and aligned.offset.tolist(),
+        "closings_seen_per_period": aligned and aligned.sensor.per_period,
+        "contact_share_seen": aligned and aligned.sensor.share,
+        "closing_error": aligned and aligned.closing_error,
+    }
+
+
+def _fit_json(fitted: Fit) -> dict:
+    return {
+        "values": fitted.values,
+        "errors": {name: finite_or_none(error) for name, error in fitted.errors.items()},
+        "correlation": {
+            "names": [name for name, error in fitted.errors.items() if math.isfinite(error)],
+            "matrix": fitted.correlation.tolist(),
+        },
+        "deviation": fitted.deviation,
+        "noise": fitted.noise,
+        "starts": fitted.starts,
+        "agreeing": fitted.agreeing,
+        "remarks": list(fitted.remarks),
+    }
+
+
+def as_text(comparison: MeasuredComparison, fitted: Fit | None = None) -> str:
+    """The comparison as text."""
+    measurement = comparison.measurement
+    lines = [
+        f"eta = {comparison.reference.response.eta:g}, {len(measurement)} samples over {comparison.periods:.3g} "
+        f"periods, {measurement.frame} displacements",
+        *(_fit_lines(fitted) if fitted else ()),
+        *("".join(f"{'-' if cell is None else cell!s:20}" for cell in row).rstrip() for row in _rows(comparison)),
+    ]
+    return "\n".join([*lines, measured_verdict(comparison)])
+
+
+def _rows(comparison: MeasuredComparison) -> list[tuple]:
+    """A table of the measurement beside both solutions; None for what is not known."""
+    recurrence = comparison.recurrence
+    sensor = recurrence.sensor
+
+    def both(text) -> list[str | None]:
+        alignments = comparison.reference.alignment, comparison.penalty.alignment
+        return [None if alignment is None else text(alignment) for alignment in alignments]
+
+    return [
+        ("", "measured", "reference", "penalty"),
+        ("repeats after", recurrence.period, comparison.reference.period, comparison.penalty.period),
+        ("rms off", f"{recurrence.noise:.3g} noise", *both(lambda a: f"{a.rms:.2%}")),
+        ("begins at tau", "", *both(lambda a: f"{a.phase:.4f}")),
+        ("sensor closes", sensor and f"{sensor.per_period:.3g}", *both(lambda a: f"{a.sensor.per_period:.3g}")),
+        ("sensor closed", sensor and f"{sensor.share:.2%}", *both(lambda a: f"{a.sensor.share:.2%}")),
+        ("closings off", "", *both(lambda a: a.closing_error and f"{a.closing_error:.2%} of T")),
+        ("mean off", "", *both(lambda a: ", ".join(f"{value:.2g}" for value in a.offset))),
+    ]
+
+
+def _fit_lines(fitted: Fit) -> list[str]:
+    lines = []
+    for name, value in fitted.values.items():
+        error = fitted.errors[name]
+        accuracy = f" +- {error:.2g}" if math.isfinite(error) else ", not shown by the motion"
+        lines.append(f"{name:20}{value:.6g}{accuracy}")
+    agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
+    lines.append(f"{'residual':20}{fitted.deviation:.3g}, noise {fitted.noise:.3g}; {agreeing}")
+    return [*lines, *(f"note: {remark}" for remark in fitted.remarks)]

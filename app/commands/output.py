@@ -1,0 +1,31 @@
+"""What the commands print in the same way: notes, progress, shares, and numbers for JSON."""
+
+import math
+import sys
+from collections.abc import Callable
+
+
+def note(text: str) -> None:
+    """Print a remark on stderr, so that it is no part of the output."""
+    print(f"vibroscope: {text}", file=sys.stderr)
+
+
+def finite_or_none(value: float) -> float | None:
+    """The number, or None where it is infinite or not a number, which JSON cannot hold."""
+    return value if math.isfinite(value) else None
+
+
+def percent(share: float) -> str:
+    """A share with three digits and its sign."""
+    return f"{100 * share:.3g} %"
+
+
+def progress_line(text: Callable[[float], str], end: float) -> Callable[[float], None] | None:
+    """A function that prints ``text(done)`` on one line of the terminal until ``end``; None if there is no terminal."""
+    if not sys.stderr.isatty():
+        return None
+
+    def show(done: float) -> None:
+        print(f"\r{text(done)}", end="\n" if done >= end else "", file=sys.stderr, flush=True)
+
+    return show

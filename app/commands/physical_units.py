@@ -1,0 +1,76 @@
+"""``--units``: the results of a command in the units of an FE input file as well."""
+
+import argparse
+
+from vibroscope.app.commands.options import units_of
+from vibroscope.app.commands.output import finite_or_none
+from vibroscope.engine import Method, Motion, Response, Units
+
+
+def add_units_option(command: argparse.ArgumentParser) -> None:
+    """Add ``--units``, for :func:`wanted_units`."""
+    command.add_argument(
+        "--units",
+        action="store_true",
+        help="also in physical units, those of the system file (default omega1 1 1/s, m1 1 kg, base 1.07 mm)",
+    )
+
+
+def wanted_units(options: argparse.Namespace) -> Units | None:
+    """The units, or None where ``--units`` is not given."""
+    return units_of(options) if options.units else None
+
+
+def physical_run(units: Units, response: Response) -> dict:
+    """A run as JSON: settings, and the section, impacts and contacts of the kept periods in mm, mm/s, N·s and s."""
+    impacts = units.impacts(response.impacts)
+    return {
+        "settings": units.settings(response.eta, response.method),
+        "section": _section(units, response.section),
+        "impacts": [list(row) for row in zip(impacts.time.tolist(), impacts.closing_speed.tolist(), strict=True)],
+        "impulses": impacts.impulse.tolist(),
+        "contacts": units.physical("time", response.contacts).tolist(),
+    }
+
+
+def physical_motion(units: Units, motion: Motion) -> dict:
+    """A motion as JSON: section, closing speeds, peak force, impulse and energy lost per period; None if not known."""
+    quantities = {"peak_force": "force", "impulse": "impulse", "energy_lost": "energy"}
+    return {
+        "section": _section(units, motion.section),
+        "closing_speeds": units.physical("velocity", motion.closing_speeds).tolist(),
+        **{
+            name: finite_or_none(units.physical(quantity, getattr(motion, name)))
+            for name, quantity in quantities.items()
+        },
+    }
+
+
+def settings_text(units: Units, eta: float, method: Method) -> str:
+    """The settings for an FE input file in one line."""
+    formats = {
+        "stiffness": "stiffness {:.4g} N/m",
+        "damping": "damper {:.4g} N.s/m",
+        "time_step": "time step {:.4g} s",
+        "period": "period {:.4g} s",
+    }
+    return _line(formats, units.settings(eta, method))
+
+
+def motion_text(units: Units, motion: Motion) -> str:
+    """Force, impulse and energy of a motion in one line, as far as they are known."""
+    formats = {
+        "peak_force": "peak force {:.4g} N",
+        "impulse": "impulse {:.4g} N.s",
+        "energy_lost": "energy lost {:.4g} J each period",
+    }
+    return _line(formats, physical_motion(units, motion))
+
+
+def _line(formats: dict[str, str], values: dict) -> str:
+    return ", ".join(text.format(values[name]) for name, text in formats.items() if values.get(name) is not None)
+
+
+def _section(units: Units, section) -> list:
+    scale = [units.factor(quantity) for quantity in ("displacement", "velocity") * 2]
+    return (section * scale).tolist() if len(section) else []

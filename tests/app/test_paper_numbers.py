@@ -1,0 +1,66 @@
+"""Numbers that the description of the model states for the paper's figures."""
+
+import numpy as np
+import pytest
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.paper.penalty_claims import scatter
+from vibroscope.app.paper.runs import SYSTEM, run_newmark, run_reference
+from vibroscope.engine import Reference, motion, simulate
+
+
+def test_constants_of_table_1():
+    assert pytest.approx(0.8722401775, abs=1e-10) == SYSTEM.mass_ratio
+    assert SYSTEM.derived_joint_damping == pytest.approx(0.0084644, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("scene", "state"), [("A", [1.68339, 0.59798, 1.68339, 0.59798]), ("C", [-5.56905, -0.59972, 0.62677, 3.90177])]
+)
+def test_sections_of_figure_4(scene, state):
+    np.testing.assert_allclose(run_reference(scenes()[scene]).section[-1], state, atol=1e-5)
+
+
+def test_figure_4a_ten_impacts_and_nine_with_derived_damping():
+    assert motion(run_reference(scenes()["A"])).impacts_per_period == 10
+    found = motion(simulate(SYSTEM, 1.08, Reference("derived")))
+    assert (found.period, found.impacts_per_period) == (1, 9)
+
+
+def test_figure_4b_two_neighbouring_runs_part_exponentially():
+    """By about 0.27 per period from a distance of 1e-9: chaos, not quasi-periodicity."""
+    start = simulate(SYSTEM, 1.70, Reference(), periods=500, keep=1).section[-1]
+    one = simulate(SYSTEM, 1.70, Reference(), periods=40, keep=40, initial=start).section
+    other = simulate(SYSTEM, 1.70, Reference(), periods=40, keep=40, initial=start + np.array([0, 1e-9, 0, 0])).section
+    rate = np.polyfit(np.arange(40), np.log(np.linalg.norm(one - other, axis=1)), 1)[0]
+    assert 0.1 < rate < 0.5
+
+
+def test_figure_4b_the_section_visits_two_bands_in_turn():
+    xi1 = simulate(SYSTEM, 1.70, Reference(), periods=2000, keep=200).section[:, 0]
+    low, high = sorted((xi1[::2], xi1[1::2]), key=np.mean)
+    assert low.max() < high.min()
+    assert min(np.ptp(low), np.ptp(high)) > 0.5
+
+
+def test_figure_9_three_contacts_the_last_long_and_one_of_56_percent():
+    captured, missed = (run_newmark(scenes()[key]) for key in ("9A", "9B"))
+    assert motion(captured).contacts_per_period == 3
+    assert captured.section[-1, 2] == pytest.approx(1.6992, abs=1e-4)
+    lengths = np.sort(np.diff(captured.contacts[1:4]).ravel())
+    assert lengths[-1] > 3 * lengths[-2]
+    assert motion(missed).contact_share == pytest.approx(0.56, abs=0.01)
+    assert missed.section[-1, 2] == pytest.approx(1.03, abs=0.01)
+
+
+def test_figure_12_contact_of_18_steps():
+    run = run_newmark(scenes()["14A"])
+    assert round(np.median(np.diff(run.contacts)) / run.period * 2000) == 18
+
+
+def test_figure_14_scatter_falls_with_the_step_but_never_vanishes():
+    """The kept 50 periods are a sample of a disturbed motion, so longer stretches are compared: roughly 1/n."""
+    steps = np.array([2000, 4000, 6000, 8000, 32000])
+    spread = np.array([scatter(scenes()["14A"], steps=int(n)) for n in steps])
+    assert 0.1 < spread[0] < 0.4
+    assert 0.003 < spread[-1] < 0.01
+    assert -1.6 < np.polyfit(np.log(steps), np.log(spread), 1)[0] < -0.8

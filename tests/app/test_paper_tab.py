@@ -1,0 +1,139 @@
+"""The tab Paper: claims are checked once they are seen, and only while the tab is open."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from vibroscope.app.export.formats import as_json
+from vibroscope.app.page.paper import tab as module
+from vibroscope.app.page.paper.tab import Paper
+from vibroscope.app.page.tab import Move
+from vibroscope.app.paper import CLAIMS
+from vibroscope.app.paper.check_queue import CheckQueue
+
+SEEN = {"seen": True}
+
+
+class Host:
+    """The page: what the tab calls on it is noted, or waits until the test runs it."""
+
+    doc = None
+
+    def __init__(self):
+        self.waiting, self.offers, self.summary = [], [], ""
+        self.tab = Paper(self)
+        self.tab.build()
+
+    def update_offers(self):
+        self.offers.append([figure.name for figure in self.tab.figures()])
+
+    def call_later(self, callback):
+        self.waiting.append(callback)
+
+    def push(self, move, write):
+        write()
+
+    def summarise(self, text):
+        self.summary = text
+
+    def deliver(self):
+        """Run the first callback that waits for the session's loop."""
+        self.waiting.pop(0)()
+
+
+class Checks:
+    """Stands for the worker thread: runs its jobs when the test says so."""
+
+    def __init__(self):
+        self.jobs = []
+
+    def submit(self, job, *arguments):
+        self.jobs.append((job, arguments))
+
+    def work(self):
+        while self.jobs:
+            job, arguments = self.jobs.pop(0)
+            job(*arguments)
+
+
+@pytest.fixture
+def checks(monkeypatch):
+    checks = Checks()
+    monkeypatch.setattr(module, "CHECKS", CheckQueue(checks.submit))
+    return checks
+
+
+@pytest.fixture
+def host(checks):
+    return Host()
+
+
+def test_a_claim_is_checked_when_it_is_seen_and_once(checks, host):
+    tab = host.tab
+    assert checks.jobs == []
+    assert tab.figures() == []
+    for message in (SEEN, SEEN, {"seen": "no"}, "seen"):
+        tab.cards["4C"].receive(message)
+    assert len(checks.jobs) == 1
+    checks.work()
+    assert tab.cards["4C"].found == {}
+    host.deliver()
+    assert tab.cards["4C"].found["verdict"] == "agrees"
+    assert [key for key, slot in tab.slots.items() if len(slot) == 2] == ["4C"]
+    assert [row["figure"] for row in json.loads(as_json(tab.data()))["claims"]] == ["Figure 4 [C]"]
+    assert host.offers == [["claims", "paper4C"]]
+
+
+def test_a_finding_is_kept_for_other_sessions(checks, host):
+    host.tab.cards["4C"].receive(SEEN)
+    checks.work()
+    other = Host()
+    other.tab.cards["4C"].receive(SEEN)
+    assert checks.jobs == []
+    assert len(other.waiting) == 1
+
+
+def test_a_hidden_tab_checks_nothing_and_goes_on_when_it_is_shown(checks, host, monkeypatch):
+    checked, check = [], CLAIMS["4C"].check
+    noted = replace(CLAIMS["4C"], check=lambda scene: checked.append(scene.key) or check(scene))
+    monkeypatch.setitem(CLAIMS, "4C", noted)
+    tab = host.tab
+    tab.cards["4C"].receive(SEEN)
+    tab.hide()
+    checks.work()
+    assert checked == host.waiting == []
+    tab.show(Move(1, None))
+    checks.work()
+    assert checked == ["C"]
+    host.deliver()
+    assert tab.cards["4C"].found["verdict"] == "agrees"
+
+
+def test_the_summary_comes_once_all_claims_in_view_are_checked(checks, host):
+    tab = host.tab
+    assert tab.summary(None) == f"0 of {len(CLAIMS)} claims checked."
+    tab.show(Move(1, None))
+    tab.cards["4C"].receive(SEEN)
+    tab.cards["14D"].receive(SEEN)
+    checks.work()
+    host.deliver()
+    assert host.summary == ""
+    host.deliver()
+    assert host.summary == tab.summary(None)
+    assert host.summary == f"2 of {len(CLAIMS)} claims checked: 1 agree, 1 differ, 0 shown by example."
+
+
+def test_a_check_that_fails_says_so_on_its_card_and_is_tried_again(checks, host, monkeypatch):
+    claim, tab = CLAIMS["4C"], host.tab
+    monkeypatch.setitem(CLAIMS, "4C", replace(claim, check=lambda scene: 1 / 0))
+    tab.cards["4C"].receive(SEEN)
+    checks.work()
+    host.deliver()
+    error = tab.cards["4C"].found["error"]
+    assert error == "This could not be checked (division by zero). Open another tab and come back to try again."
+    monkeypatch.setitem(CLAIMS, "4C", claim)
+    tab.hide()
+    tab.show(Move(1, None))
+    checks.work()
+    host.deliver()
+    assert tab.cards["4C"].found["verdict"] == "agrees"
