@@ -4,7 +4,7 @@ import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.link import print_address
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.paper.claims import ClaimCard
+from vibroscope.app.page.paper.card import ClaimCard
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS

@@ -5,7 +5,7 @@ import resource
 
 import numba
 import pytest
-from vibroscope.engine.kernels.compile.code_cache import kept
+from vibroscope.engine.kernels.compile.code_cache import cache_safe
 
 
 def twice(x):
@@ -20,7 +20,7 @@ def folder(tmp_path, monkeypatch):
 
 def is_cached():
     """Whether the code was found, once the function has been called anew, as a new process would."""
-    function = kept(twice)
+    function = cache_safe(twice)
     assert function(3.5) == 7.0
     return bool(function.stats.cache_hits)
 
