@@ -13,7 +13,7 @@ from .measurement.measurement import Measurement
 from .measurement.measurement_file import measurement_text, read_measurement
 from .measurement.synthetic import synthetic_measurement
 from .measurement.verdict import measured_verdict
-from .methods import ExactPenalty, Method, Newmark, Reference
+from .methods import CONTACT_LAWS, ExactPenalty, Method, Newmark, Reference
 from .model import System
 from .motions.attractors import Attractor, attractors
 from .motions.lyapunov import Lyapunov, lyapunov
@@ -29,6 +29,7 @@ from .system_file import SystemFile, parse_system, read_system, system_text, tom
 from .units import QUANTITIES, Units
 
 __all__ = [
+    "CONTACT_LAWS",
     "COORDINATES",
     "DIRECTIONS",
     "FITTED",

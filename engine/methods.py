@@ -91,7 +91,7 @@ class Newmark:
         contacts shorter than some steps are resolved by shorter ones. All steps are taken; the cost counts each solve.
     law : {"kelvin-voigt", "cut"}
         Contact law: a spring and a damper, as in the paper, which may pull near the end of a contact; or the same cut
-        at zero. With "cut" all steps are taken.
+        at zero. With "cut" all steps are taken, none is located, and there is no `limit` to compare with.
 
     Raises
     ------
@@ -111,8 +111,17 @@ class Newmark:
         _check_contact(self)
         if self.law not in CONTACT_LAWS:
             raise ValueError(f"law = {self.law!r} is not one of {', '.join(CONTACT_LAWS)}")
+        if self.located and self.law != CONTACT_LAWS[0]:
+            raise ValueError(f"law = {self.law!r} has no located steps: leave located at False")
         n = whole("steps", self.steps, *STEPS_RANGE, "give steps per excitation period; the paper uses 2000 to 8000")
         object.__setattr__(self, "steps", n)
+
+    @property
+    def limit(self) -> ExactPenalty:
+        """The solution that this one tends to as Δτ → 0; raises ValueError for a law without a closed form."""
+        if self.law != CONTACT_LAWS[0]:
+            raise ValueError(f"law = {self.law!r} has no closed form to compare with: use {CONTACT_LAWS[0]!r}")
+        return ExactPenalty(self.stiffness, self.damping)
 
 
 def _check_contact(method: ExactPenalty | Newmark) -> None:

@@ -6,13 +6,23 @@ from dataclasses import replace
 from inspect import signature
 
 from vibroscope.app.commands.output import note
-from vibroscope.engine import ExactPenalty, Method, Newmark, Reference, System, SystemFile, Units, read_system
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    ExactPenalty,
+    Method,
+    Newmark,
+    Reference,
+    System,
+    SystemFile,
+    Units,
+    read_system,
+)
 
 # The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
 SOLVER_OPTIONS = {
     "reference": ("joint_damping", "threshold", "restitution"),
     "exact": ("K", "D"),
-    "newmark": ("K", "D", "steps", "every_step", "located"),
+    "newmark": ("K", "D", "steps", "every_step", "located", "law"),
 }
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
 ETA = {"type": float, "metavar": "F", "help": "excitation frequency Omega/omega1; paper: 1.08 to 3.25"}
@@ -96,6 +106,12 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
     add("--eta", required=True, **ETA)
     add_penalty_options(command)
     add("--every-step", action="store_true", help="newmark: take every step, as an FE code must (slower)")
+    add(
+        "--law",
+        choices=CONTACT_LAWS,
+        help="newmark: contact law; a spring and a damper, or the same cut at zero so that it never pulls "
+        f"(default {CONTACT_LAWS[0]})",
+    )
     add_joint_damping_option(command)
     add(
         "--restitution",
@@ -166,7 +182,8 @@ def method_of(options: argparse.Namespace) -> Method:
         return reference_of(options)
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D)
-    return Newmark(options.K, options.D, options.steps, every_step=options.every_step, located=options.located)
+    more = {"every_step": options.every_step, "located": options.located, "law": options.law or CONTACT_LAWS[0]}
+    return Newmark(options.K, options.D, options.steps, **more)
 
 
 def reference_of(options: argparse.Namespace) -> Reference:

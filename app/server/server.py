@@ -58,13 +58,13 @@ class Server(BaseServer):
             self.admission = Admission(chosen.sessions)
             app = _make_app(chosen, self.admission, allowed_origins(chosen, port))
             listener = connections.Listener(app, xheaders=chosen.proxied == "yes", **connections.OPTIONS)
-            listener.add_sockets(sockets)
+            super().__init__(IOLoop.current(), app, listener)
+            self.io_loop.run_sync(lambda: self.admission.open(app))
+            listener.add_sockets(sockets)  # last: while the loop runs above, no request must be answered
         except Exception:
             for sock in sockets:
                 sock.close()
             raise
-        super().__init__(IOLoop.current(), app, listener)
-        self.io_loop.run_sync(lambda: self.admission.open(app))
 
     async def finish(self) -> None:
         """Admit nobody, finish the figures, cancel the rest, and stop the loop; a second call does not wait."""

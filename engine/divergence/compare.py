@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..methods import ExactPenalty, Newmark, Reference
+from ..methods import Newmark, Reference
 from ..model import System
 from ..motions.description import Motion, describe
 from ..motions.motion import motion
@@ -167,7 +167,7 @@ def _four_runs(system, eta, penalty, reference, periods, keep, responses, cancel
     """Return the four runs; those that exist already are not simulated again."""
     methods = PerSolution(
         penalty,
-        ExactPenalty(penalty.stiffness, penalty.damping),
+        penalty.limit,
         replace(reference, joint_damping="derived"),
         reference,
     )

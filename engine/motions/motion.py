@@ -211,6 +211,7 @@ def _with_energy(described: Motion, run: Response) -> Motion:
 
 
 def _newmark_motion(system: System, eta, method: Newmark, initial, cancelled) -> Motion:
+    without_step = method.limit  # raises for a law that has none
     sampled = max(1, min(SAMPLED, MOST_SAMPLES // method.steps))
     record = Record(sampled, method.steps) if method.steps <= MOST_STEPS else None
     run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, record=record, cancelled=cancelled)
@@ -219,7 +220,7 @@ def _newmark_motion(system: System, eta, method: Newmark, initial, cancelled) ->
     state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
-    limit = _closed_form_motion(system, eta, ExactPenalty(method.stiffness, method.damping), state, cancelled)
+    limit = _closed_form_motion(system, eta, without_step, state, cancelled)
     judged = judge_newmark_section(run, limit, cancelled)
     scattered = judged.step_noise > 0
     described = replace(

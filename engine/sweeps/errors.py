@@ -130,7 +130,7 @@ class ReferenceMotion:
             return total, np.nan, np.nan
         if isinstance(method, ExactPenalty):
             return total, 0.0, rms(penalty - self._in_step(self.derived, grid, penalty)) / size
-        exact, _ = self._sampled(ExactPenalty(method.stiffness, method.damping), exact_state, method.steps)
+        exact, _ = self._sampled(method.limit, exact_state, method.steps)
         if exact is None:
             return total, np.nan, np.nan
         exact = repeated(exact, exact.shape[1], self._lead(exact, penalty))

@@ -14,7 +14,6 @@ import numpy as np
 
 from ..batch import run_cells
 from ..cells import CellResults, Cells
-from ..methods import ExactPenalty
 from ..result import Record
 from ..simulate import simulate
 from . import variables as vocabulary
@@ -106,7 +105,7 @@ class StepStudy(Study):
         points = self.points(batch)
         common = {"threads": threads, "cancelled": cancelled}
         periods = {"transient": self.transient, "sample": self.sample}
-        penalty = ExactPenalty(self.method.stiffness, self.method.damping)
+        penalty = self.method.limit
         exact = run_cells(Cells(self.system, [self.eta], penalty), **periods, **common)
         exact = _repeated(exact, len(points["steps"]))
         columns = []

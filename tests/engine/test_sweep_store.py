@@ -243,4 +243,5 @@ def test_what_is_swept_is_no_attribute(whole):
     found = xarray.open_zarr(whole).attrs
     assert "eta" not in found
     plane = sweep_plane(System(), 2.76, [100.0], [5.0], steps=100, transient=5, sample=5, keep=False)
-    assert json.loads(plane.attrs["method"]) == {"name": "newmark", "steps": 100, "every_step": False, "located": False}
+    method = json.loads(plane.attrs["method"])
+    assert method == {"name": "newmark", "steps": 100, "every_step": False, "located": False, "law": "kelvin-voigt"}

@@ -20,7 +20,7 @@ import math
 from typing import NamedTuple
 
 from ..compile.options import jit, jit_inlined
-from ..equations.contact_law import force, force_of_law
+from ..equations.contact_law import force
 
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
 ITERATIONS = 100  # three or four are needed, half of this with bisection alone
@@ -41,13 +41,12 @@ class Side(NamedTuple):
 
 
 class LocatedScheme(NamedTuple):
-    """Both sides, the contact law and the time grid."""
+    """Both sides, the contact's spring and damper, and the time grid."""
 
     separated: Side
     pressed: Side
     stiffness: float  # K
     damper: float  # D
-    law: float
     eta: float
     h: float  # T/n
     steps: int  # n
@@ -141,4 +140,4 @@ def locate_change(m, pressed, z, end, length, k, s):
 @jit_inlined
 def contact_force(m, pressed, z):
     """λ of a motion."""
-    return force_of_law(m.law, force(m.stiffness, m.damper, z[3], z[4])) if pressed else 0.0
+    return force(m.stiffness, m.damper, z[3], z[4]) if pressed else 0.0

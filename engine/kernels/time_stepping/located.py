@@ -71,7 +71,7 @@ def located_scheme(p):
     rate = contact_rate(p.stiffness, p.damping, coefficients(p).inverse_mass)
     sides = side_of(separated_generator(p)), side_of(pressed_generator(p))
     first, growth = h * fastest / rate, h * fastest / math.pi
-    return LocatedScheme(sides[0], sides[1], p.stiffness, p.damping, p.law, p.eta, h, int(p.steps), first, growth)
+    return LocatedScheme(sides[0], sides[1], p.stiffness, p.damping, p.eta, h, int(p.steps), first, growth)
 
 
 @jit
