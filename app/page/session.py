@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from typing import ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.errors import Refused
@@ -27,6 +28,8 @@ from vibroscope.app.page.updates import SessionLoop, UpdateChannel
 class Session:
     """Holds the setting of one session; for its tabs it is the `app.page.tab.TabHost`."""
 
+    tab_titles: ClassVar = {key: tab.title for key, tab in TABS.items()}
+
     def __init__(self, query: str = "") -> None:
         self.doc = pn.state.curdoc
         self.move = 0  # the browser's number of its last move
@@ -41,7 +44,7 @@ class Session:
         opening, error = self._address.open(query)
         self.setting, self.pinned = opening.setting, opening.pinned
         self.controls = Controls()
-        self.header = Header([[tab.key, tab.title] for tab in TABS.values()], theme=opening.theme, error=error)
+        self.header = Header([list(tab) for tab in self.tab_titles.items()], theme=opening.theme, error=error)
         self._take_away = TakeAway(self, self.header.send_file)
         for component in (self.controls, self.header):
             component.on_msg(lambda event: route(self, event.data))

@@ -34,6 +34,7 @@ class TabHost(Protocol):
     """The page, as its tabs use it."""
 
     doc: Document
+    tab_titles: Mapping[str, str]  # by key
 
     def set(self, texts: Mapping[str, str]) -> None:
         """Set some parameters as if the user had typed them; the page shows why a bad value is refused."""

@@ -4,6 +4,7 @@ import queue
 import time
 
 from panel.models.esm import DataEvent
+from vibroscope.app.page.session import Session
 
 
 class Document:
@@ -15,6 +16,8 @@ class Document:
 
 class FakeHost:
     """A `TabHost` that writes at once, calls at once what workers send, and keeps what it is told."""
+
+    tab_titles = Session.tab_titles
 
     def __init__(self, pinned=None, doc=None):
         self.doc, self.pinned = doc, pinned

@@ -53,7 +53,7 @@ def test_a_bad_address_is_refused_in_words(server, query):
     async def steps():
         async with Client(server.url, query) as client:
             header = next(m for m in client.models("Header1"))
-            assert "The link was not taken" in header["attributes"].get("error", "")
+            assert "The link was not accepted" in header["attributes"].get("error", "")
 
     run(steps())
 

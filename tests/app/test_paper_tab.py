@@ -7,6 +7,7 @@ import pytest
 from vibroscope.app.export.formats import as_json
 from vibroscope.app.page.paper import tab as module
 from vibroscope.app.page.paper.tab import Paper
+from vibroscope.app.page.session import Session
 from vibroscope.app.page.tab import Move
 from vibroscope.app.paper import CLAIMS
 from vibroscope.app.paper.check_queue import CheckQueue
@@ -18,6 +19,7 @@ class Host:
     """The page: what the tab calls on it is noted, or waits until the test runs it."""
 
     doc = None
+    tab_titles = Session.tab_titles
 
     def __init__(self):
         self.waiting, self.offers, self.summary = [], [], ""

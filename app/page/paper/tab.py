@@ -57,7 +57,7 @@ class Paper(Tab):
     def build(self) -> pn.viewable.Viewable:
         """All cards, without figures."""
         for key, claim in CLAIMS.items():
-            self.cards[key] = ClaimCard(_card_content(claim), partial(self._request, key))
+            self.cards[key] = ClaimCard(self._card_content(claim), partial(self._request, key))
             self.slots[key] = pn.Column(
                 self.cards[key], css_classes=["slot"], stylesheets=[style("paper/paper")], sizing_mode="stretch_width"
             )
@@ -71,6 +71,11 @@ class Paper(Tab):
             stylesheets=[style("paper/paper")],
             sizing_mode="stretch_width",
         )
+
+    def _card_content(self, claim: Claim) -> dict:
+        """What a card shows before its claim is checked."""
+        words = {"name": claim.name, "place": claim.place, "text": claim.text, "scene": claim.scene}
+        return words | {"tab": claim.tab, "title": self.host.tab_titles[claim.tab]}
 
     def show(self, move: Move) -> None:
         """Request again what came into view before another tab was opened."""
@@ -162,12 +167,3 @@ class Paper(Tab):
             self.host.update_offers()
             if self._visible and not self._requested:  # for screen readers: once, when all in view is known
                 self.host.summarise(self._tally())
-
-
-def _card_content(claim: Claim) -> dict:
-    """What a card shows before its claim is checked."""
-    from vibroscope.app.page.tabs import TABS  # which imports this module
-
-    tab = TABS.get(claim.tab) or TABS["explore"]
-    words = {"name": claim.name, "place": claim.place, "text": claim.text, "scene": claim.scene}
-    return words | {"tab": tab.key, "title": tab.title}
