@@ -1,6 +1,5 @@
-"""The explorer: a Panel page over the engine's public names.
+"""The explorer: a Panel page and a command line over the engine's public names.
 
-Data runs one way: ``state`` (what is set) → ``compute`` (both solvers) →
-``present`` (column arrays) → ``views`` (figures written in place); ``session``
-wires one browser session, ``main`` serves it.
+Data runs one way: `explorer.state` (the setting) → `explorer.compute` (both solvers) → `explorer.present` (column
+arrays) → the figures of a tab in `page`, changed in place. `page.session` wires one browser session, `server` serves it.
 """

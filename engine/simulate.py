@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from .drivers.base import Driver
 from .drivers.event_driven import EventDriver
 from .drivers.located import LocatedDriver
-from .drivers.newmark import NewmarkDriver
+from .drivers.newmark import ONE_STEP_DRIVERS
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System, check_eta, require, whole
 from .result import Checkpoint, Record, Response, Status
@@ -14,7 +14,7 @@ PERIODS_LIMIT = 100_000_000
 KEEP_LIMIT = 1_000_000
 SAMPLES_LIMIT = 20_000_000
 STEPS_LIMIT = 10**13
-_DRIVERS = {Reference: EventDriver, ExactPenalty: EventDriver, Newmark: NewmarkDriver}
+_DRIVERS = {Reference: EventDriver, ExactPenalty: EventDriver, **ONE_STEP_DRIVERS}
 
 
 def simulate(
@@ -62,9 +62,8 @@ def simulate(
     eta = check_eta(eta, system)
     periods = whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")
     keep = whole("keep", keep, 1, min(periods, KEEP_LIMIT), "keep at least one period and at most all of them")
-    if isinstance(method, Newmark):
-        steps = periods * method.steps
-        require("periods × steps", steps, 1, STEPS_LIMIT, "run fewer periods or fewer steps per period")
+    steps = periods * getattr(method, "steps", 0)
+    require("periods × steps", steps, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
     if record is not None:
         record = _check_record(record, keep)
     start = starting_checkpoint(initial, system, eta, method)

@@ -106,12 +106,6 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
     add("--eta", required=True, **ETA)
     add_penalty_options(command)
     add("--every-step", action="store_true", help="newmark: take every step, as an FE code must (slower)")
-    add(
-        "--law",
-        choices=CONTACT_LAWS,
-        help="newmark: contact law; a spring and a damper, or the same cut at zero so that it never pulls "
-        f"(default {CONTACT_LAWS[0]})",
-    )
     add_joint_damping_option(command)
     add(
         "--restitution",
@@ -182,7 +176,8 @@ def method_of(options: argparse.Namespace) -> Method:
         return reference_of(options)
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D)
-    more = {"every_step": options.every_step, "located": options.located, "law": options.law or CONTACT_LAWS[0]}
+    law = getattr(options, "law", None) or CONTACT_LAWS[0]  # only `vibroscope simulate` has the option
+    more = {"every_step": options.every_step, "located": options.located, "law": law}
     return Newmark(options.K, options.D, options.steps, **more)
 
 

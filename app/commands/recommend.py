@@ -28,7 +28,7 @@ def add(commands) -> None:
         description="Find the contact stiffness K, the contact damping D and the steps per period with which Newmark's "
         "method keeps to the reference at the least number of steps. The error is the rms difference of the "
         "displacements over 50 periods, relative to the reference. Every setting shown was run from rest, and with "
-        "it half the step and neighbours with other n (2 %%), K and D (1 %%): it does not meet the tolerance by luck.",
+        "it half the step and neighbours with other n (2 %), K and D (1 %): it does not meet the tolerance by luck.",
         epilog="A tolerance that nothing meets is a result, with the reason; the exit status is 2 only for bad input.",
     )
     add = command.add_argument

@@ -5,7 +5,7 @@ import json
 
 from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
-from vibroscope.engine import Response, Steady, motion, simulate, steady
+from vibroscope.engine import CONTACT_LAWS, Response, Steady, motion, simulate, steady
 
 _KEEP = default_of(simulate, "keep")
 
@@ -22,6 +22,12 @@ def add(commands) -> None:
     )
     add_solver_options(command)
     add = command.add_argument
+    add(
+        "--law",
+        choices=CONTACT_LAWS,
+        help="newmark: contact law; a spring and a damper, or the same cut at zero so that it never pulls "
+        f"(default {CONTACT_LAWS[0]})",
+    )
     add("--periods", type=float, metavar="N", help="excitation periods to run (default %(default)s)")
     add("--keep", type=float, metavar="N", help=f"last periods to report (default {_KEEP}, or all if fewer are run)")
     add(

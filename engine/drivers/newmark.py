@@ -1,4 +1,6 @@
-"""Driver of Newmark's method with a constant step."""
+"""Driver of one-step methods with a constant step: plain loops, and for Newmark's method skipping."""
+
+from typing import ClassVar
 
 import numpy as np
 
@@ -9,8 +11,8 @@ from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import no_keys
 from ..kernels.status import FULL, STATUSES
-from ..kernels.time_stepping import newmark as kernel
-from ..methods import CONTACT_LAWS, Newmark
+from ..kernels.time_stepping import newmark
+from ..methods import CONTACT_LAWS, Method, Newmark
 from ..result import Checkpoint, Cost, Status
 from .parameters import parameters_of
 from .stepping import SteppingDriver
@@ -27,36 +29,48 @@ def can_skip(eta: float, free_rate, steps, method: Newmark):
 
 
 class NewmarkDriver(SteppingDriver):
-    """One run of Newmark's method: skipping steps where that is possible, else step by step."""
+    """One run of Newmark's method: skipping steps where that is possible, else step by step.
+
+    Attributes
+    ----------
+    kernel : module
+        The plain loops. Another one-step method is a subclass with its own, listed in `ONE_STEP_DRIVERS`.
+    """
+
+    kernel: ClassVar = newmark
 
     def begin(self, start: Checkpoint) -> None:
         system, eta, method = self.run
         parameters = parameters_of(system, eta, method)
-        self._scheme = kernel.scheme_of(parameters)
+        self._scheme = self.kernel.scheme_of(parameters)
         self._packed = self._cosines = None
-        if can_skip(eta, free_rate(parameters), method.steps, method):
+        if isinstance(method, Newmark) and can_skip(eta, free_rate(parameters), method.steps, method):
             self._packed = SKIPPING.zeros()
             set_up_skipping(self._packed, no_keys(), np.array(parameters))
         else:
             self._cosines = self.cosines_of_steps()
-        if len(start.state) == kernel.STATE.size:
+        if len(start.state) == self.kernel.STATE.size:
             self._state = np.array(start.state)
         else:
-            self._state = kernel.STATE.pack(kernel.start_state(self._scheme, parameters, start.state))
+            self._state = self.kernel.STATE.pack(self.kernel.start_state(self._scheme, parameters, start.state))
         self._started = start.periods * method.steps
         self._load()
 
     def _load(self) -> None:
         """Compile or load the kernels outside the measured seconds; a call up to step 0 does nothing."""
-        kernels = (kernel.integrate, kernel.integrate_recorded) if self._packed is None else (skip.integrate_skipping,)
+        kernels = (
+            (self.kernel.integrate, self.kernel.integrate_recorded)
+            if self._packed is None
+            else (skip.integrate_skipping,)
+        )
         if not all(getattr(each, "signatures", True) for each in kernels):
             state, self._state = self._state, self._state.copy()
             self.integrate(0, self._no_buffers)
             self._state = state
 
     @property
-    def _now(self) -> kernel.StepState:
-        return kernel.STATE.read(self._state)
+    def _now(self) -> newmark.StepState:
+        return self.kernel.STATE.read(self._state)
 
     def periods_per_call(self) -> int:
         return max(1, STEPS_PER_CALL // self._method.steps)
@@ -66,9 +80,9 @@ class NewmarkDriver(SteppingDriver):
         if self._packed is not None:
             code = skip.integrate_skipping(self._packed, self._state, last, window, buffers.flat, buffers.sizes, True)
         elif buffers is not self._no_buffers:
-            code = kernel.integrate_recorded(self._scheme, self._cosines, self._state, last, window, buffers.views)
+            code = self.kernel.integrate_recorded(self._scheme, self._cosines, self._state, last, window, buffers.views)
         else:
-            code = kernel.integrate(self._scheme, self._cosines, self._state, last)
+            code = self.kernel.integrate(self._scheme, self._cosines, self._state, last)
         return Status.OK if code == FULL else STATUSES[code], code == FULL
 
     def explain(self, status: Status) -> str:
@@ -81,8 +95,8 @@ class NewmarkDriver(SteppingDriver):
         if self._packed is not None:
             skip.record_open_contact(self._packed, self._state, last, buffers)
         else:
-            motion = uncompiled(kernel.motion_of)(self._scheme, now)
-            kernel.end_contact(self._scheme, now.contact, last, motion, buffers)
+            motion = uncompiled(self.kernel.motion_of)(self._scheme, now)
+            self.kernel.end_contact(self._scheme, now.contact, last, motion, buffers)
 
     def _steps_done(self) -> int:
         # a skip stops short of where a run is cut; a run that diverged stands where it did
@@ -93,3 +107,6 @@ class NewmarkDriver(SteppingDriver):
 
     def cost(self) -> Cost:
         return Cost(self.seconds, steps=self._steps_done() - self._started)
+
+
+ONE_STEP_DRIVERS: dict[type[Method], type[NewmarkDriver]] = {Newmark: NewmarkDriver}

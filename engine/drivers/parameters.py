@@ -8,20 +8,20 @@ from ..kernels.equations.contact_law import KELVIN_VOIGT, LAWS
 from ..kernels.equations.motion import joined_generator, pressed_generator, separated_generator
 from ..kernels.linear.tables import full_generator
 from ..kernels.parameters import Parameters
-from ..methods import Method, Newmark, Reference
+from ..methods import Method, Reference
 from ..model import System
 
 
 def parameters_of(system: System, eta: float, method: Method) -> Parameters:
     """The parameters of one run; 0 for those that its method does not have."""
     rigid = isinstance(method, Reference)
-    law = LAWS.index(method.law) if isinstance(method, Newmark) else KELVIN_VOIGT
+    law = LAWS.index(getattr(method, "law", LAWS[KELVIN_VOIGT]))
     return Parameters(
         eta=float(eta),
         kappa=system.kappa,
         d1=system.d1,
         d2=system.d2,
-        steps=float(method.steps) if isinstance(method, Newmark) else 0.0,
+        steps=float(getattr(method, "steps", 0)),
         kappa3=system.kappa3,
         d3=system.joint_damping(method.joint_damping) if rigid else 0.0,
         mu=system.mass_ratio,

@@ -97,7 +97,7 @@ def classify(followed: Lyapunov) -> tuple[Kind, str]:
     over = f"over {len(followed.section)} periods"
     if followed.regular and followed.sign == 0:
         return Kind.QUASI_PERIODIC, (
-            f"{rate} {over}, zero as far as can be told, and averages over the section converge as only those of "
+            f"{rate} {over}, zero within its uncertainty, and averages over the section converge as only those of "
             f"regular motion do (to {followed.irregularity:.1g}); the other frequency is "
             f"{rotation_number(followed.section):.6f} of the first"
         )
@@ -105,7 +105,10 @@ def classify(followed: Lyapunov) -> tuple[Kind, str]:
         return Kind.CHAOTIC, f"{rate} {over}"
     if followed.sign == -1:
         return Kind.UNDECIDED, f"{rate}: it contracts, but has not come to a cycle {over}"
-    return Kind.UNDECIDED, f"{rate} {over}: not told from zero, or changing on the way; it may be a long transient"
+    return (
+        Kind.UNDECIDED,
+        f"{rate} {over}: not distinguishable from zero, or changing on the way; it may be a long transient",
+    )
 
 
 # ------------------------------------------------------------------------------------------------- closed-form solvers

@@ -3,7 +3,7 @@
 A motion of period pT is a fixed point y* = P(y*) of the map P that carries a state from τ = 0 to τ = pT. A short run
 from the start shows where the transient leads. From its end, Newton's method converges in a few steps, where the run
 alone would need the more periods the weaker the damping is. The Jacobian DP is exact
-(:mod:`..kernels.event_driven.tangent`). Its eigenvalues, the Floquet multipliers, are the factors by which small
+(:mod:`..kernels.event_driven.saltation`). Its eigenvalues, the Floquet multipliers, are the factors by which small
 disturbances change in each cycle.
 
 An orbit is accepted only if the run converges to it (:mod:`.orbit`). Otherwise the run continues to four times as many

@@ -8,7 +8,7 @@ from. Results are xarray Datasets.
 All three functions take further keywords that do not change the result: those of `RunOptions`, for where to keep the
 result and on which machines to run the study. With ``keep=True`` it goes to the user's cache, under every number and
 the digest of the engine's code; the least recently used result is dropped, and the only further keywords are
-``progress`` and ``cancelled``. The functions raise what :func:`.sweeps.growth.grow` raises.
+``progress`` and ``cancelled``. The functions raise what :func:`.growth.grow` raises.
 """
 
 from collections.abc import Sequence

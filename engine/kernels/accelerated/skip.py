@@ -5,7 +5,7 @@ record asks of them is read off tables (:mod:`.output`). Where rounding could ch
 taken as the plain loop takes it; there, and only there, the two may differ. Skips do not depend on where a run is cut:
 one that reaches beyond its end is not made, what is asked for within it is read off, and the next call begins with it.
 
-Plain twin: :func:`..time_stepping.newmark.integrate_recorded` (tests/engine/test_leaps.py).
+Plain twin: :func:`..time_stepping.newmark.integrate_recorded` (tests/engine/kernels/test_skip.py).
 """
 
 from typing import NamedTuple

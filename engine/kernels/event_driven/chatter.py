@@ -18,7 +18,7 @@ which g falls to −At²/2 instead of bouncing back to zero. What ξ̄″ = … 
 r² in ξ̄′ and is subtracted. So everything is exact to O(r³), while the threshold ε that permanent contact needs without
 this sum enters in the first power.
 
-Plain twin: the impacts one by one, with a small threshold (tests/engine/test_reference.py).
+Plain twin: the impacts one by one, with a small threshold (tests/engine/kernels/test_chatter.py).
 """
 
 from ..compile.options import jit_no_alloc
@@ -37,8 +37,8 @@ def gap_acceleration_and_jerk(phase, z, scratch):
 def can_sum(phase, z, restitution, limit, scratch):
     """Whether the chatter that begins at z is sure to end in contact and short enough to be summed.
 
-    The expansion is in powers of r |g‴| / (A²(1 − e)) and of t∞ against the time h/REACH of the fastest oscillation;
-    both must be at most ``limit``.
+    The expansion is in powers of r |g‴| / (A²(1 − e)) and of t∞/h, with h, the spacing of the tables, a share of the
+    fastest oscillation's time; both must be at most ``limit``.
     """
     r = z[3]
     if restitution >= 1.0:

@@ -24,7 +24,7 @@ HIGHEST_ORDER = 5  # derivatives tried where a phase starts on the surface
 
 @jit_inlined
 def first_nonzero_derivative(p, z, start):
-    """Order and value of the first derivative of the free gap, from order ``start`` on, that is told from zero.
+    """Order and value of the first derivative of the free gap, from order ``start`` on, that can be distinguished from zero.
 
     Returns (HIGHEST_ORDER + 1, 0.0) if there is none. The contact force changes only derivatives above it. The value is
     a coefficient in powers of u = s/h, which has the sign of the derivative.
@@ -75,7 +75,7 @@ def separate_or_touch(p, a, start):
 def impact(p, a):
     """Newton's law, Eq. (9), at g = 0, g′ < 0; or the beginning of a permanent contact.
 
-    With ε = 0 permanent contact begins only at the end of a chatter.
+    With ε = 0 permanent contact begins only at the end of a chatter, or at an impact with e = 0.
     """
     parting = -p.restitution * a.rate
     common = a.v1 + p.mass_share * a.rate

@@ -32,7 +32,7 @@ which is known as the saltation matrix. Only the resets have to be written down:
 
 At a grazing impact f′ = 0: there is no derivative, and the result is not finite.
 
-All functions here do nothing where ``d`` is None: the event loop is compiled without them then.
+The functions that the event loop calls do nothing where ``d`` is None: the loop is compiled without them then.
 """
 
 from typing import NamedTuple

@@ -18,7 +18,7 @@ from ..linear.tables import PHASE, SCRATCH, Phase, Scratch
 # What follows a hybrid state. SLOW_CONTACT: a contact whose fast modes have decayed; COLLISION: an impact or a touch is
 # due.
 FLIGHT, CONTACT, SLOW_CONTACT, COLLISION = 0.0, 1.0, 2.0, 3.0
-ROUNDING = 16 * 2.0**-52  # a number below this share of its terms is not told from zero
+ROUNDING = 16 * 2.0**-52  # a number below this share of its terms cannot be distinguished from zero
 
 
 class HybridSystem(NamedTuple):

@@ -3,7 +3,7 @@
 The tables of a phase are powers of one matrix. Rounded at each product, they would be wrong by several units in the
 last place, always in the same sense, and would cause most of the error of a solution in closed form.
 
-Plain twin: mpmath's matrix exponential and powers (tests/engine/test_kernels.py).
+Plain twin: mpmath's matrix product and exponential (tests/engine/kernels/test_double_double.py).
 """
 
 import numpy as np

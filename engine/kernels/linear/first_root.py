@@ -12,7 +12,8 @@ A phase that starts on the contact surface starts with f = 0. There the polynomi
 first derivative that is not zero, so that a flight of any duration, even one whose f lies below the rounding of larger
 numbers, is solved to all digits.
 
-Plain twin: roots of the polynomial by numpy.roots (tests/engine/test_kernels.py).
+Plain twin: the sign of the quantity at 4096 instants of the block, and polynomials whose roots are known
+(tests/engine/kernels/test_first_root.py).
 """
 
 from ..compile.options import jit_inlined, jit_no_alloc

@@ -11,7 +11,7 @@ radius and an eigenvalue, q the number of its nodes, whether or not eigenvalues 
 bodies' B and the excitation's R, A = [B C; 0 R], the upper rows of (ζ − A)⁻¹ are (ζ − B)⁻¹ [1  C (ζ − R)⁻¹].
 
 Plain twin: integration without the separation, which gives the same motion and takes longer
-(tests/engine/test_kernels.py).
+(tests/engine/kernels/test_slow_subspace.py).
 """
 
 import cmath

@@ -1,0 +1,37 @@
+"""Double-double matrices against mpmath."""
+
+import numpy as np
+import pytest
+from mpmath import mp
+from vibroscope.engine import ExactPenalty, System
+from vibroscope.engine.drivers.parameters import parameters_of
+from vibroscope.engine.kernels.equations.motion import pressed_generator
+from vibroscope.engine.kernels.linear.double_double import exponential, product
+from vibroscope.engine.kernels.linear.tables import full_generator
+
+STIFF = System(), 2.76, ExactPenalty(1e8, 3e4)
+
+
+def exact(pair):
+    """The numbers of a (2, 6, 6) double-double matrix."""
+    high, low = (mp.matrix(part.tolist()) for part in pair)
+    return high + low
+
+
+@pytest.mark.parametrize("divisor", [1.0, 3.0, 7.0])
+def test_a_product_has_twice_the_digits(divisor):
+    rng = np.random.default_rng(4)
+    high = rng.normal(size=(2, 6, 6))
+    a, b = (np.stack([part, part * 2.0**-53 * rng.uniform(-0.5, 0.5, (6, 6))]) for part in high)
+    with mp.workdps(50):
+        error = exact(product(a, b, divisor)) - exact(a) * exact(b) / divisor
+        assert mp.norm(error, mp.inf) < 2.0**-95
+
+
+def test_an_exponential_has_twice_the_digits():
+    a = full_generator(pressed_generator(parameters_of(*STIFF)), 2.76)
+    h = 0.5 / np.abs(a).sum(axis=1).max()
+    with mp.workdps(50):
+        right = mp.expm(mp.matrix(a.tolist()) * mp.mpf(h))
+        error = exact(exponential(a, h, 24)) - right
+        assert max(abs(error[i, j]) / max(1, abs(right[i, j])) for i in range(6) for j in range(6)) < 1e-28
