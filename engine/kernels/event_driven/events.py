@@ -24,7 +24,7 @@ HIGHEST_ORDER = 5  # derivatives tried where a phase starts on the surface
 
 @jit_inlined
 def first_nonzero_derivative(p, z, start):
-    """Order and value of the first derivative of the free gap, from order ``start`` on, that can be distinguished from zero.
+    """Order and value of the free gap's first derivative, from order ``start`` on, that is not zero within rounding.
 
     Returns (HIGHEST_ORDER + 1, 0.0) if there is none. The contact force changes only derivatives above it. The value is
     a coefficient in powers of u = s/h, which has the sign of the derivative.

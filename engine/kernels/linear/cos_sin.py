@@ -25,7 +25,7 @@ _SINES = np.array([_unit_circle(k)[1] for k in range(_TURNS)])
 
 @jit_inlined
 def cos_sin(share):
-    """cos 2πs and sin 2πs for a share 0 ≤ s < 1, from a table and the first terms of the series, without a library call."""
+    """cos 2πs and sin 2πs for a share 0 ≤ s < 1, from a table and a short series, without a library call."""
     scaled = share * _TURNS
     k = int(scaled + 0.5)
     x = (scaled - k) * _ANGLE
