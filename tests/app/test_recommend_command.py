@@ -53,6 +53,7 @@ def test_people_get_both_kinds_of_step_and_units(capsys):
     assert out.count("\nset ") == 2
 
 
+@pytest.mark.slow
 def test_a_range_is_a_design_curve(capsys):
     status, out, _ = run(capsys, "--eta-range", "3.2:3.25:2", *QUICK)
     assert status == 0

@@ -230,7 +230,8 @@ def test_stretches_of_one_period_cover_the_range_without_gaps(small_diagram):
 # -- the time step -----------------------------------------------------------------------------------------------------
 
 
-def test_the_located_step_is_of_second_order_and_the_fixed_one_is_not(monkeypatch):
+def test_the_located_step_is_of_second_order_and_the_fixed_one_is_not(monkeypatch, tmp_path):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))  # nothing is known from an earlier run
     monkeypatch.setattr(time_step, "STEPS", (100, 200, 400, 800))
     monkeypatch.setattr(time_step, "STEPS_AT_ONCE", 2)
     monkeypatch.setattr(time_step, "TRANSIENT", 200)

@@ -12,6 +12,7 @@ from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.take_away import file_writer
 from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.app.studies import speed
 
 from .fakes import FakeHost
 
@@ -103,7 +104,8 @@ def test_what_comes_late_from_another_question_is_not_shown(opened):
     assert tab.figures() == []
 
 
-def test_a_study_says_what_it_shows_of_a_setting_once_all_is_known_and_that_it_computes_before(opened):
+def test_a_study_says_what_it_shows_of_a_setting_once_all_is_known_and_that_it_computes_before(opened, monkeypatch):
+    monkeypatch.setattr(speed, "ROUNDS", (1,))
     tab, host = opened(Speed)
     assert tab.summary(SETTING) == "Computing."
     asked = Asked.all[0]

@@ -45,6 +45,7 @@ def test_the_script_of_a_plane_finds_its_cells(filled, monkeypatch, capsys):  # 
             np.testing.assert_array_equal(found.ravel(), getattr(cells, name))
 
 
+@pytest.mark.slow
 def test_the_script_of_the_time_step_study_finds_its_motions(filled, capsys):  # noqa: F811
     tab = filled("step")
     space = {}

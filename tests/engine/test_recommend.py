@@ -36,6 +36,7 @@ def error_of(eta, stiffness, damping, steps, located=False):
     return np.sqrt(np.mean((run.trajectory.displacement - reference) ** 2) / np.mean(reference**2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("eta", "paper"), [(2.76, (12000, 18, 8000)), (1.08, (2500, 8, 2000))])
 def test_the_recommendation_needs_fewer_steps_than_the_paper_for_less_error(eta, paper):
     papers_error = error_of(eta, *paper)
@@ -60,6 +61,7 @@ def check_front(found):
     assert all(trial.error <= trial.robust for trial in found.front)
 
 
+@pytest.mark.slow
 def test_random_neighbours_of_the_recommendation_meet_the_tolerance():
     """Of 40, at most 4 may miss it: with a probability of 0.016 only if a quarter of the neighbourhood missed it."""
     found = recommend(SYSTEM, 3.25, tolerance=0.1)
@@ -90,6 +92,7 @@ def test_located_steps_need_fewer_than_a_hundred_solves():
     check_front(found)
 
 
+@pytest.mark.slow
 def test_the_joint_damping_is_the_reason_if_it_alone_exceeds_the_tolerance():
     found = recommend(SYSTEM, 1.08, tolerance=0.05)
     runs = [simulate(SYSTEM, 1.08, Reference(kind), record=Record(1)) for kind in ("derived", "table")]
@@ -151,6 +154,7 @@ def test_a_search_can_be_cancelled_within_half_a_second():
     assert late < 0.5  # 0.1 s where nothing else runs
 
 
+@pytest.mark.slow
 def test_a_design_curve_is_a_recommendation_for_each_eta():
     reported = []
     options = {"tolerance": 0.5, "steps_max": 32}

@@ -16,7 +16,10 @@ from vibroscope.engine.hardcases.judgement import outcome
 CASES = {case.name: case for case in hard_cases()}
 
 
-@pytest.mark.parametrize("name", CASES)
+NAMES = [pytest.param(name, marks=pytest.mark.slow if name.startswith("chaos") else ()) for name in CASES]
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_a_hard_case_ends_as_expected(name):
     found = outcome(CASES[name])
     assert found.passed, found.failures
@@ -39,6 +42,7 @@ def test_the_hard_cases_cover_the_extreme_parameters():
     assert len(CASES) == len(hard_cases())  # every name is unique
 
 
+@pytest.mark.slow
 def test_a_wrong_result_is_noticed():
     """Another damper, another excitation, and a status that is not expected make a case fail."""
     case = CASES["resonance: resonance|1.8|damped|table"]
@@ -70,6 +74,7 @@ def test_a_grazing_impact_has_no_attainable_error():
     assert attainable_error(CASES["grazing: grazing|a|-1e-14"].setup) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [Reference(), Reference(threshold=0.0), ExactPenalty(12000, 18)])
 def test_memory_does_not_grow_with_the_periods(method):
     def peak(periods):

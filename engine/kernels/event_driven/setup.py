@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from ..compile.options import jit
-from ..equations.contact_law import joint_force
+from ..equations.contact_law import force, joint_force
 from ..equations.motion import joined_generator, pressed_generator, separated_generator
 from ..equations.rates import free_rate, pressed_rate
 from ..linear.matrices import unit
@@ -30,7 +30,7 @@ def force_factors(p, rigid):
     if rigid:
         position, velocity = joint_force(p)
         return position, velocity, 0.0, 0.0
-    return 0.0, 0.0, -p.stiffness, -2.0 * p.damping
+    return 0.0, 0.0, force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)  # Eq. (5)
 
 
 @jit

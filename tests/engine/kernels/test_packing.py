@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+import pytest
 from vibroscope.engine.kernels.compile.packing import LANES, Layout
 
 
@@ -50,6 +51,7 @@ def test_what_is_packed_is_read_again():
     np.testing.assert_array_equal(found.inner.matrix, VALUE.inner.matrix)
 
 
+@pytest.mark.slow
 def test_compiled_functions_read_and_write_the_same():
     packed = LAYOUT.pack(VALUE)
     np.testing.assert_array_equal(copied(packed), packed)
