@@ -23,7 +23,7 @@ other.
 
 import math
 
-from ..compile.options import jit_inlined, jit_uncontracted
+from ..compile.options import jit, jit_inlined, jit_uncontracted
 
 LAWS = ("kelvin-voigt", "cut")  # a law is given to kernels as its index in here
 KELVIN_VOIGT, CUT = range(len(LAWS))
@@ -45,13 +45,13 @@ def force_of_law(law, linear):
     return max(linear, 0.0) if law == CUT else linear  # Eqs. (5) and (6)
 
 
-@jit_uncontracted
+@jit
 def joint_force(p):
     """Factors of ξ and ξ′ in Eq. (8), as μ/(1 + μ)·(κ² − 1) = κ₃² − 1."""
     return (p.kappa3 - 1.0) * (p.kappa3 + 1.0), p.mass_share * 2.0 * (p.d2 * p.kappa - p.d1)
 
 
-@jit_uncontracted
+@jit
 def contact_rate(stiffness, damping, inverse_mass):
     """|s| of the faster eigenvalue of the contact mode, Eq. (7)."""
     decay, square = damping * inverse_mass, stiffness * inverse_mass

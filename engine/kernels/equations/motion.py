@@ -43,7 +43,7 @@ class Coefficients(NamedTuple):
     inverse_mass: float  # 1 + 1/μ, the inverse of the reduced mass
 
 
-@jit_uncontracted
+@jit
 def coefficients(p):
     """Coefficients of the equations of motion, from :class:`..parameters.Parameters`."""
     kappa = p.kappa
@@ -61,7 +61,7 @@ def accelerations(c, x1, v1, x2, v2, contact_force, cosine):
     return a1, a2
 
 
-@jit_uncontracted
+@jit
 def separated_generator(p):
     """Generator without contact."""
     c, a = coefficients(p), np.zeros((4, 6))
@@ -71,7 +71,7 @@ def separated_generator(p):
     return a
 
 
-@jit_uncontracted
+@jit
 def pressed_generator(p):
     """Generator in penalty contact, whose force is linear in g and g′, Eq. (5)."""
     c, a = coefficients(p), separated_generator(p)

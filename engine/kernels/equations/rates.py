@@ -1,16 +1,16 @@
 """How fast a motion can be: bounds of the eigenvalues |λ| by which tables choose their spacing and steps their size."""
 
-from ..compile.options import jit_uncontracted
+from ..compile.options import jit
 from .contact_law import contact_rate
 
 
-@jit_uncontracted
+@jit
 def free_rate(p):
     """Largest |λ| of the separated bodies and the excitation."""
     return max(1.0, p.kappa, p.eta)
 
 
-@jit_uncontracted
+@jit
 def pressed_rate(p):
     """A bound of the largest |λ| of the bodies pressed together.
 

@@ -8,12 +8,12 @@ Plain twin: mpmath's matrix product and exponential (tests/engine/kernels/test_d
 
 import numpy as np
 
-from ..compile.options import jit_uncontracted
+from ..compile.options import jit
 
 _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose products are exact (Dekker)
 
 
-@jit_uncontracted
+@jit
 def product(a, b, divisor):
     """Product of two (2, 6, 6) matrices, high parts first, divided by a small whole number; accurate to about 2⁻¹⁰⁰."""
     out = np.zeros((2, 6, 6))
@@ -48,7 +48,7 @@ def product(a, b, divisor):
     return out
 
 
-@jit_uncontracted
+@jit
 def exponential(a, h, terms):
     """exp(ah) of a (6, 6) matrix, ah of norm at most about one, by Horner's rule on its series; (2, 6, 6)."""
     matrix, factor, total = np.zeros((2, 6, 6)), np.zeros((2, 6, 6)), np.zeros((2, 6, 6))
@@ -69,7 +69,7 @@ def exponential(a, h, terms):
     return total
 
 
-@jit_uncontracted
+@jit
 def _rounded_product(a, b, out):
     # the factors are known to more digits than the product needs
     for i in range(6):
@@ -81,7 +81,7 @@ def _rounded_product(a, b, out):
             out[i, j] = high + low
 
 
-@jit_uncontracted
+@jit
 def _copy(out, a):
     for n in range(2):
         for i in range(6):
@@ -89,7 +89,7 @@ def _copy(out, a):
                 out[n, i, j] = a[n, i, j]
 
 
-@jit_uncontracted
+@jit
 def powers(a, count):
     """aʲ of a (2, 6, 6) matrix for j = 1 … count, rounded to float64: (count, 6, 6).
 
