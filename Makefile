@@ -14,7 +14,7 @@ INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --re
 
 help:
 	@echo "make run        open the explorer in the browser"
-	@echo "make check      check style, run the tests that need no browser and no process of their own: about a minute"
+	@echo "make check      check style, run the tests that need no browser and no process of their own: a minute and a half"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
 	@echo "make bench      measure costs and errors"
 	@echo "make lint       check style and who may import whom"

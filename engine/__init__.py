@@ -1,4 +1,4 @@
-"""Vibroscope's engine: two solvers of one vibro-impact problem, compared."""
+"""Vibroscope's engine: solves one vibro-impact problem with an impact law and with penalty contact, and compares."""
 
 from .batch import run_cells
 from .cells import STATUSES, CellResults, Cells

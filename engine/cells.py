@@ -84,7 +84,7 @@ class Cells:
             bad = float(self.steps[self.steps % 1 > 0][0])
             raise ValueError(f"steps = {bad} is not a whole number: give steps per excitation period")
         for pick in (np.min, np.max):  # both are nan if one is
-            check_eta(float(pick(self.eta)), self.system_of(0))
+            check_eta(float(pick(self.eta)))
             replace(self.method, **{name: float(pick(values)) for name, values in self._own().items()})
         if self.initial is None:
             return
@@ -135,9 +135,9 @@ class CellResults:
     section : (n, sample, c) ndarray
         The chosen coordinates of the Poincaré section τ ≡ 0 mod T over the sample, oldest first.
     period, near_period : (n,) ndarray of int32
-        As in :class:`.motions.motion.Motion`; 0 is aperiodic.
+        As in :class:`.motions.description.Motion`; 0 is aperiodic.
     impacts_per_period, contacts_per_period, contact_share, spread, scatter : (n,) ndarray
-        As in :class:`.motions.motion.Motion`.
+        As in :class:`.motions.description.Motion`.
     longest_contact : (n,) ndarray
         τ that the longest contact overlapping the sample lasts; one that is open at the end of the run ends there.
     longest_contact_steps : (n,) ndarray

@@ -85,13 +85,13 @@ class Newmark:
     every_step : bool
         Take every step, as an FE code must, instead of skipping those in which contact does not change. The solution is
         the same but for rounding, the cost is not. Rounding shows where it is amplified: in chaotic motion after some
-        hundred periods, in the step at which a run diverges, and in the scatter that a coarse step causes.
+        hundred periods, and in the scatter that a coarse step causes.
     located : bool
         Cut a step at each contact change, located within it, instead of finding contact only at the start of steps;
         contacts shorter than some steps are resolved by shorter ones. All steps are taken; the cost counts each solve.
     law : {"kelvin-voigt", "cut"}
         Contact law: a spring and a damper, as in the paper, which may pull near the end of a contact; or the same cut
-        at zero. With "cut" all steps are taken, none is located, and there is no `limit` to compare with.
+        at zero. With "cut" all steps are taken, none is located, and there is no `limit` yet to compare with.
 
     Raises
     ------
@@ -118,9 +118,10 @@ class Newmark:
 
     @property
     def limit(self) -> ExactPenalty:
-        """The solution that this one tends to as Δτ → 0; raises ValueError for a law without a closed form."""
+        """The solution that this one tends to as Δτ → 0; raises ValueError for a law that has none."""
         if self.law != CONTACT_LAWS[0]:
-            raise ValueError(f"law = {self.law!r} has no closed form to compare with: use {CONTACT_LAWS[0]!r}")
+            known = CONTACT_LAWS[0]
+            raise ValueError(f"law = {self.law!r} is not solved in closed form, to compare with: use {known!r}")
         return ExactPenalty(self.stiffness, self.damping)
 
 

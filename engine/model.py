@@ -130,7 +130,7 @@ class System:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
 
-def check_eta(eta: float, system: System) -> float:
+def check_eta(eta: float) -> float:
     """η as float.
 
     Raises
@@ -138,5 +138,4 @@ def check_eta(eta: float, system: System) -> float:
     ValueError
         Outside the allowed range.
     """
-    eta = require("eta", eta, *ETA_RANGE, "give the excitation frequency Ω/ω₁; the paper uses 1.08 to 3.25")
-    return eta
+    return require("eta", eta, *ETA_RANGE, "give the excitation frequency Ω/ω₁; the paper uses 1.08 to 3.25")

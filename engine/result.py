@@ -27,7 +27,7 @@ class Cancelled(Exception):
 
 @dataclass(frozen=True)
 class Impacts:
-    """Impacts of the kept periods, oldest first (reference: Newton's; Newmark: beginnings of contact).
+    """Impacts of the kept periods, oldest first (reference: Newton's; penalty solutions: beginnings of contact).
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a run took: seconds in compiled code; steps (Newmark) or events and evaluations (reference).
+    """What a run took: seconds in compiled code; steps (Newmark) or events and evaluations (closed form).
 
     Steps are those of the discrete solution, all of which an FE code takes, whether or not they were skipped here.
     """
@@ -112,7 +112,7 @@ class Record:
     per_period : int
         Samples per period, at most. Newmark takes every m-th step of each period, with the smallest m that keeps to it.
     steps : int, optional
-        Sample the reference where Newmark with so many steps per period is sampled, so that both lie on one grid.
+        For a solution in closed form: use the sampling instants of a Newmark run with this many steps per period.
     """
 
     periods: int = 2
@@ -145,7 +145,7 @@ class Response:
     impacts : Impacts
     contacts : (m, 2) ndarray
         Beginning and end of each contact that overlaps the kept periods: permanent contacts for the reference, all
-        contacts for Newmark. A contact still open at the end of the run ends there.
+        contacts for the penalty solutions. A contact still open at the end of the run ends there.
     trajectory : Trajectory or None
     cost : Cost
     checkpoint : Checkpoint

@@ -59,7 +59,7 @@ def simulate(
     Cancelled
         If ``cancelled`` returned true.
     """
-    eta = check_eta(eta, system)
+    eta = check_eta(eta)
     periods = whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")
     keep = whole("keep", keep, 1, min(periods, KEEP_LIMIT), "keep at least one period and at most all of them")
     steps = periods * getattr(method, "steps", 0)

@@ -173,7 +173,7 @@ class Units:
         ValueError
             If η is out of range.
         """
-        eta = check_eta(eta, System())
+        eta = check_eta(eta)
         period = self.physical("time", 2 * math.pi / eta)
         numbers = {"excitation": self.physical("frequency", eta), "period": period}
         if not isinstance(method, Reference):

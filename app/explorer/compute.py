@@ -1,4 +1,4 @@
-"""Both solvers for one setting, in worker threads, of which the newest request wins.
+"""Both solutions for one setting, in worker threads; a newer request replaces the one that waits.
 
 The kernels release the GIL, so plain threads serve many sessions. No panel import.
 """

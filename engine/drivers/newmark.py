@@ -21,9 +21,9 @@ STEPS_PER_CALL = 5_000_000
 SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; with fewer, skipping is no quicker
 
 
-def can_skip(eta: float, free_rate, steps, method: Newmark):
-    """Whether skipping is possible and worth it; η, rates and steps may be arrays."""
-    strides = SHORTEST_STRIDE * free_rate * 2 * np.pi / eta / steps
+def can_skip(eta: float, rate, steps, method: Newmark):
+    """Whether skipping is possible and worth it; η, the rate of free motion and the steps may be arrays."""
+    strides = SHORTEST_STRIDE * rate * 2 * np.pi / eta / steps
     accelerated = method.law == CONTACT_LAWS[0] and not (method.every_step or method.located)
     return accelerated & (strides <= REACHES[FREE])
 

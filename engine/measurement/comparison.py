@@ -98,7 +98,7 @@ def compare_measured(
     Cancelled
         If ``cancelled`` returned true.
     """
-    eta = check_eta(eta, system)
+    eta = check_eta(eta)
     own = recurrence(measurement, eta)
     exact = reference_cycle(system, eta, reference or Reference(), cancelled=cancelled)
     newmark = penalty_cycle(system, eta, penalty, periods=periods, cancelled=cancelled)

@@ -115,7 +115,7 @@ def fit(
     unknown = [name for name in names if name not in UPPER]
     if unknown or not names or len(set(names)) < len(names):
         raise ValueError(f"cannot fit {', '.join(names) or 'nothing'}: give some of {', '.join(UPPER)}, each once")
-    eta = check_eta(eta, system)
+    eta = check_eta(eta)
     noise = recurrence(measurement, eta).noise
     problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled)
     minima = [minimum for guess in problem.guesses() if (minimum := problem.minimum(guess)) is not None]

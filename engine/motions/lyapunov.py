@@ -108,7 +108,7 @@ def lyapunov(
     """
     if not isinstance(method, Reference | ExactPenalty):
         raise ValueError(f"{method} has a time step: an exponent needs a closed form, Reference or ExactPenalty")
-    eta = check_eta(eta, system)
+    eta = check_eta(eta)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
     poincare = PoincareMap(system, eta, method, cancelled)
     y, v = gap_coordinates(starting_checkpoint(initial, system, eta, method).state), np.full(4, 0.5)

@@ -120,7 +120,7 @@ def recommend(
     Cancelled
         If ``cancelled`` returned true.
     """
-    eta = check_eta(eta, system)
+    eta = check_eta(eta)
     tolerance = require("tolerance", tolerance, *TOLERANCE_RANGE, "give the relative rms error to keep to")
     stiffness_max = require("stiffness_max", stiffness_max, *STIFFNESS_MAX_RANGE, "give the largest K to try")
     steps_max = whole("steps_max", steps_max, *STEPS_MAX_RANGE, "give the most steps per period to try")
@@ -155,7 +155,7 @@ def design_curve(
     **options,
 ) -> list[Recommendation]:
     """Return a recommendation for each η, with the options of :func:`recommend`: how K, D and n change with η."""
-    etas = [check_eta(eta, system) for eta in etas]
+    etas = [check_eta(eta) for eta in etas]
     progress = progress or _no_progress
     return [
         recommend(system, eta, progress=lambda fraction, i=i: progress((i + fraction) / len(etas)), **options)

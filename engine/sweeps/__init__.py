@@ -19,6 +19,7 @@ from ..model import System
 from .axis import ascending_values
 from .batches import COARSEST, nearest_known
 from .cache import cached_dataset, grow_cached
+from .codes import MISSING
 from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
 from .growth import Partial, RunOptions, grow, run
 from .memory import empty_values
@@ -26,7 +27,6 @@ from .plane_study import PlaneStudy
 from .progress import Progress
 from .step_study import SCHEMES, StepStudy
 from .study import Study
-from .variables import MISSING
 
 if TYPE_CHECKING:
     import xarray

@@ -1,8 +1,9 @@
 """The digest of the code that the numbers of a study come from.
 
-It names the engine in stores, caches and shipped diagrams: a result is found again only if the same code would compute
-the same numbers. What cannot change a number does not enter: docstrings, comments, formatting, annotations, the texts
-of errors, and the names of the files.
+It names the engine in stores, caches and shipped diagrams: a result is found again only by an engine whose code would
+compute the same numbers with the same versions of Python, NumPy and Numba on the same processor. What cannot change a
+number does not enter: docstrings, comments, formatting, annotations of arguments, the texts of errors, and the names of
+the files.
 
 Which code is numerical follows from the imports: the three studies and every module of the engine that they import,
 directly or not. These are the compiled kernels with their drivers, the model, the methods, `simulate`, `run_cells`, and

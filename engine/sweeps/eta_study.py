@@ -21,9 +21,10 @@ from ..model import require, whole
 from ..motions.lyapunov import PERIODS_RANGE, Lyapunov, lyapunov
 from . import variables as vocabulary
 from .axis import ascending_values
+from .codes import MOTIONS
 from .refinement import midpoints
 from .study import CELL_PARAMETERS, CELLS_LIMIT, Study
-from .variables import MOTIONS, StudyArray, Variable, status_variable, variables_of
+from .variables import StudyArray, Variable, status_variable, variables_of
 
 OVER = tuple(vocabulary.SWEPT)
 DIRECTIONS = ("rest", "up", "down")

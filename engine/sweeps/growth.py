@@ -97,7 +97,7 @@ def run(study: Study, options: RunOptions) -> "xarray.Dataset":
 def grow(
     study: Study, options: RunOptions | None = None, *, picture: bool = False, known: Mapping | None = None
 ) -> Iterator[Partial]:
-    """Compute a study batch by batch; after each computed batch comes a partial result, and at the end the whole.
+    """Compute a study batch by batch; after each batch comes a partial result, and at the end the whole.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def _results(study: Study, options: RunOptions, known: Mapping | None) -> Iterat
         yield store
 
 
-# Computes the batches that the results lack, has them written, counts all, and yields after each that it computed.
+# Computes the batches that the results lack, has them written, counts all, and yields after each.
 Executor = Callable[[Study, Memory | Store, Iterable[Batch], ProgressCounter], Iterator[None]]
 
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from . import provenance
 from .batches import Batch
+from .codes import MISSING
 from .progress import Progress
 from .study import Study
-from .variables import MISSING
 
 if TYPE_CHECKING:
     import xarray

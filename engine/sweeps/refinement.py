@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .variables import MISSING
+from .codes import MISSING
 
 CLEAR = 1e-6  # difference of impacts per period that is more than rounding
 

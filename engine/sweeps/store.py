@@ -19,10 +19,10 @@ import numpy as np
 
 from . import arrays, provenance
 from .batches import Chunk
+from .codes import MISSING
 from .place import Place
 from .progress import Progress
 from .study import Study
-from .variables import MISSING
 
 if TYPE_CHECKING:
     import xarray

@@ -156,7 +156,7 @@ class Study(abc.ABC):
         ValueError
             Naming the number, the range and what to do.
         """
-        check_eta(self.eta, self.system)
+        check_eta(self.eta)
         require("cells", float(np.prod(self.shape, dtype=float)), 1, CELLS_LIMIT, "sweep fewer values")
         require("numbers in the result", self.cells * self.numbers_per_cell, 1, NUMBERS_LIMIT, "keep a smaller sample")
         self._check_corners()
@@ -169,7 +169,8 @@ class Study(abc.ABC):
             constants = {name: value for name, value in point.items() if name in SYSTEM_PARAMETERS}
             own = {CELL_PARAMETERS[name]: value for name, value in point.items() if name in CELL_PARAMETERS}
             method = replace(self.method, **own)
-            check_eta(point.get("eta", self.eta), replace(self.system, **constants))
+            check_eta(point.get("eta", self.eta))
+            replace(self.system, **constants)  # raises where constants do not go together
             steps = getattr(method, "steps", 0) * self.periods_per_cell
             require("periods × steps", steps, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
 

@@ -44,7 +44,7 @@ def test_the_exponent_of_the_discrete_map_does_not_separate_scatter_from_motion(
     assert exponent_of_map(1.70, Newmark(12000, 18, 2000)) < 0
 
 
-def test_multipliers_of_newmark_are_those_of_the_product_of_its_stepstep_matrices():
+def test_multipliers_of_newmark_are_those_of_the_product_of_its_step_matrices():
     """Derivatives by differences against products of the matrices of steps with and without contact."""
     method = Newmark(2500, 8, 2000)
     run = simulate(SYSTEM, 1.08, method, periods=1200, keep=2)

@@ -2,8 +2,9 @@
 
 :mod:`.certificate` says of how many steps it is certain that contact does not change; these are skipped, and what a
 record asks of them is read off tables (:mod:`.output`). Where rounding could change the sign of the gap, a step is
-taken as the plain loop takes it; there, and only there, the two may differ. Skips do not depend on where a run is cut:
-one that reaches beyond its end is not made, what is asked for within it is read off, and the next call begins with it.
+taken as the plain loop takes it; only there may contact change at another step than in the plain loop. Skips do not
+depend on where a run is cut: one that reaches beyond its end is not made, what is asked for within it is read off, and
+the next call begins with it.
 
 Plain twin: :func:`..time_stepping.newmark.integrate_recorded` (tests/engine/kernels/test_skip.py).
 """

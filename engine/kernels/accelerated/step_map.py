@@ -14,8 +14,8 @@ zero inside. The second differences are rows too, ρ (M − 1)² Mʲ⁻², of wh
 taken, element by element. The entries of a level are made from those of the level below.
 
 **Signed gap.** In contact the gap's negative is tabulated, so that for both contact states what is tabulated is
-positive until contact changes. The gap at the beginning of a step is no such row: where contact has just changed, it
-resulted from the acceleration of the other state. So the certificate begins with the next step.
+positive until contact changes. The gap at the start of a skip is no such row: where contact has just changed, it was
+computed with the other contact state. So the certificate begins with the next step.
 """
 
 import math

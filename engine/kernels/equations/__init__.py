@@ -1,1 +1,1 @@
-"""The equations of motion and the contact law: the only place that has them."""
+"""The equations of motion and the contact laws of everything compiled; the impact law is in `..event_driven.events`."""

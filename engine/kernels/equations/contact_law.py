@@ -39,8 +39,8 @@ def force(stiffness, damping, gap, rate):
 def force_of_law(law, linear):
     """λ of a penalty law, from what Eq. (5) gives.
 
-    The same holds for a force at the end of an implicit step: the step is linear, so the force that it finds by Eq. (5)
-    has the sign that Eq. (5) has at the end of the step without contact force.
+    An implicit step finds λ = L/(1 + S) with S ≥ 0 from the linear force L after a step without contact. It has the
+    sign of L, so that cutting it at zero is exact. A law with another slope where it pushes needs another S.
     """
     return max(linear, 0.0) if law == CUT else linear  # Eqs. (5) and (6)
 

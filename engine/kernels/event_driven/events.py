@@ -26,8 +26,8 @@ HIGHEST_ORDER = 5  # derivatives tried where a phase starts on the surface
 def first_nonzero_derivative(p, z, start):
     """Order and value of the free gap's first derivative, from order ``start`` on, that is not zero within rounding.
 
-    Returns (HIGHEST_ORDER + 1, 0.0) if there is none. The contact force changes only derivatives above it. The value is
-    a coefficient in powers of u = s/h, which has the sign of the derivative.
+    Returns (HIGHEST_ORDER + 1, 0.0) if there is none. The contact force changes only derivatives of a higher order. The
+    value is a coefficient in powers of u = s/h, which has the sign of the derivative.
     """
     for order in range(start, HIGHEST_ORDER + 1):
         value, scale = 0.0, 0.0

@@ -6,7 +6,7 @@ c = h²/8 · sup|f″| at both ends of an interval, it has no zero inside: f lie
 **Within an interval** that this leaves open, f is to rounding a polynomial in u = s/h. In Bernstein's basis it has no
 zero in (0, 1) if its coefficients do not change sign, and exactly one if they change sign once (Descartes' rule); with
 more changes the interval is bisected (de Casteljau). Halley's method then finishes from where the control polygon
-crosses zero.
+crosses zero. A piece that still has several sign changes after DEEPEST bisections is a touch and is passed over.
 
 A phase that starts on the contact surface starts with f = 0. There the polynomial is divided by uᵐ, m the order of the
 first derivative that is not zero, so that a flight of any duration, even one whose f lies below the rounding of larger

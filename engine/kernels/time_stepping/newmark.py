@@ -58,7 +58,7 @@ class StepState(NamedTuple):
     q1: float
     p2: float
     q2: float
-    a1: float  # Δτ² ξ₁″ at the end of the last step
+    a1: float  # Δτ² ξ₁″ at the end of the last step; not known after a skip
     a2: float
     gap: float  # there
     pressed: bool  # whether the coming step is with contact
