@@ -66,11 +66,10 @@ numba.config.CACHE_DIR = str(_kernel_folder())
 
 # error_model="numpy": a division by zero gives inf, as the kernels expect, without a branch at each division.
 # nogil: the kernels of one session must not stop the other sessions of the process.
-# The other three are Numba's defaults. A function for which they are not given inherits those of the function that
-# happens to call it first in the process that compiles it, so that its last bits would depend on the order of calls.
-jit_uncontracted = functools.partial(
-    cache_safe, nogil=True, error_model="numpy", fastmath=False, forceinline=False, _nrt=True
-)
+# fastmath=False: a function for which it is not given inherits that of the function that happens to call it first in
+# the process that compiles it, so that its last bits would depend on the order of calls. Inlining (forceinline) is
+# inherited on purpose: what an event loop calls becomes part of it, which halves its time.
+jit_uncontracted = functools.partial(cache_safe, nogil=True, error_model="numpy", fastmath=False)
 
 # Of fast-math only "contract", which fuses a product and a sum and rounds once instead of twice. The other options
 # would delete the checks for NaN and reorder the sums that decide an event.

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .options import jit, jit_inlined, jit_spliced, uncompiled
+from .options import jit_inlined, jit_spliced, uncompiled
 
 IMPACT_COLUMNS = 8  # τ, ξ, ξ₁′ and ξ₂′ before, ξ₁′ and ξ₂′ after, impulse, closing speed
 
@@ -59,7 +59,7 @@ def unpack_buffers(flat, sizes):
     return Buffers(section, impacts, contacts, flat[c:d], samples, sizes[5:])
 
 
-@jit
+@jit_inlined
 def no_room(buffers):
     """Whether impacts or contacts, where they are recorded, fill their buffers."""
     impacts, contacts = buffers.impacts.shape[0], buffers.contacts.shape[0]

@@ -29,11 +29,16 @@ def evaluate(p, phase, z, s):
     return x1, v1, gap, rate
 
 
-@jit_no_alloc
+@jit_inlined
 def write_output(p, phase, a, z, s, window, buffers):
-    """Write the section rows and samples of [a, a + s], s within the block that begins at z."""
-    if not records(buffers):
-        return
+    """Write the section rows and samples of [a, a + s], s within the block that begins at z, if there are any."""
+    if records(buffers):  # decided here, since a call that hands over all tables costs as much as an event
+        write_rows(p, phase, a, z, s, window, buffers)
+
+
+@jit_no_alloc
+def write_rows(p, phase, a, z, s, window, buffers):
+    """Write what :func:`write_output` is asked for."""
     kept_from, sampled_from = window
     k = max(a.period, kept_from + 1.0)
     while k - kept_from <= buffers.section.shape[0] and (k - a.period) * p.period - a.tau <= s:

@@ -92,13 +92,13 @@ def step(e, z, s, cosine):
     return p + quarter * a, q + half * a, a, pg + quarter * b, qg + half * b, b
 
 
-@jit
+@jit_inlined
 def cosine_at(m, k, s):
     """Cos ητ at the time s after step k of a period."""
     return math.cos(m.eta * (k * m.h + s))
 
 
-@jit
+@jit_inlined
 def locate_change(m, pressed, z, end, length, k, s):
     """Where contact changes within a step, the motion there, and how many steps were solved to find it.
 
