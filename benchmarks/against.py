@@ -167,7 +167,7 @@ def measure(workers, starts, rounds):
         names = [*workers[0].start(), *STARTS]
         for worker in workers[1:]:
             worker.start()
-        # The first run compiles; the second tells how often a measurement repeats the work, alike for all.
+        # The first run compiles; the second decides how often a measurement repeats the work, alike for all.
         for worker in workers:
             for name in names:
                 worker.seconds(name, 1)

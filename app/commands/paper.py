@@ -4,7 +4,7 @@ import argparse
 import json
 from textwrap import wrap
 
-from vibroscope.app.paper import CLAIMS, VERDICTS, Claim, Finding, as_dict, tally
+from vibroscope.app.paper import CLAIMS, VERDICTS, Claim, Finding, as_dict, count_verdicts
 
 
 def add(commands) -> None:
@@ -49,4 +49,4 @@ def _indented(text: str) -> str:
 def _summary(checked: list[tuple[Claim, Finding]]) -> str:
     unknown = sum(finding.agrees != claim.holds for claim, finding in checked)
     outcome = "all as known" if not unknown else f"{unknown} NOT as known"
-    return f"\n{len(checked)} claims: {tally(claim.verdict(finding) for claim, finding in checked)}; {outcome}"
+    return f"\n{len(checked)} claims: {count_verdicts(claim.verdict(finding) for claim, finding in checked)}; {outcome}"

@@ -68,7 +68,7 @@ class UpdateChannel:
     """
 
     def __init__(self, doc: Document, answer: Callable[[int, int], None]) -> None:
-        """``answer(move, update)`` tells the browser which of its moves an update answers, and the update's number."""
+        """``answer(move, update)`` sends the browser the move that an update answers, and the update's number."""
         self._doc = doc
         self._answer = answer
         self._next: _Update | None = None

@@ -4,7 +4,7 @@
 page, ``vibroscope paper`` and the tests use the same list. No panel import.
 """
 
-from vibroscope.app.paper.claims import VERDICTS, Claim, Finding, as_dict, tally
+from vibroscope.app.paper.claims import VERDICTS, Claim, Finding, as_dict, count_verdicts
 from vibroscope.app.paper.penalty_claims import PENALTY_CLAIMS
 from vibroscope.app.paper.pictures import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.paper.plane_claims import PLANE_CLAIMS
@@ -23,5 +23,5 @@ __all__ = [
     "Picture",
     "TimeHistory",
     "as_dict",
-    "tally",
+    "count_verdicts",
 ]

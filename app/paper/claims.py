@@ -92,7 +92,7 @@ class Claim:
         return self.check(scenes()[self.scene])
 
 
-def tally(verdicts: Iterable[str]) -> str:
+def count_verdicts(verdicts: Iterable[str]) -> str:
     """How many claims agree, differ and are shown by example."""
     counts = Counter(verdicts)
     return f"{counts['agrees']} agree, {counts['differs']} differ, {counts['shown by example']} shown by example"

@@ -169,7 +169,7 @@ def _remarks(names, best, determined, correlation, residuals, deviation, noise) 
     for i, one in enumerate(determined):
         for j in range(i):
             if abs(correlation[i, j]) > CORRELATED:
-                yield f"{determined[j]} and {one} can hardly be told apart (correlation {correlation[i, j]:.3f})"
+                yield f"{determined[j]} and {one} can hardly be distinguished (correlation {correlation[i, j]:.3f})"
     rows = residuals.reshape(2, -1)
     neighbours = np.sum(rows[:, 1:] * rows[:, :-1]) / max(np.sum(rows**2), 1e-300)
     if deviation > NOISIER * noise:

@@ -15,7 +15,7 @@ class Document:
 
 
 class FakeHost:
-    """A `TabHost` that writes at once, calls at once what workers send, and keeps what it is told."""
+    """A `TabHost` that writes at once, calls at once what workers send, and keeps what the tab sends."""
 
     tab_titles = Session.tab_titles
 

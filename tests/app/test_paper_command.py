@@ -1,4 +1,4 @@
-"""``vibroscope paper``: one entry a claim, and an exit status that tells of a surprise."""
+"""``vibroscope paper``: one entry a claim, and an exit status that reports a surprise."""
 
 import json
 import subprocess

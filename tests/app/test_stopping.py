@@ -14,11 +14,11 @@ def test_a_stop_signal_lets_a_move_finish_and_cancels_a_study(tmp_path):
             await watcher.ready()
             await watcher.patch(watcher.message(mapped({"tab": "plane"}), "Header"))
             await client.ready()
-            shown = await client.shown(lambda told: told.get("update"))
+            shown = await client.shown(lambda shown: shown.get("update"))
             await client.patch(client.message(mapped({"painted": shown["update"]})))
             await client.patch(client.message(move({"eta": "1.31"}, 7)))
             server.process.send_signal(signal.SIGTERM)
-            return await client.shown(lambda told: told.get("move") == 7)
+            return await client.shown(lambda shown: shown.get("move") == 7)
 
     with served(tmp_path / "log.txt") as server:
         assert asyncio.run(asyncio.wait_for(steps(server), 60))["texts"]["eta"] == "1.31"

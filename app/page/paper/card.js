@@ -1,4 +1,4 @@
-// One claim of the paper: its sentence, the verdict, what was found, and a button to its setting. The card tells the
+// One claim of the paper: its sentence, the verdict, what was found, and a button to its setting. The card informs the
 // server when it comes into view, where the claim is then checked; in a hidden tab it never does. Only textContent is
 // set, so that no text can become markup.
 

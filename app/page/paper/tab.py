@@ -14,7 +14,7 @@ from vibroscope.app.page.files import style
 from vibroscope.app.page.paper.card import ClaimCard
 from vibroscope.app.page.paper.figures import draw
 from vibroscope.app.page.tab import Move, Tab, TabHost
-from vibroscope.app.paper import CLAIMS, Claim, Finding, as_dict, tally
+from vibroscope.app.paper import CLAIMS, Claim, Finding, as_dict, count_verdicts
 from vibroscope.app.paper.check_queue import CHECKS
 from vibroscope.app.paper.picture_tables import table_of
 
@@ -132,7 +132,7 @@ class Paper(Tab):
     def _tally(self) -> str:
         found = f"{len(self._findings)} of {len(CLAIMS)} claims checked"
         verdicts = [CLAIMS[key].verdict(finding) for key, finding in self._findings.items()]
-        return f"{found}: {tally(verdicts)}." if verdicts else f"{found}."
+        return f"{found}: {count_verdicts(verdicts)}." if verdicts else f"{found}."
 
     def _rows(self) -> list[dict]:
         return [as_dict(claim, self._findings[key]) for key, claim in CLAIMS.items() if key in self._findings]

@@ -46,7 +46,7 @@ function switcher(root, { name, label, choices }, send) {
   return ({ chosen }) => { select.value = chosen[name]; };
 }
 
-// A limit moves at once under the hand; the server is told when it rests.
+// A limit moves at once under the hand; the server gets its value when it rests.
 function limiter(root, { name, label, low, high }, send) {
   const row = element("label", "row");
   const slider = element("input");

@@ -96,7 +96,7 @@ def test_the_first_of_many_roots_in_one_interval_is_found(roots, exponent, paire
     slope = abs(np.prod([r - roots[0] for r in roots[1:]]))
     if slope > 10 * math.sqrt(rounding):
         assert abs(u - roots[0]) < 2 * rounding / slope
-    else:  # a pair so close is known to the square root of rounding, or not told from a touch
+    else:  # a pair so close is known to the square root of rounding, or cannot be distinguished from a touch
         later = [r for r in roots if r > roots[0] + 0.005]
         near = 10 * math.sqrt(rounding / abs(np.prod([r - roots[0] for r in later])))
         assert abs(u - roots[0]) < near or (later and abs(u - later[0]) < 1e-5) or (u == NONE and not later)
