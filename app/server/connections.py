@@ -75,11 +75,16 @@ class Listener(HTTPServer):
         # The system assigns the lowest free number: at this number all lower descriptors are in use.
         if connection.fileno() < self._most:
             return connection
-        metrics.REFUSED.add("connection")
-        replaced = self._close_longest_silent()
-        self._log("the longest silent one ended" if replaced else "none let in")
         with connection:
-            return connection.dup() if replaced else None  # the copy gets the number that has just become free
+            while self._close_longest_silent():
+                copy = connection.dup()  # takes the number that has just become free, unless another thread was faster
+                if copy.fileno() < self._most:
+                    self._log("the longest silent one ended")
+                    return copy
+                copy.close()
+        metrics.REFUSED.add("connection")
+        self._log("none let in")
+        return None
 
     def _close_longest_silent(self) -> bool:
         while self._silent:
@@ -87,6 +92,7 @@ class Listener(HTTPServer):
             del self._silent[stream]
             if not stream.closed():
                 stream.close()
+                metrics.REFUSED.add("connection")
                 return True
         return False
 

@@ -110,7 +110,7 @@ def resolve_flight_start(p, a):
     return a
 
 
-@jit_no_alloc
+@jit_inlined
 def can_separate(p, a):
     """Whether bodies that the contact force releases do separate.
 
