@@ -111,7 +111,9 @@ class Worker:
         self.checkout, self.bin = checkout, checkout / ".venv" / "bin"
         if not (self.bin / "python").exists():
             raise SystemExit(f"{checkout} has no .venv: make it there with `make .venv/run`")
-        self.environment = {**os.environ, "VIBROSCOPE_CACHE_DIR": str(cache)}
+        # Byte code is kept, as for a user: its folder lies beside the kernels, so that the checkouts stay clean.
+        self.environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+        self.environment |= {"VIBROSCOPE_CACHE_DIR": str(cache), "PYTHONPYCACHEPREFIX": str(cache / "byte-code")}
         self.process = None
 
     def start(self):
