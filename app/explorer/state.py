@@ -23,7 +23,7 @@ _PERIODS = signature(simulate).parameters["periods"].default
 # A number as a person writes one. Stricter than float(), which also accepts "nan", "inf", "1_000", the digits of other
 # scripts, and text of any length.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?", re.ASCII)
-_LONGEST_NUMBER = 40
+LONGEST_NUMBER = 40
 _LONGEST_QUOTE = 30
 
 
@@ -85,6 +85,7 @@ class Explorer(param.Parameterized):
 FIELDS = tuple(name for name in Explorer.param if name != "name")
 MAIN_FIELDS = ("eta", "K", "D", "steps")
 SYSTEM_FIELDS = tuple(_PAPER.as_dict())
+SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 PAPER_FIELDS = (*SYSTEM_FIELDS, "threshold", "located")  # a scene of the paper sets them to their defaults
 
 
@@ -177,7 +178,7 @@ def read_number(name: str, text: object, bounds: tuple[float, float], whole: boo
     low, high = bounds
     kind = "a whole number" if whole else "a number"
     refusal = Refused(name, f"{name} must be {kind} from {low:g} to {high:g}, not {quote(text)}.")
-    if not isinstance(text, str) or len(text) > _LONGEST_NUMBER or not _NUMBER.fullmatch(text.strip()):
+    if not isinstance(text, str) or len(text) > LONGEST_NUMBER or not _NUMBER.fullmatch(text.strip()):
         raise refusal
     value = float(text)
     if not (math.isfinite(value) and low <= value <= high) or (whole and value != int(value)):

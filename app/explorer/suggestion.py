@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from vibroscope.app.explorer.explanation import sentence
-from vibroscope.app.explorer.state import Explorer, Setting, print_number, read_number
+from vibroscope.app.explorer.state import Explorer, Setting, print_number
+from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job, lower_priority
 from vibroscope.app.runtime.workers import Workers, pool
@@ -30,7 +31,7 @@ class Question(NamedTuple):
 
 def make_question(setting: Setting, percent: object) -> Question:
     """The question for a setting and a tolerance as typed, in per cent; raises `Refused` if that is no tolerance."""
-    tolerance = read_number("tolerance", percent, _PERCENT, whole=False) / 100
+    tolerance = float(read_typed_number("tolerance", percent, _PERCENT, units={"": 1.0, "%": 1.0}, shown="%")) / 100
     return Question(setting.system, setting.eta, setting.reference, setting.located == "yes", tolerance)
 
 

@@ -15,6 +15,7 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.history import History
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.header.header import Header
@@ -67,10 +68,10 @@ class Session:
     # -- from the browser, see `app.page.messages` ------------------------------------
 
     def set(self, texts: Mapping[str, object], *, fresh: bool = False) -> None:
-        """Accept all of ``texts`` and show the new setting, or say why not."""
+        """Accept all of ``texts``, also as people type them (`plain_texts`), and show the new setting, or say why not."""
         before = self.setting
         try:
-            self.setting = read_setting(texts, before)
+            self.setting = read_setting(plain_texts(texts, before), before)
         except Refused as error:
             error.log()
             self._refused = {"name": error.name, "text": str(error)}

@@ -23,6 +23,17 @@ def test_a_typed_value_is_accepted_as_it_is(visit):
     assert explorer.typed("K").input_value() == "3141.59"
 
 
+def test_separators_are_read_or_refused_in_words(visit):
+    explorer = visit()
+    explorer.moved(lambda: explorer.type("steps", "20,000"))
+    explorer.wait_for_address(steps="20000")
+    assert explorer.typed("steps").input_value() == "20000"
+    explorer.type("K", "12,000")
+    wait_until(lambda: "“12,000” can mean 12000 or 12" in explorer.error(), what="a refusal")
+    explorer.moved(lambda: explorer.type("K", "12 000"))
+    explorer.wait_for_address(K="12000", steps="20000")
+
+
 def test_an_answer_does_not_change_what_is_being_typed(visit):
     explorer = visit()
     explorer.typed("K").fill("31")

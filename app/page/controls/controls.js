@@ -169,7 +169,7 @@ function typedField(number, link, place) {
   typed.addEventListener("input", () => { typing = true; });
   typed.addEventListener("change", () => {
     typing = false;
-    link.set({ [number.name]: typed.value.trim().replace(",", ".") });
+    link.set({ [number.name]: { typed: typed.value.trim() } }); // the server reads separators and units
   });
   typed.addEventListener("blur", () => {
     if (typing) typed.value = accepted; // the text equals the one before, since there was no change event

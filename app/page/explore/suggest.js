@@ -41,7 +41,7 @@ function ask(model) {
   form.append(label, go);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    model.send_msg({ suggest: field.value.trim().replace(",", ".") });
+    model.send_msg({ suggest: field.value.trim() });
   });
   return form;
 }

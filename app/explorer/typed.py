@@ -1,0 +1,164 @@
+"""Numbers as people type them: thousands separators, decimal commas and per cent. No panel import.
+
+An address, a file and a slider hold plain numbers, which `app.explorer.state.read_number` reads. What a person types
+passes through here first. A text that can mean two different numbers is refused with both of them, never guessed.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+import param
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.state import FIELDS, LONGEST_NUMBER, SHARES, Explorer, Setting, print_number, quote
+
+_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
+# Sign, digits with separators, power of ten as 1e5 or 1·10⁵, and the rest: a unit.
+_TYPED = re.compile(
+    r"([+\-−]?)\s*([0-9][0-9.,'’_\s]*|[.,][0-9]+)"
+    r"(?:[eE]([+\-−]?[0-9]{1,4})|\s*[×·*x]\s*10\s*(?:\^|\*\*)?\s*([+\-−]?[0-9]{1,4}|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]{1,4}))?\s*(.*)",
+    re.DOTALL,
+)
+_GROUPS = {mark: re.compile(rf"[0-9]{{1,3}}({re.escape(mark)}[0-9]{{3}})+") for mark in " '_,."}
+_NO_UNITS = {"": 1.0}
+_LEADING_GROUP = re.compile(r"[1-9][0-9]{0,2}")
+
+
+class Typed(NamedTuple):
+    """What a typed text can mean: one number, or two that differ in what a comma or point is; and its unit."""
+
+    numbers: tuple[float, ...]
+    unit: str
+
+
+def parse_typed(text: object, *, whole: bool = False) -> Typed:
+    """The numbers that ``text`` can mean, none if it is no number; ``whole``: a whole number is expected."""
+    match = _TYPED.fullmatch(text.strip()) if isinstance(text, str) and len(text) <= LONGEST_NUMBER else None
+    if match is None:
+        return Typed((), "")
+    sign, digits, plain_power, ten_power, unit = match.groups()
+    power = (plain_power or ten_power or "0").translate(_SUPERSCRIPTS).replace("−", "-")
+    bodies = _plain_digits(" ".join(digits.replace("’", "'").split()), whole)
+    numbers = (float(f"{sign.replace('−', '-')}{body}e{power}") for body in bodies)
+    return Typed(tuple(dict.fromkeys(n for n in numbers if math.isfinite(n))), unit.strip())
+
+
+def _plain_digits(text: str, whole: bool) -> Iterable[str]:
+    """The digits without separators and with a decimal point, one text for each meaning."""
+    for mark in " '_":
+        if mark in text:  # it can only separate thousands
+            return _grouped(text, mark, decimal="," if "," in text else ".")
+    marks = {mark: text.count(mark) for mark in ".," if mark in text}
+    if len(marks) == 2:  # the last one is the decimal one
+        thousands, decimal = sorted(marks, key=text.rfind)
+        return _grouped(text, thousands, decimal)
+    if not marks:
+        return [text]
+    ((mark, count),) = marks.items()
+    if count > 1:
+        return _grouped(text, mark, decimal="")
+    left, _, right = text.partition(mark)
+    if not right and mark == ",":
+        return []
+    as_decimal, as_thousands = f"{left or 0}.{right or 0}", left + right
+    if not (_LEADING_GROUP.fullmatch(left) and len(right) == 3):
+        return [as_decimal]
+    if whole:
+        return [as_thousands]  # nobody writes the decimals of a whole number
+    return [as_thousands, as_decimal] if mark == "," or right == "000" else [as_decimal]
+
+
+def _grouped(text: str, thousands: str, decimal: str) -> list[str]:
+    """The digits of a number with separated thousands, and perhaps decimals; nothing if they are not in threes."""
+    left, _, right = text.partition(decimal) if decimal else (text, "", "")
+    is_number = _GROUPS[thousands].fullmatch(left) and (not right or re.fullmatch("[0-9]+", right))
+    return [f"{left.replace(thousands, '')}.{right or 0}"] if is_number else []
+
+
+def read_typed_number(
+    name: str,
+    text: object,
+    bounds: tuple[float, float],
+    *,
+    whole: bool = False,
+    units: Mapping[str, float] = _NO_UNITS,
+    shown: str = "",
+) -> str:
+    """The typed number as a text for `app.explorer.state.read_number`.
+
+    Parameters
+    ----------
+    name : str
+        Of the number, for a refusal.
+    text : object
+        As typed.
+    bounds : tuple
+        Smallest and largest value; they decide what a comma means, if they can.
+    whole : bool
+        Whether a whole number is expected.
+    units : mapping of str to float
+        What one of each unit that may be typed is worth; "" for a number without one.
+    shown : str
+        The unit in which the number is shown.
+
+    Raises
+    ------
+    Refused
+        If it is no number within ``bounds``, or can mean two.
+    """
+    typed, (low, high) = parse_typed(text, whole=whole), bounds
+    size = units.get(typed.unit)
+    fitting = [
+        (number, value)
+        for number in typed.numbers
+        if size is not None and low <= (value := _scaled(number, size)) <= high and (not whole or value == int(value))
+    ]
+    if len(fitting) == 1:
+        return print_number(fitting[0][1])
+    if fitting:
+        (large, _), (small, _) = fitting
+        unit = typed.unit and f" {typed.unit}"
+        raise Refused(
+            name,
+            f"{quote(text)} can mean {print_number(large)}{unit} or {print_number(small)}{unit}: "
+            f"write {print_number(large)} or {float(small)!r}.",
+        )
+    ends = " to ".join(f"{end / units['']:.6g}" for end in bounds)
+    kind = "a whole number" if whole else "a number"
+    known = [unit for unit in units if unit not in ("", shown)]
+    more = f" (or in {', '.join(known)})" if typed.unit and size is None and known else ""
+    raise Refused(name, f"{name} must be {kind} from {ends}{shown and f' {shown}'}{more}, not {quote(text)}.")
+
+
+def _scaled(number: float, size: float) -> float:
+    return number if size == 1 else float(f"{number * size:.15g}")
+
+
+def plain_texts(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
+    """``texts`` with a plain number in place of each ``{"typed": text}``; raises `Refused`.
+
+    Parameters
+    ----------
+    texts : mapping of str to object
+        By the name of the parameter.
+    setting : Setting
+        The one that the person who typed saw.
+    """
+    return {
+        name: _read_field(name, text["typed"]) if isinstance(text, Mapping) and text.keys() == {"typed"} else text
+        for name, text in texts.items()
+    }
+
+
+def _read_field(name: str, text: object) -> object:
+    rule = Explorer.param[name] if name in FIELDS else None
+    if not isinstance(rule, param.Number):
+        return text
+    units = {"": 1.0} | ({"%": 0.01} if name in SHARES else {})
+    try:
+        return read_typed_number(rule.label, text, rule.bounds, whole=isinstance(rule, param.Integer), units=units)
+    except Refused as error:
+        raise Refused(name, str(error)) from None

@@ -1,0 +1,99 @@
+"""Typed numbers: separators, decimal commas and units are read where they are unambiguous, else refused in words."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.state import FIELDS, Explorer, Setting, read_setting
+from vibroscope.app.explorer.suggestion import make_question
+from vibroscope.app.explorer.typed import parse_typed, plain_texts
+
+
+def typed(name, text, setting=Setting()):
+    """The value of one parameter after ``text`` was typed."""
+    return getattr(read_setting(plain_texts({name: {"typed": text}}, setting), setting), name)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "value"),
+    [
+        ("steps", "20,000", 20_000),
+        ("steps", "20.000", 20_000),  # nobody writes the decimals of a whole number
+        ("steps", "12 000", 12_000),
+        ("steps", "12\u202f000", 12_000),
+        ("steps", "12'000", 12_000),
+        ("steps", "12_000", 12_000),
+        ("steps", "2e3", 2000),
+        ("steps", "2000.0", 2000),
+        ("K", "12 000", 12_000.0),
+        ("K", "12,500.25", 12_500.25),
+        ("K", "12.500,25", 12_500.25),
+        ("K", "12500,25", 12_500.25),
+        ("K", "12 500,25", 12_500.25),
+        ("K", "1.2e4", 12_000.0),
+        ("K", "1,2E4", 12_000.0),
+        ("K", "1.2 × 10^4", 12_000.0),
+        ("K", "1,2·10⁴", 12_000.0),
+        ("eta", "1,08", 1.08),
+        ("eta", "1,125", 1.125),  # 1125 would be out of range
+        ("eta", " 2.76 ", 2.76),
+        ("d1", "0,005", 0.005),
+        ("d1", ".005", 0.005),
+        ("d1", "1 %", 0.01),
+        ("restitution", "70%", 0.7),
+        ("m1", "1,000,000", 1e6),
+        ("m1", "1.000.000", 1e6),
+    ],
+)
+def test_what_people_type_is_read(name, text, value):
+    assert typed(name, text) == value
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("K", "12,000", "can mean 12000 or 12: write 12000 or 12.0"),
+        ("K", "12.000", "can mean 12000 or 12: write 12000 or 12.0"),
+        ("m1", "1,125", "can mean 1125 or 1.125: write 1125 or 1.125"),
+    ],
+)
+def test_a_text_with_two_meanings_is_refused_with_both(name, text, words):
+    with pytest.raises(Refused, match=words) as refusal:
+        typed(name, text)
+    assert refusal.value.name == name
+    for part in words.partition("write ")[2].split(" or "):
+        assert typed(name, part) == float(part)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "twelve", "12 00", "1,23.4", "1,2,3", "12,", "--3", "1e", "nan", "0x10", "²", "１", "5 apples", "9" * 41]
+)
+def test_what_is_no_number_is_refused_with_the_range(text):
+    with pytest.raises(Refused, match=r"K must be a number from .* to .*, not “"):
+        typed("K", text)
+
+
+def test_a_tolerance_is_typed_like_any_other_number():
+    assert [make_question(Setting(), text).tolerance for text in ("5", "5 %", "2,5", "0.5%")] == [0.05, 0.05, 0.025, 0.005]
+
+
+def test_a_slider_and_an_address_have_plain_numbers_only():
+    assert plain_texts({"K": "2500", "frame": "absolute"}, Setting()) == {"K": "2500", "frame": "absolute"}
+    with pytest.raises(Refused):
+        read_setting({"K": "12 000"})
+
+
+@given(st.floats(1e-9, 1e12), st.sampled_from([",", " ", "'"]))
+def test_every_grouped_number_means_what_was_printed(value, mark):
+    assert value in parse_typed(f"{value:,.6f}".replace(",", mark)).numbers or round(value, 6) != value
+    assert float(f"{value:.6f}") in parse_typed(f"{value:,.6f}".replace(",", mark)).numbers
+
+
+@given(st.sampled_from(FIELDS), st.text(max_size=50) | st.floats().map(repr) | st.none() | st.integers())
+def test_every_typed_text_is_read_or_refused(name, text):
+    try:
+        setting = read_setting(plain_texts({name: {"typed": text}}, Setting()))
+    except Refused:
+        return
+    bounds = getattr(Explorer.param[name], "bounds", None)
+    assert bounds is None or bounds[0] <= getattr(setting, name) <= bounds[1]
