@@ -68,7 +68,7 @@ class Session:
     # -- from the browser, see `app.page.messages` ------------------------------------
 
     def set(self, texts: Mapping[str, object], *, fresh: bool = False) -> None:
-        """Accept all of ``texts``, also as people type them (`plain_texts`), and show the new setting, or say why not."""
+        """Accept all of ``texts``, also typed ones (`plain_texts`), and show the new setting, or say why not."""
         before = self.setting
         try:
             self.setting = read_setting(plain_texts(texts, before), before)

@@ -9,8 +9,9 @@ from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.explorer.typed import parse_typed, plain_texts
 
 
-def typed(name, text, setting=Setting()):
+def typed(name, text, **changes):
     """The value of one parameter after ``text`` was typed."""
+    setting = Setting(**changes)
     return getattr(read_setting(plain_texts({name: {"typed": text}}, setting), setting), name)
 
 
@@ -66,7 +67,8 @@ def test_a_text_with_two_meanings_is_refused_with_both(name, text, words):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "twelve", "12 00", "1,23.4", "1,2,3", "12,", "--3", "1e", "nan", "0x10", "²", "１", "5 apples", "9" * 41]
+    "text",
+    ["", "twelve", "12 00", "1,23.4", "1,2,3", "12,", "--3", "1e", "nan", "0x10", "²", "１", "5 apples", "9" * 41],
 )
 def test_what_is_no_number_is_refused_with_the_range(text):
     with pytest.raises(Refused, match=r"K must be a number from .* to .*, not “"):
@@ -74,7 +76,8 @@ def test_what_is_no_number_is_refused_with_the_range(text):
 
 
 def test_a_tolerance_is_typed_like_any_other_number():
-    assert [make_question(Setting(), text).tolerance for text in ("5", "5 %", "2,5", "0.5%")] == [0.05, 0.05, 0.025, 0.005]
+    found = [make_question(Setting(), text).tolerance for text in ("5", "5 %", "2,5", "0.5%")]
+    assert found == [0.05, 0.05, 0.025, 0.005]
 
 
 def test_a_slider_and_an_address_have_plain_numbers_only():
@@ -85,7 +88,6 @@ def test_a_slider_and_an_address_have_plain_numbers_only():
 
 @given(st.floats(1e-9, 1e12), st.sampled_from([",", " ", "'"]))
 def test_every_grouped_number_means_what_was_printed(value, mark):
-    assert value in parse_typed(f"{value:,.6f}".replace(",", mark)).numbers or round(value, 6) != value
     assert float(f"{value:.6f}") in parse_typed(f"{value:,.6f}".replace(",", mark)).numbers
 
 
