@@ -24,6 +24,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.force import ForceView
+from vibroscope.app.page.explore.map_source import MapPoints
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.shared.figure import THEME, write
 from vibroscope.app.runtime.cache import Cache
@@ -45,7 +46,7 @@ class Bare:
         time = Range1d(0, WINDOW)
         phase, displacement, force = PhaseView(), DisplacementView(time), ForceView(time)
         self.sources = {**phase.sources, **displacement.sources, **force.sources}
-        diagram = EtaMapView(phase.sections, lambda _: load_diagram("table").result(), lambda _: None)
+        diagram = EtaMapView(phase.sections, lambda _: None)
         self.cursor = diagram.cursor
         columns = prepared[SETTING.eta]
         for name, source in self.sources.items():
@@ -53,7 +54,8 @@ class Bare:
         phase.update(columns, SETTING, fresh=True)
         displacement.update(columns, SETTING, fresh=True)
         force.update(columns, SETTING, fresh=True)
-        diagram.update(SETTING, fresh=True)
+        shipped = load_diagram("table").result()
+        diagram.update(SETTING, MapPoints(shipped.eta, shipped.displacement, 1.0), fresh=True)
         figures = [*phase.figures, displacement.figure, displacement.strip, force.figure, diagram.figure]
         for figure in figures:
             figure.sizing_mode = "fixed"

@@ -5,7 +5,7 @@ needs almost none of that. The following list was recorded from a browser in use
 
 - the request for the document, and the report that it is shown;
 - messages of the page's own components (`app.page.session` reads them as text and decides), taps and new ranges;
-- the ends of an axis range, the mute of a legend entry, the size of a frame, all plain finite values;
+- the ends of an axis range, the visibility of a curve, the size of a frame, all plain finite values;
 - that an error message was closed.
 
 Any other event is removed from its message, and a message of another kind is refused. No forged value reaches a model,
@@ -79,7 +79,7 @@ def _is_number_or_none(value: object) -> bool:
 _CHANGES: dict[tuple[type, str], _Check] = {
     (Range1d, "start"): _is_finite,
     (Range1d, "end"): _is_finite,
-    (GlyphRenderer, "muted"): _is_truth_value,
+    (GlyphRenderer, "visible"): _is_truth_value,
     (DataModel, "error"): lambda value: value == "",  # the user has closed a message
     **{(Plot, f"{side}_{length}"): _is_length for side in ("inner", "outer") for length in ("width", "height")},
 }

@@ -179,40 +179,6 @@ def test_every_axis_of_a_tab_is_there_and_is_the_axis_of_a_figure(tab):
     assert all(any(owned.range is r for r in shown) for owned in made.ranges.values())
 
 
-@pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.legends])
-def test_an_entry_that_is_muted_goes_into_the_link_and_comes_back(tab):
-    made = tab(FakeHost())
-    page = made.build()
-    figures = {pane.object.name: pane.object for pane in page.objects if hasattr(getattr(pane, "object", None), "name")}
-    heard = []
-    made.muting.on_mute = lambda: heard.append(made.view_texts()["mute"])
-    for name, entries in tab.legends.items():
-        for entry, item in zip(entries, figures[name].legend[0].items, strict=True):
-            for renderer in item.renderers:  # as the browser does
-                renderer.muted = True
-            assert heard[-1] == f"{name}:{entry}"
-            for renderer in item.renderers:
-                renderer.muted = False
-            assert heard[-1] == ""
-    for name in tab.legends:
-        for item in figures[name].legend[0].items[::2]:
-            for renderer in item.renderers:
-                renderer.muted = True
-    again = tab(FakeHost())
-    again.build()
-    again.restore(tab.read_view("", "", heard[-1]))
-    assert again.view_texts() == made.view_texts()
-
-
-def test_names_of_entries_are_those_of_their_solvers():
-    tab = TABS["explore"](FakeHost())
-    tab.build()
-    tab.restore(tab.read_view("", "", "displacement:penalty2,time_step;force:penalty"))
-    plots = {"displacement": tab.displacement.figure, "force": tab.force.figure}
-    muted = {n: [i.label.value for i in p.legend[0].items if i.renderers[0].muted] for n, p in plots.items()}
-    assert muted == {"displacement": ["ξ₂ penalty", "time step"], "force": ["λ penalty"]}
-
-
 def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F811
     kind = TABS["plane"]
     tab = kind(FakeHost())

@@ -204,7 +204,7 @@ def forged(chance, model, component, value):
     if kind < 3:
         return _component_message(component, random_message(chance))
     if kind == 3:
-        return changed(model, chance.choice(("start", "end", "muted", "data", "shown", "inner_width")), value)
+        return changed(model, chance.choice(("start", "end", "visible", "data", "shown", "inner_width")), value)
     if kind == 4:
         return event(chance.choice(("tap", "rangesupdate", "data_event")), mapped({"model": {"id": model}, "x": value}))
     return value

@@ -92,6 +92,31 @@ def test_the_first_thing_to_change_is_a_button(visit):
     assert explorer.typed("K").input_value() == "100"
 
 
+COLOURED = """name => {
+  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
+  const {x0, y0, x1, y1} = view.frame.bbox;
+  const { data } = view.canvas_view.primary.ctx.getImageData(x0 + 2, y0 + 2, x1 - x0 - 4, y1 - y0 - 4);
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    const pixel = data.slice(i, i + 3);
+    count += Math.max(...pixel) - Math.min(...pixel) > 40;
+  }
+  return count;
+}"""
+
+
+def test_a_muted_legend_entry_hides_its_curve(visit):
+    explorer = visit("?eta=1.38")
+    for figure in ("phase1", "displacement", "force"):
+        coloured = [explorer.page.evaluate(COLOURED, figure)]
+        for entry in explorer.page.locator(f".cell.{figure}").get_by_role("switch").all():
+            entry.click()
+            explorer.until("Bokeh.documents.every(d => d.is_idle)")
+            coloured.append(explorer.page.evaluate(COLOURED, figure))
+        assert coloured == sorted(set(coloured), reverse=True), figure
+        assert coloured[-1] == 0, figure
+
+
 def test_axes_carry_symbols_and_units(visit):
     explorer = visit()
     labels = json.dumps([explorer.figure(name)["labels"] for name in FIGURES], ensure_ascii=False)

@@ -89,7 +89,8 @@ def test_the_view_of_a_study_comes_back(visit, tab, figures, choices):
 
 MUTED = """names => names.map(name => Bokeh.documents[0].get_model_by_name(name).center
   .find(part => part.type === "Legend").items
-  .filter(item => item.renderers.every(renderer => renderer.muted)).map(item => item.label.value)).flat()"""
+  .filter(item => item.visible && !item.renderers.some(renderer => renderer.visible))
+  .map(item => item.label.value)).flat()"""
 LEGEND = """name => {
   const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
   const legend = view.model.center.find(part => part.type === "Legend");

@@ -18,7 +18,7 @@ from vibroscope.app.page.shared.figure import BLUE, FONT, GREY, INK, VERMILLION,
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, TRANSIENT, PartialDiagram
 from vibroscope.app.studies.cell_classes import PERIODS, period_class
-from vibroscope.engine import Newmark, Reference
+from vibroscope.engine import Newmark, Reference, System
 
 SYMBOLS = {"xi1": "ξ₁", "v1": "ξ₁′", "xi2": "ξ₂", "v2": "ξ₂′"}
 # Bokeh's hatch, and what the key in `study.css` calls it: colour is not the only sign.
@@ -61,9 +61,13 @@ class BifurcationView:
         for solver, colour in _COLOURS.items():
             glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
             plot.scatter("eta", "value", source=self.points[solver], **glyph)
-        for scene in scenes().values():
-            if scene.group == "motion":
-                plot.add_layout(Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted"))
+        self._scenes = [  # the paper's η, which mean nothing for another system
+            Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted")
+            for scene in scenes().values()
+            if scene.group == "motion"
+        ]
+        for line in self._scenes:
+            plot.add_layout(line)
         self.cursor = Span(dimension="height", line_color=INK, line_width=2, level="overlay", name="bifurcation_cursor")
         self.label = Label(
             x=0,
@@ -129,6 +133,8 @@ class BifurcationView:
         self.figure.yaxis[0].axis_label = f"{SYMBOLS[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
         if result is None:
             return
+        for line in self._scenes:
+            line.visible = result.question.system == System()
         self._title(result)
         values = _columns(result, coordinate)
         none = dict.fromkeys(values, values["eta"][:0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import ColumnDataSource, FactorRange, HBar, LegendItem, Line, Range1d
+from bokeh.models import ColumnDataSource, FactorRange, GlyphRenderer, HBar, HoverTool, LegendItem, Line, Range1d
 from vibroscope.app.explorer.present import WINDOW, Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
@@ -88,27 +88,26 @@ class DisplacementView:
             LegendItem(
                 label=_NAMES[name],
                 visible=False,
-                renderers=[add_glyph(plot, Line(x="t", y=name, **look), self.difference, visible=False)],
+                renderers=[add_glyph(plot, Line(x="t", y=name, **look), self.difference)],
             )
             for name, look in PARTS.items()
         ]
         self._items = {"displacements": items, "difference": parts}
-        self._pinned_lines = pinned
         plot.add_layout(legend([*items, *parts, self.pinned.legend_item(pinned)], 9))
-        # The hover tool of one line shows all four, since they share their times.
-        plot.add_tools(
-            hover_tool(
-                [items[0].renderers[0]],
-                {
-                    "time": "@t",
-                    "reference": "① @reference1, ② @reference2",
-                    "penalty": "① @penalty1, ② @penalty2",
-                },
-                mode="vline",
-                line_policy="nearest",
-            ),
-        )
+        plot.add_tools(self._hover([item.renderers[0] for item in items]))
         return plot
+
+    def _hover(self, lines: list[GlyphRenderer]) -> HoverTool:
+        """A hover tool of the first line that is visible; it shows all four, since they share their times."""
+        values = {"time": "@t", "reference": "① @reference1, ② @reference2", "penalty": "① @penalty1, ② @penalty2"}
+        tool = hover_tool(lines[:1], values, mode="vline", line_policy="nearest")
+
+        def follow(attr: str, old: bool, new: bool) -> None:
+            tool.renderers = [line for line in lines if line.visible][:1]
+
+        for line in lines:
+            line.on_change("visible", follow)
+        return tool
 
     def _strip(self, time: Range1d):
         plot = make_figure(
@@ -185,9 +184,6 @@ class DisplacementView:
             visible = (kind == "difference") == (setting.frame == "difference")
             for item in items:
                 item.visible = visible
-                for line in item.renderers:
-                    line.visible = visible
-        for line in self._pinned_lines:
-            line.visible = setting.frame != "difference"
+        self.pinned.draw(setting.frame != "difference")
         self.figure.title.text = "Penalty − reference, in parts" if setting.frame == "difference" else "Displacements"
         return switched

@@ -12,15 +12,14 @@ from bokeh.models import ColumnDataSource, Label, Scatter, Span
 from vibroscope.app.explorer.present import unit_factor
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.page.explore.map_source import ETA, NOTHING, MapPoints
 from vibroscope.app.page.shared.figure import BLUE, FONT, INK, THEME, VERMILLION, add_glyph, apply_style
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.raster import raster
-from vibroscope.engine import Diagram, System
+from vibroscope.engine import System
 
 _PIXELS = (480, 250)  # of the picture, until the browser has sent the size of the frame
 _TITLE = "Reference over η: click sets η"
-_TITLE_OTHER_SYSTEM = "Reference over η (the paper's system)"
-_ETA = (0.5, 4.0)
 _SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
 _ROW = {"xi1": 0, "xi2": 1}
 # From transparent to blue; the more points fall on a pixel, the darker it is.
@@ -28,25 +27,22 @@ _SHADES = ["#FFFFFF00"] + [f"#0072B2{alpha:02X}" for alpha in range(1, 256)]
 
 
 class EtaMapView:
-    """The figure; its picture is drawn again when the zoom, the coordinate or the joint damping changes.
+    """The figure; its picture is drawn again when the zoom, the coordinate or the points change.
 
-    ``load(joint_damping)`` gives a diagram, or None until it is there; ``set_texts`` sets the η of a click.
+    ``set_texts`` sets the η of a click.
     """
 
     def __init__(
         self,
         sections: dict[str, ColumnDataSource],
-        load: Callable[[str], Diagram | None],
         set_texts: Callable[[dict[str, str]], None],
     ) -> None:
-        self._load = load
         self._set_texts = set_texts
-        self._shown: tuple[str, str, float] | None = None
-        self._drawn: tuple | None = None  # ends of both axes of the picture
-        self.ready = False  # whether the diagram is there
-        self._default_system = True
+        self._points = NOTHING
+        self._shown: tuple[str, float] | None = None  # coordinate, and the value of one unit of it
+        self._drawn: tuple | None = None  # points of the picture, and the ends of its axes
         self._sections = sections
-        self.ranges = {"eta": OwnedRange(*_ETA), "section": OwnedRange(-10, 10)}
+        self.ranges = {"eta": OwnedRange(*ETA), "section": OwnedRange(-10, 10)}
         self.figure, self.picture = _picture_figure()
         self.figure.x_range, self.figure.y_range = (owned.range for owned in self.ranges.values())
         self._marks = self._add_marks()
@@ -57,10 +53,11 @@ class EtaMapView:
 
     def _add_marks(self) -> list:
         plot = self.figure
+        self._scenes: list[Span | Label] = []  # the paper's η, which mean nothing for another system
         for scene in scenes().values():
             if scene.group == "motion":
-                plot.add_layout(Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted"))
-                plot.add_layout(
+                self._scenes += [
+                    Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted"),
                     Label(
                         x=scene.eta,
                         y=4,
@@ -72,8 +69,10 @@ class EtaMapView:
                         text_align="center",
                         background_fill_color="#FFFFFF",
                         background_fill_alpha=0.8,
-                    )
-                )
+                    ),
+                ]
+        for mark in self._scenes:
+            plot.add_layout(mark)
         # An overlay is repainted without the picture below it.
         self.cursor = Span(location=1.08, dimension="height", line_color=INK, line_width=1.5, level="overlay")
         plot.add_layout(self.cursor)
@@ -85,30 +84,37 @@ class EtaMapView:
             add_glyph(plot, ring, self._sections["section_penalty"], level="overlay"),
         ]
 
-    def update(self, setting: Setting, *, fresh: bool) -> None:
-        """Move the cursor; draw the picture again if another one is wanted.
+    @property
+    def ready(self) -> bool:
+        """Whether all points are there."""
+        return self._points.share == 1
 
-        The diagrams are those of the paper's system; with another system, the title says so.
-        """
+    def update(self, setting: Setting, points: MapPoints, *, fresh: bool) -> None:
+        """Move the cursor; draw the picture again if another one is wanted."""
         self.cursor.location = setting.eta
-        self._default_system = setting.system == System()
-        self._title(self._shown is None or self._points() is not None)
-        wanted = setting.joint_damping, setting.coordinate, unit_factor("displacement", setting)
-        other_quantity = self._shown is None or self._shown[1:] != wanted[1:]
-        other_picture, self._shown = self._shown != wanted, wanted
+        for mark in self._scenes:
+            mark.visible = setting.system == System()
+        wanted = setting.coordinate, unit_factor("displacement", setting)
+        other_quantity, self._shown = self._shown != wanted, wanted
         if other_quantity:
             self._label(setting)
-        self.ranges["eta"].put(*_ETA, fresh=fresh)
-        if other_quantity or fresh:
-            self._fit()
-        if other_picture or self._drawn != self._view:
-            self._draw()
+        self.ranges["eta"].put(*ETA, fresh=fresh)
+        self._show(points, fit=other_quantity or fresh)
 
-    def redraw(self) -> None:
-        """A diagram has arrived: show it if it is the one that is wanted."""
+    def redraw(self, points: MapPoints) -> None:
+        """More points have come."""
         if self._shown is not None:
-            self._fit()
-            self._draw()
+            self._show(points)
+
+    def _show(self, points: MapPoints, *, fit: bool = False) -> None:
+        """Draw these points; the axis is fitted to them when they are the first ones, and when they are complete."""
+        fit |= points.share == 1 > self._points.share or (points is not NOTHING and self._points is NOTHING)
+        self._points = points
+        share = "computing …" if points is NOTHING else f"{100 * points.share:.0f} % computed"
+        self.figure.title.text = _TITLE if self.ready else f"Reference over η: {share}"
+        if fit:
+            self.ranges["section"].follow([self._values], fresh=True)
+        self._draw()
 
     def _label(self, setting: Setting) -> None:
         for mark in self._marks:
@@ -121,37 +127,30 @@ class EtaMapView:
         """The ends of both axes."""
         return tuple(owned.ends for owned in self.ranges.values())
 
-    def _points(self) -> tuple[np.ndarray, np.ndarray] | None:
-        joint_damping, coordinate, factor = self._shown
-        diagram = self._load(joint_damping)
-        if diagram is None:
-            return None
-        return diagram.eta, factor * diagram.displacement[_ROW[coordinate]]
+    @property
+    def _values(self) -> np.ndarray:
+        """The coordinate of the points, in the units of the axis: (n, keep)."""
+        coordinate, factor = self._shown
+        return factor * self._points.displacement[_ROW[coordinate]]
 
     def in_view(self) -> dict[str, np.ndarray]:
-        """η and the coordinate of the points in view; empty while the diagram is not there."""
-        points = self._points() if self.ready else None
-        if points is None:
+        """η and the coordinate of the points in view; empty until all are there."""
+        if not self.ready:
             return {}
-        value = points[1].astype(np.float32)
-        eta = np.repeat(points[0], value.shape[1])
+        value = self._values.astype(np.float32)
+        eta = np.repeat(self._points.eta, value.shape[1])
         x, y = self._view
         visible = (x[0] <= eta) & (eta <= x[1]) & (y[0] <= value.ravel()) & (value.ravel() <= y[1])
-        return {"eta": eta[visible], self._shown[1]: value.ravel()[visible]}
-
-    def _fit(self) -> None:
-        points = self._points()
-        if points is not None:
-            self.ranges["section"].follow([points[1]], fresh=True)
+        return {"eta": eta[visible], self._shown[0]: value.ravel()[visible]}
 
     def _draw(self) -> None:
-        points = self._points()
-        self.ready = points is not None
-        self._title(self.ready)
-        if points is None:
+        """Draw the picture again if what it shows has changed."""
+        wanted = (id(self._points), *self._shown, self._view)
+        if wanted == self._drawn:
             return
-        x, y = self._drawn = self._view
-        picture = raster(*points, x, y, *self._pixels())
+        self._drawn = wanted
+        x, y = self._view
+        picture = raster(self._points.eta, self._values, x, y, *self._pixels())
         self.picture.data = {
             "image": [picture],
             "x": [x[0]],
@@ -159,10 +158,6 @@ class EtaMapView:
             "dw": [x[1] - x[0]],
             "dh": [y[1] - y[0]],
         }
-
-    def _title(self, ready: bool) -> None:
-        title = _TITLE if self._default_system else _TITLE_OTHER_SYSTEM
-        self.figure.title.text = title if ready else "Reference over η: computing …"
 
     def _pixels(self) -> tuple[int, int]:
         """The size of the frame; a picture of another size would lose points or be blurred."""
@@ -174,10 +169,11 @@ class EtaMapView:
 
     def _tap(self, event: Tap) -> None:
         if event.x is not None and np.isfinite(event.x):
-            self._set_texts({"eta": print_number(float(np.clip(round(event.x, 4), *_ETA)))})
+            self._set_texts({"eta": print_number(float(np.clip(round(event.x, 4), *ETA)))})
 
     def _resize(self, attr: str, old: int, new: int) -> None:
         if self._shown is not None and old != new:
+            self._drawn = None
             self._draw()
 
     def _zoom(self, event: RangesUpdate) -> None:
@@ -192,7 +188,7 @@ def _picture_figure():
     hv.renderer("bokeh").webgl = False
     hv.renderer("bokeh").theme = THEME
     axes = [hv.Dimension("eta", label="excitation frequency η = Ω/ω₁"), hv.Dimension("xi", label="ξ")]
-    image = hv.Image(np.zeros((2, 2), np.uint8), bounds=(_ETA[0], -10, _ETA[1], 10), kdims=axes, vdims="shade").opts(
+    image = hv.Image(np.zeros((2, 2), np.uint8), bounds=(ETA[0], -10, ETA[1], 10), kdims=axes, vdims="shade").opts(
         cmap=_SHADES,
         clim=(0, 255),
         responsive=True,

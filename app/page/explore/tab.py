@@ -7,7 +7,6 @@ from functools import partial
 
 import panel as pn
 from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs
-from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import Description, Explanation, describe, paragraphs
 from vibroscope.app.explorer.link import LINEAR
@@ -22,6 +21,7 @@ from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.page.explore.force import ForceView
+from vibroscope.app.page.explore.map_source import MapPoints, MapSource
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.explore.pinned import PinnedResult
@@ -32,7 +32,7 @@ from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
 from vibroscope.app.page.updates import prepare_in_worker
-from vibroscope.engine import Diagram, Units
+from vibroscope.engine import Units
 
 _SERIES_LABELS = {"diagram": "reference", "front": "found"}  # of figures with one series
 
@@ -68,6 +68,7 @@ class Explore(Tab):
         self._queue = JobQueue(prepare_in_worker(host.call_later, _prepare, self._push, self._fail))
         self._explainer = Explainer(host, lambda: self._visible, self._show_explanation)
         self._pinned = PinnedResult(host, self._draw_pinned)
+        self._map = MapSource(host, self._redraw_map)
         self._explanation: Explanation | None = None
         self._visible = False
         self._fresh = False  # the next update fits all axes to the data
@@ -86,7 +87,7 @@ class Explore(Tab):
         self.displacement = DisplacementView(self._time.range)
         self.force = ForceView(self._time.range)
         self._views = (self.phase, self.displacement, self.force)  # whose columns a move changes
-        self.eta_map = EtaMapView(self.phase.sections, self._load_diagram, self.host.set)
+        self.eta_map = EtaMapView(self.phase.sections, self.host.set)
         self.ranges = {"time": self._time, **self.phase.ranges, "displacement": self.displacement.range}
         self.ranges |= {"force": self.force.force, "impulse": self.force.impulse, **self.eta_map.ranges}
         figures = [*self.phase.figures, self.displacement.figure, self.displacement.strip]
@@ -132,9 +133,11 @@ class Explore(Tab):
         """Another tab was opened: what is still computed will not be drawn."""
         self._visible = False
         self._suggester.withdraw()
+        self._map.withdraw()
 
     def close(self) -> None:
         """The session has ended."""
+        self._map.withdraw()
         for part in (self._queue, self._explainer, self._pinned, self._suggester):
             part.close()
 
@@ -204,7 +207,7 @@ class Explore(Tab):
         self._sender.send()
         for view in self._views:
             view.update(columns, setting, fresh=fresh)
-        self.eta_map.update(setting, fresh=fresh)
+        self.eta_map.update(setting, self._map.follow(setting), fresh=fresh)
         amplitude = unit_factor("displacement", setting)
         self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=amplitude)
         self._update_findings(self._explainer.follow(setting))
@@ -230,17 +233,9 @@ class Explore(Tab):
 
     # -- the map over η ----------------------------------------------------------------
 
-    def _load_diagram(self, joint_damping: str) -> Diagram | None:
-        """The diagram, or None until it is loaded; then the map is drawn again."""
-        future = load_diagram(joint_damping)
-        if not future.done():
-            future.add_done_callback(lambda _: self.host.call_later(self._redraw_map))
-            return None
-        return future.result() if future.exception() is None else None
-
-    def _redraw_map(self) -> None:
+    def _redraw_map(self, points: MapPoints) -> None:
         with pn.io.hold(self.host.doc):
-            self.eta_map.redraw()
+            self.eta_map.redraw(points)
             self.host.update_offers()
 
 

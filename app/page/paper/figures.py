@@ -9,7 +9,7 @@ import numpy as np
 from bokeh.models import BasicTickFormatter, LinearColorMapper, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.page.shared.figure import BLUE, INK, PENALTY, REFERENCE, VERMILLION, make_figure
+from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, PENALTY, REFERENCE, VERMILLION, make_figure
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
 from vibroscope.app.paper import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.studies.raster import raster
@@ -160,6 +160,6 @@ def _empty_figure(name: str, x: str, y: str, xs: Iterable[np.ndarray], ys: Itera
 def _with_legend(plot: figure) -> figure:
     """The figure with its legend above the frame, where it hides nothing."""
     legend = plot.legend[0]
-    legend.update(orientation="horizontal", click_policy="mute", ncols=2)
+    legend.update(orientation="horizontal", click_policy=CLICK, ncols=2)
     plot.add_layout(legend, "above")
     return plot

@@ -33,6 +33,8 @@ PINNED = {
     "penalty": {"line_color": GREY, "line_width": 0.9},
 }
 
+CLICK = "hide"  # what a click on a legend entry does to its curves; `muting.py` keeps it
+
 # Minimum margins of the time figures; `explore/instant.js` gives all of them the widest one that any of them needs.
 LEFT, RIGHT = 60, 64
 
@@ -127,8 +129,8 @@ def add_glyph(plot: figure, glyph: Glyph, source: ColumnDataSource, **more) -> G
 
 
 def legend(items: list, columns: int = 2) -> Legend:
-    """A legend inside the frame, over the data; a click mutes an entry."""
-    return Legend(items=items, location="top_right", ncols=columns, click_policy="mute")
+    """A legend inside the frame, over the data; a click hides the curves of an entry."""
+    return Legend(items=items, location="top_right", ncols=columns, click_policy=CLICK)
 
 
 def hover_tool(renderers: list, tooltips: Mapping[str, str], **more) -> HoverTool:
@@ -152,6 +154,7 @@ class PinnedCurves:
     def __init__(self, *names: str) -> None:
         self.sources = {name: ColumnDataSource({}, name=f"pinned_{name}") for name in names}
         self._items: list[LegendItem] = []
+        self._pinned, self._drawn = False, True
 
     def source_for(self, source: ColumnDataSource) -> ColumnDataSource:
         """The source for the pinned counterpart of a live source."""
@@ -160,7 +163,7 @@ class PinnedCurves:
         return pinned
 
     def legend_item(self, renderers: list) -> LegendItem:
-        """A legend entry that is visible only while a result is pinned."""
+        """A legend entry that is visible only while a pinned result is drawn."""
         self._items.append(LegendItem(label="pinned", renderers=renderers, visible=False))
         return self._items[-1]
 
@@ -169,8 +172,17 @@ class PinnedCurves:
         for name, source in self.sources.items():
             nothing = {column: np.empty(0, np.float32) for column in source.data}
             write(source, {column: columns[name][column] for column in source.data} if columns else nothing)
+        self._pinned = columns is not None
+        self._show()
+
+    def draw(self, drawn: bool) -> None:
+        """Whether a pinned result is drawn at all."""
+        self._drawn = drawn
+        self._show()
+
+    def _show(self) -> None:
         for item in self._items:
-            item.visible = columns is not None
+            item.visible = self._pinned and self._drawn
 
 
 def empty_source(name: str, *columns: str) -> ColumnDataSource:

@@ -10,6 +10,7 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
+    CLICK,
     GREEN,
     GREY,
     INK,
@@ -88,7 +89,7 @@ class SpeedView:
             )
         )
         self._mark(plot)
-        plot.add_layout(Legend(items=items, orientation="horizontal", ncols=2, click_policy="mute"), "above")
+        plot.add_layout(Legend(items=items, orientation="horizontal", ncols=2, click_policy=CLICK), "above")
         return plot
 
     def _mark(self, plot: figure) -> None:

@@ -1,0 +1,99 @@
+"""The map over η is that of the system that is shown, or it says that it is not there yet."""
+
+import bokeh.document
+import numpy as np
+import pytest
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.diagrams import load_diagram
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.explore import map_source
+from vibroscope.app.page.tab import Move
+from vibroscope.app.page.tabs import TABS
+from vibroscope.app.studies import bifurcation
+from vibroscope.engine import Reference, simulate
+
+from .fakes import QueueingHost
+
+OTHER = Setting(eta=2.0, kappa=2.4)
+TITLE = "Reference over η: click sets η"
+
+
+class Document(bokeh.document.Document):
+    """Calls at once what is to be called after a time, if a test says so."""
+
+    waits = False
+
+    def add_timeout_callback(self, callback, _):
+        if not self.waits and isinstance(callback.func.__self__, map_source.MapSource):
+            callback()
+
+
+@pytest.fixture
+def explore(monkeypatch):
+    """Explore without a browser, and a function that shows a setting there; diagrams have few values of η."""
+    monkeypatch.setattr(bifurcation, "COUNT", 16)
+    monkeypatch.setattr(bifurcation, "TRANSIENT", 200)
+    tab = TABS["explore"](QueueingHost(doc=Document()))
+    tab.build()
+
+    def show(setting):
+        compute_runs(setting)
+        assert tab.show_if_ready(Move(1, setting))
+        return tab
+
+    yield show
+    tab.close()
+
+
+def title(tab):
+    return tab.eta_map.figure.title.text
+
+
+def scenes_shown(tab):
+    return {mark.visible for mark in tab.eta_map._scenes}
+
+
+def test_the_map_of_another_system_is_computed_for_it(explore):
+    load_diagram("table").result()
+    tab = explore(Setting())
+    shipped = tab.data()["diagram"]
+    assert (title(tab), scenes_shown(tab)) == (TITLE, {True})
+    explore(OTHER)
+    assert title(tab) != TITLE
+    assert tab.data()["diagram"] == {}  # and not that of the paper
+    assert "diagram" not in [figure.name for figure in tab.figures()]
+    assert not tab.eta_map.picture.data["image"][0].any()
+    tab.host.catch_up_until(lambda: title(tab) == TITLE)
+    assert scenes_shown(tab) == {False}
+    assert "diagram" in [figure.name for figure in tab.figures()]
+    found = tab.data()["diagram"]
+    assert len(found["eta"]) < len(shipped["eta"])
+    eta = float(found["eta"][np.argmin(np.abs(found["eta"] - 2.0))])
+    run = simulate(OTHER.system, eta, Reference(), periods=248, keep=48)
+    own = found["xi2"][np.isclose(found["eta"], eta)]
+    np.testing.assert_allclose(np.sort(own), np.sort(run.section[:, 2]), atol=1e-5)
+    explore(Setting())
+    assert title(tab) == TITLE
+    np.testing.assert_array_equal(tab.data()["diagram"]["eta"], shipped["eta"])
+
+
+@pytest.mark.parametrize("change", [{"threshold": 0.01}, {"joint_damping": "derived"}])
+def test_a_map_is_that_of_the_solver(explore, change):
+    tab, setting = explore(Setting()), Setting()._replace(**change)
+    explore(setting)
+    tab.host.catch_up_until(lambda: title(tab) == TITLE)
+    assert map_source.is_shipped(setting) == ("joint_damping" in change)
+    assert tab.eta_map._points.eta.size == (1401 if "joint_damping" in change else 16)
+
+
+def test_no_map_is_computed_while_the_system_moves_or_the_tab_is_hidden(explore, monkeypatch):
+    monkeypatch.setattr(Document, "waits", True)
+    tab = explore(OTHER)
+    assert tab._map._job is None
+    monkeypatch.setattr(Document, "waits", False)
+    explore(OTHER._replace(kappa=2.5))
+    job = tab._map._job
+    explore(OTHER._replace(kappa=2.6))
+    assert job.cancelled
+    tab.hide()
+    assert tab._map._job is None

@@ -1,0 +1,77 @@
+"""Muted legend entries: their curves are hidden, and a link holds them."""
+
+import pytest
+from bokeh.models import HoverTool
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.tabs import TABS
+
+from .fakes import FakeHost
+
+SETTING = Setting()
+
+
+def press(item):
+    """What the browser does at a click on an entry."""
+    for renderer in item.renderers:
+        renderer.visible = not renderer.visible
+
+
+@pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.legends])
+def test_an_entry_that_is_muted_goes_into_the_link_and_comes_back(tab):
+    made = tab(FakeHost())
+    page = made.build()
+    figures = {pane.object.name: pane.object for pane in page.objects if hasattr(getattr(pane, "object", None), "name")}
+    heard = []
+    made.muting.on_mute = lambda: heard.append(made.view_texts()["mute"])
+    for name, entries in tab.legends.items():
+        for entry, item in zip(entries, figures[name].legend[0].items, strict=True):
+            item.visible = True
+            press(item)
+            assert heard[-1] == f"{name}:{entry}"
+            press(item)
+            assert heard[-1] == ""
+    for name in tab.legends:
+        for item in figures[name].legend[0].items[::2]:
+            press(item)
+    again = tab(FakeHost())
+    again.build()
+    again.restore(tab.read_view("", "", heard[-1]))
+    assert again.view_texts() == made.view_texts()
+
+
+def test_names_of_entries_are_those_of_their_solvers():
+    tab = TABS["explore"](FakeHost())
+    tab.build()
+    tab.restore(tab.read_view("", "", "displacement:penalty2,time_step;force:penalty"))
+    plots = {"displacement": tab.displacement.figure, "force": tab.force.figure}
+    muted = {
+        name: [item.label.value for item in plot.legend[0].items if item.visible and not item.renderers[0].visible]
+        for name, plot in plots.items()
+    }
+    assert muted == {"displacement": ["ξ₂ penalty"], "force": ["λ penalty"]}
+
+
+def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so():
+    tab = TABS["explore"](FakeHost())
+    tab.build()
+    items = {item.label.value: item for item in tab.displacement.figure.legend[0].items}
+
+    def drawn():
+        assert all(item.visible or not item.renderers[0].visible for item in items.values())
+        return {label for label, item in items.items() if item.renderers[0].visible}
+
+    columns = {"displacements": dict(tab.displacement.sources["displacements"].data)}
+    displacements = {"ξ₁ reference", "ξ₂ reference", "ξ₁ penalty", "ξ₂ penalty"}
+    assert drawn() == displacements
+    press(items["ξ₁ reference"])
+    tab.displacement.pinned.update(columns)
+    assert drawn() == displacements - {"ξ₁ reference"} | {"pinned"}
+    hover = next(tool for tool in tab.displacement.figure.tools if isinstance(tool, HoverTool))
+    assert hover.renderers == items["ξ₂ reference"].renderers
+    tab.displacement.explain({}, SETTING._replace(frame="difference"))
+    assert drawn() == {"difference", "time step", "K and D", "joint damping"}
+    tab.displacement.update(
+        {"displacements": dict(tab.displacement.sources["displacements"].data)}, SETTING, fresh=True
+    )
+    assert drawn() == displacements - {"ξ₁ reference"} | {"pinned"}
+    assert tab.view_texts()["mute"] == "displacement:reference1"
