@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from vibroscope.app.explorer.compute import Run, RunPair
+from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
-from vibroscope.app.explorer.state import print_number
+from vibroscope.app.explorer.state import Setting, print_number, read_setting
 from vibroscope.engine import PARTS, Comparison, Response, Units, compare, verdict
 
 _COUNTS = {
@@ -91,8 +92,9 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
     values = {name: getattr(comparison, name) for name in ("total", *PARTS)}
     parts = {name: value for name, value in values.items() if math.isfinite(value)} if comparison.pointwise else {}
     series = {name: _last_periods(comparison, getattr(comparison.parts, name)[:2]) for name in parts}
-    headline = found.headline + _shift_note(comparison)
-    return Explanation(headline, found.agree, parts, _change_texts(found.change), found.details, series)
+    change, limit = _takeable(_change_texts(found.change), setting)
+    headline = found.headline + _shift_note(comparison) + limit
+    return Explanation(headline, found.agree, parts, change, found.details, series)
 
 
 def paragraphs(description: Description, explanation: Explanation | None) -> dict[str, str]:
@@ -127,6 +129,15 @@ def _change_texts(change: dict[str, float | bool]) -> dict[str, str]:
         else:
             texts[name] = print_number(round(value) if name == "steps" else float(f"{value:.3g}"))
     return texts
+
+
+def _takeable(change: dict[str, str], setting: Setting) -> tuple[dict[str, str], str]:
+    """The change if the page takes it; otherwise none, and why not."""
+    try:
+        read_setting(change, setting)
+    except Refused as error:
+        return {}, f" Not on this page: {error}"
+    return change, ""
 
 
 def _cost(runs: RunPair) -> tuple[tuple[str, str, str], ...]:

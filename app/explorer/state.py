@@ -15,10 +15,16 @@ from inspect import signature
 import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.runtime.limits import CostLimitError, check_cost
+from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import Newmark, Reference, System, Units, simulate
+from vibroscope.engine.methods import DAMPING_RANGE, STEPS_RANGE, STIFFNESS_RANGE, THRESHOLD_RANGE
+from vibroscope.engine.model import ETA_RANGE
+from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE
 
 _PAPER, _UNITS = System(), Units()
 _PERIODS = signature(simulate).parameters["periods"].default
+_RATIOS = (1e-3, 1e3)  # of frequencies, as `System` takes them
+_BELOW_ONE = {"bounds": (0.0, 1.0), "inclusive_bounds": (True, False)}  # damping ratios: underdamped pendulums
 
 # A number as a person writes one. Stricter than float(), which also accepts "nan", "inf", "1_000", the digits of other
 # scripts, and text of any length.
@@ -31,12 +37,16 @@ _LONGEST_QUOTE = 30
 
 
 class Explorer(param.Parameterized):
-    """Default, hard bounds, label and hint of every slider, field and switch."""
+    """Default, bounds, label and hint of every slider, field and switch.
 
-    eta = param.Number(1.08, bounds=(0.5, 4.0), label="η", doc="excitation frequency Ω/ω₁")
-    K = param.Number(2500.0, bounds=(10.0, 1e5), label="K", doc="penalty stiffness")
-    D = param.Number(8.0, bounds=(0.1, 100.0), label="D", doc="penalty damping")
-    steps = param.Integer(2000, bounds=(8, 32_000), label="T/Δτ", doc="time steps per period T")
+    ``bounds`` are what the engine takes, on the command line too. ``softbounds`` are the part of them that sliders and
+    axes cover.
+    """
+
+    eta = param.Number(1.08, bounds=ETA_RANGE, softbounds=(0.5, 4.0), label="η", doc="excitation frequency Ω/ω₁")
+    K = param.Number(2500.0, bounds=STIFFNESS_RANGE, softbounds=(10.0, 1e5), label="K", doc="penalty stiffness")
+    D = param.Number(8.0, bounds=DAMPING_RANGE, softbounds=(0.1, 100.0), label="D", doc="penalty damping")
+    steps = param.Integer(2000, bounds=STEPS_RANGE, softbounds=(8, 32_000), label="T/Δτ", doc="time steps per period T")
     located = param.Selector(
         default="no",
         objects=["no", "yes"],
@@ -50,14 +60,14 @@ class Explorer(param.Parameterized):
         doc="d₃ of the reference in permanent contact: as measured, or the sum of the two dampers",
     )
     threshold = param.Number(
-        0.002, bounds=(0.0, 0.5), label="ε", doc="separation speed that begins permanent contact; 0: the limit"
+        0.002, bounds=THRESHOLD_RANGE, label="ε", doc="separation speed that begins permanent contact; 0: the limit"
     )
     restitution = param.Number(_PAPER.restitution, bounds=(0.0, 1.0), label="e", doc="coefficient of restitution")
-    kappa = param.Number(_PAPER.kappa, bounds=(1.05, 10.0), label="κ", doc="frequency ratio ω₂/ω₁ of pendulum 2")
-    d1 = param.Number(_PAPER.d1, bounds=(0.0, 0.5), label="d₁", doc="damping ratio of pendulum 1")
-    d2 = param.Number(_PAPER.d2, bounds=(0.0, 0.5), label="d₂", doc="damping ratio of pendulum 2")
-    kappa3 = param.Number(_PAPER.kappa3, bounds=(1.001, 9.999), label="κ₃", doc="frequency ratio of both, joined")
-    d3 = param.Number(_PAPER.d3, bounds=(0.0, 0.5), label="d₃", doc="damping ratio of both, joined, as measured")
+    kappa = param.Number(_PAPER.kappa, bounds=_RATIOS, label="κ", doc="frequency ratio ω₂/ω₁ of pendulum 2")
+    d1 = param.Number(_PAPER.d1, **_BELOW_ONE, label="d₁", doc="damping ratio of pendulum 1")
+    d2 = param.Number(_PAPER.d2, **_BELOW_ONE, label="d₂", doc="damping ratio of pendulum 2")
+    kappa3 = param.Number(_PAPER.kappa3, bounds=_RATIOS, label="κ₃", doc="frequency ratio of both, joined")
+    d3 = param.Number(_PAPER.d3, **_BELOW_ONE, label="d₃", doc="damping ratio of both, joined, as measured")
     frame = param.Selector(
         default="relative",
         objects=["relative", "absolute", "difference"],
@@ -77,9 +87,11 @@ class Explorer(param.Parameterized):
         doc="Without dimension as in the paper, or in s, mm, N as in an FE input file; ω₁, m₁ and the amplitude of the "
         "base are set under System and solver",
     )
-    omega1 = param.Number(_UNITS.omega1, bounds=(1e-6, 1e9), label="ω₁", doc="angular frequency of pendulum 1, 1/s")
-    m1 = param.Number(_UNITS.m1, bounds=(1e-9, 1e12), label="m₁", doc="mass of pendulum 1, kg")
-    amplitude = param.Number(_UNITS.base_amplitude, bounds=(1e-9, 1e6), label="A", doc="amplitude of the base, mm")
+    omega1 = param.Number(_UNITS.omega1, bounds=OMEGA1_RANGE, label="ω₁", doc="angular frequency of pendulum 1, 1/s")
+    m1 = param.Number(_UNITS.m1, bounds=M1_RANGE, label="m₁", doc="mass of pendulum 1, kg")
+    amplitude = param.Number(
+        _UNITS.base_amplitude, bounds=BASE_AMPLITUDE_RANGE, label="A", doc="amplitude of the base, mm"
+    )
 
 
 FIELDS = tuple(name for name in Explorer.param if name != "name")
@@ -147,7 +159,13 @@ def _read_value(name: str, text: object) -> float | int | str:
     rule = Explorer.param[name]
     if isinstance(rule, param.Selector):
         return read_choice(name, text, rule.objects)
-    return read_number(name, text, rule.bounds, isinstance(rule, param.Integer))
+    return read_number(name, text, bounds_of(name), isinstance(rule, param.Integer))
+
+
+def bounds_of(name: str) -> tuple[float, float]:
+    """Smallest and largest value that a number may have; where its range is open, the last number below its end."""
+    low, high = Explorer.param[name].bounds
+    return low, high if Explorer.param[name].inclusive_bounds[1] else math.nextafter(high, low)
 
 
 def _check_combination(setting: Setting) -> None:
@@ -166,6 +184,11 @@ def _check_combination(setting: Setting) -> None:
         ) from None
 
 
+def most_steps() -> int:
+    """The largest number of steps per period that this server computes (`check_cost`)."""
+    return min(STEPS_RANGE[1], current_settings().steps // _PERIODS)
+
+
 def read_choice(name: str, text: object, choices: list[str]) -> str:
     """``text`` if it is one of the ``choices`` for ``name``; raises `Refused` otherwise."""
     if not isinstance(text, str) or text not in choices:
@@ -177,7 +200,7 @@ def read_number(name: str, text: object, bounds: tuple[float, float], whole: boo
     """The number that ``text`` gives for ``name``; raises `Refused` if it gives none within ``bounds``."""
     low, high = bounds
     kind = "a whole number" if whole else "a number"
-    refusal = Refused(name, f"{name} must be {kind} from {low:g} to {high:g}, not {quote(text)}.")
+    refusal = Refused(name, f"{name} must be {kind} from {print_end(low)} to {print_end(high)}, not {quote(text)}.")
     if not isinstance(text, str) or len(text) > LONGEST_NUMBER or not _NUMBER.fullmatch(text.strip()):
         raise refusal
     value = float(text)
@@ -191,6 +214,11 @@ def quote(text: object) -> str:
     shown = text if isinstance(text, str) else type(text).__name__
     printable = "".join(c if c.isprintable() else "�" for c in shown[:_LONGEST_QUOTE])
     return f"“{printable}{'…' if len(shown) > _LONGEST_QUOTE else ''}”"
+
+
+def print_end(value: float) -> str:
+    """An end of a range as a sentence has it."""
+    return f"{value:.6g}".replace("e+", "e").replace("e0", "e").replace("e-0", "e-")
 
 
 def print_number(value: float | int) -> str:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from inspect import signature
 from typing import NamedTuple
 
 from vibroscope.app.explorer.explanation import sentence
-from vibroscope.app.explorer.state import Explorer, Setting, print_number
+from vibroscope.app.explorer.state import Setting, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job, lower_priority
 from vibroscope.app.runtime.workers import Workers, pool
 from vibroscope.engine import Recommendation, Reference, System, recommend
+from vibroscope.engine.recommendation.recommend import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE
 
 _THREADS = 2  # searches that run at the same time, of all sessions
-_PERCENT = (0.01, 100.0)  # limits of a tolerance
+_PERCENT = (0.01, 100.0)  # range of a tolerance
+_DEFAULTS = signature(recommend).parameters
 _FRONT_POINTS = 10  # shown, at most
 CACHE = Cache(32)  # results by their question
 
@@ -27,12 +30,44 @@ class Question(NamedTuple):
     reference: Reference
     located: bool
     tolerance: float
+    stiffness_max: float
+    steps_max: int
+
+    def follow(self, setting: Setting) -> Question:
+        """The same tolerance and limits, asked for another setting."""
+        located = setting.located == "yes"
+        return self._replace(system=setting.system, eta=setting.eta, reference=setting.reference, located=located)
 
 
-def make_question(setting: Setting, percent: object) -> Question:
-    """The question for a setting and a tolerance as typed, in per cent; raises `Refused` if that is no tolerance."""
-    tolerance = float(read_typed_number("tolerance", percent, _PERCENT, units={"": 1.0, "%": 1.0}, shown="%")) / 100
-    return Question(setting.system, setting.eta, setting.reference, setting.located == "yes", tolerance)
+def default_limits() -> dict[str, str]:
+    """Largest K and most steps per period of a search, as texts: the command line's, if this server allows them."""
+    stiffness_max, steps_max = (_DEFAULTS[name].default for name in ("stiffness_max", "steps_max"))
+    return {"K": print_number(stiffness_max), "steps": print_number(min(steps_max, most_steps()))}
+
+
+def make_question(setting: Setting, typed: object) -> Question:
+    """The question for a setting.
+
+    Parameters
+    ----------
+    setting : Setting
+    typed : mapping of str to str
+        ``tolerance`` in per cent, and the limits of the search ``K`` and ``steps`` by `default_limits`, as typed.
+
+    Raises
+    ------
+    Refused
+        If one of them is none, or if the page could not be set to what the search may find.
+    """
+    asked = default_limits() | dict(typed if isinstance(typed, Mapping) else {})
+    percent = {"units": {"": 1.0, "%": 1.0}, "shown": "%"}
+    tolerance = float(read_typed_number("tolerance", asked.get("tolerance"), _PERCENT, **percent)) / 100
+    stiffness_max = float(read_typed_number("K allowed", asked["K"], STIFFNESS_MAX_RANGE))
+    steps_range = (STEPS_MAX_RANGE[0], min(STEPS_MAX_RANGE[1], most_steps()))
+    steps_max = int(read_typed_number("T/Δτ allowed", asked["steps"], steps_range, whole=True))
+    return Question(
+        setting.system, setting.eta, setting.reference, setting.located == "yes", tolerance, stiffness_max, steps_max
+    )
 
 
 def search_threads() -> Workers:
@@ -64,16 +99,11 @@ class Search(Job):
         self._on_result(self, error)
 
     def _recommend(self) -> Recommendation:
-        system, eta, reference, located, tolerance = self.question
-        limits = Explorer.param
+        asked = self.question._asdict()
         return recommend(
-            system,
-            eta,
-            tolerance=tolerance,
-            located=located,
-            reference=reference,
-            stiffness_max=limits.K.bounds[1],
-            steps_max=limits.steps.bounds[1],
+            asked.pop("system"),
+            asked.pop("eta"),
+            **asked,
             progress=lambda share: self._on_progress(self, share),
             cancelled=lambda: self.cancelled,
         )
@@ -84,12 +114,6 @@ def trial_texts(trial) -> dict[str, str]:
     return dict(zip(("K", "D", "steps"), map(print_number, trial.setting), strict=True))
 
 
-def within_sliders(trial) -> bool:
-    """Whether the sliders can be set to a trial's setting."""
-    bounds = [Explorer.param[name].bounds for name in ("K", "D", "steps")]
-    return all(low <= value <= high for value, (low, high) in zip(trial.setting, bounds, strict=True))
-
-
 def suggestion_content(found: Recommendation) -> dict:
     """What the page shows of a result.
 
@@ -97,18 +121,17 @@ def suggestion_content(found: Recommendation) -> dict:
     -------
     dict
         ``met`` (bool), ``head`` (str), ``lines`` (list of str), ``use`` (texts of the best setting found, empty if
-        there is none or the sliders cannot be set to it), ``tolerance`` (share), and ``front``: lists of steps, error,
-        and texts of a setting, at most ten.
+        there is none), ``tolerance`` (share), and ``front``: lists of steps, error, and texts of a setting, at most
+        ten. The page takes each of these settings, since `make_question` has limited the search to those that it takes.
     """
     best = found.best
-    points = [trial for trial in _thin_front(found.front, best) if within_sliders(trial)]
     return {
         "met": found.met,
         "head": f"An error of {_percent(found.tolerance)} is {'met' if found.met else 'not met'}",
         "lines": _lines(found),
-        "use": trial_texts(best) if best is not None and within_sliders(best) else {},
+        "use": trial_texts(best) if best is not None else {},
         "tolerance": found.tolerance,
-        "front": [[trial.setting.steps, trial.error, trial_texts(trial)] for trial in points],
+        "front": [[trial.setting.steps, trial.error, trial_texts(trial)] for trial in _thin_front(found.front, best)],
     }
 
 

@@ -13,7 +13,17 @@ from typing import NamedTuple
 
 import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.state import FIELDS, LONGEST_NUMBER, SHARES, Explorer, Setting, print_number, quote
+from vibroscope.app.explorer.state import (
+    FIELDS,
+    LONGEST_NUMBER,
+    SHARES,
+    Explorer,
+    Setting,
+    bounds_of,
+    print_end,
+    print_number,
+    quote,
+)
 
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 # Sign, digits with separators, power of ten as 1e5 or 1·10⁵, and the rest: a unit.
@@ -126,7 +136,7 @@ def read_typed_number(
             f"{quote(text)} can mean {print_number(large)}{unit} or {print_number(small)}{unit}: "
             f"write {print_number(large)} or {float(small)!r}.",
         )
-    ends = " to ".join(f"{end / units['']:.6g}" for end in bounds)
+    ends = " to ".join(print_end(end / units[""]) for end in bounds)
     kind = "a whole number" if whole else "a number"
     known = [unit for unit in units if unit not in ("", shown)]
     more = f" (or in {', '.join(known)})" if typed.unit and size is None and known else ""
@@ -159,6 +169,6 @@ def _read_field(name: str, text: object) -> object:
         return text
     units = {"": 1.0} | ({"%": 0.01} if name in SHARES else {})
     try:
-        return read_typed_number(rule.label, text, rule.bounds, whole=isinstance(rule, param.Integer), units=units)
+        return read_typed_number(rule.label, text, bounds_of(name), whole=isinstance(rule, param.Integer), units=units)
     except Refused as error:
         raise Refused(name, str(error)) from None

@@ -114,7 +114,7 @@ class Settings:
     threads: int = _setting(lambda: max(4, os.cpu_count() or 4), _whole_number(1, 256), "solver threads")
     sessions: int = _setting(100, _whole_number(1, 100_000), "sessions at a time; further visitors are asked to wait")
     steps: int = _setting(
-        100_000_000, _whole_number(5_000_000, 10**12), "time steps × periods that one request may take"
+        150_000_000, _whole_number(5_000_000, 10**12), "time steps × periods that one request may take"
     )
     cache_dir: str | None = _setting(
         None, _folder, "folder of compiled kernels and diagrams, by default the user's own"

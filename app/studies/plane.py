@@ -108,9 +108,9 @@ class PartialPlane:
         """Row and column of the cell that holds K and D; None outside."""
         place = []
         for value, (low, high) in ((D, self.question.D), (K, self.question.K)):
-            share = math.log(value / low) / math.log(high / low)
-            if not 0 <= share <= 1:
+            if not low <= value <= high:
                 return None
+            share = math.log(value / low) / math.log(high / low)
             place.append(min(int(share * COUNT), COUNT - 1))
         return place[0], place[1]
 

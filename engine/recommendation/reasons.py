@@ -78,7 +78,7 @@ def unmet_tolerance_reason(
             f"the joint damping alone makes an error of {percent(joint_damping)}: the reference holds "
             f"d3 = {system.d3:g} in permanent contact, the two dampers give {system.derived_joint_damping:.3g}, and K, "
             f"D and the step are not made to supply the rest; {found}. Allow a larger tolerance, or compare with the "
-            "derived joint damping"
+            "derived joint damping (d3 from d1 and d2)"
         )
     stiffest = stiffness_max, float(equal_restitution_damping(system, stiffness_max))
     pairs = (least.setting.stiffness, least.setting.damping), stiffest

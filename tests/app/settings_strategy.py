@@ -1,7 +1,7 @@
 """Hypothesis strategy of valid settings."""
 
 from hypothesis import strategies as st
-from vibroscope.app.explorer.state import FIELDS, Explorer, Setting
+from vibroscope.app.explorer.state import FIELDS, Explorer, Setting, bounds_of
 
 
 def _values(name):
@@ -11,8 +11,8 @@ def _values(name):
     if name == "kappa":
         return st.floats(1.9, 10)
     if name == "steps":
-        return st.integers(*rule.bounds)
-    return st.sampled_from(rule.objects) if hasattr(rule, "objects") else st.floats(*rule.bounds)
+        return st.integers(rule.bounds[0], 65_536)  # more would cost more than the server allows
+    return st.sampled_from(rule.objects) if hasattr(rule, "objects") else st.floats(*bounds_of(name))
 
 
 settings = st.builds(Setting, **{name: _values(name) for name in FIELDS})

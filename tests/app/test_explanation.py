@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from vibroscope.app.explorer import explanation
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import describe, explain, paragraphs
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting, read_setting, read_values
 from vibroscope.app.runtime.cache import Cache
+from vibroscope.engine import Verdict
 
 CACHE = Cache(48)
 
@@ -51,11 +53,22 @@ def test_the_numbers_say_what_each_change_leaves():
     assert all(" leaves " in change and change.rstrip(".").endswith("%") for change in changes)
 
 
+def test_a_change_is_offered_only_if_the_page_takes_it(monkeypatch):
+    setting = Setting(steps=8)
+    offer = Verdict("Take more steps.", "no", "steps", {"steps": 10_000_000})
+    monkeypatch.setattr(explanation, "verdict", lambda *_, **__: offer)
+    found = explain(compute_runs(setting, cache=CACHE))
+    assert found.change == {}
+    assert "Not on this page: That is 10,000,000 steps × 2,050 periods" in found.headline
+    offer.change.update(steps=20_000, K=120_000.0, D=0.0)
+    assert read_setting(explain(compute_runs(setting, cache=CACHE)).change).K == 120_000
+
+
 def test_the_parts_of_the_difference_are_given_where_the_motions_keep_step():
-    explanation = explain(runs_of("A"))
-    assert set(explanation.parts) == {"total", "time_step", "regularisation", "joint_damping"}
-    assert explanation.parts["joint_damping"] > 10 * explanation.parts["time_step"]
-    assert "joint damping" in explanation.headline
+    found = explain(runs_of("A"))
+    assert set(found.parts) == {"total", "time_step", "regularisation", "joint_damping"}
+    assert found.parts["joint_damping"] > 10 * found.parts["time_step"]
+    assert "joint damping" in found.headline
 
 
 def test_the_curves_of_the_parts_add_up_to_that_of_the_difference():

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.app.explorer.errors import Refused, error_text
 from vibroscope.app.explorer.link import parse_address
-from vibroscope.app.explorer.state import FIELDS, Explorer, Setting, read_setting, read_values
+from vibroscope.app.explorer.state import FIELDS, MAIN_FIELDS, Explorer, Setting, bounds_of, read_setting, read_values
+from vibroscope.engine.model import check_eta
 
 from .settings_strategy import settings
 
@@ -28,6 +29,34 @@ def test_every_number_has_finite_bounds():
     bounds = [end for rule in rules if isinstance(rule, param.Number) for end in rule.bounds]
     assert len(bounds) == 28
     assert all(map(math.isfinite, bounds))
+
+
+def engine_takes(name, value):
+    """Whether the engine takes a value, as the command line hands it over."""
+    setting = Setting(**{name: value})
+    if name == "kappa":
+        setting = setting._replace(kappa3=(1 + value) / 2)
+    try:
+        check_eta(setting.eta)
+        return all((setting.system, setting.reference, setting.penalty, setting._replace(units="physical").scale))
+    except ValueError:
+        return False
+
+
+NUMBERS = [name for name in FIELDS if isinstance(Explorer.param[name], param.Number)]
+
+
+@pytest.mark.parametrize("name", [name for name in NUMBERS if name != "kappa3"])  # which κ limits
+def test_the_page_takes_what_the_engine_and_the_command_line_take(name):
+    low, high = bounds_of(name)
+    below, above = (low - 1, high + 1) if name == "steps" else (low - 1e-12, 1.000001 * high)
+    assert [engine_takes(name, value) for value in (below, low, high, above)] == [False, True, True, False]
+
+
+@pytest.mark.parametrize("name", MAIN_FIELDS)
+def test_a_slider_covers_a_part_of_the_range(name):
+    (low, high), (first, last) = bounds_of(name), Explorer.param[name].softbounds
+    assert low <= first < last <= high
 
 
 def test_values_that_make_no_system_together_are_refused_whole():
@@ -61,7 +90,7 @@ def check(read):
     except Refused:
         return
     for name in ("eta", "K", "D", "steps"):
-        low, high = Explorer.param[name].bounds
+        low, high = bounds_of(name)
         assert low <= getattr(setting, name) <= high
 
 
@@ -80,18 +109,20 @@ def check(read):
         "eta=",
         "eta=1,08",
         "steps=2000.5",
-        "steps=7",
-        "K=1e6",
-        "D=0",
+        "steps=3",
+        "steps=1e6",
+        "K=1.01e12",
+        "D=-0.1",
         "frame=both",
         "joint_damping=",
         "eta=1.7&K=nan",
-        "eta=4.0000001",
+        "eta=1001",
         "kappa3=2.5",
         "restitution=1.1",
         "threshold=-1",
         "located=maybe",
-        "eta=0.49999",
+        "eta=0.000999",
+        "d1=1",
     ],
 )
 def test_bad_addresses_are_refused(query):
@@ -100,8 +131,8 @@ def test_bad_addresses_are_refused(query):
 
 
 def test_a_refusal_names_value_and_range():
-    with pytest.raises(Refused, match=r"eta must be a number from 0\.5 to 4, not “7”"):
-        read_values({"eta": "7"})
+    with pytest.raises(Refused, match=r"eta must be a number from 0\.001 to 1000, not “7000”"):
+        read_values({"eta": "7000"})
 
 
 def test_a_refusal_quotes_briefly_and_without_control_characters():

@@ -5,13 +5,14 @@ import sys
 import threading
 
 import pytest
+from vibroscope.app.commands.options import default_of
 from vibroscope.app.explorer import suggestion
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import Setting, most_steps, read_setting
 from vibroscope.app.explorer.suggestion import Search, make_question, search_threads, suggestion_content
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.engine import Cancelled, Recommendation
+from vibroscope.engine import Cancelled, Newmark, Recommendation, System, equal_restitution_damping, recommend
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 
@@ -22,7 +23,7 @@ TRIAL = Trial(Chosen(10500.0, 15.8, 5793), 0.0486, 0.0494, 5793.0)
 
 
 def found_for(question, *, met=True, best=TRIAL, front=(TRIAL,), joint=0.0, reason=""):
-    system, eta, reference, located, tolerance = question
+    system, eta, reference, located, tolerance, *_ = question
     return Recommendation(system, eta, reference, tolerance, located, met, best, front, joint, reason)
 
 
@@ -47,14 +48,14 @@ def searches(monkeypatch):
 @pytest.mark.parametrize("percent", ["", "0", "101", "five", "nan", "1e400", None, 5])
 def test_an_invalid_tolerance_is_refused(percent):
     with pytest.raises(Refused, match=r"tolerance must be a number from 0\.01 to 100"):
-        make_question(SETTING, percent)
+        make_question(SETTING, {"tolerance": percent})
 
 
 def test_a_question_does_not_depend_on_what_the_search_looks_for():
-    asked = make_question(SETTING, "5")
-    assert asked == make_question(SETTING._replace(K=10.0, D=1.0, steps=500, frame="absolute"), "5.0")
-    assert asked != make_question(SETTING._replace(eta=1.1), "5")
-    assert asked != make_question(SETTING._replace(located="yes"), "5")
+    asked = make_question(SETTING, {"tolerance": "5"})
+    assert asked == make_question(SETTING._replace(K=10.0, D=1.0, steps=500, frame="absolute"), {"tolerance": "5.0"})
+    assert asked != make_question(SETTING._replace(eta=1.1), {"tolerance": "5"})
+    assert asked != make_question(SETTING._replace(located="yes"), {"tolerance": "5"})
     assert asked.tolerance == 0.05
 
 
@@ -62,13 +63,13 @@ def test_a_result_that_meets_the_tolerance_moves_the_sliders_once(searches):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING)
-    send(suggester.view, {"suggest": "5"})
+    send(suggester.view, {"suggest": {"tolerance": "5"}})
     _, asked, progress, answer, _ = searches.get(timeout=5)
-    assert (asked["stiffness_max"], asked["steps_max"]) == (1e5, 32_000)  # what the sliders reach
+    assert (asked["stiffness_max"], asked["steps_max"]) == (1e6, 65_536)  # those of the command line
     progress(0.4)
     host.catch_up()
     assert suggester.view.content == {"phase": "running", "share": 0.4}
-    answer.put(found_for(make_question(SETTING, "5")))
+    answer.put(found_for(make_question(SETTING, {"tolerance": "5"})))
     host.catch_up()
     assert host.settings == [{"K": "10500", "D": "15.8", "steps": "5793"}]
     assert suggester.view.content["phase"] == "done"
@@ -80,9 +81,9 @@ def test_the_front_is_offered_as_long_as_it_is_drawn(searches):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING)
-    send(suggester.view, {"suggest": "5"})
+    send(suggester.view, {"suggest": {"tolerance": "5"}})
     other = Trial(Chosen(2000.0, 7.0, 500), 0.3, 0.31, 500.0)
-    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, "5"), front=(other, TRIAL)))
+    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, {"tolerance": "5"}), front=(other, TRIAL)))
     assert suggester.front == {}
     host.catch_up()
     assert suggester.front == {"steps": [500, 5793], "error": [0.3, 0.0486], "K": [2000, 10500], "D": [7, 15.8]}
@@ -94,9 +95,14 @@ def test_a_result_that_does_not_meet_it_moves_nothing_and_says_why(searches):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING)
-    send(suggester.view, {"suggest": "5"})
+    send(suggester.view, {"suggest": {"tolerance": "5"}})
     searches.get(timeout=5)[3].put(
-        found_for(make_question(SETTING, "5"), met=False, joint=0.077, reason="the joint damping alone makes 7.7 %")
+        found_for(
+            make_question(SETTING, {"tolerance": "5"}),
+            met=False,
+            joint=0.077,
+            reason="the joint damping alone makes 7.7 %",
+        )
     )
     host.catch_up()
     content = suggester.view.content
@@ -112,7 +118,7 @@ def test_another_question_withdraws_the_search(searches, change):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING)
-    send(suggester.view, {"suggest": "5"})
+    send(suggester.view, {"suggest": {"tolerance": "5"}})
     cancelled = searches.get(timeout=5)[4]
     suggester.follow(SETTING._replace(K=77.0))
     assert not cancelled()
@@ -125,8 +131,8 @@ def test_an_answer_on_its_way_when_the_question_changes_is_dropped(searches):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING)
-    send(suggester.view, {"suggest": "5"})
-    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, "5")))
+    send(suggester.view, {"suggest": {"tolerance": "5"}})
+    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, {"tolerance": "5"})))
     late = host.waiting.get(timeout=5)
     suggester.follow(SETTING._replace(eta=2.0))
     late()
@@ -141,22 +147,40 @@ def test_a_search_that_fails_says_so(monkeypatch):
     monkeypatch.setattr(suggestion, "recommend", broken)
     monkeypatch.setattr(suggestion, "CACHE", Cache(2))
     results = queue.Queue()
-    Search(make_question(SETTING, "5"), None, lambda _, result: results.put(result))
+    Search(make_question(SETTING, {"tolerance": "5"}), None, lambda _, result: results.put(result))
     assert str(results.get(timeout=5)) == "no such luck"
 
 
 def test_a_front_is_thinned_to_ten_and_keeps_the_best():
     front = tuple(Trial(Chosen(1000.0, 5.0, n), 1 / n, 1 / n, n) for n in range(100, 140))
-    content = suggestion_content(found_for(make_question(SETTING, "5"), front=front, best=front[17]))
+    content = suggestion_content(found_for(make_question(SETTING, {"tolerance": "5"}), front=front, best=front[17]))
     steps = [steps for steps, _, _ in content["front"]]
     assert len(steps) <= 10
     assert {100, 117, 139} <= set(steps)
 
 
-def test_a_setting_beyond_the_sliders_is_not_offered():
-    far = Trial(Chosen(1000.0, 500.0, 200), 0.01, 0.01, 200)
-    content = suggestion_content(found_for(make_question(SETTING, "5"), best=far, front=(far,)))
-    assert (content["use"], content["front"]) == ({}, [])
+def test_the_limits_of_a_search_are_those_of_the_command_line_and_can_be_typed():
+    options = {name: default_of(recommend, name) for name in ("stiffness_max", "steps_max")}
+    asked = make_question(SETTING, {"tolerance": "5"})
+    assert (asked.stiffness_max, asked.steps_max) == tuple(options.values())
+    asked = make_question(SETTING, {"tolerance": "5", "K": "20 000 000", "steps": "20,000"})
+    assert (asked.stiffness_max, asked.steps_max) == (2e7, 20_000)
+
+
+@pytest.mark.parametrize(
+    "typed", [{"K": "1e12"}, {"K": "0.5"}, {"steps": "1e6"}, {"steps": "3"}, {"K": None}, {"K": {}}]
+)
+def test_a_search_has_no_limit_beyond_what_the_page_takes(typed):
+    with pytest.raises(Refused, match=r"(K|T/Δτ) allowed must be"):
+        make_question(SETTING, {"tolerance": "5"} | typed)
+
+
+def test_the_page_takes_every_setting_that_a_search_can_find():
+    asked = make_question(SETTING, {"tolerance": "5", "K": "1e11", "steps": str(most_steps())})
+    damping = equal_restitution_damping(System(restitution=0.0), asked.stiffness_max)  # the largest that is tried
+    trial = Trial(Chosen(asked.stiffness_max, 10 * float(damping), asked.steps_max), 0.01, 0.01, 1.0)
+    use = suggestion_content(found_for(asked, best=trial, front=(trial,)))["use"]
+    assert read_setting(use).penalty == Newmark(*trial.setting)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="threads have a priority of their own on Linux only")

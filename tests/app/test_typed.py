@@ -76,7 +76,7 @@ def test_what_is_no_number_is_refused_with_the_range(text):
 
 
 def test_a_tolerance_is_typed_like_any_other_number():
-    found = [make_question(Setting(), text).tolerance for text in ("5", "5 %", "2,5", "0.5%")]
+    found = [make_question(Setting(), {"tolerance": text}).tolerance for text in ("5", "5 %", "2,5", "0.5%")]
     assert found == [0.05, 0.05, 0.025, 0.005]
 
 

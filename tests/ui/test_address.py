@@ -28,7 +28,7 @@ def test_the_tab_is_part_of_the_address_and_an_unknown_one_is_refused(visit):
 
 def test_a_half_valid_address_is_refused_as_a_whole_and_the_page_says_so(visit):
     explorer = visit("?eta=2.76&K=nan&D=18")
-    assert "K must be a number from 10 to 100000" in explorer.error()
+    assert "K must be a number from 1e-6 to 1e12" in explorer.error()
     assert explorer.typed("eta").input_value() == "1.08"
 
 

@@ -34,6 +34,19 @@ def test_separators_are_read_or_refused_in_words(visit):
     explorer.wait_for_address(K="12000", steps="20000")
 
 
+def test_a_field_takes_what_its_slider_does_not_reach(visit):
+    explorer = visit("?tab=plane&eta=2.76&K=120000&D=18&steps=2000")
+    assert explorer.typed("K").input_value() == "120000"
+    assert explorer.figure("plane_penalty")["x"] == [10, 1e6]  # the mark is in view
+    explorer.open_tab("Explore")
+    explorer.moved(lambda: explorer.type("D", "0"))
+    explorer.wait_for_address(D="0", K="120000")
+    assert float(explorer.slider("D").input_value()) == -1
+    explorer.slider("K").focus()
+    explorer.moved(lambda: explorer.page.keyboard.press("ArrowLeft"))
+    explorer.wait_for_address(K="97700")  # one step below the end of the slider
+
+
 def test_an_answer_does_not_change_what_is_being_typed(visit):
     explorer = visit()
     explorer.typed("K").fill("31")
@@ -113,10 +126,11 @@ def test_a_slow_computation_is_announced(visit):
 def test_the_page_says_why_a_bad_value_is_refused_and_nothing_moves(visit):
     explorer = visit()
     before = explorer.sources()
-    for name, text in (("eta", "7"), ("K", "nan"), ("steps", "1e999"), ("D", "²"), ("steps", "2000.5"), ("eta", "")):
+    labels = {"eta": "η", "steps": "T/Δτ"}
+    for name, text in (("eta", "7e3"), ("K", "nan"), ("steps", "1e999"), ("D", "²"), ("steps", "2000.5"), ("eta", "")):
         explorer.type(name, text)
         explorer.page.locator(f"#vibroscope-{name}-typed[aria-invalid=true]").wait_for()
-        assert f"{name} must be" in explorer.error()
+        assert f"{labels.get(name, name)} must be" in explorer.error()
     assert explorer.sources() == before
     explorer.wait_for_address(eta="1.08", K="2500", D="8", steps="2000")
     explorer.moved(lambda: explorer.type("eta", "1.2"))
@@ -125,7 +139,7 @@ def test_the_page_says_why_a_bad_value_is_refused_and_nothing_moves(visit):
 
 def test_a_refusal_names_the_way_out_and_escape_restores_the_value(visit):
     explorer = visit()
-    explorer.type("K", "7")
+    explorer.type("K", "-7")
     explorer.page.locator("#vibroscope-K-refusal:not([hidden])").wait_for()
     assert "Escape brings back 2500" in explorer.error()
     explorer.typed("K").press("Escape")

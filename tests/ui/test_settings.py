@@ -26,6 +26,19 @@ def test_a_tolerance_that_is_none_is_told_where_it_was_typed(visit):
     assert "tolerance must be a number from 0.01 to 100" in explorer.page.locator(".suggest .status").text_content()
 
 
+def test_the_limits_of_a_search_can_be_typed_where_it_runs(visit):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000&located=yes")
+    explorer.page.get_by_role("button", name="Limits").click()
+    explorer.page.get_by_label("Most steps per period").fill("5 000 000")
+    explorer.page.get_by_label("Most steps per period").press("Enter")
+    explorer.page.locator(".suggest[data-phase=failed]").wait_for()
+    assert "T/Δτ allowed must be" in explorer.page.locator(".suggest .status").text_content()
+    explorer.page.get_by_label("Most steps per period").fill("1,000")
+    explorer.page.get_by_label("Most steps per period").press("Enter")
+    explorer.page.locator(".suggest[data-phase=done]").wait_for(timeout=60_000)
+    assert int(explorer.typed("steps").input_value()) <= 1000
+
+
 def test_a_file_is_taken_whole_or_not_at_all(visit):
     explorer = visit()
     field = explorer.page.locator(".load input")

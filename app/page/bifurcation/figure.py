@@ -27,7 +27,7 @@ PATTERNS = ("", "", "lines", "dots", "grid", "slant", "back")
 _ENDED = ("ended early", "#FFFFFF", "diagonal_cross", "cross")
 _DIRECTION = {"rest": "from rest", "up": "upwards", "down": "downwards"}
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
-_ETA = Explorer.param["eta"].bounds
+_ETA = Explorer.param["eta"].softbounds
 
 
 class BifurcationView:

@@ -46,7 +46,7 @@ class Bifurcation(StudyTab):
     @classmethod
     def spec(cls) -> dict:
         """What can be chosen, and the line that can be dragged."""
-        low, high = Explorer.param["eta"].bounds
+        low, high = Explorer.param["eta"].softbounds
         return {
             "title": "Bifurcation diagram",
             "switches": [

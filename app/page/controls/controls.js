@@ -208,6 +208,7 @@ function sliderRow(slider, link) {
   range.step = slider.step;
   const note = element("div", "note");
   const field = typedField(slider, link, note);
+  field.typed.title = `${slider.hint}; ${slider.range}, also beyond the slider`;
   const noteText = element("span");
   note.prepend(noteText);
   range.addEventListener("input", () => {
@@ -240,7 +241,7 @@ function scaleOf(slider) {
   if (!slider.log) return { position: (value) => value, text: (p) => String(Number(clip(p).toFixed(4))) };
   const round = (value) => Number(clip(value).toPrecision(3));
   return {
-    position: (value) => Math.log10(value),
+    position: (value) => Math.log10(clip(value)), // a typed 0 has no logarithm
     text: (p) => String(slider.whole ? Math.round(round(10 ** p)) : round(10 ** p)),
   };
 }

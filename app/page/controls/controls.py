@@ -11,7 +11,7 @@ import math
 
 import param
 from vibroscope.app.explorer.scenes import Scene, scenes
-from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting
+from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, print_end
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 
@@ -77,7 +77,7 @@ def _notes(setting: Setting) -> dict[str, str]:
 
 def _spec() -> dict:
     return {
-        "sliders": [_number(name) | {"log": name != "eta", "step": _STEP} for name in MAIN_FIELDS],
+        "sliders": [_slider(name) for name in MAIN_FIELDS],
         "numbers": [_number(name) for name in _NUMBERS],
         "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
@@ -86,17 +86,17 @@ def _spec() -> dict:
     }
 
 
+def _slider(name: str) -> dict:
+    low, high = Explorer.param[name].softbounds
+    whole = isinstance(Explorer.param[name], param.Integer)
+    return _number(name) | {"low": low, "high": high, "whole": whole, "log": name != "eta", "step": _STEP}
+
+
 def _number(name: str) -> dict:
     rule = Explorer.param[name]
-    low, high = rule.bounds
-    return {
-        "name": name,
-        "label": rule.label,
-        "hint": rule.doc,
-        "low": low,
-        "high": high,
-        "whole": isinstance(rule, param.Integer),
-    }
+    low, high = (print_end(end) for end in rule.bounds)
+    below = "" if rule.inclusive_bounds[1] else "below "
+    return {"name": name, "label": rule.label, "hint": rule.doc, "range": f"{low} to {below}{high}"}
 
 
 def _switch(name: str, choices: dict[str, str]) -> dict:

@@ -7,41 +7,69 @@ const FRAME = { left: 40, right: 10, top: 10, bottom: 28 };
 export function render({ model }) {
   const root = element("section", "suggest");
   root.setAttribute("aria-label", "Suggest K, D, Δτ");
-  const form = ask(model);
+  const limits = searchLimits(model);
+  const form = ask(model, limits);
   const more = element("div", "more");
   const status = element("p", "status");
   status.setAttribute("role", "status");
   const parts = [running(model), result()];
   const close = button("×", "Close the result of the search", () => model.send_msg({ cancel: true }), "close");
-  more.append(close, status, ...parts.map((part) => part.element));
+  more.append(close, status, ...parts.map((part) => part.element), limits.element);
   root.append(form, more);
   const draw = () => {
     const { content } = model;
     const { phase } = content;
     root.dataset.phase = phase;
-    more.hidden = phase === "idle";
-    close.hidden = phase === "running";
+    more.hidden = phase === "idle" && !limits.open;
+    close.hidden = phase === "running" || phase === "idle";
+    status.hidden = phase === "idle";
     status.textContent = { running: "searching …", failed: content.error, done: content.head }[phase] ?? "";
     parts.forEach((part) => part.draw(content));
   };
+  limits.onToggle = draw;
   model.on("content", draw);
   draw();
   return root;
 }
 
-function ask(model) {
+// What the search may try: fields below its result, so that a search that met a limit can be run again with another.
+function searchLimits(model) {
+  const row = element("div", "limits");
+  const fields = [["K", "K up to", "Largest K that the search may try"],
+    ["steps", "T/Δτ up to", "Most steps per period that the search may try"]].map(([name, text, hint]) => {
+    const label = element("label", "", text);
+    const field = element("input");
+    Object.assign(field, { type: "text", value: model.limits[name], inputMode: "decimal", autocomplete: "off", maxLength: 24, title: hint });
+    field.setAttribute("form", "vibroscope-ask");
+    field.setAttribute("aria-label", hint);
+    label.append(field);
+    return [name, field, label];
+  });
+  row.append(element("span", "", "Allow"), ...fields.map(([, , label]) => label));
+  const made = { element: row, open: false, onToggle: () => {} };
+  made.toggle = (open) => {
+    made.open = open;
+    made.onToggle();
+  };
+  made.typed = () => Object.fromEntries(fields.map(([name, field]) => [name, field.value.trim()]));
+  return made;
+}
+
+function ask(model, limits) {
   const form = element("form", "ask");
-  const label = element("label", "", "Error at most");
+  const label = element("label", "", "Error ≤");
   const field = element("input");
   Object.assign(field, { type: "text", value: "5", inputMode: "decimal", autocomplete: "off", maxLength: 12 });
   field.setAttribute("aria-label", "Tolerance: relative rms error in per cent");
   const go = button("Suggest K, D, Δτ", "Search for the fewest steps with at most this error, and set them", () => {});
   go.type = "submit";
   label.append(field, element("span", "", "%"));
-  form.append(label, go);
+  const more = button("Limits", "Limits of the search: the largest K, the most steps", () => limits.toggle(!limits.open), "quiet");
+  form.id = "vibroscope-ask";
+  form.append(label, go, more);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    model.send_msg({ suggest: field.value.trim() });
+    model.send_msg({ suggest: { tolerance: field.value.trim(), ...limits.typed() } });
   });
   return form;
 }

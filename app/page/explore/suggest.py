@@ -7,7 +7,7 @@ from functools import partial
 import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.suggestion import Search, make_question, suggestion_content
+from vibroscope.app.explorer.suggestion import Search, default_limits, make_question, suggestion_content
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.tab import TabHost
@@ -15,7 +15,9 @@ from vibroscope.engine import Recommendation
 
 
 class SuggestPanel(Component):
-    """Sends ``{"suggest": tolerance in per cent, as typed}`` and ``{"cancel": true}``; draws ``content``."""
+    """Sends ``{"suggest": what `make_question` reads}`` and ``{"cancel": true}``; draws ``content``."""
+
+    limits = param.Dict(default={}, doc="Largest K and most steps of a search, as texts, until others are typed")
 
     content = param.Dict(
         default={"phase": "idle"},
@@ -31,7 +33,7 @@ class Suggester:
 
     def __init__(self, host: TabHost) -> None:
         self.host = host
-        self.view = SuggestPanel()
+        self.view = SuggestPanel(limits=default_limits())
         self.view.on_msg(lambda event: self._receive(event.data))
         self._setting: Setting | None = None
         self._search: Search | None = None
@@ -41,7 +43,7 @@ class Suggester:
         self._setting = setting
         if self._search is not None:
             question = self._search.question
-            if question != make_question(setting, f"{100 * question.tolerance:.12g}"):
+            if question != question.follow(setting):
                 self.withdraw()
 
     def withdraw(self) -> None:
@@ -65,13 +67,13 @@ class Suggester:
         numbers = {name: [float(point[name]) for point in texts] for name in ("K", "D")}
         return {"steps": [*steps], "error": [*errors], **numbers}
 
-    def suggest(self, percent: object) -> None:
-        """Search for a setting with at most this error, in per cent as typed."""
+    def suggest(self, typed: object) -> None:
+        """Search for a setting, with the tolerance and the limits that were typed."""
         if self._setting is None:
             return
         self.withdraw()
         try:
-            question = make_question(self._setting, percent)
+            question = make_question(self._setting, typed)
         except Refused as error:
             self._show(phase="failed", error=str(error))
             return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -17,7 +18,8 @@ from vibroscope.engine import equal_restitution_damping
 
 _VEIL = ["#00000000", classes.VEIL]  # drawn as stripes: some columns of a finer picture
 _STRIPES = 4
-_LIMITS = {name: Explorer.param[name].bounds for name in ("K", "D")}
+_USUAL = {name: Explorer.param[name].softbounds for name in ("K", "D")}
+_LEAST = 1e-6  # of a range: a logarithmic axis has no 0
 
 
 class PlaneView:
@@ -25,7 +27,8 @@ class PlaneView:
 
     def __init__(self, on_cell: Callable[[float, float], None], on_zoom: Callable[[], None]) -> None:
         self._on_cell = on_cell
-        self.ranges = {name: OwnedRange(*limits) for name, limits in _LIMITS.items()}
+        self._limits = dict(_USUAL)
+        self.ranges = {name: OwnedRange(*limits) for name, limits in _USUAL.items()}
         self.sources = {
             side: ColumnDataSource({name: [] for name in ("image", "x", "y", "dw", "dh")}, name=f"plane_{side}_cells")
             for side in SIDES
@@ -82,15 +85,21 @@ class PlaneView:
         plot.add_layout(key, "above")
         return plot
 
+    def hold(self, setting: Setting) -> None:
+        """Let the axes reach as far as the setting: beyond the sliders' ranges by whole decades."""
+        for name, usual in _USUAL.items():
+            self._limits[name] = _widened(usual, getattr(setting, name))
+            self.ranges[name].put(*self._limits[name])
+
     @property
     def spans(self) -> dict[str, tuple[float, float]]:
         """K and D that are in view, within what can be set."""
-        return {name: _within(self.ranges[name].ends, *_LIMITS[name]) for name in _LIMITS}
+        return {name: _within(self.ranges[name].ends, *limits) for name, limits in self._limits.items()}
 
     def update(self, setting: Setting, result: PartialPlane | None, quantity: str, limit: float | None) -> None:
         """Move the mark; draw the cells as far as they are known."""
         write(self.mark, {"K": np.array([setting.K], np.float32), "D": np.array([setting.D], np.float32)})
-        curve_K = np.geomspace(*_LIMITS["K"], 41)
+        curve_K = np.geomspace(*self._limits["K"], 41)
         curve_D = equal_restitution_damping(setting.system, curve_K)
         write(self.curve, {"K": curve_K.astype(np.float32), "D": curve_D.astype(np.float32)})
         if result is None:
@@ -118,7 +127,14 @@ class PlaneView:
     def on_tap(self, event: Tap) -> None:
         """Set K and D to the place of a tap."""
         if event.x and event.y and np.isfinite([event.x, event.y]).all():
-            self._on_cell(*(float(f"{np.clip(v, *_LIMITS[n]):.3g}") for n, v in (("K", event.x), ("D", event.y))))
+            self._on_cell(*(float(f"{np.clip(v, *self._limits[n]):.3g}") for n, v in (("K", event.x), ("D", event.y))))
+
+
+def _widened(usual: tuple[float, float], value: float) -> tuple[float, float]:
+    """The usual range, and the decade of a value outside it."""
+    low, high = usual
+    decade = math.log10(max(value, _LEAST))
+    return min(low, 10.0 ** math.floor(decade)), max(high, 10.0 ** math.ceil(decade))
 
 
 def _within(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:

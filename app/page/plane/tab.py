@@ -12,6 +12,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import sweep_command, sweep_python
 from vibroscope.app.page.plane.figure import PlaneView
 from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
 
@@ -53,6 +54,12 @@ class PlaneTab(StudyTab):
             "hint": "A click sets K and D; so do their sliders, which the arrow keys move. “Sudden below” counts steps "
             "in contact and is drawn as stripes over the longest contact.",
         }
+
+    def show(self, move: Move) -> None:
+        """As every study; K and D beyond the usual range are in view."""
+        with pn.io.hold(self.host.doc):
+            self.view.hold(move.setting)
+        super().show(move)
 
     def question(self, setting: Setting) -> PlaneQuestion:
         """All but K and D themselves."""
