@@ -4,3 +4,6 @@ Data runs one way: `explorer.state` (the setting) → `explorer.compute` (both s
 arrays) → the figures of a tab in `page`, changed in place. `page.session` wires one browser session, `server` serves
 it.
 """
+
+_KNOBS = "its stiffness K, its damping D or the time step"
+QUESTION = f"Is the motion that a penalty contact shows real, or an artefact of {_KNOBS}?"

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 
+from vibroscope.app import QUESTION
 from vibroscope.app.commands import (
     bench,
     compare,
@@ -39,8 +40,8 @@ COMMANDS = (
     warm,
 )
 
-DESCRIPTION = """\
-Is what a penalty contact model shows the motion, or an artefact of K, D or the time step?
+DESCRIPTION = f"""\
+{QUESTION}
 Two pendulums on a shaken base hit, chatter, stick and part; a semi-analytical reference
 and the penalty model (Newmark, constant step) are solved and compared."""
 

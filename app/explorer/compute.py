@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
@@ -146,8 +147,8 @@ def _tail(trajectory: Trajectory, intervals: int, stride: int) -> Trajectory:
 
 
 def warm() -> None:
-    """Compile or load the kernels and cache the runs of the default setting, before the first visitor comes."""
-    workers().submit(compute_runs, Setting())
+    """Compile or load the kernels and cache the runs of the opening scene, before the first visitor comes."""
+    workers().submit(compute_runs, opening_setting())
 
 
 # ---- the requests of one session ------------------------------------------------------------------------------------

@@ -1,4 +1,7 @@
-"""The paper's motions and parameter sets, and examples of our own, read from ``assets/scenes.toml``."""
+"""The paper's motions and parameter sets, and examples of our own, read from ``assets/scenes.toml``.
+
+The page opens with one of them. The defaults of `Setting` are another one, and stay: a link leaves them out.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,45 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 
-from vibroscope.app.explorer.state import MAIN_FIELDS, PAPER_FIELDS, Setting, print_number, read_values
+from vibroscope.app.explorer.state import (
+    MAIN_FIELDS,
+    PAPER_FIELDS,
+    Setting,
+    print_number,
+    read_setting,
+    read_values,
+)
 from vibroscope.app.runtime.files import asset
+
+OPENING = "9B"
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One button: its source and the four numbers that it sets; system and solver are the paper's."""
+    """One button, and the four numbers that it sets; system and solver are the paper's.
+
+    Attributes
+    ----------
+    key : str
+    group, label : str
+        The figure of the paper and the case in it; one of the paper's four motions has the group "motion".
+    title : str
+        What the scene shows, in a few words.
+    caption : str
+        What to see in it, in a sentence.
+    tooltip : str
+        Its numbers and where they come from.
+    first : bool
+        Whether its button is always in view.
+    """
 
     key: str
     group: str
     label: str
+    title: str
+    caption: str
     tooltip: str
+    first: bool
     eta: float
     K: float
     D: float
@@ -42,11 +72,17 @@ def scenes() -> dict[str, Scene]:
     found: dict[str, Scene] = {}
     for row in tomllib.loads(asset("scenes.toml"))["scene"]:
         numbers = read_values({name: str(row[name]) for name in MAIN_FIELDS})
-        scene = Scene(row["key"], row["group"], row["label"], row["tooltip"], **numbers)
+        texts = {name: row[name] for name in ("key", "group", "label", "title", "caption", "tooltip")}
+        scene = Scene(**texts, first=row.get("first", False), **numbers)
         if scene.key in found:
             raise ValueError(f"scenes.toml has two scenes named {scene.key}")
         found[scene.key] = scene
     return found
+
+
+def opening_setting() -> Setting:
+    """The setting of the page where the address gives none."""
+    return read_setting(scenes()[OPENING].texts())
 
 
 def scene_key(setting: Setting) -> str:

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import View, parse_address, print_address
-from vibroscope.app.explorer.state import Setting, quote, read_choice, read_setting
+from vibroscope.app.explorer.scenes import opening_setting
+from vibroscope.app.explorer.state import FIELDS, Setting, quote, read_choice, read_setting
 from vibroscope.app.page.tab import Tab, TabHost
 from vibroscope.app.page.tabs import FIRST_TAB, TABS
 
@@ -18,7 +19,7 @@ _REST = 150  # ms without another zoom or mute before the address follows
 class Opening(NamedTuple):
     """What an address asks for: the setting, the open tab and its view, the pinned setting, the theme ("": none)."""
 
-    setting: Setting = Setting()
+    setting: Setting
     tab: str = FIRST_TAB
     view: View = View()
     pinned: Setting | None = None
@@ -34,7 +35,9 @@ def read_opening(query: str) -> Opening:
     view = TABS[tab].read_view(*(texts.pop(name, "") for name in View._fields))
     pin, theme = texts.pop("pin", ""), texts.pop("theme", "")
     pinned = read_setting(parse_address(pin)) if pin else None
-    return Opening(read_setting(texts), tab, view, pinned, theme and read_choice("theme", theme, THEMES))
+    # A link leaves out the defaults, but a page without any parameter opens with a scene.
+    setting = read_setting(texts) if texts.keys() & set(FIELDS) or pin else opening_setting()
+    return Opening(setting, tab, view, pinned, theme and read_choice("theme", theme, THEMES))
 
 
 class Address:
@@ -57,13 +60,13 @@ class Address:
         self._check_is_due = False
 
     def open(self, query: str) -> tuple[Opening, str]:
-        """What a query string asks for, and an empty text; if it is refused, the defaults and the text for the user."""
+        """What a query string asks for, and an empty text; if it is refused, the opening scene, and why."""
         try:
             opening = read_opening(query)
         except Refused as error:
             error.log()
             self.frozen = True
-            return Opening(), f"{error} The link was not accepted, so this is the default setting."
+            return Opening(opening_setting()), f"{error} The link was not accepted, so this is the opening scene."
         self.theme = opening.theme
         return opening, ""
 

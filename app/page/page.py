@@ -5,12 +5,12 @@ from __future__ import annotations
 import panel as pn
 from bokeh.document import Document
 from panel.io.resources import LOCAL_DIST
+from vibroscope.app import QUESTION
 from vibroscope.app.page.files import script, style, template
 from vibroscope.app.page.session import Session
 from vibroscope.app.page.shared.figure import THEME
 
 TITLE = "Vibroscope"
-_SUBTITLE = "where a penalty contact departs from the exact impact motion"
 
 # The style sheet sets the height of the page; Panel must not derive it from the content.
 pn.extension(respect_explicit_sizing=True)
@@ -19,13 +19,13 @@ pn.extension(respect_explicit_sizing=True)
 def create_app() -> pn.Column:
     """The page of the session that is being opened."""
     doc = pn.state.curdoc
-    html = template("shared/page.html").replace("TOKENS", style("shared/tokens"))
+    html = template("shared/page.html").replace("TOKENS", style("shared/tokens")).replace("QUESTION", QUESTION)
     doc.template = html.replace("FIRST", script("shared/compat"))
     # Panel sets this only where the session is built with the page; otherwise its style sheets come from another host.
     doc.template_variables["dist_url"] = LOCAL_DIST
     doc.theme = THEME
     doc.config.update(reconnect_session=False, notify_connection_status=False)  # page.html handles a lost connection
-    doc.title = f"{TITLE}: {_SUBTITLE}"
+    doc.title = f"{TITLE}: {QUESTION}"
     session = Session(_query(doc))
     pn.state.onload(session.start)
     pn.state.on_session_destroyed(lambda context: session.close())

@@ -14,7 +14,8 @@ import panel as pn
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.history import History
 from vibroscope.app.explorer.link import View
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.scenes import opening_setting, scene_key, scenes
+from vibroscope.app.explorer.state import read_setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
 from vibroscope.app.page.controls.controls import Controls
@@ -91,9 +92,9 @@ class Session:
         self._show_move()
 
     def reset(self) -> None:
-        """Set the defaults, without a pin."""
+        """Return to the opening scene, without a pin."""
         self.pinned = None
-        self.set(Setting().texts(), fresh=True)
+        self.set(opening_setting().texts(), fresh=True)
 
     def pin(self, on: bool) -> None:
         """Pin the present setting, or none."""
@@ -176,6 +177,8 @@ class Session:
         """Tell the browser the accepted setting, and that ``move`` is dealt with."""
         self._answered = move
         self.update_offers()
+        scene = scenes().get(scene_key(self.setting))
+        self.header.caption = scene.caption if scene and TABS[self.header.tab].controls else ""
         self.controls.show_setting(
             self.setting,
             move=move,

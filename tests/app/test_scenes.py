@@ -1,5 +1,9 @@
-from vibroscope.app.explorer.scenes import scene_key, scenes
-from vibroscope.app.explorer.state import MAIN_FIELDS, read_setting
+import pytest
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.explanation import explain
+from vibroscope.app.explorer.scenes import opening_setting, scene_key, scenes
+from vibroscope.app.explorer.state import MAIN_FIELDS, Setting, read_setting
+from vibroscope.app.page.address import read_opening
 
 
 def test_scenes_carry_the_papers_numbers():
@@ -17,3 +21,35 @@ def test_every_scene_is_valid_and_recognised():
         assert scene.matches(setting)
         assert scene_key(setting) != ""
         assert not scene.matches(setting._replace(restitution=0.7))
+
+
+def test_the_opening_scene_shows_a_wrong_motion_of_one_period_and_blames_a_number_that_can_be_set():
+    runs = compute_runs(opening_setting())
+    assert runs.penalty.motion.impacts_per_period == 1  # it looks plausible
+    explanation = explain(runs)
+    assert explanation.agree == "no"
+    assert explanation.change.keys() <= {"K", "D", "steps"}
+    assert explanation.change
+
+
+@pytest.mark.parametrize(("key", "period", "impacts"), [("A", 1, 10), ("B", 0, None), ("C", 1, 1), ("D", 2, 0.5)])
+def test_titles_say_what_the_reference_does(key, period, impacts):
+    found = compute_runs(read_setting(scenes()[key].texts())).reference.motion
+    assert found.period == period
+    assert impacts is None or found.impacts_per_period == impacts
+
+
+def test_buttons_have_unequal_titles():
+    shown = {scene_key(read_setting(scene.texts())) for scene in scenes().values()}
+    assert len({scenes()[key].title for key in shown}) == len(shown)
+
+
+@pytest.mark.parametrize("query", ["", "?tab=plane", "?theme=dark", "?utm_source=mail"])
+def test_a_page_without_parameters_opens_with_the_scene(query):
+    assert read_opening(query).setting == opening_setting()
+
+
+@pytest.mark.parametrize(("query", "changed"), [("?units=physical", {"units": "physical"}), ("?eta=2", {"eta": 2.0})])
+def test_a_link_that_leaves_out_defaults_keeps_its_meaning(query, changed):
+    assert read_opening(query).setting == Setting()._replace(**changed)
+    assert (Setting().eta, Setting().K, Setting().D, Setting().steps) == (1.08, 2500, 8, 2000)

@@ -2,11 +2,11 @@
 
 from vibroscope.app.explorer.state import FIELDS
 
-from .explorer import SOURCES, wait_until
+from .explorer import PAPER, SOURCES, wait_until
 
 
 def test_a_slider_moved_by_the_keyboard_changes_all_figures_and_the_address(visit):
-    explorer = visit()
+    explorer = visit(PAPER)
     before = explorer.sources()
     explorer.slider("eta").focus()
     explorer.moved(lambda: explorer.page.keyboard.press("ArrowRight"))
@@ -90,11 +90,11 @@ def test_only_the_penalty_solution_depends_on_the_penalty_numbers(visit):
 
 def test_scene_buttons_set_all_four_numbers(visit):
     explorer = visit()
-    explorer.moved(lambda: explorer.scene("[B]", "Figure 14"))
+    explorer.moved(lambda: explorer.scene("14B"))
     explorer.wait_for_address(eta="2.76", K="12000", D="18", steps="4000")
     assert "Δτ = T/4000" in explorer.form.text_content()
     pressed = explorer.page.locator("button[aria-pressed=true]")
-    assert [button.get_attribute("aria-label").split(":")[0] for button in pressed.all()] == ["Figure 14 [B]"]
+    assert [button.get_attribute("data-scene") for button in pressed.all()] == ["14B"]
 
 
 def test_a_drag_ends_on_its_last_value(visit):
@@ -124,7 +124,7 @@ def test_a_slow_computation_is_announced(visit):
 
 
 def test_the_page_says_why_a_bad_value_is_refused_and_nothing_moves(visit):
-    explorer = visit()
+    explorer = visit(PAPER)
     before = explorer.sources()
     labels = {"eta": "η", "steps": "T/Δτ"}
     for name, text in (("eta", "7e3"), ("K", "nan"), ("steps", "1e999"), ("D", "²"), ("steps", "2000.5"), ("eta", "")):
@@ -138,7 +138,7 @@ def test_the_page_says_why_a_bad_value_is_refused_and_nothing_moves(visit):
 
 
 def test_a_refusal_names_the_way_out_and_escape_restores_the_value(visit):
-    explorer = visit()
+    explorer = visit(PAPER)
     explorer.type("K", "-7")
     explorer.page.locator("#vibroscope-K-refusal:not([hidden])").wait_for()
     assert "Escape brings back 2500" in explorer.error()
@@ -198,7 +198,7 @@ def test_system_and_solver_are_folded_until_one_is_not_the_default(visit):
 
 
 def test_undo_redo_and_reset(visit):
-    explorer = visit()
+    explorer = visit(PAPER)
     explorer.moved(lambda: explorer.type("eta", "1.5"))
     explorer.moved(lambda: explorer.type("K", "9000"))
     explorer.page.locator("h1").click()

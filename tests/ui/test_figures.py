@@ -2,7 +2,7 @@
 
 import json
 
-from .explorer import wait_until
+from .explorer import PAPER, wait_until
 
 FIGURES = ("phase1", "phase2", "displacement", "strip", "force", "diagram")
 
@@ -66,7 +66,7 @@ def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
 
 
 def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
-    explorer = visit()
+    explorer = visit(PAPER)
     first = explorer.sources()
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
     assert explorer.source("pinned_phase_penalty") == first["phase_penalty"]

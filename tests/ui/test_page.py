@@ -84,23 +84,6 @@ def test_dark_recolours_page_and_figures_and_is_remembered(visit):
     again.page.evaluate("localStorage.clear()")
 
 
-def test_the_tour_has_five_steps_and_can_be_skipped(visit):
-    explorer = visit()
-    assert explorer.page.get_by_role("dialog", name="Tour").count() == 0
-    explorer.page.get_by_role("button", name="Five steps").click()
-    dialog = explorer.page.get_by_role("dialog", name="Tour")
-    seen = []
-    for _ in range(5):
-        seen.append(dialog.locator("h2").text_content())
-        dialog.get_by_role("button", name="Next").or_(dialog.get_by_role("button", name="Done")).click()
-    assert len(set(seen)) == 5
-    dialog.wait_for(state="detached")
-    explorer.page.get_by_role("button", name="Five steps").click()
-    dialog.get_by_role("button", name="Skip").click()
-    dialog.wait_for(state="detached")
-    explorer.page.evaluate("localStorage.clear()")
-
-
 def test_a_first_visit_begins_with_the_tour_and_the_second_does_not(visit, windows):
     window = windows(viewport={"width": 1441, "height": 900})  # of its own: nobody was here before
     window.add_init_script("Object.defineProperty(Navigator.prototype, 'webdriver', { get: () => false })")

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import param
-from vibroscope.app.explorer.scenes import Scene, scenes
-from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, print_end
+from vibroscope.app.explorer.scenes import Scene, scene_key, scenes
+from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, print_end, read_setting
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 
@@ -56,7 +56,7 @@ class Controls(Component):
         self.shown = {
             "texts": setting.texts(),
             "notes": _notes(setting),
-            "scenes": [key for key, scene in scenes().items() if scene.matches(setting)],
+            "scene": scene_key(setting),
             **answer,
         }
 
@@ -81,7 +81,7 @@ def _spec() -> dict:
         "numbers": [_number(name) for name in _NUMBERS],
         "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
-        "scenes": [_button(scene) for scene in scenes().values()],
+        "scenes": [_button(scene) for key, scene in scenes().items() if key == scene_key(read_setting(scene.texts()))],
         "defaults": Setting().texts(),
     }
 
@@ -105,4 +105,11 @@ def _switch(name: str, choices: dict[str, str]) -> dict:
 
 
 def _button(scene: Scene) -> dict:
-    return {"key": scene.key, "group": scene.group, "label": scene.label, "tooltip": scene.tooltip, "eta": scene.eta}
+    figure = f"η {scene.eta:.2f} {scene.label}" if scene.group == "motion" else f"{scene.group} {scene.label}"
+    return {
+        "key": scene.key,
+        "title": scene.title,
+        "figure": figure,
+        "tooltip": f"{scene.caption} {scene.tooltip}",
+        "first": scene.first,
+    }

@@ -14,30 +14,24 @@ function foldedIfNarrow(title, ...content) {
 
 function scenes(list, link) {
   const box = element("fieldset", "scenes");
-  box.append(element("legend", "", "Scenes of the paper"));
-  const rows = new Map();
-  const buttons = new Map();
-  for (const scene of list) {
-    if (!rows.has(scene.group)) rows.set(scene.group, sceneRow(scene.group));
-    const made = button(scene.group === "motion" ? `[${scene.label}]` : scene.label, scene.tooltip,
-      () => link.act({ scene: scene.key }));
-    made.setAttribute("aria-label", `${scene.group} ${scene.label}: ${scene.tooltip}`);
-    if (scene.group === "motion") made.append(element("small", "", `η ${scene.eta.toFixed(2)}`));
-    rows.get(scene.group).append(made);
-    buttons.set(scene.key, made);
-  }
-  const [motions, ...sets] = rows.values();
-  box.append(motions, foldedIfNarrow("Scenes of its other figures", ...sets));
+  const first = element("div", "tiles");
+  const others = element("div", "tiles");
+  const more = element("details", "others");
+  const buttons = list.map((scene) => {
+    const made = button("", "", () => link.act({ scene: scene.key }));
+    made.append(scene.title, element("small", "", scene.figure));
+    made.title = scene.tooltip;
+    made.dataset.scene = scene.key;
+    (scene.first ? first : others).append(made);
+    return made;
+  });
+  more.append(element("summary", "", "More scenes"), others);
+  box.append(element("legend", "", "Scenes"), first, more);
   const draw = (shown) => {
-    buttons.forEach((made, key) => made.setAttribute("aria-pressed", String(shown.scenes.includes(key))));
+    for (const made of buttons) made.setAttribute("aria-pressed", String(made.dataset.scene === shown.scene));
+    if (others.querySelector("[aria-pressed=true]")) more.open = true;
   };
   return { element: box, draw };
-}
-
-function sceneRow(name) {
-  const row = element("div", name === "motion" ? "row motions" : "row sets");
-  if (name !== "motion") row.append(element("span", "", name));
-  return row;
 }
 
 function actions(link) {

@@ -62,7 +62,7 @@ class EtaMapView:
                         x=scene.eta,
                         y=4,
                         y_units="screen",
-                        text=f"[{scene.label}]",
+                        text=scene.label,
                         text_font=FONT,
                         text_font_size="11px",
                         text_color=INK,

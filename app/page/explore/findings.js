@@ -24,7 +24,9 @@ export function render({ model }) {
     const { content } = model;
     root.dataset.pending = String(content.pending === true || content.headline === undefined);
     lines.forEach((show) => show(content));
+    emit("findings", content);
   };
+  listen("report-findings", () => emit("findings", model.content));
   model.on("content", draw);
   draw();
   return root;
@@ -96,12 +98,10 @@ function bar(root) {
       if (row.hidden) continue;
       const share = Math.log10(Math.max(value, SMALLEST) / SMALLEST) / Math.log10(LARGEST / SMALLEST);
       fill.style.width = `${100 * Math.min(1, share)}%`;
-      number.textContent = percent(value);
+      number.textContent = percent(value, SMALLEST);
     }
   };
 }
-
-const percent = (value) => (value < SMALLEST ? "< 0.01 %" : `${Number((100 * value).toPrecision(2))} %`);
 
 function chips(root) {
   const list = element("dl", "chips");

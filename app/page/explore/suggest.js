@@ -25,6 +25,7 @@ export function render({ model }) {
     status.hidden = phase === "idle";
     status.textContent = { running: "searching …", failed: content.error, done: content.head }[phase] ?? "";
     parts.forEach((part) => part.draw(content));
+    emit("suggestion", content);
   };
   limits.onToggle = draw;
   model.on("content", draw);
@@ -67,6 +68,7 @@ function ask(model, limits) {
   const more = button("Limits", "Limits of the search: the largest K, the most steps", () => limits.toggle(!limits.open), "quiet");
   form.id = "vibroscope-ask";
   form.append(label, go, more);
+  listen("suggest", () => form.requestSubmit());
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     model.send_msg({ suggest: { tolerance: field.value.trim(), ...limits.typed() } });
@@ -131,7 +133,6 @@ function front({ front: points, tolerance, use }) {
 
 const ends = (values) => [...new Set([Math.min(...values), Math.max(...values)])];
 const same = (a, b) => ["K", "D", "steps"].every((name) => a[name] === b[name]);
-const percent = (value) => `${Number((100 * value).toPrecision(2))} %`;
 
 function scale(values, from, to) {
   const [low, high] = [Math.log(Math.min(...values)), Math.log(Math.max(...values))];

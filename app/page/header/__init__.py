@@ -1,1 +1,1 @@
-"""The head of the page: title, tabs, take-away menu, theme, tour, errors and the summary."""
+"""The head of the page: title, question, tabs, take-away menu, theme, tour, errors and the summary."""

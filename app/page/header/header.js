@@ -1,9 +1,8 @@
-// The head of the page: title, tabs, take-away menu, theme, keys, tour, errors, and the summary for screen readers.
+// The head of the page: title, question, tabs, take-away menu, theme, keys, tour, errors, and the summary for screen readers.
 
 export function render({ model }) {
   const root = element("header", "head");
   const title = element("h1", "", "Vibroscope");
-  title.append(element("small", "", "where a penalty contact departs from the exact impact motion"));
   const bar = element("div", "bar");
   const keys = keyDialog();
   const takeAway = takeAwayMenu(model);
@@ -11,11 +10,11 @@ export function render({ model }) {
   tools.append(
     takeAway.element,
     themeButton(model),
-    button("Tour", "Five steps through the page", () => tour(root, true)),
+    button("Tour", "From the problem to a suggestion, in six steps", () => tour(root, true)),
     button("?", "Keys and help (?)", () => keys.open()),
   );
   bar.append(title, tabList(model), tools);
-  root.append(bar, errorLine(model), summary(model), keys.element);
+  root.append(bar, question(model), errorLine(model), summary(model), keys.element);
   shortcuts(keys, takeAway);
   const adaptFigures = () => { darken(); adaptToTouch(); adaptToNarrowPage(); };
   model.on("tab", () => whenDrawn(root, adaptFigures)); // another tab has other figures
@@ -71,6 +70,18 @@ function tabList(model) {
   model.on("tab", draw);
   draw();
   return list;
+}
+
+// ---- the question, and what the present scene shows of it -------------------------------------------------------------
+
+function question(model) {
+  const box = element("div", "question");
+  const caption = element("p", "caption");
+  const draw = () => { caption.textContent = model.caption; };
+  model.on("caption", draw);
+  draw();
+  box.append(element("p", "asked", model.question), caption);
+  return box;
 }
 
 // ---- errors, and the summary for screen readers ---------------------------------------------------------------------

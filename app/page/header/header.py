@@ -1,8 +1,9 @@
-"""The head of the page: title, tabs, take-away menu, theme, keys, tour, errors, and the summary for screen readers."""
+"""The head of the page: title, question, tabs, take-away menu, theme, keys, tour, errors, and a summary to be read."""
 
 from __future__ import annotations
 
 import param
+from vibroscope.app import QUESTION
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 
@@ -10,6 +11,8 @@ from vibroscope.app.page.shared.component import Component
 class Header(Component):
     """Sends the tab, file or theme that the user chooses, and uploaded parameters; `app.page.messages` reads them."""
 
+    question = param.String(default=QUESTION, constant=True, doc="What the page answers")
+    caption = param.String(default="", doc="What to see in the scene that is shown; empty if it is none")
     tabs = param.List(doc="Key and title of each tab")
     tab = param.String(doc="Key of the open tab")
     theme = param.String(default="", doc="Light or dark, if the link says so")
@@ -17,7 +20,15 @@ class Header(Component):
     error = param.String(default="", doc="What was refused or has failed; empty if nothing")
     summary = param.String(default="", doc="Summary of the figures for screen readers")
 
-    _esm = script("shared/dom", "shared/theme", "header/tour", "header/picture", "header/take_away", "header/header")
+    _esm = script(
+        "shared/dom",
+        "shared/theme",
+        "header/exercises",
+        "header/tour",
+        "header/picture",
+        "header/take_away",
+        "header/header",
+    )
     _stylesheets = [style("header/header")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, tabs: list[list[str]], **params) -> None:

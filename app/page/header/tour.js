@@ -1,11 +1,21 @@
-// Five steps through the page, shown on the first visit and by the button, except with `?tour=0` and in automated browsers.
+// The tour: from the problem to a suggestion that is applied. It is shown on the first visit and by the button, except with
+// `?tour=0` and in automated browsers.
 
 const STEPS = [
-  [".scenes", "Begin with a scene", "Each is a motion or a figure of the paper and sets η, K, D and the time step at once."],
-  [".slider", "Move a slider", "Both solvers run anew over 2,050 periods while you drag: the exact reference, and the penalty model as an FE code would compute it."],
-  [".mechanism", "Watch it move", "The pendulums at the present phase. Rest the pointer on a time figure and every figure marks that instant."],
-  [".findings", "Read what it means", "Whether the two agree, by how much, and which number causes the difference where they do not."],
-  [".take-away", "Take it away", "Figures, data, a script that gives the same numbers, a report, and a link that restores this view."],
+  { where: ".question", title: "The problem",
+    words: "Two parts of a machine touch. The code that simulates them asks for a contact stiffness K, a contact damping D "
+      + "and a time step. No theory supplies the three, and whatever is set, the code shows a motion." },
+  { where: ".displacement", title: "A motion that looks right", scene: "9B",
+    words: "The thin line is what such a code shows with the numbers at the left: smooth, steady, plausible. The wide line "
+      + "is the exact motion of the same two bodies. Only the comparison shows that the thin one is wrong." },
+  { where: ".findings", title: "How wrong, and why",
+    words: "How far the two are apart, which of the three numbers causes it, and what to change first." },
+  { where: ".slider", title: "Other numbers",
+    words: "Move a slider: both motions are computed anew, over thousands of periods, while you drag." },
+  { where: ".suggest", title: "Numbers that are right", next: "Suggest and set them",
+    words: "You need not search by hand. The next step searches for K, D and a time step that meet the error in this field "
+      + "at the least cost, and moves the sliders there." },
+  { where: ".suggest", title: "A suggestion, applied", words: "", suggests: true },
 ];
 
 // Shows the tour in `root`, which has its style; on the first visit, or whenever `requested`.
@@ -15,36 +25,58 @@ function tour(root, requested) {
   const dialog = element("dialog", "tour");
   const head = element("h2");
   const text = element("p");
+  text.setAttribute("aria-live", "polite");
   const count = element("span", "count");
   const row = element("div", "row");
   let at = -1;
-  let marked = null;
+  const mark = marker();
   const next = button("Next", "", () => step(at + 1));
   const back = button("Back", "", () => step(at - 1));
-  row.append(count, button("Skip", "Skip the tour", () => dialog.close()), back, next);
+  const practise = button("Exercises", "Three exercises: predict, try, see", () => { dialog.close(); exercises(root); });
+  const skip = button("Skip", "Skip the tour", () => dialog.close());
+  row.append(count, skip, practise, back, next);
   dialog.append(head, text, row);
   dialog.setAttribute("aria-label", "Tour");
-  dialog.addEventListener("close", () => { marked?.classList.remove("toured"); dialog.remove(); });
+  dialog.addEventListener("close", () => { mark(null); stop(); dialog.remove(); });
   const step = (to) => {
     if (to >= STEPS.length) return dialog.close();
     at = to;
-    const [where, title, words] = STEPS[at];
+    const { where, title, words, scene, next: onward, suggests } = STEPS[at];
     head.textContent = title;
     text.textContent = words;
     count.textContent = `${at + 1} of ${STEPS.length}`;
     back.disabled = at === 0;
-    next.textContent = at === STEPS.length - 1 ? "Done" : "Next";
-    marked?.classList.remove("toured");
-    marked = inPage(where);
-    marked?.classList.add("toured");
-    marked?.scrollIntoView({ block: "nearest" });
-    place(dialog, marked);
+    const last = at === STEPS.length - 1;
+    next.textContent = last ? "Done" : onward ?? "Next";
+    practise.hidden = !(skip.hidden = last);
+    if (scene) emit("scene", { value: scene });
+    if (suggests) emit("suggest");
+    place(dialog, mark(where));
   };
-  addMarkStyle();
+  const stop = listenUntil("suggestion", ({ phase, head: found, lines = [], error, met, use = {} }) => {
+    if (!STEPS[at].suggests) return;
+    text.textContent = { running: "Searching …", failed: error, done: [`${found}.`, ...lines].join(" ") }[phase] ?? "";
+    if (phase === "done" && !met && Object.keys(use).length) emit("set", use); // the best that there is
+    place(dialog, mark(STEPS[at].where)); // the text is longer now
+  });
   root.append(dialog);
   dialog.showModal();
   preferences.set("tour", "seen");
+  emit("tab", { value: "explore" });
   step(0);
+}
+
+// A function that marks the first element that matches a selector (null: none), and returns it.
+function marker() {
+  addMarkStyle();
+  let marked = null;
+  return (selector) => {
+    marked?.classList.remove("toured");
+    marked = selector && inPage(selector);
+    marked?.classList.add("toured");
+    marked?.scrollIntoView({ block: "nearest" });
+    return marked;
+  };
 }
 
 // The first element that matches a selector, in any shadow root.

@@ -30,6 +30,19 @@ function button(text, name, act, className = "") {
 const emit = (name, detail = {}) => document.dispatchEvent(new CustomEvent(`vibroscope:${name}`, { detail }));
 const listen = (name, act) => document.addEventListener(`vibroscope:${name}`, (event) => act(event.detail));
 
+// Like `listen`, until the function that it returns is called.
+const listenUntil = (name, act) => {
+  const heard = (event) => act(event.detail);
+  document.addEventListener(`vibroscope:${name}`, heard);
+  return () => document.removeEventListener(`vibroscope:${name}`, heard);
+};
+
+// A share in per cent with two digits; one below `least` only as being so.
+const percent = (share, least = 0) => {
+  const text = (value) => `${Number((100 * value).toPrecision(2))} %`;
+  return share < least ? `< ${text(least)}` : text(share);
+};
+
 // Preferences that this browser keeps; a browser may forbid storage, and then they are not kept.
 const preferences = {
   get: (name) => {

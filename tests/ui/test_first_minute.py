@@ -1,0 +1,75 @@
+"""What a newcomer meets: the question, the opening scene, the tour to a suggestion, the exercises."""
+
+import pytest
+from vibroscope.app import QUESTION
+from vibroscope.app.explorer.scenes import OPENING, scenes
+
+from .explorer import wait_until
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_the_first_screen_states_the_question_and_shows_a_scene_that_answers_it(visit, width, height):
+    explorer = visit(width=width, height=height, **({"has_touch": True} if width < 700 else {}))
+    for text in (QUESTION, scenes()[OPENING].caption):
+        box = explorer.page.get_by_text(text, exact=True).bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= width
+        assert 0 <= box["y"] <= box["y"] + box["height"] <= 0.4 * height
+    assert explorer.page.locator("[aria-pressed=true]").get_attribute("data-scene") == OPENING
+    assert explorer.explained().page.locator(".verdict").get_attribute("data-agree") == "no"
+    explorer.moved(lambda: explorer.type("K", "9000"))
+    wait_until(lambda: explorer.page.locator(".caption").text_content() == "", what="no caption: this is no scene")
+
+
+def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(visit):
+    explorer = visit("?eta=2.76&K=2000&D=9&steps=2000")
+    dialog = explorer.page.get_by_role("dialog", name="Tour")
+    assert dialog.count() == 0
+    explorer.page.get_by_role("button", name="From the problem").click()
+    seen = [dialog.locator("h2").text_content()]
+    dialog.get_by_role("button", name="Next").click()
+    explorer.wait_for_address(eta="1.08", K="100", D="50")  # a motion that looks right
+    while dialog.get_by_role("button", name="Suggest and set them").count() == 0:
+        seen.append(dialog.locator("h2").text_content())
+        dialog.get_by_role("button", name="Next").click()
+    before = explorer.update()
+    dialog.get_by_role("button", name="Suggest and set them").click()
+    wait_until(lambda: explorer.address()["K"] != "100", 60, "the suggestion, applied")
+    explorer.settle(before + 1)
+    assert f"K = {explorer.typed('K').input_value()}" in dialog.locator("p").text_content()
+    assert len(set(seen)) == 4
+    dialog.get_by_role("button", name="Done").click()
+    dialog.wait_for(state="detached")
+    explorer.page.get_by_role("button", name="From the problem").click()
+    dialog.get_by_role("button", name="Skip").click()
+    dialog.wait_for(state="detached")
+    explorer.page.evaluate("localStorage.clear()")
+
+
+def test_each_exercise_is_predicted_tried_and_answered_by_the_page(visit):
+    explorer = visit("?tour=0")
+    explorer.page.get_by_role("button", name="From the problem").click()
+    tour = explorer.page.get_by_role("dialog", name="Tour")
+    for _ in range(4):
+        tour.get_by_role("button", name="Next").click()
+    tour.get_by_role("button", name="Suggest and set them").click()
+    tour.get_by_role("button", name="Exercises").click()
+    dialog = explorer.page.get_by_role("dialog", name="Exercise")
+    answers = []
+    for number in (1, 2, 3):
+        wait_until(lambda number=number: dialog.locator("h2").text_content().startswith(f"Exercise {number}"))
+        attempt = dialog.get_by_role("button", name="Try it")
+        assert attempt.is_disabled()  # a prediction comes first
+        dialog.get_by_label("it becomes less than half").check()
+        before = dialog.locator(".seen")
+        wait_until(lambda before=before: before.text_content().startswith("Now: a difference of"), what="the start")
+        attempt.click()
+        wait_until(lambda before=before: "you predicted: " in before.text_content(), what="the answer")
+        answers.append(before.text_content())
+        shown = explorer.page.locator(".part.total .number").text_content()
+        assert f"to a difference of {shown}." in answers[-1]
+        dialog.get_by_role("button", name="Next").or_(dialog.get_by_role("button", name="Done")).click()
+    assert [answer.startswith("As you predicted") for answer in answers] == [True, True, False]
+    assert "it more than doubles" in answers[2]
+    dialog.wait_for(state="detached")
+    explorer.page.evaluate("localStorage.clear()")
