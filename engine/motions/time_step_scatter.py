@@ -65,28 +65,57 @@ def judge_newmark_section(
         return SectionJudgement(Kind.PERIODIC, own_period, reason, 0.0, ())
     bands = ((run.method.steps, width), *_finer_bands(run, period, width, cancelled))
     listed = ", ".join(f"{sigma:.2g} at {steps}" for steps, sigma in bands)
-    shrinks = bands[-1][1] < SHRUNK * width
-    if limit.type is Kind.PERIODIC and shrinks:
+    decided, period, artefact = type_of_band(
+        own_period, limit.type, limit.period, shrinks=bands[-1][1] < SHRUNK * width
+    )
+    if artefact:
         reason = (
             f"the section is a band, but an artefact of the time step: its width shrinks with it (standard deviation "
             f"{listed} steps per period), and without a time step the motion repeats itself {every(limit.period)}"
         )
-        return SectionJudgement(Kind.PERIODIC, limit.period, reason, width, bands)
-    if own_period:
+    elif own_period:
         after = counted(own_period, "period")
         reason = f"the section repeats itself after {after}; without a time step the motion is {limit.type}"
-        return SectionJudgement(Kind.PERIODIC, own_period, reason, 0.0, bands)
-    if limit.type in (Kind.CHAOTIC, Kind.QUASI_PERIODIC) and bands[-1][1] > SHRUNK * width:
+    elif decided is Kind.UNDECIDED:
+        reason = (
+            f"the section is a band (standard deviation {listed} steps per period), and without a time step the motion "
+            f"is {limit.type}: more steps per period would tell"
+        )
+    else:
         reason = (
             f"without a time step the motion is {limit.type} ({limit.reason}), and the band does not shrink with the "
             f"step (standard deviation {listed} steps per period)"
         )
-        return SectionJudgement(limit.type, 0, reason, 0.0, bands)
-    reason = (
-        f"the section is a band (standard deviation {listed} steps per period), and without a time step the motion is "
-        f"{limit.type}: more steps per period would tell"
-    )
-    return SectionJudgement(Kind.UNDECIDED, 0, reason, 0.0, bands)
+    return SectionJudgement(decided, period, reason, width if artefact else 0.0, bands)
+
+
+def type_of_band(own_period: int, limit: Kind, limit_period: int, shrinks: bool) -> tuple[Kind, int, bool]:
+    """Decide what a band in a Newmark section is.
+
+    Parameters
+    ----------
+    own_period : int
+        Periods after which the scattered section happens to repeat itself; 0 if it does not.
+    limit, limit_period
+        Type and period of the motion without a time step.
+    shrinks : bool
+        Whether the band shrinks with the step.
+
+    Returns
+    -------
+    type : Kind
+    period : int
+        Of the motion without the scatter.
+    artefact : bool
+        Whether the time step causes the band.
+    """
+    if limit is Kind.PERIODIC and shrinks:
+        return Kind.PERIODIC, limit_period, True
+    if own_period:
+        return Kind.PERIODIC, own_period, False
+    if limit in (Kind.CHAOTIC, Kind.QUASI_PERIODIC) and not shrinks:
+        return limit, 0, False
+    return Kind.UNDECIDED, 0, False
 
 
 def _finer_bands(run: Response, period: int, width: float, cancelled) -> list[tuple[int, float]]:

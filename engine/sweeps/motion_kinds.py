@@ -1,0 +1,231 @@
+"""Kinds of motion of the cells of a bifurcation diagram: periodic, quasi-periodic, chaotic, or scattered by the step.
+
+The diagram itself only shows which sections repeat themselves. The cells that do not are judged as
+:func:`engine.motion` judges a single motion, with fewer and shorter runs: each cell goes on from where it ended.
+
+- Reference and exact penalty: the largest Lyapunov exponent, over `FOLLOWED` periods.
+- Newmark: the exact penalty motion with the same K and D, and the width of the section's band with smaller steps. A
+  band that shrinks towards a periodic limit is an artefact of the time step; one that keeps its width beside a chaotic
+  limit is motion.
+
+What these runs do not decide is undecided. No module of a study imports this one, so that it does not enter the digest
+of numerical code.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from enum import IntEnum
+
+import numpy as np
+
+from ..batch import run_cells
+from ..cells import Cells
+from ..drivers.section import TOLERANCE, period_of
+from ..methods import STEPS_RANGE, Newmark
+from ..model import System
+from ..motions.description import Kind
+from ..motions.lyapunov import lyapunov
+from ..motions.motion import classify
+from ..motions.section import band_width
+from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, type_of_band
+from .codes import MISSING
+from .eta_study import COORDINATES, EtaStudy
+
+FOLLOWED = (1024, 4096)  # periods with the Jacobian; the second number only if the first does not decide
+SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
+FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
+
+
+class CellKind(IntEnum):
+    """What is known of the motion of a cell."""
+
+    UNKNOWN = -1  # not computed or not judged yet
+    PERIODIC = 0
+    ARTEFACT = 1  # periodic without a time step; the scatter of the section is caused by the step
+    QUASI_PERIODIC = 2
+    CHAOTIC = 3
+    UNDECIDED = 4
+    ENDED_EARLY = 5
+
+
+_CODES = {
+    Kind.PERIODIC: CellKind.PERIODIC,
+    Kind.QUASI_PERIODIC: CellKind.QUASI_PERIODIC,
+    Kind.CHAOTIC: CellKind.CHAOTIC,
+    Kind.UNDECIDED: CellKind.UNDECIDED,
+}
+_KINDS = {code: kind for kind, code in _CODES.items()}
+# Of each cell: dtype and what stands where nothing is known.
+KIND_VARIABLES = {
+    "kind": (np.int8, CellKind.UNKNOWN),  # a `CellKind`
+    "kind_period": (np.int32, 0),  # excitation periods until the motion repeats itself, without its scatter
+    "lyapunov": (np.float64, np.nan),  # largest exponent per period of a motion that does not repeat itself
+    "lyapunov_error": (np.float64, np.nan),
+}
+
+
+def unknown_kinds(n: int) -> dict[str, np.ndarray]:
+    """`KIND_VARIABLES` of n cells of which nothing is known."""
+    return {name: np.full(n, fill, dtype) for name, (dtype, fill) in KIND_VARIABLES.items()}
+
+
+def known_kinds(study: EtaStudy, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The kinds of motion that the values of a study show without any further run.
+
+    These are the cells that ended early, and those with a period: of Newmark's method only with the period 1, since a
+    longer one may be scatter that happens to repeat itself.
+    """
+    found = unknown_kinds(study.cells)
+    status, period = values["status"], values["period"]
+    clear = (status == 0) & ((period == 1) if isinstance(study.method, Newmark) else (period > 0))
+    found["kind"][clear] = CellKind.PERIODIC
+    found["kind_period"][clear] = period[clear]
+    found["kind"][(status != 0) & (status != MISSING)] = CellKind.ENDED_EARLY
+    return found
+
+
+def judge_cells(
+    study: EtaStudy,
+    values: dict[str, np.ndarray],
+    chosen: np.ndarray,
+    *,
+    threads: int | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> dict[str, np.ndarray]:
+    """Judge the motion of some cells that reached their end.
+
+    Parameters
+    ----------
+    study : EtaStudy
+        With all coordinates of the section.
+    values : dict
+        Its variables.
+    chosen : (m,) ndarray of int
+        The cells to judge.
+    threads : int, optional
+        As many as there are processors, if not given.
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the call is cancelled.
+
+    Returns
+    -------
+    dict of str to (m,) ndarray
+        `KIND_VARIABLES` of the chosen cells.
+
+    Raises
+    ------
+    ValueError
+        If the method has no limit without a time step.
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    own = {name: array[chosen] for name, array in values.items()}
+    cells = study.cells_at({name: axis[chosen] for name, axis in study.axes.items()}, initial=own["end"])
+    how = {"threads": threads or os.cpu_count() or 1, "cancelled": cancelled}
+    if isinstance(study.method, Newmark):
+        return _judge_newmark(study, cells, own, how)
+    return _follow(cells, own["period"], own["end"], how)
+
+
+def _judge_newmark(study: EtaStudy, cells: Cells, own: dict[str, np.ndarray], how: dict) -> dict[str, np.ndarray]:
+    """Judge cells by their limit without a time step, and by what smaller steps leave of the section's band."""
+    sections = np.stack([own[name] for name in COORDINATES], axis=2)
+    limit = _limit(replace(cells, method=study.method.limit, steps=None), study, how)
+    widths = _widths(sections, limit["kind_period"])
+    is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2))
+    shrinks = _shrinks(cells, limit, widths, is_band, how)
+    found = limit | {"kind": limit["kind"].copy(), "kind_period": limit["kind_period"].copy()}
+    for i, period in enumerate(own["period"].tolist()):
+        if period and (not is_band[i] or period == limit["kind_period"][i]):
+            kind, of = CellKind.PERIODIC, period
+        else:
+            kind_of_limit = _KINDS.get(limit["kind"][i], Kind.UNDECIDED)
+            kind, of, artefact = type_of_band(period, kind_of_limit, int(limit["kind_period"][i]), bool(shrinks[i]))
+            kind = CellKind.ARTEFACT if artefact else _CODES[kind]
+        found["kind"][i], found["kind_period"][i] = kind, of
+        if kind in (CellKind.PERIODIC, CellKind.ARTEFACT):
+            found["lyapunov"][i] = found["lyapunov_error"][i] = np.nan
+    return found
+
+
+def _limit(cells: Cells, study: EtaStudy, how: dict) -> dict[str, np.ndarray]:
+    """Kinds of the motions without a time step that begin where the cells of Newmark's method ended."""
+    runs = run_cells(cells, transient=study.transient, sample=study.sample, **how)
+    return _follow(cells, np.where(runs.ok, runs.period, 0), np.where(runs.ok[:, None], runs.end, np.nan), how)
+
+
+def _follow(cells: Cells, period: np.ndarray, start: np.ndarray, how: dict) -> dict[str, np.ndarray]:
+    """Kinds of motions in closed form: of those without a period, by their largest Lyapunov exponent.
+
+    Parameters
+    ----------
+    cells : Cells
+    period : (m,) ndarray
+        0 if the motion does not repeat itself, as far as is known.
+    start : (m, 4) ndarray
+        Where each of them goes on; nan where it cannot.
+    """
+    found = unknown_kinds(len(cells))
+    found["kind"][:] = np.where(period > 0, CellKind.PERIODIC, CellKind.UNDECIDED)
+    found["kind_period"][:] = period
+
+    def follow(i: int) -> None:
+        state = start[i]
+        for periods in FOLLOWED:
+            options = {"initial": state, "periods": periods, "cancelled": how["cancelled"]}
+            followed = lyapunov(cells.system_of(i), cells.eta[i], cells.method_of(i), **options)
+            if len(followed.section) < periods:  # no derivative: an impact grazes
+                return
+            found["lyapunov"][i], found["lyapunov_error"][i] = followed.exponent, followed.error
+            settled, state = period_of(followed.section[-SETTLED:]), followed.section[-1]
+            kind = CellKind.PERIODIC if settled else _CODES[classify(followed)[0]]
+            found["kind"][i], found["kind_period"][i] = kind, settled
+            if kind is not CellKind.UNDECIDED:
+                return
+
+    with ThreadPoolExecutor(how["threads"]) as pool:
+        list(pool.map(follow, np.flatnonzero((period == 0) & np.isfinite(start).all(axis=1))))
+    return found
+
+
+def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, is_band: np.ndarray, how) -> np.ndarray:
+    """Whether the band of each section shrinks with the step: (m,) of bool.
+
+    Beside a limit that does not repeat itself one smaller step suffices; towards a periodic one the step is made
+    smaller until the band has clearly shrunk.
+    """
+    shrinks = np.zeros(len(cells), bool)
+    open_cells = np.flatnonzero(is_band & (limit["kind"] != CellKind.UNDECIDED))
+    for factor in FINER_LOCATED if cells.method.located else FINER:
+        steps = factor * cells.steps_each()[open_cells]
+        open_cells, steps = open_cells[steps <= STEPS_RANGE[1]], steps[steps <= STEPS_RANGE[1]]
+        if not len(open_cells):
+            break
+        some = _selected(cells, open_cells, steps)
+        runs = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
+        finer = _widths(runs.section, limit["kind_period"][open_cells])
+        shrinks[open_cells] = runs.ok & (finer < SHRUNK * widths[open_cells])
+        periodic = limit["kind"][open_cells] == CellKind.PERIODIC
+        open_cells = open_cells[periodic & runs.ok & ~shrinks[open_cells]]
+    return shrinks
+
+
+def _selected(cells: Cells, chosen: np.ndarray, steps: np.ndarray) -> Cells:
+    """Some of the cells, with other steps."""
+    own = {name: getattr(cells, name) for name in ("eta", "stiffness", "damping", "initial")}
+    own = {name: None if array is None else array[chosen] for name, array in own.items()}
+    system = cells.system if isinstance(cells.system, System) else [cells.system[i] for i in chosen]
+    return replace(cells, system=system, method=replace(cells.method, every_step=False), steps=steps, **own)
+
+
+def _widths(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Width of the band of each section about the points of its cycle, (m,); nan for a cycle too long to see."""
+    rows = sections.shape[1]
+    return np.array(
+        [
+            band_width(section, max(int(p), 1)) if 2 * p <= rows else np.nan
+            for section, p in zip(sections, periods, strict=True)
+        ]
+    )

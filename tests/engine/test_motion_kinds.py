@@ -1,0 +1,66 @@
+"""Kinds of motion of the cells of a bifurcation diagram, against the full judgement of single motions."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import COORDINATES, Cancelled, ExactPenalty, Newmark, Reference, System, motion
+from vibroscope.engine.sweeps import EtaStudy
+from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, known_kinds
+
+SYSTEM = System()
+NAMES = {CellKind.PERIODIC: "periodic", CellKind.QUASI_PERIODIC: "quasi-periodic", CellKind.CHAOTIC: "chaotic"}
+
+
+def study_of(method, values, **more):
+    choices = {"values": np.array(values, float), "coordinates": COORDINATES} | more
+    return EtaStudy(SYSTEM, method, 2.76, 1000, 48, **choices)
+
+
+def judged(study):
+    """The kinds of all cells, and how many of them needed further runs."""
+    values = study.compute()
+    kinds = known_kinds(study, values)
+    chosen = np.flatnonzero(kinds["kind"] == CellKind.UNKNOWN)
+    for name, array in judge_cells(study, values, chosen).items():
+        kinds[name][chosen] = array
+    return kinds, len(chosen)
+
+
+def test_scatter_of_the_step_and_chaos_are_told_apart_as_for_a_single_motion():
+    eta = [1.08, 1.70, 2.76, 3.25]
+    method = Newmark(12000, 18, 2000)
+    kinds, runs = judged(study_of(method, eta))
+    assert runs >= 3
+    for i, value in enumerate(eta):
+        found = motion(SYSTEM, value, method)
+        kind = CellKind(kinds["kind"][i])
+        assert (kind is CellKind.ARTEFACT) == (found.step_noise > 0), value
+        assert NAMES.get(CellKind.PERIODIC if kind is CellKind.ARTEFACT else kind) == found.type
+        assert kinds["kind_period"][i] == found.period
+    assert CellKind.CHAOTIC in kinds["kind"]
+    assert (kinds["kind"] == CellKind.ARTEFACT).sum() >= 2
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(12000, 18)])
+def test_motions_in_closed_form_are_judged_by_their_exponent(method):
+    kinds, runs = judged(study_of(method, [1.70, 2.76]))
+    assert runs == 1
+    assert kinds["kind"].tolist() == [CellKind.CHAOTIC, CellKind.PERIODIC]
+    full = motion(SYSTEM, 1.70, method)
+    assert abs(kinds["lyapunov"][0] - full.lyapunov) < 4 * np.hypot(kinds["lyapunov_error"][0], full.lyapunov_error)
+    assert np.isnan(kinds["lyapunov"][1])
+
+
+def test_over_the_steps_the_scatter_goes_and_the_motion_stays():
+    study = study_of(Newmark(12000, 18, 300), [300, 2000, 8000], over="steps")
+    kinds, _ = judged(study)
+    assert set(kinds["kind"].tolist()) == {CellKind.ARTEFACT}
+    assert set(kinds["kind_period"].tolist()) == {1}
+
+
+def test_cells_that_ended_early_need_no_run_and_a_cancelled_judgement_raises():
+    study = study_of(Newmark(12000, 18, 2000), [1.70, 2.76])
+    values = study.compute()
+    values["status"][1] = 1
+    assert known_kinds(study, values)["kind"].tolist() == [CellKind.UNKNOWN, CellKind.ENDED_EARLY]
+    with pytest.raises(Cancelled):
+        judge_cells(study, values, np.array([0]), cancelled=lambda: True)
