@@ -89,8 +89,9 @@ QUEUE = Gauge("vibroscope_queue", "Jobs that wait or run: figures, studies, sear
 WAITED = Durations("vibroscope_wait_seconds", "Time from submitting a job to its start")
 SOLVED = Durations("vibroscope_solve_seconds", "Time of both solvers for one setting, cached results included")
 EXPLAINED = Durations("vibroscope_explain_seconds", "Time to explain one difference, cached explanations included")
+JUDGED = Durations("vibroscope_judge_seconds", "Time to find the kinds of both motions of one setting")
 BUILT = Durations("vibroscope_open_seconds", "Time to open a session")
-_ALL = (REQUESTS, REFUSED, OPENED, SESSIONS, QUEUE, WAITED, SOLVED, EXPLAINED, BUILT)
+_ALL = (REQUESTS, REFUSED, OPENED, SESSIONS, QUEUE, WAITED, SOLVED, EXPLAINED, JUDGED, BUILT)
 
 
 def exposition() -> str:

@@ -2,7 +2,8 @@
 
 From rest its cells come in a coarse-to-fine order. A continued diagram has no coarse picture that could be refined: how
 far a motion can be followed depends on how far apart the cells are. So a coarse study is run from end to end for a
-preview, and then the study itself.
+preview, and then the study itself. Once a diagram is complete, the cells that do not repeat themselves are judged
+(:mod:`engine.sweeps.motion_kinds`): is it chaos, a torus, or an artefact of the time step?
 """
 
 from __future__ import annotations
@@ -14,12 +15,24 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine import COORDINATES, Method, System
-from vibroscope.engine.sweeps import COARSEST, MISSING, EtaStudy, RunOptions, empty_values, grow
+from vibroscope.engine.sweeps import (
+    COARSEST,
+    MISSING,
+    CellKind,
+    EtaStudy,
+    RunOptions,
+    empty_values,
+    grow,
+    judge_cells,
+    known_kinds,
+    unknown_kinds,
+)
 
 COUNT = 480  # values of η
 TRANSIENT, SAMPLE = 1000, 48
 # What one update sends is bounded: so many points are drawn at most, and so many of what it is compared with.
 MOST_POINTS, MOST_BESIDE = 4200, 1500
+JUDGED_AT_ONCE = 24  # cells; each such part is a partial result
 _EQUAL = 1e-5  # points nearer than this share of the picture's height are one
 
 
@@ -49,16 +62,18 @@ class DiagramQuestion(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PartialDiagram:
-    """A diagram so far: the values of its study, and those of the preview of a continued one."""
+    """A diagram so far: the values of its study, those of the preview of a continued one, and the judged kinds."""
 
     question: DiagramQuestion
     values: dict[str, np.ndarray]
     preview: dict[str, np.ndarray] | None = None
+    judged: dict[str, np.ndarray] | None = None
 
     @property
     def share(self) -> float:
-        """Of all cells that are done; a preview does not count."""
-        return float((self.values["status"] != MISSING).mean())
+        """Of all cells that are computed, and whose kind is known, on average; a preview does not count."""
+        computed = self.values["status"] != MISSING
+        return float(0.5 * (computed.mean() + (computed & (self.kinds["kind"] != CellKind.UNKNOWN)).mean()))
 
     @cached_property
     def _shown(self) -> dict[str, np.ndarray]:
@@ -87,6 +102,20 @@ class PartialDiagram:
         """Period of the motion, (COUNT,): 0 if it does not repeat itself, nan where none is known."""
         return np.where(self.known & ~self.ended, self._shown["period"], np.nan)
 
+    @cached_property
+    def kinds(self) -> dict[str, np.ndarray]:
+        """Kind of motion of each cell as far as it is known: see `engine.sweeps.motion_kinds.KIND_VARIABLES`."""
+        found = known_kinds(self.question.study(), self._shown)
+        for name, array in (self.judged or {}).items():
+            found[name] = np.where(self.judged["kind"] != CellKind.UNKNOWN, array, found[name])
+        return found
+
+    @property
+    def open_cells(self) -> np.ndarray:
+        """The computed cells whose kind is not known yet, from coarse to fine."""
+        missing = np.flatnonzero((self.kinds["kind"] == CellKind.UNKNOWN) & self.known)
+        return missing[np.argsort(-(missing & -missing), kind="stable")]
+
     @property
     def impacts(self) -> np.ndarray:
         """Impacts per period, (COUNT,), nan where nothing is known."""
@@ -96,13 +125,21 @@ class PartialDiagram:
         """A coordinate at τ ≡ 0 mod T, (COUNT, SAMPLE), nan where nothing is known."""
         return self._shown[coordinate]
 
-    def points(self, coordinate: str, most: int | None = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
-        """η and the coordinate at τ ≡ 0 mod T, each motion's points once; at most so many (None: all)."""
+    def points(
+        self, coordinate: str, most: int | None = MOST_POINTS, artefacts: bool | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The swept number and the coordinate at τ ≡ 0 mod T, each motion's points once; at most so many (None: all).
+
+        ``artefacts`` chooses the cells whose scatter the time step causes, or (False) the others.
+        """
         values = np.sort(self.section(coordinate), axis=1)
         height = np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf)
         distinct = np.isfinite(values)
         distinct[:, 1:] &= np.diff(values, axis=1) > _EQUAL * height
-        row, column = np.nonzero(distinct if most is None else _thinned(distinct, most))
+        chosen = distinct if most is None else _thinned(distinct, most)
+        if artefacts is not None:
+            chosen &= ((self.kinds["kind"] == CellKind.ARTEFACT) == artefacts)[:, None]
+        row, column = np.nonzero(chosen)
         return self.question.axis[row], values[row, column]
 
     def data(self) -> dict[str, object]:
@@ -111,18 +148,30 @@ class PartialDiagram:
             "direction": self.question.direction,
             "eta": self.question.axis[self.known],
             "period": self.period[self.known],
+            "kind": kind_names(self.kinds["kind"][self.known]),
+            "period_without_scatter": self.kinds["kind_period"][self.known],
+            "lyapunov": self.kinds["lyapunov"][self.known],
+            "lyapunov_error": self.kinds["lyapunov_error"][self.known],
             "impacts_per_period": self.impacts[self.known],
             **{name: self.section(name)[self.known] for name in COORDINATES},
         }
 
-    def stretches(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Intervals of η with one period: left, right, period; −1 where the run ended early."""
+    def stretches(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Intervals with one kind of motion and one period: left, right, period without scatter, `CellKind`."""
         known = np.flatnonzero(self.known)
-        eta = self.question.axis[known]
-        edges = np.concatenate([eta[:1], 0.5 * (eta[1:] + eta[:-1]), eta[-1:]])
-        period = np.where(self.ended[known], -1, np.nan_to_num(self.period[known]))
-        begin = np.flatnonzero(np.diff(period, prepend=np.nan) != 0)
-        return edges[begin], np.append(edges[begin[1:]], edges[-1:]), period[begin]
+        at = self.question.axis[known]
+        edges = np.concatenate([at[:1], 0.5 * (at[1:] + at[:-1]), at[-1:]])
+        kind, period = self.kinds["kind"][known], self.kinds["kind_period"][known]
+        changes = (np.diff(kind, prepend=kind[:1] - 1) != 0) | (np.diff(period, prepend=period[:1] - 1) != 0)
+        begin = np.flatnonzero(changes)
+        return edges[begin], np.append(edges[begin[1:]], edges[-1:]), period[begin], kind[begin]
+
+
+def kind_names(kinds: np.ndarray) -> np.ndarray:
+    """`CellKind` as words for files: "chaotic", "step artefact"."""
+    names = {CellKind.ARTEFACT: "step artefact", CellKind.QUASI_PERIODIC: "quasi-periodic"}
+    names = {kind: names.get(kind, kind.name.lower().replace("_", " ")) for kind in CellKind}
+    return np.array([names[CellKind(kind)] for kind in kinds.tolist()])
 
 
 def _thinned(chosen: np.ndarray, most: int) -> np.ndarray:
@@ -139,11 +188,25 @@ def grow_diagram(
 ) -> Iterator[PartialDiagram]:
     """Partial results of the diagram, from ``last`` on; raises `Cancelled`."""
     study, options = question.study(), RunOptions(cancelled=cancelled)
-    values, preview = (last.values, last.preview) if last else (empty_values(study), None)
+    values, preview, judged = (last.values, last.preview, last.judged) if last else (empty_values(study), None, None)
     if study.sequential:
         coarse = replace(study, values=study.values[question.preview_cells])
         for partial in grow(coarse, options, picture=True, known=preview):
             preview = partial.values()
-            yield PartialDiagram(question, values, preview)
+            yield PartialDiagram(question, values, preview, judged)
     for partial in grow(study, options, picture=True, known=values):
-        yield PartialDiagram(question, partial.values(), preview)
+        result = PartialDiagram(question, partial.values(), preview, judged)
+        yield result
+    yield from _judged(study, result, cancelled)
+
+
+def _judged(study: EtaStudy, result: PartialDiagram, cancelled: Callable[[], bool]) -> Iterator[PartialDiagram]:
+    """The complete diagram with more and more kinds of motion."""
+    cells = result.open_cells
+    judged = result.judged or unknown_kinds(study.cells)
+    for begin in range(0, len(cells), JUDGED_AT_ONCE):
+        chosen = cells[begin : begin + JUDGED_AT_ONCE]
+        judged = {name: array.copy() for name, array in judged.items()}
+        for name, array in judge_cells(study, result.values, chosen, cancelled=cancelled).items():
+            judged[name][chosen] = array
+        yield replace(result, judged=judged)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.studies.plane import PartialPlane
+from vibroscope.engine.sweeps import CellKind
 
 VEIL = "#F5F5F5"  # stripes over what lies below a limit: the classes there are the dark ones
 # The first classes of the palette: colours that `theme.js` knows, in light and dark.
@@ -29,6 +30,17 @@ PERIODS = (
     ("above 8", "#882255"),
 )
 _PERIOD_EDGES = (1, 2, 3, 4, 5, 9)
+
+
+# Kinds of motion that do not repeat themselves, as the strip of the bifurcation diagram shows them: name, colour.
+KINDS = {
+    CellKind.UNKNOWN: ("aperiodic, being judged", "#C6CDD4"),
+    CellKind.ARTEFACT: ("artefact of the time step", "#EFE7D3"),
+    CellKind.QUASI_PERIODIC: ("quasi-periodic", "#56B4E9"),
+    CellKind.CHAOTIC: ("chaotic", "#D55E00"),
+    CellKind.UNDECIDED: ("aperiodic, not decided", PERIODS[0][1]),
+    CellKind.ENDED_EARLY: ("ended early", "#FFFFFF"),
+}
 
 
 def period_class(period: np.ndarray) -> np.ndarray:

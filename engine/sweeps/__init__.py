@@ -23,6 +23,7 @@ from .codes import MISSING
 from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
 from .growth import Partial, RunOptions, grow, run
 from .memory import empty_values
+from .motion_kinds import CellKind, judge_cells, known_kinds, unknown_kinds
 from .plane_study import PlaneStudy
 from .progress import Progress
 from .step_study import SCHEMES, StepStudy
@@ -38,6 +39,7 @@ __all__ = [
     "MISSING",
     "OVER",
     "SCHEMES",
+    "CellKind",
     "EtaStudy",
     "Partial",
     "PlaneStudy",
@@ -47,10 +49,13 @@ __all__ = [
     "empty_values",
     "grow",
     "grow_cached",
+    "judge_cells",
+    "known_kinds",
     "nearest_known",
     "sweep_eta",
     "sweep_plane",
     "sweep_step",
+    "unknown_kinds",
 ]
 
 

@@ -25,7 +25,7 @@ def judged(study):
     return kinds, len(chosen)
 
 
-def test_scatter_of_the_step_and_chaos_are_told_apart_as_for_a_single_motion():
+def test_scatter_of_the_step_is_distinguished_from_chaos_as_for_a_single_motion():
     eta = [1.08, 1.70, 2.76, 3.25]
     method = Newmark(12000, 18, 2000)
     kinds, runs = judged(study_of(method, eta))

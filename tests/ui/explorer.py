@@ -72,6 +72,11 @@ class Explorer:
         self.page.locator(".lines[data-pending=false]").wait_for()
         return self
 
+    def judged(self):
+        """Wait until the kinds of both motions are known."""
+        self.page.locator('.line.penalty[data-kind]:not([data-kind=""])').wait_for()
+        return self
+
     def moved(self, act):
         """Do ``act`` and wait for its update."""
         before = self.update()

@@ -124,3 +124,17 @@ def test_axes_carry_symbols_and_units(visit):
     labels = json.dumps([explorer.figure(name)["labels"] for name in FIGURES], ensure_ascii=False)
     for symbol in ("ξ₁ / base amplitude", "ξ₁′", "ξ₂′", "τ/T", "λ", "∫λ dτ", "η = Ω/ω₁", "base amplitude"):
         assert symbol in labels
+
+
+def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(visit):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000").judged()
+    badge = explorer.page.locator(".line.penalty .kind strong")
+    assert badge.text_content() == "period 1, scattered by the time step"
+    assert badge.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "dashed"
+    badge.click()
+    explorer.page.get_by_text("The scatter is an artefact").wait_for()
+    explorer.moved(lambda: explorer.type("eta", "1.71"))
+    assert badge.text_content() == "kind of motion: being found …"  # not that of the setting before
+    explorer.judged()
+    assert badge.text_content() == "chaotic"
+    assert badge.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "solid"

@@ -107,7 +107,7 @@ def at_rest(explorer, view):
         wait_until(lambda: page.evaluate(CLAIMS_UNDER_WAY) == 0, 200, "the claims in view")
     elif "tab=" not in view.query:
         explorer.until(DIAGRAM_FITS, 120)
-        explorer.explained()
+        explorer.explained().judged()
     elif "tab=help" not in view.query:
         complete(explorer, 200)
     explorer.settle()

@@ -16,15 +16,35 @@ from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Explorer, Setting
 from vibroscope.app.page.shared.figure import BLUE, FONT, GREY, INK, VERMILLION, empty_source, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, TRANSIENT, PartialDiagram
-from vibroscope.app.studies.cell_classes import PERIODS, period_class
+from vibroscope.app.studies.bifurcation import (
+    MOST_BESIDE,
+    MOST_POINTS,
+    SAMPLE,
+    TRANSIENT,
+    PartialDiagram,
+    kind_names,
+)
+from vibroscope.app.studies.cell_classes import KINDS, PERIODS, period_class
 from vibroscope.engine import Newmark, Reference, System
+from vibroscope.engine.sweeps import CellKind
 
 SYMBOLS = {"xi1": "ξ₁", "v1": "ξ₁′", "xi2": "ξ₂", "v2": "ξ₂′"}
 # Bokeh's hatch, and what the key in `study.css` calls it: colour is not the only sign.
-HATCHES = (" ", " ", "horizontal_line", "dot", "cross", "right_diagonal_line", "left_diagonal_line")
-PATTERNS = ("", "", "lines", "dots", "grid", "slant", "back")
-_ENDED = ("ended early", "#FFFFFF", "diagonal_cross", "cross")
+_PERIOD_HATCHES = (
+    (" ", ""),
+    (" ", ""),
+    ("horizontal_line", "lines"),
+    ("dot", "dots"),
+    ("cross", "grid"),
+    ("right_diagonal_line", "slant"),
+    ("left_diagonal_line", "back"),
+)
+_KIND_HATCHES = {
+    CellKind.ARTEFACT: ("vertical_line", "bars"),
+    CellKind.QUASI_PERIODIC: ("ring", "rings"),
+    CellKind.ENDED_EARLY: ("diagonal_cross", "cross"),
+}
+_PLAIN = (" ", "")
 _DIRECTION = {"rest": "from rest", "up": "upwards", "down": "downwards"}
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
 _ETA = Explorer.param["eta"].softbounds
@@ -38,9 +58,10 @@ class BifurcationView:
         self.ranges = {"eta": OwnedRange(*_ETA), "value": OwnedRange(-10, 10)}
         self._drawn: tuple[str, str] | None = None  # solver and coordinate
         self.points = {solver: empty_source(f"bifurcation_{solver}", "eta", "value") for solver in _COLOURS}
+        self.artefacts = empty_source("bifurcation_artefacts", "eta", "value")
         self.other = empty_source("bifurcation_other", "eta", "value")
         self.strip_source = ColumnDataSource(
-            {name: [] for name in ("left", "right", "colour", "hatch", "period")}, name="bifurcation_periods"
+            {name: [] for name in ("left", "right", "colour", "hatch", "period", "kind")}, name="bifurcation_periods"
         )
         self.figure = self._cloud()
         self.strip = self._strip()
@@ -61,6 +82,8 @@ class BifurcationView:
         for solver, colour in _COLOURS.items():
             glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
             plot.scatter("eta", "value", source=self.points[solver], **glyph)
+        hollow = {"marker": "circle", "size": 4.2, "fill_color": None, "line_color": VERMILLION, "line_alpha": 0.45}
+        plot.scatter("eta", "value", source=self.artefacts, **hollow)
         self._scenes = [  # the paper's η, which mean nothing for another system
             Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted")
             for scene in scenes().values()
@@ -136,14 +159,15 @@ class BifurcationView:
         for line in self._scenes:
             line.visible = result.question.system == System()
         self._title(result)
-        values = _columns(result, coordinate)
+        values, scattered = (_columns(result, coordinate, artefacts=chosen) for chosen in (False, True))
         none = dict.fromkeys(values, values["eta"][:0])
         drawn = "reference" if isinstance(result.question.method, Reference) else "penalty"
         for solver, source in self.points.items():
             write(source, values if solver == drawn else none)
+        write(self.artefacts, scattered)
         write(self.other, none if other is None else _columns(other, coordinate, MOST_BESIDE))
         fresh = self._drawn != (drawn, coordinate)
-        self.ranges["value"].follow([values["value"]], fresh=fresh, complete=result.share >= 1)
+        self.ranges["value"].follow([values["value"], scattered["value"]], fresh=fresh, complete=result.share >= 1)
         self._drawn = drawn, coordinate
         self._write_strip(result)
 
@@ -153,16 +177,15 @@ class BifurcationView:
         self.figure.title.text = f"{name_of(question.method)} {_DIRECTION[question.direction]}, {periods}"
 
     def _write_strip(self, result: PartialDiagram) -> None:
-        left, right, period = result.stretches()
-        kinds = np.where(period < 0, len(PERIODS), period_class(period))
-        colours = [colour for _, colour in PERIODS] + [_ENDED[1]]
-        hatches = [*HATCHES, _ENDED[2]]
+        left, right, period, kind = result.stretches()
+        looks = [_look(*each) for each in zip(period.tolist(), kind.tolist(), strict=True)]
         self.strip_source.data = {
             "left": left.astype(np.float32),
             "right": right.astype(np.float32),
-            "colour": [colours[kind] for kind in kinds],
-            "hatch": [hatches[kind] for kind in kinds],
+            "colour": [colour for colour, _ in looks],
+            "hatch": [hatch for _, hatch in looks],
             "period": period.astype(np.float32),
+            "kind": kind_names(kind).tolist(),
         }
 
     def on_tap(self, event: Tap) -> None:
@@ -178,15 +201,25 @@ def name_of(method) -> str:
     return "Reference" if isinstance(method, Reference) else "Exact penalty"
 
 
+def _look(period: int, kind: int) -> tuple[str, str]:
+    """Colour and hatch of a stretch."""
+    if kind != CellKind.PERIODIC:
+        return KINDS[kind][1], _KIND_HATCHES.get(kind, _PLAIN)[0]
+    place = int(period_class(period))
+    return PERIODS[place][1], _PERIOD_HATCHES[place][0]
+
+
 def legend() -> list[list[str]]:
-    """Colour, name and pattern of each period."""
-    rows = [
-        [colour, text if text == "aperiodic" else f"period {text}", pattern]
-        for (text, colour), pattern in zip(PERIODS, PATTERNS, strict=True)
+    """Colour, name and pattern of each period, and of each kind of motion without one."""
+    periods = [
+        [colour, f"period {text}", pattern]
+        for (text, colour), (_, pattern) in list(zip(PERIODS, _PERIOD_HATCHES, strict=True))[1:]
     ]
-    return [*rows, [_ENDED[1], _ENDED[0], _ENDED[3]]]
+    return periods + [[colour, text, _KIND_HATCHES.get(kind, _PLAIN)[1]] for kind, (text, colour) in KINDS.items()]
 
 
-def _columns(result: PartialDiagram, coordinate: str, most: int = MOST_POINTS) -> dict[str, np.ndarray]:
-    eta, value = result.points(coordinate, most)
+def _columns(
+    result: PartialDiagram, coordinate: str, most: int = MOST_POINTS, artefacts: bool | None = None
+) -> dict[str, np.ndarray]:
+    eta, value = result.points(coordinate, most, artefacts)
     return {"eta": eta.astype(np.float32), "value": value.astype(np.float32)}

@@ -17,9 +17,11 @@ from vibroscope.app.studies.bifurcation import (
     DiagramQuestion,
     PartialDiagram,
     grow_diagram,
+    kind_names,
 )
 from vibroscope.app.studies.study_job import RESULTS
 from vibroscope.engine import COORDINATES, ExactPenalty, Method
+from vibroscope.engine.sweeps import CellKind
 
 _DIRECTION_NAMES = {"rest": "from rest", "up": "continued upwards", "down": "continued downwards"}
 _SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
@@ -35,7 +37,7 @@ class Bifurcation(StudyTab):
     axes = {"eta": LINEAR, "value": LINEAR}  # noqa: RUF012 - read only
     pictures = (
         Figure("bifurcation", "Bifurcation diagram", "A coordinate at τ ≡ 0 (mod T) over the excitation frequency η."),
-        Figure("bifurcation_strip", "Periods over η", "Period of the motion over η: the colours of the page's key."),
+        Figure("bifurcation_strip", "Kinds of motion over η", "Period and kind of the motion over η: the page's key."),
     )
 
     def build(self) -> pn.viewable.Viewable:
@@ -56,7 +58,8 @@ class Bifurcation(StudyTab):
             ],
             "limits": [],
             "hint": "Drag the line, click, or use the slider to set η. A zoom is computed anew at its own range. "
-            "In grey, once computed: the other direction (motions coexist where they differ), or the reference.",
+            "Hollow points are scatter that the time step causes. In grey, once computed: the other direction (motions "
+            "coexist where they differ), or the reference.",
             "cursor": {
                 "figure": "bifurcation",
                 "span": "bifurcation_cursor",
@@ -86,7 +89,8 @@ class Bifurcation(StudyTab):
     def table(self, name: str) -> list[Series]:
         """All points of the diagram, also of what is drawn in grey; or the stretches of η with one period."""
         if name == "bifurcation_strip":
-            columns = dict(zip(("from_eta", "to_eta", "period"), self.result.stretches(), strict=True))
+            columns = dict(zip(("from_eta", "to_eta", "period", "kind"), self.result.stretches(), strict=True))
+            columns["kind"] = kind_names(columns["kind"])
             return [Series(_label(self.result.question), columns)]
         other, coordinate = _compared(self._result_setting, self.result.question), self.panel.chosen["coordinate"]
         return [_points(result, coordinate) for result in (self.result, other) if result is not None]
@@ -145,17 +149,49 @@ def statements(setting: Setting, result: PartialDiagram) -> list[list[str]]:
     lines = []
     if low <= setting.eta <= high:
         lines.append([f"Near η = {axis[nearest]:.4g}", _motion(result, nearest)])
-    periods = result.period[known]
-    share = {n: 100 * (periods == n).mean() for n in (1, 2, 0)}
-    text = f"From η = {low:g} to {high:g}: period one in {share[1]:.0f} %, two in {share[2]:.0f} %, "
-    text += f"no period found in {share[0]:.0f} % of the values"
-    ended = int(result.ended.sum())
-    return [*lines, ["The whole range", f"{text}; {ended} ended early." if ended else f"{text}."]]
+    return [*lines, [f"From η = {low:g} to {high:g}", f"{'; '.join(_shares(result, known))}."]]
+
+
+_SHARES = {  # a kind of motion as the statement names it
+    CellKind.ARTEFACT: "periodic but scattered by the time step",
+    CellKind.QUASI_PERIODIC: "quasi-periodic",
+    CellKind.CHAOTIC: "chaotic",
+    CellKind.UNDECIDED: "aperiodic, kind not decided",
+    CellKind.UNKNOWN: "aperiodic, being judged",
+    CellKind.ENDED_EARLY: "ended early",
+}
+
+
+def _shares(result: PartialDiagram, known: np.ndarray) -> list[str]:
+    """Which kinds of motion there are, and how much of the range they take."""
+    kind, period = result.kinds["kind"][known], result.kinds["kind_period"][known]
+    periodic = kind == CellKind.PERIODIC
+    parts = {f"period {n}": periodic & (period == n) for n in (1, 2)}
+    parts["longer periods"] = periodic & (period > 2)
+    parts |= {name: kind == code for code, name in _SHARES.items()}
+    return [f"{name} {_percent(float(cells.mean()))}" for name, cells in parts.items() if cells.any()]
 
 
 def _motion(result: PartialDiagram, index: int) -> str:
     if result.ended[index]:
         return "the run ended early."
-    period = result.period[index]
-    kind = f"period {period:.0f}" if period else "does not repeat itself"
-    return f"{kind}, impacts per period {result.impacts[index]:.3g}."
+    impacts = f"impacts per period {result.impacts[index]:.3g}"
+    return f"{kind_text(result, index)}, {impacts}."
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %" if share >= 0.005 else "below 1 %"
+
+
+def kind_text(result: PartialDiagram, index: int) -> str:
+    """Kind of motion of a cell, with its evidence."""
+    kind, period = CellKind(result.kinds["kind"][index]), result.kinds["kind_period"][index]
+    if kind is CellKind.PERIODIC:
+        return f"period {period}"
+    if kind is CellKind.ARTEFACT:
+        return f"period {period} without a time step; the scatter is an artefact of the step"
+    if kind is CellKind.UNKNOWN:
+        return "does not repeat itself (kind being judged)"
+    exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
+    rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if np.isfinite(exponent) else ""
+    return f"{_SHARES[kind]}{rate}"

@@ -32,13 +32,25 @@ export function render({ model }) {
   return root;
 }
 
+// One solution: period, impacts and contact; and, once it is known, the kind of its motion with the evidence.
 function line(root, name, title) {
   const box = element("section", `line ${name}`);
   const text = element("p");
-  box.append(element("h2", "", title), text);
+  const kind = element("details", "kind");
+  const head = element("summary");
+  const badge = element("strong");
+  const evidence = element("p");
+  head.append(badge);
+  kind.append(head, evidence);
+  box.append(element("h2", "", title), text, kind);
   root.append(box);
   return (content) => {
     text.textContent = content[name] ?? "computing …";
+    const [code, words, why] = content.kinds?.[name] ?? ["", "kind of motion: being found …", ""];
+    box.dataset.kind = code;
+    badge.textContent = words;
+    evidence.textContent = why;
+    kind.hidden = content[name] === undefined;
   };
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import param
 from vibroscope.app.explorer.explanation import Description, Explanation
+from vibroscope.app.explorer.motion_kind import Kinds
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 
@@ -18,11 +19,15 @@ class Findings(Component):
     _esm = script("shared/dom", "explore/findings")
     _stylesheets = [style("explore/findings")]  # noqa: RUF012 - Panel reads it from the class
 
-    def update(self, description: Description, explanation: Explanation | None) -> None:
-        """Show a new description; until its explanation is known, the previous one stays, greyed."""
+    def update(self, description: Description, explanation: Explanation | None, kinds: Kinds | None) -> None:
+        """Show a new description; until its explanation is known, the previous one stays, greyed.
+
+        Kinds of motion that are not known yet are not shown.
+        """
         # lists, as the browser's side has them
         cost = [list(chip) for chip in description.cost]
         new = {"reference": description.reference, "penalty": description.penalty, "cost": cost}
+        new["kinds"] = {name: list(kind) for name, kind in (kinds or {}).items()}
         if explanation is None:
             new = self.content | new | {"pending": True}
         else:

@@ -10,6 +10,7 @@ from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import Description, Explanation, describe, paragraphs
 from vibroscope.app.explorer.link import LINEAR
+from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
 from vibroscope.app.explorer.present import WINDOW, Columns, present, unit_factor
 from vibroscope.app.explorer.scenes import scene_key
 from vibroscope.app.explorer.state import Setting
@@ -23,6 +24,7 @@ from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.page.explore.force import ForceView
 from vibroscope.app.page.explore.map_source import MapPoints, MapSource
 from vibroscope.app.page.explore.mechanism import Mechanism
+from vibroscope.app.page.explore.motion_judge import MotionJudge
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.explore.pinned import PinnedResult
 from vibroscope.app.page.explore.suggest import Suggester
@@ -67,6 +69,8 @@ class Explore(Tab):
         super().__init__(host)
         self._queue = JobQueue(prepare_in_worker(host.call_later, _prepare, self._push, self._fail))
         self._explainer = Explainer(host, lambda: self._visible, self._show_explanation)
+        self._judge = MotionJudge(host, self._show_kinds)
+        self._kinds: Kinds | None = None
         self._pinned = PinnedResult(host, self._draw_pinned)
         self._map = MapSource(host, self._redraw_map)
         self._explanation: Explanation | None = None
@@ -121,6 +125,7 @@ class Explore(Tab):
         self._visible = True
         self._fresh |= move.fresh
         self._explainer.withdraw()
+        self._judge.withdraw()
         self._suggester.follow(move.setting)
         self._queue.submit(move.number, move.setting)
 
@@ -132,13 +137,14 @@ class Explore(Tab):
     def hide(self) -> None:
         """Another tab was opened: what is still computed will not be drawn."""
         self._visible = False
+        self._judge.withdraw()
         self._suggester.withdraw()
         self._map.withdraw()
 
     def close(self) -> None:
         """The session has ended."""
         self._map.withdraw()
-        for part in (self._queue, self._explainer, self._pinned, self._suggester):
+        for part in (self._queue, self._explainer, self._judge, self._pinned, self._suggester):
             part.close()
 
     # -- files to take away ------------------------------------------------------------
@@ -168,7 +174,7 @@ class Explore(Tab):
 
     def words(self) -> dict[str, str]:
         """The text of the findings."""
-        return paragraphs(self._result.description, self._explanation)
+        return with_kinds(paragraphs(self._result.description, self._explanation), self._kinds)
 
     def shown_setting(self) -> Setting | None:
         """The last setting that could be computed."""
@@ -210,6 +216,7 @@ class Explore(Tab):
         self.eta_map.update(setting, self._map.follow(setting), fresh=fresh)
         amplitude = unit_factor("displacement", setting)
         self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=amplitude)
+        self._kinds = self._judge.follow(setting)
         self._update_findings(self._explainer.follow(setting))
 
     def _draw_pinned(self, columns: dict[str, Columns] | None) -> None:
@@ -221,15 +228,20 @@ class Explore(Tab):
             with pn.io.hold(self.host.doc):  # in one message
                 self._update_findings(explanation)
 
+    def _show_kinds(self, kinds: Kinds) -> None:
+        self._kinds = kinds
+        self.findings.update(self._result.description, self._explanation, kinds)
+
     def _update_findings(self, explanation: Explanation | None) -> None:
         self._explanation = explanation
-        self.findings.update(self._result.description, explanation)
+        self.findings.update(self._result.description, explanation, self._kinds)
         self.displacement.explain(explanation.series if explanation else {}, self._result.setting)
         if explanation is not None:  # only then, so that a screen reader reads one summary for each result
             self.host.summarise(self._summary_text())
 
     def _summary_text(self) -> str:
-        return " ".join(f"{head}: {text}" for head, text in self.words().items())
+        texts = paragraphs(self._result.description, self._explanation)
+        return " ".join(f"{head}: {text}" for head, text in texts.items())
 
     # -- the map over η ----------------------------------------------------------------
 

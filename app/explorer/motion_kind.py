@@ -1,0 +1,139 @@
+"""Kind of motion of each run: periodic, quasi-periodic, chaotic, or scattered by the time step. No panel import.
+
+`engine.motion` decides it by further runs, which take from some tenths of a second to some seconds. So the kind comes
+after the curves and after the explanation, in a thread of low priority, and is given up after `SECONDS`.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from vibroscope.app.explorer.explanation import sentence
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.job import lower_priority
+from vibroscope.app.runtime.workers import Workers, pool
+from vibroscope.engine import Cancelled, Method, Motion, System, motion
+
+SECONDS = 20.0  # for one motion
+_CACHE = Cache(200)  # by system, η and method
+ARTEFACT = "artefact"  # a periodic motion with scatter that the time step causes
+
+
+class MotionKind(NamedTuple):
+    """A kind of motion in words.
+
+    Attributes
+    ----------
+    kind : str
+        A `Kind` of the engine, or `ARTEFACT`.
+    name, evidence : str
+    """
+
+    kind: str
+    name: str
+    evidence: str
+
+
+_NAMES = {
+    "quasi-periodic": "quasi-periodic",
+    "chaotic": "chaotic",
+    "diverged": "blown up",
+    "undecided": "kind not decided",
+}
+Kinds = dict[str, MotionKind]  # of "reference" and "penalty"
+
+
+def kind_threads() -> Workers:
+    """The thread that judges motions of single settings, behind everything else."""
+    return pool("kind of motion", 1, lower_priority)
+
+
+def known_kinds(setting: Setting) -> Kinds | None:
+    """The kinds of both motions if they are known, else None; nothing is computed."""
+    found = {name: _CACHE.get(key) for name, key in _keys(setting).items()}
+    return None if None in found.values() else found
+
+
+def judge_motions(setting: Setting, cancelled: Callable[[], bool]) -> Kinds:
+    """The kinds of both motions; raises `engine.Cancelled` if ``cancelled()``."""
+    return {name: _CACHE.get(key) or _judge(key, cancelled) for name, key in _keys(setting).items()}
+
+
+def with_kinds(texts: dict[str, str], kinds: Kinds | None) -> dict[str, str]:
+    """The paragraphs of an explanation with the kinds of both motions, as far as they are known."""
+    added = {
+        name.capitalize(): f" {sentence(kind.name)} {kind.evidence}".rstrip() for name, kind in (kinds or {}).items()
+    }
+    return {head: text + added.get(head, "") for head, text in texts.items()}
+
+
+def _keys(setting: Setting) -> dict[str, tuple[System, float, Method]]:
+    methods = {"reference": setting.reference, "penalty": setting.penalty}
+    return {name: (setting.system, setting.eta, method) for name, method in methods.items()}
+
+
+def _judge(key: tuple[System, float, Method], cancelled: Callable[[], bool]) -> MotionKind:
+    end = time.monotonic() + SECONDS
+    try:
+        found = describe_kind(motion(*key, cancelled=lambda: cancelled() or time.monotonic() > end))
+    except Cancelled:
+        if cancelled():
+            raise
+        found = MotionKind("undecided", _NAMES["undecided"], f"{SECONDS:.0f} s of computing did not decide it.")
+    _CACHE.put(key, found)
+    return found
+
+
+def describe_kind(found: Motion) -> MotionKind:
+    """The kind of a motion, and its evidence."""
+    kind = str(found.type)
+    if found.step_noise > 0:
+        widths = ", ".join(f"±{width:.2g} at T/{steps}" for steps, width in found.bands)
+        period = _period(found.period)
+        return MotionKind(
+            ARTEFACT,
+            f"{period}, scattered by the time step",
+            f"The scatter is an artefact: it shrinks with the step ({widths}). Without a time step the motion has "
+            f"{period}.{_multiplier(found)}",
+        )
+    if kind == "periodic":
+        return MotionKind(kind, _period(found.period), _multiplier(found).strip())
+    if kind == "chaotic":
+        return MotionKind(
+            kind,
+            _NAMES[kind],
+            f"Neighbouring motions separate by a factor of {math.exp(found.lyapunov):.3g} each period "
+            f"({_exponent(found)}); this is motion, not scatter.",
+        )
+    if kind == "quasi-periodic":
+        return MotionKind(
+            kind,
+            _NAMES[kind],
+            f"A second frequency, {found.rotation:.4f} of the excitation's, never fits into it ({_exponent(found)}).",
+        )
+    return MotionKind(kind, _NAMES[kind], sentence(found.reason))
+
+
+def _period(period: int) -> str:
+    return f"period {period}"
+
+
+def _multiplier(found: Motion) -> str:
+    """The largest Floquet multiplier and the nearest bifurcation; "" if the multipliers are not known."""
+    if not len(found.multipliers):
+        return ""
+    largest = float(np.abs(found.multipliers).max())
+    near = f"; nearest bifurcation: {found.bifurcation}, {found.margin:.2g} away" if found.bifurcation else ""
+    over = "each period" if found.period == 1 else f"in {found.period} periods"
+    if largest < 1:
+        return f" A disturbance is multiplied by {largest:.2g} {over} (largest Floquet multiplier{near})."
+    return f" A disturbance does not die away (largest Floquet multiplier {largest:.3g}{near})."
+
+
+def _exponent(found: Motion) -> str:
+    return f"largest Lyapunov exponent {found.lyapunov:+.3g} ± {found.lyapunov_error:.1g} per period"
