@@ -39,6 +39,7 @@ def test_a_field_takes_what_its_slider_does_not_reach(visit):
     assert explorer.typed("K").input_value() == "120000"
     assert explorer.figure("plane_penalty")["x"] == [10, 1e6]  # the mark is in view
     explorer.open_tab("Explore")
+    assert explorer.figure("diagram")["x"] == [0.5, 4]
     explorer.moved(lambda: explorer.type("D", "0"))
     explorer.wait_for_address(D="0", K="120000")
     assert float(explorer.slider("D").input_value()) == -1

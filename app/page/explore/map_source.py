@@ -18,7 +18,7 @@ from vibroscope.app.studies.bifurcation import DiagramQuestion, PartialDiagram, 
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import Reference, System
 
-ETA = Explorer.param["eta"].bounds
+ETA = Explorer.param["eta"].softbounds
 _REST = 400  # ms without another system before its diagram is computed
 
 

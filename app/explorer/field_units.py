@@ -1,0 +1,106 @@
+"""The numbers of the setting as people see and type them: without dimension, or in the units that are chosen.
+
+The setting itself is always in the numbers of the model. With units, η is shown as the frequency f = ηω₁/(2π), K and D
+as spring K m₁ω₁² and damper 2D m₁ω₁, and ε as a speed. ω₁, m₁ and A define the units, and have one of their own always.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+from vibroscope.app.explorer.state import SHARES, Explorer, Setting, print_number
+from vibroscope.engine import Units
+
+_QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity"}
+_LABELS = {"eta": ("f", "excitation frequency"), "D": ("2D", "penalty damper")}  # in units: other quantities than η, D
+_DEFINING = {"omega1": "angular_frequency", "m1": "mass", "amplitude": "displacement"}
+# Units that may be typed, in SI units; as `plain_unit` writes them.
+_TYPED = {
+    "frequency": {"Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / math.pi, "1/s": 0.5 / math.pi},
+    "angular_frequency": {"1/s": 1.0, "rad/s": 1.0, "Hz": 2 * math.pi, "kHz": 2e3 * math.pi},
+    "stiffness": {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
+    "damping": {"Ns/m": 1.0, "kg/s": 1.0, "kNs/m": 1e3, "Ns/mm": 1e3, "kNs/mm": 1e6},
+    "velocity": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3},
+    "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
+    "displacement": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+}
+_SPACING = str.maketrans(dict.fromkeys(" ·⋅*.") | {"µ": "u", "μ": "u"})
+_DIGITS = 6  # of a number that was converted: as many as a field has room for
+
+
+class ShownField(NamedTuple):
+    """How a number of the setting is shown.
+
+    Attributes
+    ----------
+    label, hint, unit : str
+        Symbol, name and unit beside the field.
+    factor : float
+        The number shown is this times the one of the setting.
+    typed : dict of str to float
+        What one of each unit that may be typed is worth in the setting, as `plain_unit` writes it; "" for none.
+    """
+
+    label: str
+    hint: str
+    unit: str
+    factor: float
+    typed: dict[str, float]
+
+    def number(self, value: float) -> str:
+        """A number of the setting as a text in the field."""
+        return print_number(value) if self.factor == 1 else print_number(float(f"{self.factor * value:.{_DIGITS}g}"))
+
+    def words(self, value: float) -> str:
+        """Symbol, number and unit, as in "K = 2.5e+06 N/m"."""
+        number = self.number(value) if self.factor == 1 else f"{self.factor * value:.4g}"
+        return f"{self.label} = {number}{self.unit and f' {self.unit}'}"
+
+
+def shown_field(name: str, setting: Setting) -> ShownField:
+    """How the number ``name`` of a setting is shown."""
+    rule = Explorer.param[name]
+    if name in _DEFINING:
+        return _defining_field(name, rule, setting)
+    share = {"%": 0.01} if name in SHARES else {}
+    if setting.scale is None:
+        return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share})
+    if name not in _QUANTITIES:
+        ratio = {"Hz": 2 * math.pi / setting.omega1} if name in ("kappa", "kappa3") else {}  # as the frequency it gives
+        return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share, **ratio})
+    quantity = _QUANTITIES[name]
+    label, hint = _LABELS.get(name, (rule.label, rule.doc))
+    factor = setting.scale.factor(quantity)
+    one = replace(setting.scale, system="si").factor(quantity)
+    return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **_sizes(quantity, one)})
+
+
+def _defining_field(name: str, rule, setting: Setting) -> ShownField:
+    """ω₁ in 1/s; m₁ and A in the chosen units, and in kg and mm where none are."""
+    quantity = _DEFINING[name]
+    kept = {"mass": 1.0, "displacement": 1e-3}.get(quantity, 1.0)  # the unit of the setting, in SI units
+    units = Units(system="mm-t-s" if setting.scale is None and name == "amplitude" else _system(setting))
+    unit = units.unit(quantity)
+    sizes = _sizes(quantity, kept)
+    return ShownField(rule.label, rule.doc, unit, 1 / sizes[unit], {"": sizes[unit], **sizes})
+
+
+def _system(setting: Setting) -> str:
+    return "si" if setting.scale is None else setting.scale.system
+
+
+def _sizes(quantity: str, one: float) -> dict[str, float]:
+    return {unit: size / one for unit, size in _TYPED[quantity].items()}
+
+
+def plain_unit(text: str) -> str:
+    """A unit as typed, without spaces and points between its parts."""
+    return text.translate(_SPACING)
+
+
+def seconds_of(unit: str) -> float | None:
+    """A typed unit of time in seconds; None if it is none."""
+    return _TYPED["time"].get(unit)
