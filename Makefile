@@ -19,7 +19,7 @@ help:
 	@echo "make bench      measure costs and errors"
 	@echo "make lint       check style and who may import whom"
 	@echo "make snapshots  renew the pictures and data the tests compare with"
-	@echo "make diagram    renew the bifurcation diagrams in assets/"
+	@echo "make diagram    renew the results in assets/ that the page opens with"
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
 	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx, curl; openssl)"

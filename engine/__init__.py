@@ -1,99 +1,74 @@
-"""Vibroscope's engine: solves one vibro-impact problem with an impact law and with penalty contact, and compares."""
+"""Vibroscope's engine: solves one vibro-impact problem with an impact law and with penalty contact, and compares.
 
-from .batch import run_cells
-from .cells import STATUSES, CellResults, Cells
-from .divergence.compare import PARTS, Comparison, compare
-from .divergence.contact import equal_restitution_damping
-from .divergence.regularisation import Regularisation
-from .divergence.verdict import Verdict, verdict
-from .drivers.code_cache import cache_root
-from .measurement.comparison import MeasuredComparison, Solved, compare_measured
-from .measurement.fit import FITTED, Fit, fit
-from .measurement.measurement import Measurement
-from .measurement.measurement_file import measurement_text, read_measurement
-from .measurement.synthetic import synthetic_measurement
-from .measurement.verdict import measured_verdict
+What one run needs is imported with the package; everything else when its name is first asked for, since a command that
+solves one problem would otherwise spend a third of its time with importing studies, searches and measurements.
+"""
+
+from importlib import import_module
+
 from .methods import CONTACT_LAWS, ExactPenalty, Method, Newmark, Reference
 from .model import System
-from .motions.attractors import Attractor, attractors
-from .motions.lyapunov import Lyapunov, lyapunov
-from .motions.motion import Motion, motion
-from .motions.steady import Steady, steady
-from .recommendation.recommend import Recommendation, design_curve, recommend
-from .result import Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
+from .result import STATUSES, Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
+
+# The module has the name of the function: imported later, it would take the function's place here.
 from .simulate import simulate
-from .sweeps import COORDINATES, DIRECTIONS, OVER, Progress, sweep_eta, sweep_plane, sweep_step
-from .sweeps.axis import spaced
-from .sweeps.diagrams import Diagram, diagram, ship_diagrams
-from .system_file import SystemFile, parse_system, read_system, system_text, toml_tables
-from .units import QUANTITIES, Units
+
+# By module: the names that are imported when they are first asked for.
+_LATER = {
+    "batch": ("run_cells",),
+    "cells": ("CellResults", "Cells"),
+    "compilation": ("CompileProgress", "compile_kernels", "is_compiled"),
+    "divergence.compare": ("PARTS", "Comparison", "compare"),
+    "divergence.contact": ("equal_restitution_damping",),
+    "divergence.regularisation": ("Regularisation",),
+    "divergence.verdict": ("Verdict", "verdict"),
+    "drivers.code_cache": ("cache_root", "is_cache_private"),
+    "measurement.comparison": ("MeasuredComparison", "Solved", "compare_measured"),
+    "measurement.fit": ("FITTED", "Fit", "fit"),
+    "measurement.measurement": ("Measurement",),
+    "measurement.measurement_file": ("measurement_text", "read_measurement"),
+    "measurement.synthetic": ("synthetic_measurement",),
+    "measurement.verdict": ("measured_verdict",),
+    "motions.attractors": ("Attractor", "attractors"),
+    "motions.lyapunov": ("Lyapunov", "lyapunov"),
+    "motions.motion": ("Motion", "motion"),
+    "motions.steady": ("Steady", "steady"),
+    "recommendation.recommend": ("Recommendation", "design_curve", "recommend"),
+    "sweeps": ("COORDINATES", "DIRECTIONS", "OVER", "Progress", "sweep_eta", "sweep_plane", "sweep_step"),
+    "sweeps.axis": ("spaced",),
+    "sweeps.diagrams": ("Diagram", "diagram", "ship_diagrams"),
+    "system_file": ("SystemFile", "parse_system", "read_system", "system_text", "toml_tables"),
+    "units": ("QUANTITIES", "Units"),
+}
+_HOME = {name: module for module, names in _LATER.items() for name in names}
 
 __all__ = [
     "CONTACT_LAWS",
-    "COORDINATES",
-    "DIRECTIONS",
-    "FITTED",
-    "OVER",
-    "PARTS",
-    "QUANTITIES",
     "STATUSES",
-    "Attractor",
     "Cancelled",
-    "CellResults",
-    "Cells",
     "Checkpoint",
-    "Comparison",
     "Cost",
-    "Diagram",
     "ExactPenalty",
-    "Fit",
     "Impacts",
-    "Lyapunov",
-    "MeasuredComparison",
-    "Measurement",
     "Method",
-    "Motion",
     "Newmark",
-    "Progress",
-    "Recommendation",
     "Record",
     "Reference",
-    "Regularisation",
     "Response",
-    "Solved",
     "Status",
-    "Steady",
     "System",
-    "SystemFile",
     "Trajectory",
-    "Units",
-    "Verdict",
-    "attractors",
-    "cache_root",
-    "compare",
-    "compare_measured",
-    "design_curve",
-    "diagram",
-    "equal_restitution_damping",
-    "fit",
-    "lyapunov",
-    "measured_verdict",
-    "measurement_text",
-    "motion",
-    "parse_system",
-    "read_measurement",
-    "read_system",
-    "recommend",
-    "run_cells",
-    "ship_diagrams",
     "simulate",
-    "spaced",
-    "steady",
-    "sweep_eta",
-    "sweep_plane",
-    "sweep_step",
-    "synthetic_measurement",
-    "system_text",
-    "toml_tables",
-    "verdict",
 ]
+__all__ += sorted(_HOME)
+
+
+def __getattr__(name: str):
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f".{_HOME[name]}", __name__), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

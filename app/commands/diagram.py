@@ -1,4 +1,4 @@
-"""``vibroscope diagram``: the bifurcation diagrams that are shipped."""
+"""``vibroscope diagram``: the results that are shipped: bifurcation diagrams, and what the page opens with."""
 
 import argparse
 
@@ -8,13 +8,16 @@ from vibroscope.engine import ship_diagrams
 def add(commands) -> None:
     """``vibroscope diagram``."""
     command = commands.add_parser(
-        "diagram", help="recompute the bifurcation diagrams that are shipped (some ten seconds)"
+        "diagram",
+        help="recompute the results that the page opens with and that are shipped (some ten seconds)",
     )
-    command.add_argument("--write", action="store_true", required=True, help="write them into assets/diagrams")
+    command.add_argument("--write", action="store_true", required=True, help="write them into assets")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Compute the shipped diagrams again and write them."""
-    for path in ship_diagrams():
+    """Compute what is shipped again and write it."""
+    from vibroscope.app.explorer.shipped import ship_opening
+
+    for path in (*ship_diagrams(), ship_opening()):
         print(path)

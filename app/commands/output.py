@@ -4,6 +4,10 @@ import math
 import sys
 from collections.abc import Callable
 
+from vibroscope.engine import CompileProgress
+
+_BAR = 20  # characters
+
 
 def note(text: str) -> None:
     """Print a remark on stderr, so that it is no part of the output."""
@@ -29,3 +33,19 @@ def progress_line(text: Callable[[float], str], end: float) -> Callable[[float],
         print(f"\r{text(done)}", end="\n" if done >= end else "", file=sys.stderr, flush=True)
 
     return show
+
+
+def show_compilation(progress: CompileProgress | None) -> None:
+    """Print how far the compilation is as a bar on one line of the terminal, which the next line overwrites.
+
+    None: it is over.
+    """
+    if sys.stderr.isatty():
+        text = "" if progress is None else compilation_text(progress)
+        print(f"\x1b[K{text}", end="\r", file=sys.stderr, flush=True)
+
+
+def compilation_text(progress: CompileProgress) -> str:
+    """How far the compilation is, short enough for a terminal."""
+    done = round(_BAR * progress.share)
+    return f"Compiling, once: [{'#' * done}{'.' * (_BAR - done)}] {100 * progress.share:3.0f} % {progress.what}"

@@ -44,10 +44,14 @@ def run(options: argparse.Namespace) -> int:
     chosen = from_environment(given=given)
     settings.use_settings(chosen)
 
+    from vibroscope.app.commands.output import show_compilation
     from vibroscope.app.explorer import compute
+    from vibroscope.app.runtime.compilation import compilation
 
     gc.disable()  # importing makes a million objects and no garbage; collecting would take half a second
     compute.warm()
+    if chosen.log_format == "text":
+        compilation.watch(show_compilation)
     from vibroscope.app.server.server import serve
 
     gc.freeze()

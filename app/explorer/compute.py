@@ -18,6 +18,7 @@ from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.workers import workers
 from vibroscope.engine import (
     Cancelled,
@@ -147,8 +148,9 @@ def _tail(trajectory: Trajectory, intervals: int, stride: int) -> Trajectory:
 
 
 def warm() -> None:
-    """Compile or load the kernels and cache the runs of the opening scene, before the first visitor comes."""
-    workers().submit(compute_runs, opening_setting())
+    """Cache the runs of the opening scene before the first visitor comes; compile the kernels if that is not done."""
+    compilation.start()
+    compilation.when_done(lambda: workers().submit(compute_runs, opening_setting()))
 
 
 # ---- the requests of one session ------------------------------------------------------------------------------------
@@ -201,7 +203,7 @@ class JobQueue:
             if self._busy or self._closed:
                 return
             self._busy = True
-        self._pool.submit(self._work)
+        compilation.when_done(lambda: self._pool.submit(self._work))
 
     def withdraw(self) -> None:
         """Drop the job that waits; one that runs goes on."""

@@ -15,8 +15,7 @@ import numpy as np
 from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.job import lower_priority
-from vibroscope.app.runtime.workers import Workers, pool
+from vibroscope.app.runtime.workers import Workers, lower_priority, pool
 from vibroscope.engine import Cancelled, Method, Motion, System, motion
 
 SECONDS = 20.0  # for one motion

@@ -10,8 +10,8 @@ from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Setting, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.job import Job, lower_priority
-from vibroscope.app.runtime.workers import Workers, pool
+from vibroscope.app.runtime.job import Job
+from vibroscope.app.runtime.workers import Workers, lower_priority, pool
 from vibroscope.engine import Recommendation, Reference, System, recommend
 from vibroscope.engine.recommendation.recommend import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE
 

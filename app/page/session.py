@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from functools import partial
 from typing import ClassVar
 
 import panel as pn
@@ -25,6 +26,8 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS, TabArea
 from vibroscope.app.page.take_away import TakeAway, offered_figures, read_upload
 from vibroscope.app.page.updates import SessionLoop, UpdateChannel
+from vibroscope.app.runtime.compilation import compilation
+from vibroscope.engine import CompileProgress
 
 
 class Session:
@@ -52,6 +55,7 @@ class Session:
             component.on_msg(lambda event: route(self, event.data))
         self.tab_area = TabArea(self, self._address.check_soon)
         self._open_tab(opening.tab, opening.view)
+        self._follow_compilation()
         self._answer(self.move, 0)
         self._waits_for_page = not self.tab_area.tab.show_if_ready(Move(self.move, self.setting))
 
@@ -128,6 +132,15 @@ class Session:
             self.report_error(f"The file was not accepted: {error}")
         else:
             self.set(texts)
+
+    # -- the solvers, on a first start -------------------------------------------------
+
+    def _follow_compilation(self) -> None:
+        self._show_compilation(compilation.progress)
+        compilation.watch(lambda progress: self.call_later(partial(self._show_compilation, progress)))
+
+    def _show_compilation(self, progress: CompileProgress | None) -> None:
+        self.header.compiling = {} if progress is None else progress._asdict()
 
     # -- to the open tab ---------------------------------------------------------------
 

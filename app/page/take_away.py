@@ -14,8 +14,7 @@ from vibroscope.app.export.formats import as_csv, as_json, as_toml, join_parts, 
 from vibroscope.app.export.report import as_report
 from vibroscope.app.page.tab import Tab, TabHost
 from vibroscope.app.runtime import logs
-from vibroscope.app.runtime.job import lower_priority
-from vibroscope.app.runtime.workers import pool
+from vibroscope.app.runtime.workers import lower_priority, pool
 
 File = dict[str, str]  # name, type (of media), text
 

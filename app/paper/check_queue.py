@@ -8,15 +8,15 @@ from collections.abc import Callable
 
 from vibroscope.app.paper import CLAIMS, Finding
 from vibroscope.app.runtime import logs
-from vibroscope.app.runtime.job import lower_priority
-from vibroscope.app.runtime.workers import pool
+from vibroscope.app.runtime.compilation import compilation
+from vibroscope.app.runtime.workers import lower_priority, pool
 
 Deliver = Callable[[str, Finding | Exception], None]
 
 
 def _submit(job: Callable, *arguments) -> None:
     """Run a job in a thread of lower priority than those of the sliders."""
-    pool("paper", 1, lower_priority).submit(job, *arguments)
+    compilation.when_done(lambda: pool("paper", 1, lower_priority).submit(job, *arguments))
 
 
 class CheckQueue:

@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 import logging
-import os
-import sys
 import threading
 from abc import ABC, abstractmethod
 
 from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.workers import Workers
 from vibroscope.engine import Cancelled
-
-_NICE = 10  # added to the niceness of background threads; on Linux each thread has its own
-
-
-def lower_priority() -> None:
-    """Give this thread, and those that it starts, a lower priority than the solvers of the figures (on Linux)."""
-    if sys.platform == "linux":
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
 
 
 class Job(ABC):
@@ -47,7 +38,7 @@ class Job(ABC):
         """Report that the work failed."""
 
     def _begin(self, threads: Workers) -> None:
-        threads.submit(self._work)
+        compilation.when_done(lambda: threads.submit(self._work))
 
     def _work(self) -> None:
         if self.cancelled:

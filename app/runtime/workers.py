@@ -5,6 +5,8 @@ Every pool is created here, so that a server that stops knows which jobs are sti
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +16,7 @@ from vibroscope.app.runtime import metrics
 from vibroscope.app.runtime.settings import current_settings
 
 _SOLVER = "solver"
+_NICE = 10  # added to the niceness of background threads; on Linux each thread has its own
 
 
 class Workers(ThreadPoolExecutor):
@@ -87,6 +90,12 @@ def background_worker() -> Workers:
 def jobs() -> int:
     """Number of figures that wait for a thread or are being solved."""
     return _pools[_SOLVER].jobs if _SOLVER in _pools else 0
+
+
+def lower_priority() -> None:
+    """Give this thread, and those that it starts, a lower priority than the solvers of the figures (on Linux)."""
+    if sys.platform == "linux":
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
 
 
 def shut_down(seconds: float) -> int:

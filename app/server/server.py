@@ -23,6 +23,7 @@ from vibroscope.app.explorer import compute
 from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.page.page import TITLE
 from vibroscope.app.runtime import logs, settings
+from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.files import ASSETS
 from vibroscope.app.runtime.settings import Settings
 from vibroscope.app.runtime.workers import jobs, shut_down, workers
@@ -31,6 +32,7 @@ from vibroscope.app.server.admission import TOKEN_SECONDS, Admission, page_or_ap
 from vibroscope.app.server.housekeeping import limit_cache, trim_cache
 from vibroscope.app.server.security import SecurityHeaders
 from vibroscope.app.server.websocket import SessionSocket, without_default_port
+from vibroscope.engine import CompileProgress
 
 _MOST_MESSAGE_BYTES = 1 << 18  # the page sends a few hundred bytes at a time
 # Control characters, escaped or not: file functions fail on some of them in ways of their own.
@@ -146,6 +148,7 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
         logs.event("no such setting", logging.WARNING, name=name)
     limit_cache(chosen.cache_mb)
     compute.warm()
+    compilation.watch(_LogCompilation())
     load_diagram("table")
     gc.freeze()  # imported objects stay: each full collection would visit them, for 0.1 to 0.3 s
     server = Server(chosen)
@@ -161,11 +164,27 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
         server.io_loop.start()
     finally:
         server.stop(wait=False)
+        compilation.stop()
     unfinished = shut_down(_CANCEL_SECONDS)
     if unfinished:  # jobs that cannot be cancelled: the interpreter would wait for them without a limit
         logs.event("left unfinished", logging.WARNING, jobs=unfinished)
         logging.shutdown()
         os._exit(0)
+
+
+class _LogCompilation:
+    """Logs which solver is being compiled, once each."""
+
+    def __init__(self) -> None:
+        self._begun = time.monotonic()
+        self._what = ""
+
+    def __call__(self, progress: CompileProgress | None) -> None:
+        if progress is None:
+            logs.event("compiled", seconds=time.monotonic() - self._begun)
+        elif progress.what != self._what:
+            self._what = progress.what
+            logs.event("compiling", what=progress.what)
 
 
 def _finish_on_signals(server: Server) -> None:

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.job import Job, lower_priority
-from vibroscope.app.runtime.workers import Workers, pool
+from vibroscope.app.runtime.job import Job
+from vibroscope.app.runtime.workers import Workers, lower_priority, pool
 
 THREADS = 4  # studies that run at the same time, of all sessions
 SECONDS = 180.0  # of one study, unless its user says "go on"

@@ -20,6 +20,7 @@ from .axis import ascending_values
 from .batches import COARSEST, nearest_known
 from .cache import cached_dataset, grow_cached
 from .codes import MISSING
+from .digest import engine_digest
 from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
 from .growth import Partial, RunOptions, grow, run
 from .memory import empty_values
@@ -47,6 +48,7 @@ __all__ = [
     "RunOptions",
     "StepStudy",
     "empty_values",
+    "engine_digest",
     "grow",
     "grow_cached",
     "judge_cells",

@@ -14,6 +14,7 @@ const UNEQUAL = "No number: the two motions do not stay in phase, so only their 
 export function render({ model }) {
   const root = element("div", "lines");
   const lines = [
+    shippedMark(root),
     verdict(root),
     bar(root),
     line(root, "reference", "Reference (exact impacts)"),
@@ -30,6 +31,13 @@ export function render({ model }) {
   model.on("content", draw);
   draw();
   return root;
+}
+
+function shippedMark(root) {
+  const mark = element("p", "shipped", "Shipped result");
+  mark.title = "Computed when this version was made; this machine's own result replaces it as soon as its solvers are compiled";
+  root.append(mark);
+  return ({ shipped }) => { mark.hidden = !shipped; };
 }
 
 // One solution: period, impacts and contact; and, once it is known, the kind of its motion with the evidence.

@@ -19,14 +19,17 @@ class Findings(Component):
     _esm = script("shared/dom", "explore/findings")
     _stylesheets = [style("explore/findings")]  # noqa: RUF012 - Panel reads it from the class
 
-    def update(self, description: Description, explanation: Explanation | None, kinds: Kinds | None) -> None:
+    def update(
+        self, description: Description, explanation: Explanation | None, kinds: Kinds | None, *, shipped: bool = False
+    ) -> None:
         """Show a new description; until its explanation is known, the previous one stays, greyed.
 
-        Kinds of motion that are not known yet are not shown.
+        Kinds of motion that are not known yet are not shown. ``shipped``: all this comes with the package and was not
+        computed on this machine.
         """
         # lists, as the browser's side has them
         cost = [list(chip) for chip in description.cost]
-        new = {"reference": description.reference, "penalty": description.penalty, "cost": cost}
+        new = {"reference": description.reference, "penalty": description.penalty, "cost": cost, "shipped": shipped}
         new["kinds"] = {name: list(kind) for name, kind in (kinds or {}).items()}
         if explanation is None:
             new = self.content | new | {"pending": True}

@@ -13,6 +13,7 @@ from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
 from vibroscope.app.explorer.present import WINDOW, Columns, present, unit_factor
 from vibroscope.app.explorer.scenes import scene_key
+from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.tables import DIFFERENCE, FIGURES, difference_table, figure_table
@@ -46,6 +47,7 @@ class _Result:
     setting: Setting
     columns: dict[str, Columns]
     description: Description
+    shipped: Explanation | None = None  # of a result that comes with the package
 
 
 def _prepare(runs: RunPair) -> _Result:
@@ -112,13 +114,17 @@ class Explore(Tab):
 
     def show_if_ready(self, move: Move) -> bool:
         """Send a cached result with the page itself, which saves a round trip."""
-        runs = cached_runs(move.setting)
-        if runs is None:
-            return False
         self._visible = True
-        self._suggester.follow(move.setting)
-        self._push(move.number, _prepare(runs))
-        return True
+        runs = cached_runs(move.setting)
+        if runs is not None:
+            self._suggester.follow(move.setting)
+            self._push(move.number, _prepare(runs))
+            return True
+        ready = self._push_shipped(move)
+        if ready:
+            self._suggester.follow(move.setting)
+            self._queue.submit(move.number, move.setting)
+        return ready
 
     def show(self, move: Move) -> None:
         """Compute and draw."""
@@ -127,6 +133,7 @@ class Explore(Tab):
         self._explainer.withdraw()
         self._judge.withdraw()
         self._suggester.follow(move.setting)
+        self._push_shipped(move)
         self._queue.submit(move.number, move.setting)
 
     def summary(self, setting: Setting) -> str:
@@ -186,6 +193,14 @@ class Explore(Tab):
 
     # -- a result ----------------------------------------------------------------------
 
+    def _push_shipped(self, move: Move) -> bool:
+        """Show a shipped result until this machine has computed its own; returns whether there is one."""
+        shipped = shipped_result(move.setting)
+        if shipped is not None:
+            result = _Result(move.setting, shipped.columns, shipped.description, shipped.explanation)
+            self._push(move.number, result)
+        return shipped is not None
+
     def _push(self, move: int, result: _Result) -> None:
         if self._visible:
             self.host.push(move, partial(self._write, result))
@@ -216,8 +231,8 @@ class Explore(Tab):
         self.eta_map.update(setting, self._map.follow(setting), fresh=fresh)
         amplitude = unit_factor("displacement", setting)
         self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=amplitude)
-        self._kinds = self._judge.follow(setting)
-        self._update_findings(self._explainer.follow(setting))
+        self._kinds = None if result.shipped else self._judge.follow(setting)
+        self._update_findings(result.shipped or self._explainer.follow(setting))
 
     def _draw_pinned(self, columns: dict[str, Columns] | None) -> None:
         for view in self._views:
@@ -234,7 +249,8 @@ class Explore(Tab):
 
     def _update_findings(self, explanation: Explanation | None) -> None:
         self._explanation = explanation
-        self.findings.update(self._result.description, explanation, self._kinds)
+        shipped = self._result.shipped is not None
+        self.findings.update(self._result.description, explanation, self._kinds, shipped=shipped)
         self.displacement.explain(explanation.series if explanation else {}, self._result.setting)
         if explanation is not None:  # only then, so that a screen reader reads one summary for each result
             self.host.summarise(self._summary_text())

@@ -14,7 +14,7 @@ export function render({ model }) {
     button("?", "Keys and help (?)", () => keys.open()),
   );
   bar.append(title, tabList(model), tools);
-  root.append(bar, question(model), errorLine(model), summary(model), keys.element);
+  root.append(bar, question(model), compilationLine(model), errorLine(model), summary(model), keys.element);
   shortcuts(keys, takeAway);
   const adaptFigures = () => { darken(); adaptToTouch(); adaptToNarrowPage(); };
   model.on("tab", () => whenDrawn(root, adaptFigures)); // another tab has other figures
@@ -85,6 +85,28 @@ function question(model) {
 }
 
 // ---- errors, and the summary for screen readers ---------------------------------------------------------------------
+
+// On a first start the solvers are compiled, which takes a minute or two; until then moves wait.
+function compilationLine(model) {
+  const line = element("div", "compiling");
+  const text = element("p");
+  const bar = element("progress");
+  bar.setAttribute("aria-label", "Solvers compiled");
+  text.setAttribute("role", "status");
+  text.textContent = "First start: the solvers are being compiled for this machine. Until then the page shows what "
+    + "was shipped with it; the figures follow your moves as soon as this is done.";
+  line.append(text, bar, element("span", "what"));
+  const draw = () => {
+    const { share, what } = model.compiling;
+    line.hidden = share === undefined;
+    if (line.hidden) return;
+    bar.value = share;
+    line.lastChild.textContent = what;
+  };
+  model.on("compiling", draw);
+  draw();
+  return line;
+}
 
 function errorLine(model) {
   const line = element("div", "error");

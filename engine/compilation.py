@@ -1,0 +1,79 @@
+"""Compilation of all kernels ahead of their first use: in what order, how far it is, and whether it has been done.
+
+A kernel is compiled when it is first called, once for each processor and each version of the sources; the machine code
+is kept in the cache folder. All of them together take a minute or two, most of it in two or three kernels, into which
+everything is inlined that they call. So progress is counted in compiled functions, not in kernels.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+from .batch import run_cells
+from .cells import Cells
+from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
+from .methods import ExactPenalty, Newmark, Reference
+from .model import System
+from .motions.steady import steady
+from .simulate import simulate
+
+
+class CompileProgress(NamedTuple):
+    """How far the compilation is.
+
+    Attributes
+    ----------
+    share : float
+        0 to 1; of the functions that may have to be compiled.
+    what : str
+        Which solver is being compiled.
+    """
+
+    share: float
+    what: str
+
+
+_NEWMARK = Newmark(2500.0, 8.0, 2000)
+_RUNS = {  # what is called, by what it solves; the solvers that the explorer opens with come first
+    "reference": Reference(),
+    "Newmark": _NEWMARK,
+    "exact penalty": ExactPenalty(2500.0, 8.0),
+    "Newmark, located": replace(_NEWMARK, located=True),
+    "Newmark, every step": replace(_NEWMARK, every_step=True),
+}
+_BATCHES = ("reference", "Newmark", "exact penalty")
+
+
+def is_compiled() -> bool:
+    """Whether `compile_kernels` has been through with these sources, on this processor and with this Numba."""
+    return complete_mark().exists()
+
+
+def compile_kernels(report: Callable[[CompileProgress], None] | None = None) -> None:
+    """Compile every kernel, or load it from the cache; ``report`` is called whenever a function is ready."""
+    functions, ready, solver = compilable_functions(), set(), ""
+
+    def count(function: str | None) -> None:
+        ready.update(functions & {function})
+        if report is not None:
+            report(CompileProgress(len(ready) / len(functions), solver))
+
+    with CompileListener(count):
+        for name, call in _calls():
+            solver = name
+            count(None)
+            call()
+    if report is not None:
+        report(CompileProgress(1.0, solver))
+    mark = complete_mark()
+    if mark.parent.exists():
+        mark.touch()
+
+
+def _calls():
+    for name, method in _RUNS.items():
+        yield name, lambda method=method: simulate(System(), 1.08, method, periods=2, keep=1)
+    yield "steady motions", lambda: steady(System(), 1.08, Reference())
+    for name in _BATCHES:
+        cells = Cells(System(), [1.08], _RUNS[name])
+        yield f"{name}, for studies", lambda cells=cells: run_cells(cells, transient=1, sample=2)

@@ -1,0 +1,142 @@
+"""Compilation beside the server: who hears of it, what waits for it, and that it ends with the server."""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+
+import pytest
+from vibroscope.app.commands.output import compilation_text, show_compilation
+from vibroscope.app.explorer.scenes import opening_setting
+from vibroscope.app.page.explore import tab as explore
+from vibroscope.app.page.tab import Move
+from vibroscope.app.runtime import compilation as module
+from vibroscope.app.runtime.compilation import Compilation
+from vibroscope.engine import CompileProgress
+
+from .fakes import Document, FakeHost
+
+HALF, ALL = CompileProgress(0.5, "reference"), CompileProgress(1.0, "Newmark")
+
+
+def printing(*progress, then=""):
+    lines = "".join(f"print({json.dumps(json.dumps(one))}, flush=True);" for one in progress)
+    return [sys.executable, "-c", f"import time; {lines} {then}"]
+
+
+@pytest.fixture
+def nothing_compiled(monkeypatch):
+    monkeypatch.setattr(module, "is_compiled", lambda: False)
+    monkeypatch.setattr(module, "is_cache_private", lambda: False)
+
+
+def ended(compilation):
+    """Wait until everybody has been called."""
+    done = threading.Event()
+    compilation.watch(lambda progress: progress is None and done.set())
+    assert done.wait(20)
+
+
+def test_everything_waits_until_all_is_compiled_and_hears_how_far_it_is(nothing_compiled, tmp_path):
+    gate = tmp_path / "gate"
+    os.mkfifo(gate)
+    compilation = Compilation(printing(HALF, ALL, then=f"open({str(gate)!r})"))
+    heard, done, half = [], [], threading.Event()
+    compilation.start()
+    compilation.watch(lambda progress: (heard.append(progress), progress == ALL and half.set()))
+    compilation.when_done(lambda: done.append(compilation.progress))
+    assert half.wait(20)
+    assert (done, compilation.progress) == ([], ALL)
+    gate.open("w").close()  # lets the process end
+    ended(compilation)
+    assert heard[-3:] == [HALF, ALL, None]
+    assert done == [None]
+    compilation.when_done(lambda: done.append("at once"))
+    assert done == [None, "at once"]
+
+
+def test_nothing_is_started_where_all_is_compiled(monkeypatch):
+    monkeypatch.setattr(module, "is_compiled", lambda: True)
+    compilation = Compilation(["no such command"])
+    compilation.start()
+    assert compilation.progress is None
+
+
+@pytest.mark.parametrize("command", [["no such command"], [sys.executable, "-c", "raise SystemExit(3)"]])
+def test_a_compilation_that_fails_holds_nobody_up(nothing_compiled, command):
+    compilation, done = Compilation(command), threading.Event()
+    compilation.start()
+    compilation.when_done(done.set)
+    assert done.wait(20)
+
+
+def test_a_server_that_stops_ends_it_and_nobody_is_called(nothing_compiled):
+    compilation, begun, called = Compilation(printing(HALF, then="time.sleep(60)")), threading.Event(), []
+    compilation.start()
+    compilation.watch(lambda progress: begun.set())
+    compilation.when_done(lambda: called.append("a job"))
+    assert begun.wait(20)
+    compilation.stop()
+    compilation.thread.join(20)
+    assert not compilation.thread.is_alive()
+    assert called == []
+
+
+def test_a_cache_of_this_process_alone_is_filled_in_this_process(monkeypatch):
+    monkeypatch.setattr(module, "is_compiled", lambda: False)
+    monkeypatch.setattr(module, "is_cache_private", lambda: True)
+    monkeypatch.setattr(module, "lower_priority", lambda: None)
+    monkeypatch.setattr(module, "compile_kernels", lambda report: report(HALF))
+    compilation = Compilation(["no such command"])
+    compilation.start()
+    compilation.thread.join(20)
+    assert compilation.progress is None
+
+
+def test_the_shipped_result_is_shown_marked_and_then_replaced(monkeypatch):
+    """The tab shows the opening scene at once; its job waits for the solvers, and its result replaces what is shown."""
+    compilation = Compilation()
+    compilation.progress = HALF
+    for user in ("vibroscope.app.explorer.compute", "vibroscope.app.explorer.shipped"):
+        monkeypatch.setattr(f"{user}.compilation", compilation)
+    monkeypatch.setattr(explore, "cached_runs", lambda setting: None)
+    host = FakeHost(doc=Document())
+    tab = explore.Explore(host)
+    tab.build()
+    assert tab.show_if_ready(Move(1, opening_setting()))
+    assert host.moves == [1]
+    assert tab.findings.content["shipped"]
+    assert tab.findings.content["headline"]
+    assert not tab.show_if_ready(Move(2, opening_setting()._replace(K=1000.0)))
+    tab.show(Move(2, opening_setting()))
+    shown, again = threading.Event(), tab._write
+    monkeypatch.setattr(tab, "_write", lambda result: (again(result), shown.set()))
+    compilation.finish()
+    assert shown.wait(20)
+    assert not tab.findings.content["shipped"]
+    tab.close()
+
+
+def test_the_terminal_shows_a_bar_on_one_line(capsys, monkeypatch):
+    assert compilation_text(HALF) == "Compiling, once: [##########..........]  50 % reference"
+    assert len(compilation_text(CompileProgress(1.0, "exact penalty, for studies"))) < 80
+    show_compilation(HALF)
+    assert capsys.readouterr().err == ""  # no terminal
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    show_compilation(HALF)
+    show_compilation(None)
+    assert "\n" not in capsys.readouterr().err
+
+
+def test_a_first_start_compiles_into_an_empty_cache_in_another_process(tmp_path):
+    """What `Compilation` starts says at once what it compiles; it is ended here, since all of it takes a minute."""
+    variables = {**os.environ, "VIBROSCOPE_CACHE_DIR": str(tmp_path)}
+    process = subprocess.Popen(Compilation().command, stdout=subprocess.PIPE, text=True, env=variables)
+    try:
+        assert CompileProgress(*json.loads(process.stdout.readline())) == CompileProgress(0.0, "reference")
+        assert 0 < CompileProgress(*json.loads(process.stdout.readline())).share < 0.1
+    finally:
+        process.kill()
+        process.communicate()
+    assert not list(tmp_path.rglob("complete-*"))
