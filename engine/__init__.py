@@ -20,6 +20,7 @@ _LATER = {
     "compilation": ("CompileProgress", "compile_kernels", "is_compiled"),
     "divergence.compare": ("PARTS", "Comparison", "compare"),
     "divergence.contact": ("equal_restitution_damping",),
+    "divergence.difference": ("PART_NAMES", "Difference"),
     "divergence.regularisation": ("Regularisation",),
     "divergence.verdict": ("Verdict", "verdict"),
     "drivers.code_cache": ("cache_root", "is_cache_private"),
@@ -33,12 +34,14 @@ _LATER = {
     "motions.lyapunov": ("Lyapunov", "lyapunov"),
     "motions.motion": ("Motion", "motion"),
     "motions.steady": ("Steady", "steady"),
+    "motions.words": ("difference_in_kind", "repetition"),
     "recommendation.recommend": ("Recommendation", "design_curve", "recommend"),
     "sweeps": ("COORDINATES", "DIRECTIONS", "OVER", "Progress", "sweep_eta", "sweep_plane", "sweep_step"),
     "sweeps.axis": ("spaced",),
     "sweeps.diagrams": ("Diagram", "diagram", "ship_diagrams"),
     "system_file": ("SystemFile", "parse_system", "read_system", "system_text", "toml_tables"),
     "units": ("QUANTITIES", "Units"),
+    "wording": ("counted", "many", "percent", "rounded"),
 }
 _HOME = {name: module for module, names in _LATER.items() for name in names}
 

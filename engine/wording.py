@@ -1,18 +1,61 @@
-"""Numbers as they appear in sentences: percentages, counts with their noun, periods of recurrence."""
+"""Numbers as they appear in sentences: percentages, counts with their noun, periods of recurrence.
+
+Every share that the explorer, the command line and the engine's own sentences print passes through :func:`percent`, so
+that one number has the same digits wherever it stands.
+"""
+
+import math
+
+MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
+WRITTEN_OUT = 1e6  # counts from here on are given in millions
 
 
-def percent(fraction: float) -> str:
-    """A fraction in per cent with two digits; rounding errors count as zero."""
+def percent(fraction: float, beside: float | None = None) -> str:
+    """A fraction in per cent with two digits, never with an exponent; rounding errors count as zero.
+
+    Parameters
+    ----------
+    fraction : float
+    beside : float, optional
+        A limit that stands beside it: it gets as many digits more as show on which side of the limit it lies.
+    """
+    if not math.isfinite(fraction):
+        return "not known"
     if fraction < 1e-7:
         return "0 %"
-    return f"{100 * fraction:.2g} %" if fraction < 0.995 else f"{100 * fraction:.0f} %"
+    digits = 2
+    text = rounded(100 * fraction, digits)
+    while beside is not None and digits < MOST_DIGITS and _hides_side(float(text) / 100, fraction, beside):
+        digits += 1
+        text = rounded(100 * fraction, digits)
+    return f"{text} %"
+
+
+def rounded(value: float, digits: int) -> str:
+    """A number with so many significant digits, never with an exponent and without zeros at the end."""
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g}"
+    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def counted(count: float, noun: str) -> str:
     """A count with its noun in the singular or plural, such as "1 period" or "2.5 contacts"."""
-    return f"{count:.3g} {noun}{'' if count == 1 else 's'}"
+    text = rounded(count, 3)
+    return f"{text} {noun}{'' if text == '1' else 's'}"
+
+
+def many(count: int) -> str:
+    """A large whole number, such as "55", "410,000" or "16.4 million"."""
+    return f"{count:,}" if count < WRITTEN_OUT else f"{rounded(count / 1e6, 3)} million"
 
 
 def every(periods: int) -> str:
     """How often something recurs: "every period" or "every 2 periods"."""
     return "every period" if periods == 1 else f"every {periods} periods"
+
+
+def _hides_side(shown: float, fraction: float, limit: float) -> bool:
+    """Whether the rounded fraction lies on the other side of the limit than the fraction, or on the limit."""
+    return fraction != limit and (shown - limit) * (fraction - limit) <= 0

@@ -17,7 +17,7 @@ from vibroscope.app.commands.options import (
     reference_of,
     system_of,
 )
-from vibroscope.app.commands.output import finite_or_none, percent
+from vibroscope.app.commands.output import finite_or_none
 from vibroscope.app.commands.physical_units import (
     add_units_option,
     motion_text,
@@ -25,7 +25,20 @@ from vibroscope.app.commands.physical_units import (
     settings_text,
     wanted_units,
 )
-from vibroscope.engine import PARTS, Comparison, Newmark, Regularisation, Units, Verdict, compare, verdict
+from vibroscope.engine import (
+    PART_NAMES,
+    PARTS,
+    Comparison,
+    Motion,
+    Newmark,
+    Regularisation,
+    Units,
+    Verdict,
+    compare,
+    percent,
+    repetition,
+    verdict,
+)
 
 # The parts of the regularisation's part; the last two add up to the one before.
 SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")
@@ -40,8 +53,9 @@ def add(commands) -> None:
         help="difference from the reference in three parts, and which number is to blame",
         description="Run Newmark's penalty solution and the reference from rest, split their difference into what the "
         "time step, K and D, and the joint damping do, and say in words what to change first.",
-        epilog="Differences are rms over the kept periods, relative to the reference. Where motions do not repeat they "
-        "mean nothing at an instant (pointwise: false), and statistics are compared.",
+        epilog="The difference is the rms of the displacements over the kept periods, relative to the reference, in "
+        "parts where all motions repeat (pointwise: true). If the reference does not repeat, it is the distance of the "
+        "Poincare sections (measure: sections).",
     )
     add = command.add_argument
     add("--eta", required=True, **ETA)
@@ -103,7 +117,8 @@ def as_json(comparison: Comparison, judgement: Verdict, split: Regularisation | 
         "steps": method.steps,
         "located": method.located,
         "pointwise": comparison.pointwise,
-        **{name: finite_or_none(getattr(comparison, name)) for name in ("total", *PARTS, "residual")},
+        **_difference_json(comparison),
+        "residual": finite_or_none(comparison.residual),
         "split": split and _split_json(comparison, split),
         "impacts": _numbers(comparison.encounters),
         "statistics": _numbers(comparison.statistics),
@@ -111,6 +126,18 @@ def as_json(comparison: Comparison, judgement: Verdict, split: Regularisation | 
         "penalty": comparison.penalty.as_dict(),
         "verdict": words.pop("headline"),
         **words,
+    }
+
+
+def _difference_json(comparison: Comparison) -> dict:
+    """What the verdict takes the difference for, and its parts; None for what is not known."""
+    if comparison.parts is None:
+        return {"measure": None, **dict.fromkeys(("total", *PARTS))}
+    found = comparison.difference
+    return {
+        "measure": found.measure,
+        "total": finite_or_none(found.total),
+        **{name: found.parts.get(name) for name in PARTS},
     }
 
 
@@ -178,31 +205,26 @@ def as_text(comparison: Comparison, judgement: Verdict, split: Regularisation | 
 
 
 def _part_lines(comparison: Comparison, split: Regularisation | None) -> list[str]:
-    """The difference and its parts, one a line."""
-    shares = {
-        "difference (rms)": comparison.total,
-        "  time step": comparison.time_step,
-        "  regularisation": comparison.regularisation,
-    }
-    if split is not None and split.in_step:
-        shares |= {f"    {name.replace('_', ' ')}": comparison.parts.relative(getattr(split, name)) for name in SPLIT}
-    shares["  joint damping"] = comparison.joint_damping
-    lines = [f"{name:22}{_share_text(share)}" for name, share in shares.items()]
-    statistics = comparison.statistics
-    if not comparison.pointwise and statistics is not None:
-        apart, chance = _share_text(statistics.total), _share_text(statistics.floor)
-        lines.append(f"{'sections differ by':22}{apart} (chance: {chance})")
+    """The difference and its parts as the verdict takes them, one a line."""
+    if comparison.parts is None:
+        return [f"{'difference':22}not known: a run ended early"]
+    found = comparison.difference
+    head = {"displacements": "difference (rms)", "sections": "sections differ by"}[found.measure]
+    chance = f" (chance explains up to {percent(found.chance)})" if found.measure == "sections" else ""
+    lines = [f"{head:22}{percent(found.total)}{chance}"]
+    for name, share in found.parts.items():
+        lines.append(f"{'  ' + PART_NAMES[name]:22}{percent(share)}")
+        if name == "regularisation" and split is not None and split.in_step and found.measure == "displacements":
+            lines += [
+                f"{'    ' + part.replace('_', ' '):22}{percent(comparison.parts.relative(getattr(split, part)))}"
+                for part in SPLIT
+            ]
     return lines
 
 
-def _share_text(share: float) -> str:
-    return percent(share) if math.isfinite(share) else "not known: a run ended early"
-
-
-def _motion_text(motion) -> str:
-    period = f", period {motion.period}" if motion.period else ""
-    rate = f", Lyapunov exponent {motion.lyapunov:+.3g} a period" if math.isfinite(motion.lyapunov) else ""
-    return f"{motion.type}{period}{rate}"
+def _motion_text(motion: Motion) -> str:
+    rate = f"; Lyapunov exponent {motion.lyapunov:+.3g} a period" if math.isfinite(motion.lyapunov) else ""
+    return f"{repetition(motion)}{rate}"
 
 
 def _physical_lines(comparison: Comparison, units: Units) -> list[str]:

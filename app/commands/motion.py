@@ -13,7 +13,7 @@ from vibroscope.app.commands.physical_units import (
     settings_text,
     wanted_units,
 )
-from vibroscope.engine import Attractor, Motion, attractors, motion
+from vibroscope.engine import Attractor, Motion, attractors, motion, repetition
 
 _INDENT = 18 * " "
 _MOST_IMPACTS = 12  # that are listed
@@ -111,10 +111,8 @@ def _attractor_line(found: Attractor) -> str:
 
 
 def _name(found: Motion) -> str:
-    """The kind of the motion, and its period where it has one."""
-    if not found.period:
-        return str(found.type)
-    return f"{found.type}, {found.period} {'period' if found.period == 1 else 'periods'}"
+    """The kind of the motion, and how it repeats itself where it does."""
+    return f"{found.type}: {repetition(found)}" if found.near_period else str(found.type)
 
 
 def _rate_text(per_period: float, share: float) -> str:

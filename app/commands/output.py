@@ -1,4 +1,4 @@
-"""What the commands print in the same way: notes, progress, shares, and numbers for JSON."""
+"""What the commands print in the same way: notes, progress, and numbers for JSON."""
 
 import math
 import sys
@@ -17,11 +17,6 @@ def note(text: str) -> None:
 def finite_or_none(value: float) -> float | None:
     """The number, or None where it is infinite or not a number, which JSON cannot hold."""
     return value if math.isfinite(value) else None
-
-
-def percent(share: float) -> str:
-    """A share with three digits and its sign."""
-    return f"{100 * share:.3g} %"
 
 
 def progress_line(text: Callable[[float], str], end: float) -> Callable[[float], None] | None:

@@ -12,9 +12,9 @@ from vibroscope.app.commands.options import (
     reference_of,
     system_of,
 )
-from vibroscope.app.commands.output import percent, progress_line
+from vibroscope.app.commands.output import progress_line
 from vibroscope.app.commands.physical_units import add_units_option, settings_text, wanted_units
-from vibroscope.engine import Recommendation, Units, design_curve, recommend
+from vibroscope.engine import Recommendation, Units, design_curve, percent, recommend
 
 ETAS_LIMIT = 1000
 

@@ -2,12 +2,24 @@
 
 import argparse
 import json
+from collections.abc import Sequence
 
 from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
-from vibroscope.engine import CONTACT_LAWS, Response, Steady, motion, simulate, steady
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    Motion,
+    Newmark,
+    Response,
+    Steady,
+    motion,
+    repetition,
+    simulate,
+    steady,
+)
 
 _KEEP = default_of(simulate, "keep")
+_REST = default_of(simulate, "initial")
 
 
 def add(commands) -> None:
@@ -56,7 +68,7 @@ def run(options: argparse.Namespace) -> None:
         physical = {"physical": physical_run(units, response)} if units else {}
         print(json.dumps(to_json(found, options.solver) | physical, allow_nan=False))
     else:
-        print(to_text(found))
+        print(to_text(found, options.initial))
         if units:
             print(f"physical          {settings_text(units, response.eta, response.method)}")
 
@@ -91,10 +103,10 @@ def steady_json(found: Steady, solver: str) -> dict:
     }
 
 
-def steady_text(found: Steady) -> str:
+def steady_text(found: Steady, initial: Sequence[float] = _REST) -> str:
     """A steady motion as text."""
     if not found.periodic:
-        return f"{as_text(found.response)}\n{found.message}"
+        return f"{as_text(found.response, initial)}\n{found.message}"
     response, p = found.response, found.period
     begin, end = response.window
     spans = response.contacts.clip(begin, end)
@@ -117,8 +129,8 @@ def steady_text(found: Steady) -> str:
     )
 
 
-def as_text(response: Response) -> str:
-    """A run as text."""
+def as_text(response: Response, initial: Sequence[float] = _REST) -> str:
+    """A run as text; ``initial``: where it began."""
     lines = [
         f"{response.method}",
         f"eta = {response.eta:g}, {response.periods} periods, the last {response.keep} kept",
@@ -127,15 +139,22 @@ def as_text(response: Response) -> str:
     if not response.ok:
         return "\n".join([*lines, f"{response.status}: {response.message}"])
     found = motion(response)
-    repeats = {0: f"does not repeat within {response.keep // 2} periods", 1: "repeats every period"}
-    if response.keep < 4:
-        repeats[0] = f"{response.keep} kept periods are too few to tell"
     last = ", ".join(f"{value:.6g}" for value in response.section[-1])
     lines += [
-        f"motion            {repeats.get(found.period, f'repeats every {found.period} periods')}",
+        f"motion            {_motion_text(response, found, initial)}",
         f"impacts           {found.impacts_per_period:g} per period",
         f"contacts          {found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
         f"section at end    xi1, xi1', xi2, xi2' = {last}",
         f"spread of xi2     {found.spread:.3g}",
     ]
     return "\n".join(lines)
+
+
+def _motion_text(response: Response, found: Motion, initial: Sequence[float]) -> str:
+    """What the motion is; Newmark's section alone does not show it where the time step may have scattered it."""
+    method = response.method
+    if isinstance(method, Newmark) and found.period != 1 and method.law == CONTACT_LAWS[0] and response.keep >= _KEEP:
+        return repetition(motion(response.system, response.eta, method, initial=initial))
+    if not found.near_period and response.keep < 4:
+        return f"{response.keep} kept periods are too few to tell"
+    return f"{repetition(found)}{'' if found.near_period else f' within {response.keep // 2} periods'}"

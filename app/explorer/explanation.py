@@ -11,18 +11,24 @@ from vibroscope.app.explorer.compute import Run, RunPair
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
 from vibroscope.app.explorer.state import Setting, print_number, read_setting
-from vibroscope.engine import PARTS, Comparison, Response, Units, compare, verdict
+from vibroscope.engine import (
+    PARTS,
+    Comparison,
+    Difference,
+    Method,
+    Motion,
+    Reference,
+    Response,
+    Units,
+    compare,
+    counted,
+    many,
+    percent,
+    repetition,
+    verdict,
+)
 
-_COUNTS = {
-    1: "One period",
-    2: "Two periods",
-    3: "Three periods",
-    4: "Four periods",
-    5: "Five periods",
-    6: "Six periods",
-    7: "Seven periods",
-    8: "Eight periods",
-}
+_MEASURES = {"displacements": "displacements, rms, relative", "sections": "Poincaré sections, relative"}
 
 
 @dataclass(frozen=True)
@@ -31,15 +37,21 @@ class Description:
 
     Attributes
     ----------
-    reference, penalty : str
-        A line each.
+    reference, penalty : tuple of (str, str)
+        What the motion is as far as the run shows it, and with units its peak force.
     cost : tuple of (str, str, str)
         Label, value, and meaning.
     """
 
-    reference: str
-    penalty: str
+    reference: tuple[str, str]
+    penalty: tuple[str, str]
     cost: tuple[tuple[str, str, str], ...]
+
+    def lines(self, explanation: Explanation | None) -> dict[str, str]:
+        """A line for each solver; once there is an explanation, with the kind of motion that it speaks of."""
+        kinds = explanation.kinds if explanation else {}
+        lines = {"reference": self.reference, "penalty": self.penalty}
+        return {name: f"{kinds.get(name, kind)} {force}".strip() for name, (kind, force) in lines.items()}
 
 
 @dataclass(frozen=True)
@@ -52,20 +64,31 @@ class Explanation:
         Short sentences.
     agree : str
         "yes", "partly", "no" or "unknown".
+    kinds : dict of str to str
+        What motion the ``reference`` and the ``penalty`` show, decided with evidence where the runs leave it open;
+        empty if a run ended early.
+    measure : str
+        What ``parts`` measure.
     parts : dict of str to float
-        Relative rms of the difference of the displacements: ``total``, ``time_step``, ``regularisation`` and
-        ``joint_damping``; empty where the motions are not in phase, so that a difference at an instant means nothing.
+        The difference that the headline states, ``total``, and as far as they are known its parts ``time_step``,
+        ``regularisation`` and ``joint_damping``; empty if a run ended early.
+    note : str
+        Why there are no parts, or how much of it is chance; may be empty.
     change : dict of str to str
         What to set first, as texts for `app.explorer.state.read_setting`; empty if no number helps.
     details : tuple of str
         The numbers behind the headline.
     series : dict of str to (2, n) ndarray
-        The same parts of ξ₁ and ξ₂ over the last ``WINDOW`` periods, evenly spaced, both ends included.
+        The difference of ξ₁ and ξ₂, and its parts, over the last ``WINDOW`` periods, evenly spaced, both ends included;
+        empty where the motions are not in phase, so that a difference at an instant means nothing.
     """
 
     headline: str
     agree: str
+    kinds: dict[str, str]
+    measure: str
     parts: dict[str, float]
+    note: str
     change: dict[str, str]
     details: tuple[str, ...]
     series: dict[str, np.ndarray]
@@ -89,27 +112,44 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
         cancelled=cancelled,
     )
     found = verdict(comparison, cancelled=cancelled)
-    values = {name: getattr(comparison, name) for name in ("total", *PARTS)}
-    parts = {name: value for name, value in values.items() if math.isfinite(value)} if comparison.pointwise else {}
-    series = {name: _last_periods(comparison, getattr(comparison.parts, name)[:2]) for name in parts}
+    difference = comparison.difference if comparison.parts and math.isfinite(comparison.difference.total) else None
+    in_step = ("total", *PARTS) if comparison.pointwise else ()
+    motions = {"reference": (found.reference, setting.reference), "penalty": (found.penalty, setting.penalty)}
     change, limit = _takeable(_change_texts(found.change), setting)
-    headline = found.headline + _shift_note(comparison) + limit
-    return Explanation(headline, found.agree, parts, change, found.details, series)
+    return Explanation(
+        headline=found.headline + _shift_note(comparison) + limit,
+        agree=found.agree,
+        kinds={name: _motion_text(*each) for name, each in motions.items() if each[0] is not None},
+        measure=_MEASURES[difference.measure] if difference else "",
+        parts={"total": difference.total, **difference.parts} if difference else {},
+        note=_parts_note(difference),
+        change=change,
+        details=found.details,
+        series={name: _last_periods(comparison, getattr(comparison.parts, name)[:2]) for name in in_step},
+    )
 
 
 def paragraphs(description: Description, explanation: Explanation | None) -> dict[str, str]:
     """The whole text by headings; without an explanation, what is known so far."""
     first = {"Do they agree?": " ".join((explanation.headline, *explanation.details))} if explanation else {}
-    return first | {"Reference": description.reference, "Penalty": description.penalty}
+    lines = description.lines(explanation)
+    return first | {"Reference": lines["reference"], "Penalty": lines["penalty"]}
+
+
+def _parts_note(difference: Difference | None) -> str:
+    if difference is None:
+        return "No number: a run ended early."
+    if not difference.parts:
+        return "Its parts are not known: they exist only where all motions compared repeat."
+    if difference.measure == "sections":
+        return f"Chance explains up to {percent(difference.chance)}. The parts do not add up."
+    return ""
 
 
 def _shift_note(comparison: Comparison) -> str:
     """The phase by which the motions are drawn apart: one of several periods may start with any of them."""
     shift = comparison.parts.shifts.reference if comparison.pointwise else 0
-    if not shift:
-        return ""
-    apart = f"{_COUNTS.get(shift, str(shift)).lower()}{'' if shift <= len(_COUNTS) else ' periods'}"
-    return f" They are drawn {apart} apart, and compared in step."
+    return f" They are drawn {counted(shift, 'period')} apart, and compared in step." if shift else ""
 
 
 def _last_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
@@ -145,7 +185,7 @@ def _cost(runs: RunPair) -> tuple[tuple[str, str, str], ...]:
     times = f"Computing took {_duration(penalty)} for the penalty run, {_duration(reference)} for the reference."
     meaning = f"Steps that an FE code would compute one by one for these {penalty.periods} periods"
     return (
-        ("FE steps", f"{penalty.cost.steps / 1e6:.3g} M", meaning),
+        ("FE steps", many(penalty.cost.steps), meaning),
         ("penalty run", _duration(penalty), times),
         ("reference run", _duration(reference), times),
     )
@@ -157,35 +197,20 @@ def _duration(response: Response) -> str:
     )
 
 
-def _describe_run(run: Run, scale: Units | None) -> str:
-    """Period, impacts per period and share of contact of one run; with a scale, also its peak force."""
+def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
+    """What motion a run shows; and with a scale, its peak force."""
     if not run.response.ok:
-        return f"No result. {sentence(run.response.message)}"
+        return "No result.", sentence(run.response.message)
     force = ""
     if scale is not None and run.motion.peak_force > 0:
-        force = f" Peak force {scale.physical('force', run.motion.peak_force):.3g} N."
-    return f"{_period_text(run)}, {_impact_rate(run)} per period, in contact {_contact_share(run)} of the time.{force}"
+        force = f"Peak force {scale.physical('force', run.motion.peak_force):.3g} N."
+    return _motion_text(run.motion, run.response.method), force
 
 
-def _period_text(run: Run) -> str:
-    if run.motion.period:
-        return _COUNTS.get(run.motion.period, f"{run.motion.period} periods")
-    if run.motion.near_period:
-        return f"Nearly {_COUNTS[run.motion.near_period].lower()} (scatter of ξ₂ σ = {run.motion.scatter:.2g})"
-    return "No period: the motion does not repeat"
-
-
-def _impact_rate(run: Run) -> str:
-    rate = run.motion.impacts_per_period
-    noun = "impact" if run.response.method.name == "reference" else "contact"
-    return f"{rate:.3g} {noun}{'' if rate == 1 else 's'}"
-
-
-def _contact_share(run: Run) -> str:
-    share = 100 * run.motion.contact_share
-    if share == 0:
-        return "no part" if run.response.method.name != "reference" else "0 %"
-    return f"{share:.2g} %" if share < 10 else f"{share:.0f} %"
+def _motion_text(found: Motion, method: Method) -> str:
+    """How a motion repeats itself, its impacts per period, and its share of contact."""
+    rate = counted(found.impacts_per_period, "impact" if isinstance(method, Reference) else "contact")
+    return f"{sentence(repetition(found))} {rate} per period, in contact {percent(found.contact_share)} of the time."
 
 
 def sentence(text: str) -> str:

@@ -19,7 +19,7 @@ def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
     p, r = setting.penalty, setting.reference
     located = ", located=True" if p.located else ""
-    return f"""from vibroscope.engine import PARTS, Newmark, Reference, System, compare, motion, simulate, verdict
+    return f"""from vibroscope.engine import Newmark, Reference, System, compare, motion, simulate, verdict
 
 system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}))
@@ -34,9 +34,10 @@ for response in (reference, penalty):
 found = compare(system, {setting.eta!r}, penalty.method, reference=reference.method, responses=(reference, penalty))
 answer = verdict(found)
 print(answer.headline, *answer.details, sep="\\n")
-if found.pointwise:
-    for name in ("total", *PARTS):
-        print(name, getattr(found, name))
+if found.parts:
+    print("total", found.difference.total, "of the", found.difference.measure)
+    for name, value in found.difference.parts.items():
+        print(name, value)
 print("change first:", answer.change or "nothing")
 """
 

@@ -5,77 +5,100 @@ import numpy as np
 from ..wording import percent
 from .agreement import SAME, is_visible
 from .compare import Comparison
-from .experiments import Experiment, total_difference
+from .difference import PART_NAMES, Difference
+from .experiments import Experiment
 
-HELPS = 0.9  # an experiment that leaves more than this of the difference is no help
+HELPS = 0.75  # an experiment that leaves more than this of the difference is no help
 NEARLY = 1.3  # times as much may remain without the time step, if the step scatters the section
 THIRD = 3.0  # a time-step part of a third of the rest adds 5 % to the root of the sum of squares
 MOST_STEPS = 10_000_000
+PART_OF = {"steps": "time_step", "K": "regularisation", "D": "regularisation", "joint damping": "joint_damping"}
+_NAMES = {"steps": "The time step", "joint damping": "The joint damping"}
 
 
-def best_experiment(
-    comparison: Comparison, experiments: list[Experiment], total: float, scatter: float
-) -> Experiment | None:
+def best_experiment(comparison: Comparison, experiments: list[Experiment], scatter: float) -> Experiment | None:
     """Return the experiment that leaves least of the difference, None if none helps.
 
     If the time step scatters the section, the experiment without a time step is preferred: with such a step, what
-    other values of K and D leave is partly chance, and the section stays blurred.
+    other values of K and D leave is partly chance, and the section stays blurred. A difference so small that the curves
+    coincide has no cure; then it is the experiment on its largest part.
     """
-    without_step = [each for each in experiments if each.changed == "steps"]
-    if without_step and is_visible(scatter, comparison):
-        remaining = without_step[0].remaining
-        if remaining <= min(NEARLY * experiments[0].remaining, total):
+    difference = comparison.difference
+    if difference.total <= difference.chance:
+        return None
+    if difference.total <= SAME:
+        return next((each for each in experiments if PART_OF[each.changed] == difference.largest), None)
+    helpful = [each for each in experiments if each.remaining <= HELPS * difference.total]
+    if is_visible(scatter, comparison):
+        without_step = [each for each in helpful if each.changed == "steps"]
+        if without_step and without_step[0].remaining <= NEARLY * helpful[0].remaining:
             return without_step[0]
-    return experiments[0] if experiments and experiments[0].remaining <= HELPS * total else None
+    return helpful[0] if helpful else None
 
 
-def blame_sentence(comparison: Comparison, total: float, best: Experiment | None) -> tuple[str, dict]:
+def blame_sentence(comparison: Comparison, experiments: list[Experiment], best: Experiment | None) -> tuple[str, dict]:
     """Return what is to blame and what to change first, as a sentence and as numbers."""
-    if not comparison.motions.reference.period and comparison.statistics.alike:
+    difference = comparison.difference
+    if difference.total <= difference.chance:
         return "Nothing is to blame.", {}
+    if difference.total <= SAME:
+        return _largest_sentence(difference), {}
     if best is None:
-        return "No single number is to blame: parts of it cancel; change K, D and the step together.", {}
-    if total <= SAME:
-        name = {"steps": "the time step", "joint damping": "the joint damping"}.get(best.changed, best.changed)
-        return f"The largest share is that of {name}: without it, {percent(best.remaining)} would be left.", {}
+        least = f" (at best {percent(experiments[0].remaining)} is left)" if experiments else ""
+        return f"No single number is to blame{least}: change K, D and the step together.", {}
     sentences = {
         "steps": _time_step_sentence,
         "joint damping": _joint_damping_sentence,
         "K": _stiffness_sentence,
         "D": _damping_sentence,
     }
-    return sentences[best.changed](comparison, best)
+    name = _NAMES.get(best.changed, best.changed)
+    rest, change = sentences[best.changed](comparison, best)
+    return f"{name} {_role(difference, best)}: {rest}", change
+
+
+def _largest_sentence(difference: Difference) -> str:
+    if not difference.largest:
+        return "So little needs no change."
+    return f"Its largest part is that of {_part_text(difference)}."
+
+
+def _role(difference: Difference, best: Experiment) -> str:
+    """Whether the number is to blame, or helps although another part is larger: parts can cancel each other."""
+    if not difference.parts or PART_OF[best.changed] == difference.largest:
+        return "is to blame"
+    return f"counts most, although the part of {_part_text(difference)} is larger"
+
+
+def _part_text(difference: Difference) -> str:
+    return f"{PART_NAMES[difference.largest]} ({percent(difference.parts[difference.largest])})"
 
 
 def _time_step_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     method = comparison.runs.penalty.method
-    part = comparison.time_step if comparison.motions.reference.period else comparison.statistics.time_step
+    part = comparison.difference.parts.get("time_step", comparison.difference.total)
     steps = _rounded_up(method.steps * max(2.0, THIRD * part / max(best.remaining, 1e-6)))
-    way = f"about {steps:,} steps" if method.located else f"the located step, or about {steps:,} steps"
+    many = f"about {steps:,} steps a period"
+    way = many if method.located else f"cut the steps where contact changes, or take {many}"
     change = {"steps": steps} if method.located else {"located": True}
-    helps = best.remaining <= HELPS * total_difference(comparison)
-    blame = "is to blame" if helps else "comes first, since it hides what K and D do"
-    return f"The time step {blame}: without it {percent(best.remaining)} would be left; take {way}.", change
+    return f"without it {percent(best.remaining)} would be left; {'take ' if method.located else ''}{way}.", change
 
 
 def _joint_damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    return (
-        f"The joint damping is to blame: without it {percent(best.remaining)} would be left; the penalty model has no "
-        "place for it, so no K, D or time step mends it.",
-        {},
-    )
+    left = percent(best.remaining)
+    return f"without it {left} would be left; the penalty model lacks it, so no K, D or time step mends it.", {}
 
 
 def _stiffness_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     old, new = comparison.runs.penalty.method, best.method
     along = "" if new.damping == old.damping else f" with D = {new.damping:.3g}"
-    text = f"K is to blame: K = {new.stiffness:g}{along} leaves {percent(best.remaining)}."
+    text = f"K = {new.stiffness:g}{along} leaves {percent(best.remaining)}."
     return text, {"K": new.stiffness} | ({"D": new.damping} if along else {})
 
 
 def _damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     value = best.method.damping
-    return f"D is to blame: D = {value:.3g}, of equal restitution, leaves {percent(best.remaining)}.", {"D": value}
+    return f"D = {value:.3g}, which restores the right rebound, leaves {percent(best.remaining)}.", {"D": value}
 
 
 def _rounded_up(steps: float) -> int:

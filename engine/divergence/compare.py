@@ -13,6 +13,7 @@ from ..motions.motion import motion
 from ..motions.poincare_map import without_penetration
 from ..result import Record, Response
 from ..simulate import simulate
+from .difference import Difference, known
 from .encounters import Encounters, match_encounters
 from .error import Target
 from .grid import PER_PERIOD
@@ -32,7 +33,8 @@ class Comparison:
     motions : PerSolution of Motion
         Descriptions of their kept periods.
     reference, penalty : Motion
-        The reference's motion and Newmark's; after :meth:`with_evidence` with multipliers and exponents.
+        The reference's motion and Newmark's; of the kept periods, or after :meth:`decided` or :meth:`with_evidence`
+        with evidence. Whatever says what the motions are takes these.
     pointwise : bool
         Whether all four motions repeat themselves, Newmark's but for scatter. Only then do they stay in phase with each
         other, so that a difference at each instant is meaningful; otherwise ``statistics`` is.
@@ -72,6 +74,57 @@ class Comparison:
         """Differences of the sections over another 1,000 periods; None if ``pointwise``, or without ``parts``."""
         return statistics(self.runs) if self.parts and not self.pointwise else None
 
+    @cached_property
+    def difference(self) -> Difference:
+        """The numbers that say how far the solutions are apart; whatever states them takes these.
+
+        Raises
+        ------
+        ValueError
+            If Newmark or the reference ended early.
+        """
+        if self.parts is None:
+            raise ValueError("a run ended early, so that there is no difference: see the runs' messages")
+        if self.motions.reference.period:
+            parts = known({name: getattr(self, name) for name in PARTS}) if self.pointwise else {}
+            return Difference("displacements", self.total, parts)
+        found = self.statistics
+        parts = known({name: getattr(found, name) for name in PARTS})
+        return Difference("sections", found.total, parts, found.chance)
+
+    def decided(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
+        """Add evidence to the motions of which the kept periods alone do not show what they are.
+
+        A motion that repeats itself is plain; Newmark's only if the exact penalty solution repeats after as many
+        periods. Otherwise a time step may have scattered its section, or locked the scatter into a long cycle. Where
+        neither motion comes near to repeating itself, that is all that a comparison needs.
+
+        Raises
+        ------
+        Cancelled
+            If ``cancelled`` returned true.
+        """
+        described = self.motions
+        plain = {
+            "reference": described.reference.period > 0,
+            "penalty": described.penalty.period == described.exact.period > 0,
+        }
+        if not described.reference.near_period and not described.penalty.near_period:
+            return self
+        unclear = [name for name in plain if not plain[name] and getattr(self, name) is getattr(described, name)]
+        runs = {name: getattr(self.runs, name) for name in unclear}
+        found = {
+            name: motion(run.system, run.eta, run.method, cancelled=cancelled) for name, run in runs.items() if run.ok
+        }
+        return self._with(**found)
+
+    def _with(self, **motions: Motion) -> "Comparison":
+        """The same with other descriptions of its motions; what is known of the difference stays."""
+        changed = replace(self, **motions)
+        cached = {name: value for name, value in vars(self).items() if name in ("statistics", "difference")}
+        vars(changed).update(cached)
+        return changed
+
     def with_evidence(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
         """Add multipliers and Lyapunov exponents to the reference's motion and Newmark's.
 
@@ -84,7 +137,7 @@ class Comparison:
         """
         runs = self.runs.reference, self.runs.penalty
         reference, penalty = (motion(run.system, run.eta, run.method, cancelled=cancelled) for run in runs)
-        return replace(self, reference=reference, penalty=penalty)
+        return self._with(reference=reference, penalty=penalty)
 
     def split(self) -> Regularisation:
         """Split the regularisation into its own parts, by two more runs of the reference.

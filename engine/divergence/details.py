@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ..wording import percent
+from ..wording import percent, rounded
 from .compare import Comparison
 from .contact import damping_ratio, restitution_of
+from .difference import PART_NAMES
 from .encounters import delivered_restitution
 from .experiments import Experiment, equal_damping
-from .parts import PARTS
 
 
 def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> tuple[str, ...]:
@@ -15,16 +15,17 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
     method, system = comparison.runs.penalty.method, comparison.runs.reference.system
     ratio = damping_ratio(system, method.stiffness, method.damping)
     delivered = delivered_restitution(comparison.runs.penalty)
-    lines = []
+    bounce = restitution_of(ratio) if np.isnan(delivered) else delivered
+    difference, lines = comparison.difference, []
     if comparison.pointwise:
-        parts = ", ".join(f"{name.replace('_', ' ')} {percent(getattr(comparison, name))}" for name in PARTS)
-        lines.append(f"Of the {percent(comparison.total)}: {parts}; these add up at each instant, not as numbers.")
-    elif comparison.motions.reference.period:
-        lines.append("Not all four motions repeat: differences at an instant are averages over what does not.")
+        parts = ", ".join(f"{PART_NAMES[name]} {percent(value)}" for name, value in difference.parts.items())
+        lines.append(f"Of the {percent(difference.total)}: {parts}; these add up at each instant, not as numbers.")
+    elif difference.measure == "displacements":
+        lines.append("Not all four motions repeat, so that the difference, an average, has no parts.")
     lines.append(
-        f"The contact's damping ratio is ζ = {ratio:.3g}: restitution {restitution_of(ratio):.3g}"
-        f"{'' if np.isnan(delivered) else f', delivered {delivered:.3g}'}, wanted {system.restitution:g}; "
-        f"equal restitution wants D = {equal_damping(comparison, method.stiffness):.3g}."
+        f"The bodies part with {rounded(bounce, 2)} of the speed at which they meet; the restitution e asks for "
+        f"{rounded(system.restitution, 2)}, which D = {equal_damping(comparison, method.stiffness):.3g} would give "
+        f"(damping ratio of the contact ζ = {rounded(ratio, 2)})."
     )
     if comparison.encounters is not None:
         matches = comparison.encounters
@@ -33,7 +34,7 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
             f"Impacts met in a period: {matches.matched:.3g}{late}; lost: {matches.lost:.3g}; "
             f"added: {matches.added:.3g}."
         )
-    shares = [percent(motion.contact_share) for motion in (comparison.motions.reference, comparison.motions.penalty)]
+    shares = [percent(motion.contact_share) for motion in (comparison.reference, comparison.penalty)]
     lines.append(f"Contact takes {shares[0]} of the time in the reference, {shares[1]} in the penalty solution.")
     if experiments:
         left = "; ".join(f"{_name(each)} leaves {percent(each.remaining)}" for each in experiments)

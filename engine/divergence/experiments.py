@@ -69,11 +69,6 @@ def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None
     return sorted(known, key=lambda experiment: experiment.remaining)
 
 
-def total_difference(comparison: Comparison) -> float:
-    """Return what the experiments reduce: ``total``, or if the reference does not repeat itself, that of statistics."""
-    return comparison.total if comparison.motions.reference.period else comparison.statistics.total
-
-
 def equal_damping(comparison: Comparison, stiffness: float) -> float:
     """Return the D with which a contact of stiffness K delivers the reference's restitution."""
     return float(equal_restitution_damping(comparison.runs.reference.system, stiffness))

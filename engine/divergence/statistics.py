@@ -50,9 +50,9 @@ class Statistics:
     sections: PerSolution[np.ndarray] = field(repr=False)
 
     @property
-    def alike(self) -> bool:
-        """Whether the distributions differ by no more than CHANCE floors."""
-        return self.total <= CHANCE * self.floor
+    def chance(self) -> float:
+        """The largest distance that may be chance."""
+        return CHANCE * self.floor
 
     def total_of(self, section: np.ndarray) -> float:
         """Return the relative distance of another section, (SECTION, 2), from the reference's."""

@@ -9,14 +9,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..motions.description import Motion
+from ..motions.words import repetition
 from ..result import Status
 from ..simulate import simulate
-from ..wording import percent
+from ..wording import percent, rounded
 from .agreement import CLOSE, agreement, is_visible, time_step_scatter
 from .blame import MOST_STEPS, best_experiment, blame_sentence
 from .compare import Comparison, error_from_penalty_state
 from .details import detail_sentences
-from .experiments import run_experiments, total_difference
+from .experiments import run_experiments
+from .statistics import SECTION
 
 DOUBLINGS = 6  # of the steps, tried for a run that diverged
 
@@ -40,6 +43,8 @@ class Verdict:
         Standard deviation of ξ₂ about the section's points that the time step alone causes; 0 if there is none.
     details : tuple of str
         The numbers behind it, a sentence each.
+    reference, penalty : Motion or None
+        The motions that it speaks of, with the evidence that decided what they are; None if a run ended early.
     """
 
     headline: str
@@ -49,11 +54,14 @@ class Verdict:
     left: float = np.nan
     scatter: float = 0.0
     details: tuple[str, ...] = ()
+    reference: Motion | None = field(default=None, repr=False)
+    penalty: Motion | None = field(default=None, repr=False)
 
     def as_dict(self) -> dict:
         """Return plain values for scripts; None for unknown numbers."""
         left = self.left if np.isfinite(self.left) else None
-        return {**vars(self), "left": left, "details": list(self.details)}
+        words = {name: value for name, value in vars(self).items() if name not in ("reference", "penalty")}
+        return {**words, "left": left, "details": list(self.details)}
 
 
 def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = None) -> Verdict:
@@ -66,35 +74,55 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
     """
     if comparison.parts is None:
         return _of_early_end(comparison, cancelled)
-    total, scatter = total_difference(comparison), time_step_scatter(comparison)
-    if comparison.motions.reference.period and total > CLOSE:
+    comparison = comparison.decided(cancelled)
+    difference, scatter = comparison.difference, time_step_scatter(comparison.penalty)
+    if not np.isfinite(difference.total):
+        return Verdict(
+            f"A solution does not stay bounded for {SECTION:,} periods more, so there is nothing to compare.", "unknown"
+        )
+    if difference.measure == "displacements" and difference.total > CLOSE:
         elsewhere = error_from_penalty_state(comparison, cancelled)
-        if elsewhere < min(CLOSE, total / 2):
-            return _of_other_motion(comparison, elsewhere, total, scatter)
+        if elsewhere < min(CLOSE, difference.total / 2):
+            return _of_other_motion(comparison, elsewhere, scatter)
     experiments = run_experiments(comparison, cancelled)
-    agree, first = agreement(comparison, total)
-    best = best_experiment(comparison, experiments, total, scatter)
-    second, change = blame_sentence(comparison, total, best)
-    visible = is_visible(scatter, comparison)
-    third = f" The section's scatter (σ of ξ₂ = {scatter:.2g}) is the time step's." if visible else ""
+    agree, first = agreement(comparison)
+    best = best_experiment(comparison, experiments, scatter)
+    second, change = blame_sentence(comparison, experiments, best)
     return Verdict(
-        f"{first} {second}{third}",
+        f"{first} {second}{'' if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)}",
         agree,
         best.changed if best else "",
         change,
         best.remaining if best else np.nan,
         scatter,
         detail_sentences(comparison, experiments),
+        comparison.reference,
+        comparison.penalty,
     )
 
 
-def _of_other_motion(comparison: Comparison, elsewhere: float, total: float, scatter: float) -> Verdict:
+def _scatter_sentence(comparison: Comparison, scatter: float) -> str:
+    if not is_visible(scatter, comparison):
+        return ""
+    return f" The time step blurs each point of the section (ξ₂ by ±{rounded(scatter, 2)})."
+
+
+def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float) -> Verdict:
     """Return the verdict on a penalty solution that agrees with another motion of the reference."""
+    total = percent(comparison.difference.total)
     headline = (
         "The penalty solution shows another motion, yet no wrong one: started from its state, the reference moves "
-        f"so too, {percent(elsewhere)} apart. From rest they are {percent(total)} apart: mind the start."
+        f"so too, {percent(elsewhere)} apart. From rest they are {total} apart: mind the start."
     )
-    return Verdict(headline, "partly", left=elsewhere, scatter=scatter, details=detail_sentences(comparison, []))
+    return Verdict(
+        headline,
+        "partly",
+        left=elsewhere,
+        scatter=scatter,
+        details=detail_sentences(comparison, []),
+        reference=comparison.reference,
+        penalty=comparison.penalty,
+    )
 
 
 def _of_early_end(comparison: Comparison, cancelled) -> Verdict:

@@ -37,8 +37,9 @@ class Motion:
     period : int
         Excitation periods until the motion repeats itself; 0 if it does not.
     near_period : int
-        The same, but scatter of at most :data:`engine.drivers.section.NEAR_TOLERANCE` of the section's size is
-        ignored.
+        The same without scatter. Found from the section alone, at most four, with scatter up to
+        :data:`engine.drivers.section.NEAR_TOLERANCE` of its size; with evidence, that of the motion without a time
+        step if the scatter is the time step's.
     section : (n, 4) ndarray
         Poincaré section τ ≡ 0 mod T: ξ₁, ξ₁′, ξ₂, ξ₂′, oldest first.
     impacts_per_period : float

@@ -30,6 +30,7 @@ from .description import Kind, Motion, describe
 from .floquet import lyapunov_exponent, multipliers, nearest_bifurcation
 from .lyapunov import Lyapunov, lyapunov
 from .regularity import rotation_number
+from .section import scatter
 from .steady import LONG, REST, steady
 from .time_step_scatter import judge_newmark_section
 
@@ -226,11 +227,14 @@ def _newmark_motion(system: System, eta, method: Newmark, initial, cancelled) ->
     limit = _closed_form_motion(system, eta, without_step, state, cancelled)
     judged = judge_newmark_section(run, limit, cancelled)
     scattered = judged.step_noise > 0
+    described = _with_energy(describe(run, 0 if scattered else judged.period), run)
     described = replace(
-        _with_energy(describe(run, 0 if scattered else judged.period), run),
+        described,
         type=judged.type,
         reason=judged.reason,
         period=judged.period,
+        near_period=described.near_period if judged.type is Kind.UNDECIDED else judged.period,
+        scatter=scatter(run.section, judged.period) if scattered else described.scatter,
         step_noise=judged.step_noise,
         bands=judged.bands,
     )

@@ -8,3 +8,10 @@ def band_width(section: np.ndarray, period: int = 1) -> float:
     cycles = len(section) // period
     points = section[len(section) - cycles * period :, [0, 2]].reshape(cycles, period, 2)
     return float(np.sqrt(np.mean(np.var(points, axis=0).sum(axis=-1))))
+
+
+def scatter(section: np.ndarray, period: int) -> float:
+    """Standard deviation of ξ₂ about the ``period`` points of a cycle, in base amplitudes."""
+    cycles = len(section) // period
+    points = section[len(section) - cycles * period :, 2].reshape(cycles, period)
+    return float(np.sqrt(np.mean(np.var(points, axis=0))))

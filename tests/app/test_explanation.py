@@ -21,29 +21,31 @@ def runs_of(key=None, **numbers):
 
 def test_chatter_and_permanent_contact():
     found = describe(runs_of("A"))
-    assert found.reference == "One period, 10 impacts per period, in contact 24 % of the time."
-    assert found.penalty.startswith("One period, 3 contacts per period, in contact ")
+    lines = found.lines(None)
+    assert lines["reference"] == "Repeats every period. 10 impacts per period, in contact 24 % of the time."
+    assert lines["penalty"].startswith("Repeats every period. 3 contacts per period, in contact ")
 
 
 def test_one_impact():
-    assert describe(runs_of("C")).reference == "One period, 1 impact per period, in contact 0 % of the time."
+    found = describe(runs_of("C")).reference
+    assert found == ("Repeats every period. 1 impact per period, in contact 0 % of the time.", "")
 
 
 def test_period_doubling():
-    assert describe(runs_of("D")).reference.startswith("Two periods, 0.5 impacts per period")
+    assert describe(runs_of("D")).reference[0].startswith("Repeats every 2 periods. 0.5 impacts per period")
 
 
 def test_scatter_is_that_of_each_branch_and_not_between_them():
     """Two branches 0.8 apart in ξ₂, each scattered by some hundredths."""
-    penalty = describe(runs_of(eta=3.25, K=12000.0, D=18.0, steps=2000)).penalty
-    scatter = float(penalty.split("σ = ")[1].split(")")[0])
-    assert penalty.startswith("Nearly two periods")
+    penalty, _ = describe(runs_of(eta=3.25, K=12000.0, D=18.0, steps=2000)).penalty
+    scatter = float(penalty.split("±")[1].split()[0])
+    assert penalty.startswith("Nearly repeats every 2 periods (±")
     assert 0 < scatter < 0.1
 
 
 def test_the_cost_is_that_of_an_fe_code():
     cost = dict(row[:2] for row in describe(runs_of("C")).cost)
-    assert cost["FE steps"] == "16.4 M"  # 2,050 periods of 8,000 steps
+    assert cost["FE steps"] == "16.4 million"  # 2,050 periods of 8,000 steps
     assert {"penalty run", "reference run"} < cost.keys()
 
 
@@ -82,8 +84,10 @@ def test_the_curves_of_the_parts_add_up_to_that_of_the_difference():
 
 
 def test_an_irregular_motion_is_not_compared_point_by_point():
-    assert describe(runs_of("B")).reference.startswith("No period")
-    assert explain(runs_of("B")).parts == {}
+    assert describe(runs_of("B")).reference[0].startswith("Does not repeat")
+    explanation = explain(runs_of("B"))
+    assert "sections" in explanation.measure
+    assert explanation.series == {}
 
 
 def test_a_completely_different_motion_is_called_so_and_what_to_change_is_valid():
@@ -96,7 +100,7 @@ def test_a_completely_different_motion_is_called_so_and_what_to_change_is_valid(
 
 def test_divergence_names_the_step():
     blown = runs_of(eta=2.76, K=1e5, D=100.0, steps=100)
-    assert "step" in describe(blown).penalty
+    assert "step" in describe(blown).penalty[1]
     explanation = explain(blown)
     assert explanation.agree == "unknown"
     assert explanation.parts == {}
@@ -117,5 +121,5 @@ def test_motions_that_are_drawn_a_period_apart_are_announced():
     reference, penalty = (columns[f"{name}2"][:-1] for name in ("reference", "penalty"))
     half = len(reference) // 2
     assert np.std(penalty - reference) > 5 * np.std(np.roll(penalty, half) - reference)
-    assert "They are drawn one period apart" in explain(shown).headline
-    assert "apart" not in explain(runs_of("C")).headline
+    assert "They are drawn 1 period apart" in explain(shown).headline
+    assert "drawn" not in explain(runs_of("C")).headline

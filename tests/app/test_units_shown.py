@@ -78,7 +78,7 @@ def test_the_files_name_their_units():
     assert rows[0] == ["series", "time [s]", "force [N]", "impulse [N·s]"]
     assert parse_system_units(as_toml(PHYSICAL)) == UNITS
     assert "--system system.toml --units" in as_command(PHYSICAL)
-    assert "N." in describe(compute_runs(PHYSICAL, cache=CACHE)).penalty
+    assert "N." in describe(compute_runs(PHYSICAL, cache=CACHE)).lines(None)["penalty"]
 
 
 def parse_system_units(text):

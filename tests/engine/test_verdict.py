@@ -19,7 +19,7 @@ FIGURE_14 = [(2.76, Newmark(12000, 18, n)) for n in (2000, 4000, 6000)]
 CASES = [
     ("9 A", 1.08, Newmark(2500, 8, 2000), "joint damping"),
     ("9 B", 1.08, Newmark(100, 50, 2000), "K"),
-    *((f"14, T/{method.steps}", eta, method, "steps") for eta, method in FIGURE_14),
+    *((f"14, T/{method.steps}", eta, method, "steps") for eta, method in FIGURE_14[:2]),
     ("D too large", 2.76, Newmark(12000, 200, 8000), "D"),
     ("D too small", 2.76, Newmark(12000, 2, 8000), "D"),
     ("K too small", 2.76, Newmark(500, equal(500), 20000), "K"),
@@ -83,10 +83,17 @@ def test_following_the_advice_leaves_what_the_verdict_says(eta, method):
 
 def test_the_verdict_mentions_time_step_scatter():
     scattered = verdict(compare(SYSTEM, 2.76, Newmark(12000, 18, 2000)))
-    assert "scatter" in scattered.headline
+    assert "The time step blurs each point of the section" in scattered.headline
     assert 0.05 < scattered.scatter < 0.4  # over 50 periods its size depends on rounding
     located = verdict(compare(SYSTEM, 2.76, Newmark(12000, 18, 2000, located=True)))
     assert (located.scatter, located.blame) == (0, "D")
+
+
+def test_what_removes_next_to_nothing_is_no_cure():
+    """Without a time step 3.9 % of 4 % would be left."""
+    found = verdict(compare(SYSTEM, *FIGURE_14[2]))
+    assert "No single number is to blame (at best" in found.headline
+    assert (found.blame, found.change) == ("", {})
 
 
 def test_agreement_is_graded():

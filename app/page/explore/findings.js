@@ -1,15 +1,8 @@
 // The findings: texts, bars for the parts of the difference, and the cost. It sets textContent only.
 
-const PARTS = [
-  ["total", "Difference", "all of it: penalty solution against reference"],
-  ["time_step", "time step", "Newmark against the exact penalty solution with the same K and D: the share of Δτ"],
-  ["regularisation", "K and D", "the exact penalty solution against the reference whose joint is damped by d₁ and d₂ alone"],
-  ["joint_damping", "joint damping", "that reference against the one with the measured d₃: the penalty model has no such damping"],
-];
 // Ends of the bars, on a logarithmic scale. At the right end the difference is as large as the motion itself.
 const LARGEST = 1;
 const SMALLEST = 1e-4;
-const UNEQUAL = "No number: the two motions do not stay in phase, so only their kind can be compared.";
 
 export function render({ model }) {
   const root = element("div", "lines");
@@ -86,41 +79,37 @@ function verdict(root) {
   };
 }
 
-// The parts of the difference, below each other: they add up as curves, but their rms values do not.
+// The difference and its parts, below each other; their names and texts are those of the verdict.
 function bar(root) {
   const box = element("section", "line parts");
-  const none = element("p", "none");
-  const rows = PARTS.map(([name, title, meaning]) => {
-    const row = element("div", `part ${name}`);
-    const fill = element("div", "fill");
-    const track = element("div", "track");
-    const number = element("span", "number");
-    row.title = meaning;
-    track.append(fill);
-    row.append(element("span", "name", title), track, number);
-    return [name, row, fill, number];
-  });
-  const head = element("h2", "", "How far apart (rms, relative)");
+  const head = element("h2");
+  const rows = element("div");
   const scale = element("div", "part scale");
   const ends = element("div", "ends");
   ends.append(...["0.01 %", "1 %", "100 %"].map((text) => element("span", "", text)));
   scale.append(element("span", "name", "log scale"), ends, element("span"));
-  scale.title = "The scale is logarithmic: each mark is a hundred times the one before";
-  box.append(head, none, ...rows.map(([, row]) => row), scale);
+  const note = element("p", "none");
+  box.append(head, rows, scale, note);
   root.append(box);
-  return ({ parts, headline }) => {
-    none.textContent = headline === undefined ? "computing …" : UNEQUAL;
-    none.hidden = parts?.total !== undefined;
-    scale.hidden = !none.hidden;
-    for (const [name, row, fill, number] of rows) {
-      const value = parts?.[name];
-      row.hidden = value === undefined || value === null;
-      if (row.hidden) continue;
-      const share = Math.log10(Math.max(value, SMALLEST) / SMALLEST) / Math.log10(LARGEST / SMALLEST);
-      fill.style.width = `${100 * Math.min(1, share)}%`;
-      number.textContent = percent(value, SMALLEST);
-    }
+  return ({ bars = [], measure, note: text, headline }) => {
+    head.textContent = measure ? `How far apart (${measure})` : "How far apart";
+    rows.replaceChildren(...bars.map((each) => barRow(...each)));
+    scale.hidden = !bars.length;
+    note.textContent = headline === undefined ? "computing …" : text;
+    note.hidden = !note.textContent;
   };
+}
+
+function barRow(name, title, meaning, value, text) {
+  const row = element("div", `part ${name}`);
+  const fill = element("div", "fill");
+  const track = element("div", "track");
+  const share = Math.log10(Math.max(value, SMALLEST) / SMALLEST) / Math.log10(LARGEST / SMALLEST);
+  fill.style.width = `${100 * Math.min(1, share)}%`;
+  track.append(fill);
+  row.title = meaning;
+  row.append(element("span", "name", title), track, element("span", "number", text));
+  return row;
 }
 
 function chips(root) {

@@ -7,8 +7,21 @@ from vibroscope.app.explorer.explanation import Description, Explanation
 from vibroscope.app.explorer.motion_kind import Kinds
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
+from vibroscope.engine import PART_NAMES, percent
 
-_EXPLANATION_FIELDS = ("headline", "agree", "parts", "change", "details")
+_EXPLANATION_FIELDS = ("headline", "agree", "measure", "note", "change", "details")
+_MEANINGS = {
+    "total": ("all of it", "penalty solution against reference"),
+    "time_step": (PART_NAMES["time_step"], "Newmark's steps against the same spring and damper without a time step"),
+    "regularisation": (
+        PART_NAMES["regularisation"],
+        "contact by spring K and damper D against impacts, both with the joint damping of d₁ and d₂",
+    ),
+    "joint_damping": (
+        PART_NAMES["joint_damping"],
+        "joint damping of d₁ and d₂ against the measured d₃, which the penalty model lacks",
+    ),
+}
 
 
 class Findings(Component):
@@ -29,11 +42,12 @@ class Findings(Component):
         """
         # lists, as the browser's side has them
         cost = [list(chip) for chip in description.cost]
-        new = {"reference": description.reference, "penalty": description.penalty, "cost": cost, "shipped": shipped}
+        new = description.lines(explanation) | {"cost": cost, "shipped": shipped}
         new["kinds"] = {name: list(kind) for name, kind in (kinds or {}).items()}
         if explanation is None:
             new = self.content | new | {"pending": True}
         else:
             new |= {name: getattr(explanation, name) for name in _EXPLANATION_FIELDS}
+            new["bars"] = [[name, *_MEANINGS[name], value, percent(value)] for name, value in explanation.parts.items()]
         if new != self.content:
             self.content = new

@@ -24,7 +24,8 @@ const CHOICES = [
 const difference = { now: null, waiting: null };
 listen("findings", (content) => {
   const known = content.pending !== true && content.headline !== undefined;
-  difference.now = known ? { total: content.parts?.total ?? null, headline: content.headline } : null;
+  const [, , , total = null, text] = content.bars?.[0] ?? [];
+  difference.now = known ? { total, text, headline: content.headline } : null;
   if (known && difference.waiting && !difference.moving) difference.waiting(difference.now);
 });
 listen("moving", ({ value }) => { difference.moving = value; });
@@ -43,7 +44,7 @@ function nextDifference(act) {
   });
 }
 
-const inWords = ({ total, headline }) => (total === null ? headline : `a difference of ${percent(total)}`);
+const inWords = ({ total, text, headline }) => (total === null ? headline : `a difference of ${text}`);
 
 function exercises(root) {
   root.querySelector("dialog.exercise")?.close();

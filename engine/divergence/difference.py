@@ -1,0 +1,41 @@
+"""The difference of two solutions as numbers: the only place that verdict, bars, tables and texts take them from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+PART_NAMES = {"time_step": "time step", "regularisation": "K and D", "joint_damping": "joint damping"}
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far a penalty solution is from the reference, and the parts of that which are known.
+
+    Attributes
+    ----------
+    measure : {"displacements", "sections"}
+        Rms of the displacements over the kept periods, where the reference repeats itself; else the distance of the
+        Poincaré sections (:mod:`.statistics`).
+    total : float
+        Relative to the reference; nan if a solution does not reach the end of the longer runs for the sections.
+    parts : dict of str to float
+        The same of each of PARTS (:mod:`.parts`); empty where the displacements are compared and not all four motions
+        repeat themselves. They add up at each instant, not as numbers.
+    chance : float
+        The largest distance of sections that may be chance; 0 for displacements.
+    """
+
+    measure: str
+    total: float
+    parts: dict[str, float]
+    chance: float = 0.0
+
+    @property
+    def largest(self) -> str:
+        """The name of the largest part; "" where the parts are not known."""
+        return max(self.parts, key=self.parts.__getitem__, default="")
+
+
+def known(values: dict[str, float]) -> dict[str, float]:
+    """Only the finite ones."""
+    return {name: float(value) for name, value in values.items() if np.isfinite(value)}

@@ -1,0 +1,156 @@
+"""Verdict, parts and motions never contradict each other: 1,000 random settings of random systems."""
+
+import math
+import re
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from vibroscope.app.commands import compare as command
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.explanation import describe, explain
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.explore.findings import Findings
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.engine import PART_NAMES, Comparison, Newmark, System, compare, percent, repetition, verdict
+from vibroscope.engine.divergence import statistics
+from vibroscope.engine.divergence.blame import HELPS, PART_OF
+
+RANDOM, WITH_EVIDENCE = 1000, 40
+# short runs: what is said must agree with the numbers, whatever these are
+RUN, SECTION = {"periods": 120, "keep": 16}, 200
+SHARE = re.compile(r"\d[\d.]*(?:e[+-]\d+)? ?%")
+
+
+def random_settings(count, seed=20):
+    """Systems, η and Newmark's numbers over the ranges that the explorer has, from soft contacts to stiff ones."""
+    rng = np.random.default_rng(seed)
+    while count:
+        kappa = rng.uniform(1.3, 4)
+        system = System(
+            kappa=kappa,
+            kappa3=rng.uniform(1.05, kappa - 0.05),
+            d1=rng.uniform(0.002, 0.05),
+            d2=rng.uniform(0.002, 0.05),
+            d3=rng.uniform(0.002, 0.08),
+            restitution=rng.uniform(0.2, 0.9),
+        )
+        method = Newmark(
+            float(f"{10 ** rng.uniform(2, 5):.3g}"),
+            float(f"{10 ** rng.uniform(-0.5, 1.7):.3g}"),
+            int(10 ** rng.uniform(2, 3.5)),
+            located=rng.random() < 0.1,
+        )
+        yield system, rng.uniform(0.6, 3.8), method
+        count -= 1
+
+
+def contradictions(case):
+    """What the words say that the numbers do not."""
+    comparison = compare(*case, **RUN)
+    if comparison.parts is None:
+        return []
+    comparison = comparison.decided()
+    if not np.isfinite(comparison.difference.total):
+        return []
+    found, difference = verdict(comparison), comparison.difference
+    headline, faults = found.headline, []
+    reference, penalty = comparison.reference, comparison.penalty
+
+    def check(holds, fault):
+        if not holds:
+            faults.append((case, fault, headline))
+
+    check(percent(difference.total) in headline, "the total of the bars is not in the headline")
+    check("nan" not in headline + " ".join(found.details), "a number that is none")
+    check(not re.search(r"\de[+-]?\d", headline + " ".join(found.details)), "a number with an exponent")
+    check(found.reference is reference and found.penalty is penalty, "other motions than the comparison's")
+
+    another = "no wrong one" in headline
+    in_kind = penalty.near_period == reference.near_period
+    check(another or in_kind or repetition(penalty) in headline, "a difference in kind is not mentioned")
+    check(not in_kind or "in kind" not in headline, "a difference in kind that there is none")
+    check(found.agree != "yes" or (in_kind and difference.total <= 0.1), "they agree although they do not")
+
+    if found.blame:
+        part = PART_OF[found.blame]
+        largest = part == difference.largest or not difference.parts
+        check("to blame" not in headline or largest, "a number is to blame whose part is not the largest")
+        check(largest or PART_NAMES[difference.largest] in headline, "the largest part is not mentioned")
+        check(difference.total <= 0.02 or found.left <= HELPS * difference.total, "a cure that hardly helps")
+    if found.change:
+        check(percent(found.left) in headline, "the cure's remainder is not in the headline")
+        left = [float(share) for share in re.findall(r"leaves (\d[\d.]*) %", found.details[-1])]
+        check(100 * found.left <= 1.31 * left[0] and left == sorted(left), "another cure is better")
+    table = command._part_lines(comparison, None)
+    shares = [percent(value) for value in (difference.total, *difference.parts.values())]
+    check([SHARE.search(line).group() for line in table] == shares, "other digits in the table")
+    return faults
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("evidence", [False, True], ids=["described", "with evidence"])
+def test_words_and_numbers_agree_for_random_settings_of_random_systems(evidence, monkeypatch):
+    """A thousand as their kept periods show them; for some of them, the runs that decide what the motions are."""
+    monkeypatch.setattr(statistics, "SECTION", SECTION)
+    if not evidence:
+        monkeypatch.setattr(Comparison, "decided", lambda comparison, *_: comparison)
+    with ThreadPoolExecutor(2) as pool:
+        cases = random_settings(WITH_EVIDENCE if evidence else RANDOM)
+        faults = [fault for each in pool.map(contradictions, cases) for fault in each]
+    assert not faults, f"{len(faults)} faults, such as {faults[:3]}"
+
+
+@pytest.mark.parametrize("eta", [1.08, 1.7, 2.76, 3.25])
+@pytest.mark.parametrize("numbers", [(12000.0, 18.0, 2000), (100.0, 50.0, 2000), (2500.0, 8.0, 400)])
+def test_bars_lines_and_verdict_of_the_page_share_numbers_and_words(eta, numbers):
+    setting = Setting(eta=eta, **dict(zip(("K", "D", "steps"), numbers, strict=True)))
+    runs = compute_runs(setting, cache=Cache(4))
+    found, explanation, view = describe(runs), explain(runs), Findings()
+    view.update(found, explanation, None)
+    comparison = compare(setting.system, eta, setting.penalty).decided()
+    assert {name: text for name, *_, text in view.content["bars"]} == {
+        "total": percent(comparison.difference.total),
+        **{name: percent(value) for name, value in comparison.difference.parts.items()},
+    }
+    assert view.content["bars"][0][-1] in explanation.headline
+    for name in ("reference", "penalty"):
+        described = getattr(comparison, name)
+        line = view.content[name]
+        assert line.lower().startswith(repetition(described).lower())
+        assert f"{percent(described.contact_share)} of the time" in line
+        in_details = " ".join(explanation.details)
+        assert percent(described.contact_share) in in_details
+
+
+def test_a_share_beside_its_limit_shows_on_which_side_it_lies():
+    assert percent(0.01, beside=0.01) == "1 %"
+    assert percent(0.01004, beside=0.01) == "1.004 %"
+    assert percent(0.00996, beside=0.01) == "0.996 %"
+    assert percent(0.77, beside=0.05) == "77 %"
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(1.0, "100 %"), (1.76, "176 %"), (12.34, "1234 %"), (0.996, "100 %"), (1.2e-6, "0.00012 %"), (0, "0 %")],
+)
+def test_no_share_has_an_exponent_or_more_digits_elsewhere(share, text):
+    assert percent(share) == text
+
+
+def test_a_scattered_motion_has_the_kind_of_its_limit_everywhere():
+    """The section nearly repeats after two periods, by chance; without a time step, after one."""
+    comparison = compare(System(), 2.76, Newmark(12000, 18, 2000))
+    assert comparison.penalty.near_period != 1
+    decided = comparison.decided()
+    assert repetition(decided.penalty).startswith("repeats every period, blurred by the time step (±")
+    assert decided.penalty.near_period == comparison.with_evidence().penalty.near_period == 1
+    assert "every 2 periods" not in verdict(comparison).headline
+
+
+def test_what_is_decided_is_not_decided_again():
+    comparison = compare(System(), 2.76, Newmark(12000, 18, 2000)).decided()
+    assert comparison.decided().penalty is comparison.penalty
+    assert math.isfinite(comparison.with_evidence().penalty.lyapunov)
+    assert replace(comparison).difference == comparison.difference
