@@ -40,7 +40,7 @@ _LATER = {
     "sweeps.axis": ("spaced",),
     "sweeps.diagrams": ("Diagram", "diagram", "ship_diagrams"),
     "system_file": ("SystemFile", "parse_system", "read_system", "system_text", "toml_tables"),
-    "units": ("QUANTITIES", "Units"),
+    "units": ("QUANTITIES", "UNIT_SYSTEMS", "Units"),
     "wording": ("counted", "many", "percent", "rounded"),
 }
 _HOME = {name: module for module, names in _LATER.items() for name in names}

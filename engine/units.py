@@ -1,5 +1,8 @@
 """Conversion between the numbers of the model and physical units, as an FE input file needs them.
 
+An FE code has no units: an input file holds numbers of one consistent system, in which force = mass · length / time².
+Two systems are in use: SI (m, kg, s, N), and mm-t-s (mm, t, s, N), where stiffnesses are in N/mm.
+
 The model measures time in units of 1/ω₁, length in base amplitudes A and mass in units of m₁ (paper, sections 2
 and 3). A quantity of the dimension mass^a · length^b · time^c therefore has the unit
 
@@ -28,11 +31,14 @@ M1_RANGE = (1e-9, 1e12)  # kg
 BASE_AMPLITUDE_RANGE = (1e-9, 1e6)  # mm
 
 
-class Quantity(NamedTuple):
-    """A physical quantity: its unit, that unit in SI units, its dimension as exponents, and a conventional factor."""
+UNIT_SYSTEMS = {"si": "SI (m, kg, s, N)", "mm-t-s": "mm-t-s (mm, t, s, N)"}
+_BASE = {"si": (1.0, 1.0), "mm-t-s": (1e3, 1e-3)}  # units of mass and length in SI units; that of time is the second
 
-    unit: str
-    size: float  # of the unit, in SI units
+
+class Quantity(NamedTuple):
+    """A physical quantity: its unit in each of `UNIT_SYSTEMS`, dimension as exponents, and a conventional factor."""
+
+    units: tuple[str, str]
     mass: int
     length: int
     time: int
@@ -40,19 +46,19 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = {
-    "time": Quantity("s", 1.0, 0, 0, 1),
-    "angular_frequency": Quantity("1/s", 1.0, 0, 0, -1),
-    "frequency": Quantity("Hz", 1.0, 0, 0, -1, 1 / (2 * math.pi)),  # belongs to η, an angular frequency
-    "displacement": Quantity("mm", 1e-3, 0, 1, 0),
-    "velocity": Quantity("mm/s", 1e-3, 0, 1, -1),
-    "acceleration": Quantity("mm/s²", 1e-3, 0, 1, -2),
-    "mass": Quantity("kg", 1.0, 1, 0, 0),
-    "stiffness": Quantity("N/m", 1.0, 1, 0, -2),
-    "damping": Quantity("N·s/m", 1.0, 1, 0, -1, 2.0),  # of D and dᵢ: the force is 2D times the speed
-    "force": Quantity("N", 1.0, 1, 1, -2),
-    "impulse": Quantity("N·s", 1.0, 1, 1, -1),
-    "energy": Quantity("J", 1.0, 1, 2, -2),
-    "power": Quantity("W", 1.0, 1, 2, -3),
+    "time": Quantity(("s", "s"), 0, 0, 1),
+    "angular_frequency": Quantity(("1/s", "1/s"), 0, 0, -1),
+    "frequency": Quantity(("Hz", "Hz"), 0, 0, -1, 1 / (2 * math.pi)),  # belongs to η, an angular frequency
+    "displacement": Quantity(("m", "mm"), 0, 1, 0),
+    "velocity": Quantity(("m/s", "mm/s"), 0, 1, -1),
+    "acceleration": Quantity(("m/s²", "mm/s²"), 0, 1, -2),
+    "mass": Quantity(("kg", "t"), 1, 0, 0),
+    "stiffness": Quantity(("N/m", "N/mm"), 1, 0, -2),
+    "damping": Quantity(("N·s/m", "N·s/mm"), 1, 0, -1, 2.0),  # of D and dᵢ: the force is 2D times the speed
+    "force": Quantity(("N", "N"), 1, 1, -2),
+    "impulse": Quantity(("N·s", "N·s"), 1, 1, -1),
+    "energy": Quantity(("J", "mJ"), 1, 2, -2),
+    "power": Quantity(("W", "mW"), 1, 2, -3),
 }
 
 
@@ -68,18 +74,23 @@ class Units:
         m₁ in kg, (modal) mass of pendulum 1.
     base_amplitude : float
         A in mm, amplitude of the base (paper, section 3: 1.07 mm).
+    system : {"si", "mm-t-s"}
+        Units of the results; the three numbers above are in 1/s, kg and mm in any case.
 
     Raises
     ------
     ValueError
-        If a value is out of range.
+        If a value is out of range, or the system is unknown.
     """
 
     omega1: float = 1.0
     m1: float = 1.0
     base_amplitude: float = 1.07
+    system: str = "si"
 
     def __post_init__(self):
+        if self.system not in UNIT_SYSTEMS:
+            raise ValueError(f"system = {self.system!r} is not one of {', '.join(UNIT_SYSTEMS)}")
         for name, allowed, advice in (
             ("omega1", OMEGA1_RANGE, "give the angular frequency ω₁ in 1/s"),
             ("m1", M1_RANGE, "give the mass m₁ in kg"),
@@ -96,12 +107,17 @@ class Units:
             If the quantity is unknown.
         """
         kind = _quantity(quantity)
-        si = self.m1**kind.mass * (self.base_amplitude * 1e-3) ** kind.length / self.omega1**kind.time
-        return kind.convention * si / kind.size
+        mass, length = _BASE[self.system]
+        scale = (self.m1 / mass) ** kind.mass * (self.base_amplitude * 1e-3 / length) ** kind.length
+        return kind.convention * scale / self.omega1**kind.time
 
     def unit(self, quantity: str) -> str:
         """Return the name of the physical unit, such as ``"N/m"``; raises as :meth:`factor`."""
-        return _quantity(quantity).unit
+        return _quantity(quantity).units[list(UNIT_SYSTEMS).index(self.system)]
+
+    def text(self, quantity: str, value: float, digits: int = 4) -> str:
+        """Write a number of the model in physical units, with its unit; raises as :meth:`factor`."""
+        return f"{self.physical(quantity, value):.{digits}g} {self.unit(quantity)}"
 
     def physical(self, quantity: str, value: Numbers) -> Numbers:
         """Convert a number or an array of the model to physical units; raises as :meth:`factor`."""
@@ -112,7 +128,7 @@ class Units:
         return value / self.factor(quantity)
 
     def trajectory(self, trajectory: Trajectory) -> Trajectory:
-        """Convert a trajectory to s, mm, mm/s and N."""
+        """Convert a trajectory to units of time, length, velocity and force."""
         return Trajectory(
             time=self.physical("time", trajectory.time),
             displacement=self.physical("displacement", trajectory.displacement),
@@ -121,7 +137,7 @@ class Units:
         )
 
     def impacts(self, impacts: Impacts) -> Impacts:
-        """Convert impacts to s, mm, mm/s and N·s."""
+        """Convert impacts to units of time, length, velocity and impulse."""
         return replace(
             impacts,
             time=self.physical("time", impacts.time),
@@ -133,7 +149,7 @@ class Units:
         )
 
     def pendulums(self, system: System) -> dict[str, float]:
-        """Return masses in kg, springs in N/m and dampers in N·s/m of both pendulums, as an FE model needs them.
+        """Return masses, springs and dampers of both pendulums, as an FE model needs them.
 
         The equations of motion are mᵢẍᵢ + cᵢẋᵢ + kᵢxᵢ = mᵢAΩ² cos Ωt ∓ F, with x relative to the base and the
         contact force F.
@@ -165,8 +181,8 @@ class Units:
         Returns
         -------
         dict
-            ``excitation`` in Hz, ``period`` in s; for the penalty model ``stiffness`` in N/m and ``damping`` in N·s/m;
-            for Newmark ``time_step`` in s.
+            ``excitation`` in Hz, ``period`` in s; for the penalty model ``stiffness`` and ``damping``; for Newmark
+            ``time_step`` in s.
 
         Raises
         ------

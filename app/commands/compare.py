@@ -23,6 +23,7 @@ from vibroscope.app.commands.physical_units import (
     motion_text,
     physical_motion,
     settings_text,
+    unit_names,
     wanted_units,
 )
 from vibroscope.engine import (
@@ -175,6 +176,7 @@ def _physical_json(comparison: Comparison, units: Units) -> dict:
     """Settings and both motions in the units of an FE input file."""
     penalty = comparison.runs.penalty
     return {
+        "units": unit_names(units),
         "settings": units.settings(penalty.eta, penalty.method),
         "reference": physical_motion(units, comparison.reference),
         "penalty": physical_motion(units, comparison.penalty),

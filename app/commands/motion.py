@@ -11,6 +11,7 @@ from vibroscope.app.commands.physical_units import (
     motion_text,
     physical_motion,
     settings_text,
+    unit_names,
     wanted_units,
 )
 from vibroscope.engine import Attractor, Motion, attractors, motion, repetition
@@ -54,7 +55,11 @@ def run(options: argparse.Namespace) -> None:
                 {"share": each.share, "start": each.start.tolist(), **each.motion.as_dict()} for each in others
             ]
         if units:
-            report["physical"] = {"settings": units.settings(*problem[1:]), **physical_motion(units, found)}
+            report["physical"] = {
+                "units": unit_names(units),
+                "settings": units.settings(*problem[1:]),
+                **physical_motion(units, found),
+            }
         print(json.dumps(report, allow_nan=False))
     else:
         lines = [f"{problem[2]}, eta = {options.eta:g}", *_motion_lines(found)]

@@ -1,30 +1,35 @@
 """``--units``: the results of a command in the units of an FE input file as well."""
 
 import argparse
+from dataclasses import replace
 
 from vibroscope.app.commands.options import units_of
 from vibroscope.app.commands.output import finite_or_none
-from vibroscope.engine import Method, Motion, Response, Units
+from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Motion, Response, Units
 
 
 def add_units_option(command: argparse.ArgumentParser) -> None:
     """Add ``--units``, for :func:`wanted_units`."""
     command.add_argument(
         "--units",
-        action="store_true",
-        help="also in physical units, those of the system file (default omega1 1 1/s, m1 1 kg, base 1.07 mm)",
+        nargs="?",
+        const="si",
+        choices=tuple(UNIT_SYSTEMS),
+        help="also in physical units: si (m, kg, s, N; the default) or mm-t-s (mm, t, s, N), counted in the system "
+        "file's omega1, m1 and base amplitude (without one 1 1/s, 1 kg, 1.07 mm)",
     )
 
 
 def wanted_units(options: argparse.Namespace) -> Units | None:
     """The units, or None where ``--units`` is not given."""
-    return units_of(options) if options.units else None
+    return replace(units_of(options), system=options.units) if options.units else None
 
 
 def physical_run(units: Units, response: Response) -> dict:
-    """A run as JSON: settings, and the section, impacts and contacts of the kept periods in mm, mm/s, N·s and s."""
+    """A run as JSON: settings, and the section, impacts and contacts of the kept periods in those units."""
     impacts = units.impacts(response.impacts)
     return {
+        "units": unit_names(units),
         "settings": units.settings(response.eta, response.method),
         "section": _section(units, response.section),
         "impacts": [list(row) for row in zip(impacts.time.tolist(), impacts.closing_speed.tolist(), strict=True)],
@@ -49,26 +54,35 @@ def physical_motion(units: Units, motion: Motion) -> dict:
 def settings_text(units: Units, eta: float, method: Method) -> str:
     """The settings for an FE input file in one line."""
     formats = {
-        "stiffness": "stiffness {:.4g} N/m",
-        "damping": "damper {:.4g} N.s/m",
-        "time_step": "time step {:.4g} s",
-        "period": "period {:.4g} s",
+        "stiffness": ("stiffness {:.4g}", "stiffness"),
+        "damping": ("damper {:.4g}", "damping"),
+        "time_step": ("time step {:.4g}", "time"),
+        "period": ("period {:.4g}", "time"),
     }
-    return _line(formats, units.settings(eta, method))
+    return _line(units, formats, units.settings(eta, method))
 
 
 def motion_text(units: Units, motion: Motion) -> str:
     """Force, impulse and energy of a motion in one line, as far as they are known."""
     formats = {
-        "peak_force": "peak force {:.4g} N",
-        "impulse": "impulse {:.4g} N.s",
-        "energy_lost": "energy lost {:.4g} J each period",
+        "peak_force": ("peak force {:.4g}", "force"),
+        "impulse": ("impulse {:.4g}", "impulse"),
+        "energy_lost": ("energy lost in a period {:.4g}", "energy"),
     }
-    return _line(formats, physical_motion(units, motion))
+    return _line(units, formats, physical_motion(units, motion))
 
 
-def _line(formats: dict[str, str], values: dict) -> str:
-    return ", ".join(text.format(values[name]) for name, text in formats.items() if values.get(name) is not None)
+def unit_names(units: Units) -> dict[str, str]:
+    """The unit of each quantity, for JSON."""
+    return {quantity: units.unit(quantity) for quantity in QUANTITIES}
+
+
+def _line(units: Units, formats: dict[str, tuple[str, str]], values: dict) -> str:
+    return ", ".join(
+        f"{text.format(values[name])} {units.unit(quantity).replace('·', '.')}"
+        for name, (text, quantity) in formats.items()
+        if values.get(name) is not None
+    )
 
 
 def _section(units: Units, section) -> list:

@@ -13,7 +13,7 @@ from vibroscope.app.commands.options import (
     system_of,
 )
 from vibroscope.app.commands.output import progress_line
-from vibroscope.app.commands.physical_units import add_units_option, settings_text, wanted_units
+from vibroscope.app.commands.physical_units import add_units_option, settings_text, unit_names, wanted_units
 from vibroscope.engine import Recommendation, Units, design_curve, percent, recommend
 
 ETAS_LIMIT = 1000
@@ -104,7 +104,7 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
         "reason": found.reason,
     }
     if units is not None and best:
-        report["physical"] = units.settings(found.eta, found.method)
+        report["physical"] = {"units": unit_names(units), **units.settings(found.eta, found.method)}
     return report
 
 

@@ -203,7 +203,7 @@ def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
         return "No result.", sentence(run.response.message)
     force = ""
     if scale is not None and run.motion.peak_force > 0:
-        force = f"Peak force {scale.physical('force', run.motion.peak_force):.3g} N."
+        force = f"Peak force {scale.text('force', run.motion.peak_force, 3)}."
     return _motion_text(run.motion, run.response.method), force
 
 

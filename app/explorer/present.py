@@ -48,7 +48,7 @@ def present(runs: RunPair) -> dict[str, Columns]:
 
 
 def convert_units(columns: Columns, setting: Setting) -> Columns:
-    """Columns without dimension (times in periods) in the units of the setting: the same, or in s, mm, mm/s, N, N·s."""
+    """Columns without dimension (times in periods) in the units of the setting: or the same."""
     if setting.scale is None:
         return columns
     return {name: (unit_factor(name, setting) * column).astype(np.float32) for name, column in columns.items()}

@@ -19,7 +19,7 @@ from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import Newmark, Reference, System, Units, simulate
 from vibroscope.engine.methods import DAMPING_RANGE, STEPS_RANGE, STIFFNESS_RANGE, THRESHOLD_RANGE
 from vibroscope.engine.model import ETA_RANGE
-from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE
+from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, UNIT_SYSTEMS
 
 _PAPER, _UNITS = System(), Units()
 _PERIODS = signature(simulate).parameters["periods"].default
@@ -82,22 +82,21 @@ class Explorer(param.Parameterized):
     )
     units = param.Selector(
         default="none",
-        objects=["none", "physical"],
+        objects=["none", *UNIT_SYSTEMS],
         label="Units",
-        doc="Without dimension as in the paper, or in s, mm, N as in an FE input file; ω₁, m₁ and the amplitude of the "
-        "base are set under System and solver",
+        doc="Without dimension as in the paper, or in a consistent system of units, as an FE input file has them; ω₁, "
+        "m₁ and the amplitude of the base, under System and solver, say what they are multiples of",
     )
-    omega1 = param.Number(_UNITS.omega1, bounds=OMEGA1_RANGE, label="ω₁", doc="angular frequency of pendulum 1, 1/s")
-    m1 = param.Number(_UNITS.m1, bounds=M1_RANGE, label="m₁", doc="mass of pendulum 1, kg")
-    amplitude = param.Number(
-        _UNITS.base_amplitude, bounds=BASE_AMPLITUDE_RANGE, label="A", doc="amplitude of the base, mm"
-    )
+    omega1 = param.Number(_UNITS.omega1, bounds=OMEGA1_RANGE, label="ω₁", doc="angular frequency of pendulum 1")
+    m1 = param.Number(_UNITS.m1, bounds=M1_RANGE, label="m₁", doc="mass of pendulum 1")
+    amplitude = param.Number(_UNITS.base_amplitude, bounds=BASE_AMPLITUDE_RANGE, label="A", doc="amplitude of the base")
 
 
 FIELDS = tuple(name for name in Explorer.param if name != "name")
 MAIN_FIELDS = ("eta", "K", "D", "steps")
 SYSTEM_FIELDS = tuple(_PAPER.as_dict())
 SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
+_FORMER_CHOICES = {("units", "physical"): "si"}  # in older links and files
 PAPER_FIELDS = (*SYSTEM_FIELDS, "threshold", "located")  # a scene of the paper sets them to their defaults
 
 
@@ -124,7 +123,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
     @property
     def scale(self) -> Units | None:
         """The units in which numbers are shown; None where they are shown without dimension."""
-        return Units(self.omega1, self.m1, self.amplitude) if self.units == "physical" else None
+        return None if self.units == "none" else Units(self.omega1, self.m1, self.amplitude, self.units)
 
     @property
     def period(self) -> float:
@@ -158,6 +157,7 @@ def read_values(texts: Mapping[str, object]) -> dict[str, float | int | str]:
 def _read_value(name: str, text: object) -> float | int | str:
     rule = Explorer.param[name]
     if isinstance(rule, param.Selector):
+        text = _FORMER_CHOICES.get((name, text), text) if isinstance(text, str) else text
         return read_choice(name, text, rule.objects)
     return read_number(name, text, bounds_of(name), isinstance(rule, param.Integer))
 

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import param
 from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.field_units import plain_unit, seconds_of, shown_field
 from vibroscope.app.explorer.state import (
     FIELDS,
     LONGEST_NUMBER,
-    SHARES,
     Explorer,
     Setting,
     bounds_of,
@@ -53,7 +53,7 @@ def parse_typed(text: object, *, whole: bool = False) -> Typed:
     power = (plain_power or ten_power or "0").translate(_SUPERSCRIPTS).replace("−", "-")
     bodies = _plain_digits(" ".join(digits.replace("’", "'").split()), whole)
     numbers = (float(f"{sign.replace('−', '-')}{body}e{power}") for body in bodies)
-    return Typed(tuple(dict.fromkeys(n for n in numbers if math.isfinite(n))), unit.strip())
+    return Typed(tuple(dict.fromkeys(n for n in numbers if math.isfinite(n))), plain_unit(unit))
 
 
 def _plain_digits(text: str, whole: bool) -> Iterable[str]:
@@ -138,9 +138,15 @@ def read_typed_number(
         )
     ends = " to ".join(print_end(end / units[""]) for end in bounds)
     kind = "a whole number" if whole else "a number"
-    known = [unit for unit in units if unit not in ("", shown)]
-    more = f" (or in {', '.join(known)})" if typed.unit and size is None and known else ""
-    raise Refused(name, f"{name} must be {kind} from {ends}{shown and f' {shown}'}{more}, not {quote(text)}.")
+    unknown = f" in {_list(units)}" if typed.numbers and size is None and len(units) > 1 else ""
+    no_unit = "; a unit can be typed once Units is SI or mm-t-s" if typed.unit and len(units) == 1 else ""
+    raise Refused(
+        name, f"{name} must be {kind} from {ends}{shown and f' {shown}'}{unknown}, not {quote(text)}{no_unit}."
+    )
+
+
+def _list(units: Mapping[str, float]) -> str:
+    return ", ".join(unit for unit in units if unit)
 
 
 def _scaled(number: float, size: float) -> float:
@@ -158,17 +164,31 @@ def plain_texts(texts: Mapping[str, object], setting: Setting) -> dict[str, obje
         The one that the person who typed saw.
     """
     return {
-        name: _read_field(name, text["typed"]) if isinstance(text, Mapping) and text.keys() == {"typed"} else text
+        name: _read_field(name, text["typed"], setting)
+        if isinstance(text, Mapping) and text.keys() == {"typed"}
+        else text
         for name, text in texts.items()
     }
 
 
-def _read_field(name: str, text: object) -> object:
+def _read_field(name: str, text: object, setting: Setting) -> object:
     rule = Explorer.param[name] if name in FIELDS else None
     if not isinstance(rule, param.Number):
         return text
-    units = {"": 1.0} | ({"%": 0.01} if name in SHARES else {})
+    if name == "steps" and (steps := _steps_of_time(text, setting)):
+        return steps
+    field = shown_field(name, setting)
+    options = {"units": field.typed, "shown": field.unit, "whole": isinstance(rule, param.Integer)}
     try:
-        return read_typed_number(rule.label, text, bounds_of(name), whole=isinstance(rule, param.Integer), units=units)
+        return read_typed_number(field.label, text, bounds_of(name), **options)
     except Refused as error:
         raise Refused(name, str(error)) from None
+
+
+def _steps_of_time(text: object, setting: Setting) -> str | None:
+    """The fewest steps per period of at most the typed time, as "10 µs"; None if that is no time."""
+    typed = parse_typed(text)
+    seconds = seconds_of(typed.unit)
+    if setting.scale is None or seconds is None or len(typed.numbers) != 1 or typed.numbers[0] <= 0:
+        return None
+    return str(math.ceil(setting.period / (typed.numbers[0] * seconds) * (1 - 1e-9)))

@@ -45,7 +45,7 @@ print("change first:", answer.change or "nothing")
 def as_command(setting: Setting) -> str:
     """The same as shell commands; constants other than the paper's go into a file that the commands read."""
     file, options = _system_file(setting.system, units_table(setting) if setting.scale else [])
-    options += " --units" if setting.scale else ""
+    options += f" --units {setting.scale.system}" if setting.scale else ""
     eta = print_number(setting.eta)
     reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
     return (

@@ -18,7 +18,7 @@ import csv
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -81,7 +81,7 @@ def parse_measurement(content: bytes, units: Units | None = None) -> Measurement
     delimiter = next((character for character in ";\t" if character in lines[start]), ",")
     rows = _rows(lines, delimiter)
     number, header = next(rows)
-    columns = _columns(header, number, units or Units())
+    columns = _columns(header, number, _in_millimetres(units or Units()))
     data: list[list[float]] = []
     for number, cells in rows:
         _append(data, cells, columns, number, delimiter)
@@ -103,6 +103,7 @@ def measurement_text(measurement: Measurement, units: Units, comment: str) -> st
     has_contact = measurement.contact is not None
     lines = [f"# {line}" for line in comment.splitlines()]
     lines.append(f"time [s], {first} [mm], {second} [mm]" + (", contact" if has_contact else ""))
+    units = _in_millimetres(units)
     time = units.physical("time", measurement.time)
     x1, x2 = units.physical("displacement", measurement.displacement)
     for i in range(len(measurement)):
@@ -120,6 +121,11 @@ def _lines(content: bytes) -> list[str]:
         raise ValueError(f"line {line}: not UTF-8 text; save the file as CSV in UTF-8") from None
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     return ["" if line.lstrip().startswith("#") else line for line in lines]
+
+
+def _in_millimetres(units: Units) -> Units:
+    """The same units with lengths in mm, as the columns of a file have them."""
+    return replace(units, system="mm-t-s")
 
 
 def _rows(lines: list[str], delimiter: str) -> Iterator[tuple[int, list[str]]]:

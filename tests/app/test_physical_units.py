@@ -17,8 +17,8 @@ def printed(capsys, tmp_path):
     path = tmp_path / "system.toml"
     path.write_text(FILE)
 
-    def run(*arguments):
-        assert main([*arguments, "--system", str(path), "--units", "--json"]) == 0
+    def run(*arguments, system="si"):
+        assert main([*arguments, "--system", str(path), "--units", system, "--json"]) == 0
         return json.loads(capsys.readouterr().out)
 
     return run
@@ -27,8 +27,8 @@ def printed(capsys, tmp_path):
 def test_a_run_in_physical_units(printed):
     found = printed("simulate", "--solver", "newmark", *SETTING, "--keep", "3")
     physical = found["physical"]
-    millimetres, per_second = 0.5, 0.5 * 3.0
-    scale = [millimetres, per_second, millimetres, per_second]
+    metres, per_second = 0.5e-3, 0.5e-3 * 3.0
+    scale = [metres, per_second, metres, per_second]
     assert np.allclose(physical["section"], np.array(found["section"]) * scale, rtol=1e-13)
     assert np.allclose(physical["contacts"], np.array(found["contacts"]) / 3.0, rtol=1e-13)
     assert physical["settings"]["stiffness"] == pytest.approx(12000 * 2 * 9)  # K m₁ω₁²
@@ -44,7 +44,16 @@ def test_a_motion_in_physical_units(printed, command):
         plain, physical = found["reference"], found["physical"]["reference"]
     assert physical["impulse"] == pytest.approx(plain["impulse"] * 2.0 * 0.5e-3 * 3.0)  # m₁Aω₁
     assert physical["energy_lost"] == pytest.approx(plain["energy_lost"] * 2.0 * (0.5e-3 * 3.0) ** 2)
-    assert physical["closing_speeds"] == pytest.approx([speed * 1.5 for speed in plain["closing_speeds"]])
+    assert physical["closing_speeds"] == pytest.approx([speed * 1.5e-3 for speed in plain["closing_speeds"]])
+
+
+def test_a_run_in_millimetres_and_tonnes(printed):
+    arguments = "simulate", "--solver", "newmark", *SETTING, "--keep", "3"
+    si, other = (printed(*arguments, system=system)["physical"] for system in ("si", "mm-t-s"))
+    assert (si["units"]["stiffness"], other["units"]["stiffness"]) == ("N/m", "N/mm")
+    assert other["settings"]["stiffness"] == pytest.approx(si["settings"]["stiffness"] * 1e-3)
+    assert np.allclose(other["section"], np.array(si["section"]) * 1e3, rtol=1e-13)
+    assert other["impulses"] == pytest.approx(si["impulses"])
 
 
 @pytest.mark.parametrize("command", ["simulate", "motion", "compare"])

@@ -38,7 +38,7 @@ def engine_takes(name, value):
         setting = setting._replace(kappa3=(1 + value) / 2)
     try:
         check_eta(setting.eta)
-        return all((setting.system, setting.reference, setting.penalty, setting._replace(units="physical").scale))
+        return all((setting.system, setting.reference, setting.penalty, setting._replace(units="si").scale))
     except ValueError:
         return False
 

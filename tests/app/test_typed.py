@@ -1,5 +1,7 @@
 """Typed numbers: separators, decimal commas and units are read where they are unambiguous, else refused in words."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -73,6 +75,53 @@ def test_a_text_with_two_meanings_is_refused_with_both(name, text, words):
 def test_what_is_no_number_is_refused_with_the_range(text):
     with pytest.raises(Refused, match=r"K must be a number from .* to .*, not “"):
         typed("K", text)
+
+
+UNITS = {"units": "mm-t-s", "omega1": 2 * math.pi * 15, "m1": 2.0, "amplitude": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "value"),
+    [
+        ("eta", "28", 28 / 15),
+        ("eta", "28 Hz", 28 / 15),
+        ("kappa", "32 Hz", 32 / 15),
+        ("omega1", "15 Hz", 2 * math.pi * 15),
+        ("K", "12 kN/mm", 12e6 / (2 * (2 * math.pi * 15) ** 2)),
+        ("K", "12,5", 12500 / (2 * (2 * math.pi * 15) ** 2)),  # N/mm
+        ("D", "36 N s/m", 36 / (4 * 2 * math.pi * 15)),
+        ("D", "0.036 N·s/mm", 36 / (4 * 2 * math.pi * 15)),
+        ("m1", "0.002", 2.0),  # t
+        ("m1", "2 kg", 2.0),
+        ("amplitude", "500 µm", 0.5),
+        ("threshold", "1 mm/s", 1 / (0.5 * 2 * math.pi * 15)),
+    ],
+)
+def test_units_are_read(name, text, value):
+    assert typed(name, text, **UNITS) == pytest.approx(value, rel=1e-14)
+
+
+def test_a_typed_time_step_gives_the_steps_per_period():
+    setting = Setting(**UNITS)
+    assert typed("steps", "10 µs", **UNITS) == math.ceil(setting.period / 10e-6)
+    assert typed("steps", f"{setting.period / 4000!r} s", **UNITS) == 4000
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("K", "3 kg", r"K must be a number from .* N/mm in N/m, kN/m, MN/m, N/mm, kN/mm, not “3 kg”"),
+        ("eta", "28 km", r"f must be a number from 0\.015 to 15000 Hz in Hz, kHz, .*not “28 km”"),
+    ],
+)
+def test_another_unit_is_refused_with_those_that_fit(name, text, words):
+    with pytest.raises(Refused, match=words):
+        typed(name, text, **UNITS)
+
+
+def test_a_unit_means_nothing_without_units():
+    with pytest.raises(Refused, match="a unit can be typed once Units is SI or mm-t-s"):
+        typed("K", "12 kN/mm")
 
 
 def test_a_tolerance_is_typed_like_any_other_number():

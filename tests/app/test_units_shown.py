@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import describe
 from vibroscope.app.explorer.present import present, quantity_of
-from vibroscope.app.explorer.state import Explorer, Setting, read_values
+from vibroscope.app.explorer.state import Explorer, Setting, read_setting, read_values
+from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.formats import as_csv, as_toml
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import figure_table
@@ -20,8 +22,8 @@ from vibroscope.engine import Units
 from vibroscope.engine.system_file import parse_system
 
 PLAIN = Setting()
-PHYSICAL = PLAIN._replace(units="physical", omega1=20.0, m1=3.0, amplitude=2.5)
-UNITS = Units(20.0, 3.0, 2.5)
+PHYSICAL = PLAIN._replace(units="mm-t-s", omega1=20.0, m1=3.0, amplitude=2.5)
+UNITS = Units(20.0, 3.0, 2.5, "mm-t-s")
 CACHE = Cache(48)
 
 
@@ -59,30 +61,70 @@ def test_the_runs_do_not_depend_on_the_units():
     assert compute_runs(PHYSICAL, cache=CACHE).penalty is compute_runs(PLAIN, cache=CACHE).penalty
 
 
-def notes_of(setting):
+def shown_of(setting):
     controls = Controls()
     controls.show_setting(setting)
-    return controls.shown["notes"]
+    return controls.shown
+
+
+def notes_of(setting):
+    return shown_of(setting)["notes"]
 
 
 def test_the_notes_are_what_goes_into_an_fe_input_file():
     notes = notes_of(PHYSICAL)
-    assert notes["K"] == f"{2500 * 3 * 20**2:.4g} N/m"
-    assert notes["D"] == f"damper 2D: {2 * 8 * 3 * 20:.4g} N·s/m"
     assert f"{2 * math.pi / 1.08 / 20 / 2000:.4g} s" in notes["steps"]
+    assert [notes[name].partition(" w")[0] for name in ("K", "D")] == ["K = 2500", "D = 8"]  # those of the model beside
     assert notes_of(PLAIN).keys() == {"steps"}
+
+
+@pytest.mark.parametrize(
+    ("system", "expected"),
+    [
+        ("none", {"eta": "1.08 ", "K": "2500 ", "D": "8 ", "m1": "3 kg", "amplitude": "2.5 mm", "threshold": "0.002 "}),
+        (
+            "si",
+            {"eta": f"{1.08 * 20 / 2 / math.pi:.6g} Hz", "K": "3000000 N/m", "D": "960 N·s/m", "m1": "3 kg"}
+            | {"amplitude": "0.0025 m", "threshold": "0.0001 m/s", "omega1": "20 1/s"},
+        ),
+        (
+            "mm-t-s",
+            {"K": "3000 N/mm", "D": "0.96 N·s/mm", "m1": "0.003 t", "amplitude": "2.5 mm", "threshold": "0.1 mm/s"},
+        ),
+    ],
+)
+def test_the_fields_show_the_numbers_of_an_input_file(system, expected):
+    fields = shown_of(PHYSICAL._replace(units=system))["fields"]
+    assert {name: f"{fields[name]['text']} {fields[name]['unit']}" for name in expected} == expected
+
+
+@pytest.mark.parametrize("system", ["none", "si", "mm-t-s"])
+@pytest.mark.parametrize("name", ["eta", "K", "D", "threshold", "omega1", "m1", "amplitude", "kappa", "d1"])
+def test_a_number_that_is_typed_as_it_is_shown_stays(system, name):
+    setting = PHYSICAL._replace(units=system, K=12345.0, threshold=0.00217)
+    text = shown_of(setting)["fields"][name]["text"]
+    typed = read_setting(plain_texts({name: {"typed": text}}, setting), setting)
+    assert getattr(typed, name) == pytest.approx(getattr(setting, name), rel=1e-5)
+
+
+def test_joint_damping_that_follows_from_the_dampers_is_shown_and_locked():
+    derived = PLAIN._replace(joint_damping="derived")
+    assert shown_of(PLAIN)["fields"]["d3"]["locked"] == ""
+    field = shown_of(derived)["fields"]["d3"]
+    assert float(field["text"]) == pytest.approx(derived.system.derived_joint_damping, rel=1e-3)
+    assert "as measured" in field["locked"]
 
 
 def test_the_files_name_their_units():
     rows = list(csv.reader(io.StringIO(as_csv(figure_table("force", columns_of(PHYSICAL), PHYSICAL.scale)))))
     assert rows[0] == ["series", "time [s]", "force [N]", "impulse [N·s]"]
     assert parse_system_units(as_toml(PHYSICAL)) == UNITS
-    assert "--system system.toml --units" in as_command(PHYSICAL)
+    assert "--system system.toml --units mm-t-s" in as_command(PHYSICAL)
     assert "N." in describe(compute_runs(PHYSICAL, cache=CACHE)).lines(None)["penalty"]
 
 
 def parse_system_units(text):
-    return parse_system(text[text.index("[units]") :].encode()).units
+    return replace(parse_system(text[text.index("[units]") :].encode()).units, system="mm-t-s")
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "1e-7", "1e10", "nan", ""])

@@ -1,13 +1,25 @@
 """Physical units, checked by a simulation in SI units that does not use the model's."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from vibroscope.engine import QUANTITIES, ExactPenalty, Newmark, Record, Reference, System, Units, simulate
+from vibroscope.engine import (
+    QUANTITIES,
+    UNIT_SYSTEMS,
+    ExactPenalty,
+    Newmark,
+    Record,
+    Reference,
+    System,
+    Units,
+    simulate,
+)
 
 UNITS = Units(omega1=37.0, m1=2.6, base_amplitude=0.43)
+MILLIMETRES = replace(UNITS, system="mm-t-s")
 ETA, METHOD = 2.76, ExactPenalty(300.0, 6.0)
 
 
@@ -47,8 +59,8 @@ def test_a_converted_trajectory_is_that_of_the_physical_simulation(dimensional):
     found = UNITS.trajectory(run.trajectory)
     assert found.time == pytest.approx(time, rel=1e-12)
     for row, (x, v) in enumerate(((y[0], y[1]), (y[2], y[3]))):
-        assert found.displacement[row] * 1e-3 == pytest.approx(x, abs=1e-5 * np.abs(x).max())
-        assert found.velocity[row] * 1e-3 == pytest.approx(v, abs=1e-5 * np.abs(v).max())
+        assert found.displacement[row] == pytest.approx(x, abs=1e-5 * np.abs(x).max())
+        assert found.velocity[row] == pytest.approx(v, abs=1e-5 * np.abs(v).max())
     far = np.abs(y[2] - y[0]) > 1e-6  # the force jumps where contact changes
     assert found.force[far] == pytest.approx(force[far], abs=1e-4 * force.max())
     assert force.max() > 1e-3
@@ -70,15 +82,30 @@ def test_converted_impulses_are_those_of_the_physical_simulation(dimensional):
     assert compared >= 2
 
 
-def test_the_units_obey_newtons_law():
-    factor = UNITS.factor
-    assert factor("force") == pytest.approx(factor("mass") * factor("acceleration") * 1e-3)
-    assert factor("stiffness") == pytest.approx(factor("force") / (factor("displacement") * 1e-3))
-    assert factor("damping") == pytest.approx(2 * factor("force") / (factor("velocity") * 1e-3))  # the force is 2Dξ′
+@pytest.mark.parametrize("units", [UNITS, MILLIMETRES], ids=UNIT_SYSTEMS)
+def test_the_units_of_a_system_are_consistent(units):
+    factor = units.factor
+    assert factor("force") == pytest.approx(factor("mass") * factor("acceleration"))
+    assert factor("stiffness") == pytest.approx(factor("force") / factor("displacement"))
+    assert factor("damping") == pytest.approx(2 * factor("force") / factor("velocity"))  # the force is 2Dξ′
     assert factor("impulse") == pytest.approx(factor("force") * factor("time"))
-    assert factor("energy") == pytest.approx(factor("force") * factor("displacement") * 1e-3)
+    assert factor("energy") == pytest.approx(factor("force") * factor("displacement"))
     assert factor("power") == pytest.approx(factor("energy") / factor("time"))
     assert factor("frequency") * 2 * math.pi == pytest.approx(factor("angular_frequency"))
+
+
+def test_both_systems_mean_the_same():
+    sizes = {"m": "mm", "m/s": "mm/s", "m/s²": "mm/s²", "J": "mJ", "W": "mW"}  # a thousand of the second
+    thousandths = {"kg": "t", "N/m": "N/mm", "N·s/m": "N·s/mm"}  # a thousandth
+    for quantity in QUANTITIES:
+        si, other = UNITS.unit(quantity), MILLIMETRES.unit(quantity)
+        expected = 1e3 if sizes.get(si) == other else 1e-3 if thousandths.get(si) == other else 1.0
+        assert (expected == 1.0) == (si == other)
+        assert MILLIMETRES.factor(quantity) == pytest.approx(expected * UNITS.factor(quantity))
+    assert UNITS.text("stiffness", 300.0, 3) == "1.07e+06 N/m"
+    assert MILLIMETRES.text("stiffness", 300.0, 3) == "1.07e+03 N/mm"
+    with pytest.raises(ValueError, match="system = 'imperial' is not one of si, mm-t-s"):
+        Units(system="imperial")
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -92,7 +119,8 @@ def test_the_papers_settings_in_physical_units():
     assert settings["stiffness"] == 12000  # N/m, since m₁ = 1 kg and ω₁ = 1/s
     assert settings["damping"] == 36  # N·s/m
     assert settings["time_step"] == pytest.approx(2 * math.pi / 2.76 / 8000)
-    assert Units().physical("displacement", 1.0) == 1.07
+    assert Units().physical("displacement", 1.0) == 0.00107
+    assert Units(system="mm-t-s").physical("displacement", 1.0) == 1.07
     assert set(Units().settings(2.76, Reference())) == {"excitation", "period"}
 
 

@@ -57,8 +57,8 @@ def test_a_file_is_taken_whole_or_not_at_all(visit):
 def test_physical_units_reach_every_figure_and_the_address(visit):
     explorer = visit("?eta=2.76&omega1=20&amplitude=2")
     plain = explorer.source("displacements")
-    explorer.moved(lambda: explorer.page.get_by_text("mm, s, N").click())
-    explorer.wait_for_address(units="physical", omega1="20", amplitude="2")
+    explorer.moved(lambda: explorer.page.get_by_label("mm-t-s").check())
+    explorer.wait_for_address(units="mm-t-s", omega1="20", amplitude="2")
     physical = explorer.source("displacements")
     assert abs(physical["t"][-1] - 2 * 6.283185307 / 2.76 / 20) < 1e-6
     assert abs(physical["penalty1"][7] / plain["penalty1"][7] - 2) < 1e-5

@@ -164,7 +164,9 @@ function typedField(number, link, place) {
   refusal.id = `vibroscope-${number.name}-refusal`;
   refusal.setAttribute("role", "alert");
   refusal.hidden = true;
-  let accepted = "";
+  const unit = element("span", "unit");
+  let accepted = ""; // in the numbers of the model
+  let field = { text: "", factor: 1 }; // the same as it is shown
   let typing = false; // an answer must not change what is being typed
   typed.addEventListener("input", () => { typing = true; });
   typed.addEventListener("change", () => {
@@ -172,27 +174,34 @@ function typedField(number, link, place) {
     link.set({ [number.name]: { typed: typed.value.trim() } }); // the server reads separators and units
   });
   typed.addEventListener("blur", () => {
-    if (typing) typed.value = accepted; // the text equals the one before, since there was no change event
+    if (typing) typed.value = field.text; // the text equals the one before, since there was no change event
     typing = false;
   });
   typed.addEventListener("keydown", (event) => {
     if (event.key !== "Escape") return;
     typing = false;
-    typed.value = accepted;
+    typed.value = field.text;
     link.set({ [number.name]: accepted });
   });
   place.append(refusal);
   const draw = (shown, isLatest) => {
     accepted = shown.texts[number.name];
+    field = shown.fields[number.name];
+    unit.textContent = field.unit;
+    typed.disabled = Boolean(field.locked);
+    typed.title = `${field.hint}${field.unit && `, ${field.unit}`}; ${field.locked || field.range}`;
+    typed.setAttribute("aria-label", `${field.label}: ${field.hint}${field.unit && `, ${field.unit}`}, typed`);
     const refused = shown.refused.name === number.name;
     typed.setAttribute("aria-invalid", String(refused));
     if (refused) typed.setAttribute("aria-describedby", refusal.id);
     else typed.removeAttribute("aria-describedby");
     refusal.hidden = !refused;
-    refusal.textContent = refused ? `${shown.refused.text} Escape brings back ${accepted}.` : "";
-    if (isLatest && !refused && !typing) typed.value = accepted;
+    refusal.textContent = refused ? `${shown.refused.text} Escape brings back ${field.text}.` : "";
+    if (isLatest && !refused && !typing) typed.value = field.text;
   };
-  return { typed, draw };
+  // A number of the model as the field shows it, until the server has answered.
+  const preview = (text) => (field.factor === 1 ? text : String(Number((field.factor * Number(text)).toPrecision(6))));
+  return { typed, unit, draw, preview };
 }
 
 function sliderRow(slider, link) {
@@ -200,7 +209,9 @@ function sliderRow(slider, link) {
   const id = `vibroscope-${slider.name}`;
   const label = element("label", "", slider.label);
   label.htmlFor = `${id}-typed`;
-  label.append(element("small", "", slider.hint));
+  const symbol = document.createTextNode("");
+  const hint = element("small", "", slider.hint);
+  label.replaceChildren(symbol, hint);
   const range = input("range", `${id}-slider`, `${slider.label}: ${slider.hint}`);
   const scale = scaleOf(slider);
   range.min = scale.position(slider.low);
@@ -208,21 +219,24 @@ function sliderRow(slider, link) {
   range.step = slider.step;
   const note = element("div", "note");
   const field = typedField(slider, link, note);
-  field.typed.title = `${slider.hint}; ${slider.range}, also beyond the slider`;
   const noteText = element("span");
   note.prepend(noteText);
   range.addEventListener("input", () => {
-    field.typed.value = scale.text(Number(range.value));
-    range.setAttribute("aria-valuetext", `${slider.label} ${field.typed.value}`);
-    link.set({ [slider.name]: field.typed.value });
+    const text = scale.text(Number(range.value));
+    field.typed.value = field.preview(text);
+    range.setAttribute("aria-valuetext", `${symbol.data} ${field.typed.value} ${field.unit.textContent}`.trim());
+    link.set({ [slider.name]: text });
   });
   box.append(label, field.typed, range, note);
   const draw = (shown, isLatest) => {
+    const { label: name, hint: words, unit, text } = shown.fields[slider.name];
+    symbol.data = name;
+    hint.textContent = unit ? `${words}, ${unit}` : words;
     noteText.textContent = shown.notes[slider.name] ?? "";
     field.draw(shown, isLatest);
     if (!isLatest || shown.refused.name === slider.name) return;
     range.value = scale.position(Number(shown.texts[slider.name]));
-    range.setAttribute("aria-valuetext", `${slider.label} ${shown.texts[slider.name]}`);
+    range.setAttribute("aria-valuetext", `${name} ${text} ${unit}`.trim());
   };
   return { element: box, draw };
 }

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 import param
+from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.scenes import Scene, scene_key, scenes
 from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, print_end, read_setting
 from vibroscope.app.page.files import script, style
@@ -24,7 +25,7 @@ _SOLVER_SWITCHES = {
 _VIEW_SWITCHES = {
     "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
     "coordinate": {"xi1": "ξ₁", "xi2": "ξ₂"},
-    "units": {"none": "non-dimensional", "physical": "mm, s, N"},
+    "units": {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"},
 }
 
 
@@ -55,23 +56,37 @@ class Controls(Component):
         """
         self.shown = {
             "texts": setting.texts(),
+            "fields": {name: _shown(name, setting) for name in (*MAIN_FIELDS, *_NUMBERS)},
             "notes": _notes(setting),
             "scene": scene_key(setting),
             **answer,
         }
 
 
+def _shown(name: str, setting: Setting) -> dict:
+    """A number as its field shows it; ``locked``: why it cannot be changed, empty if it can."""
+    field, value, locked = shown_field(name, setting), getattr(setting, name), ""
+    if name == "d3" and setting.joint_damping == "derived":
+        value, locked = setting.system.derived_joint_damping, "follows from d₁ and d₂; choose “as measured” to type it"
+    text = field.number(value) if not locked else f"{value:.4g}"
+    rule = Explorer.param[name]
+    low, high = (print_end(field.factor * end) for end in rule.bounds)
+    below = "" if rule.inclusive_bounds[1] else "below "
+    shown = {"label": field.label, "hint": field.hint, "unit": field.unit, "factor": field.factor}
+    return shown | {"text": text, "range": f"{low} to {below}{high}", "locked": locked}
+
+
 def _notes(setting: Setting) -> dict[str, str]:
-    """The notes below the sliders: Δτ, and the numbers of an FE input file."""
+    """The notes below the sliders: Δτ, and with units the numbers of the model."""
     step = f"Δτ = T/{setting.steps} = {2 * math.pi / setting.eta / setting.steps:.3g}"
     if setting.scale is None:
         return {"steps": step}
     numbers = setting.scale.settings(setting.eta, setting.penalty)
     return {
-        "eta": f"{numbers['excitation']:.4g} Hz, T = {numbers['period']:.4g} s",
-        "K": f"{numbers['stiffness']:.4g} N/m",
-        "D": f"damper 2D: {numbers['damping']:.4g} N·s/m",
-        "steps": f"{step}: {numbers['time_step']:.4g} s",
+        "eta": f"η = {setting.eta:.5g}, T = {numbers['period']:.4g} s",
+        "K": f"K = {setting.K:.5g} without dimension",
+        "D": f"D = {setting.D:.5g} without dimension",
+        "steps": f"Δt = T/{setting.steps} = {numbers['time_step']:.4g} s",
     }
 
 
@@ -94,9 +109,7 @@ def _slider(name: str) -> dict:
 
 def _number(name: str) -> dict:
     rule = Explorer.param[name]
-    low, high = (print_end(end) for end in rule.bounds)
-    below = "" if rule.inclusive_bounds[1] else "below "
-    return {"name": name, "label": rule.label, "hint": rule.doc, "range": f"{low} to {below}{high}"}
+    return {"name": name, "label": rule.label, "hint": rule.doc}
 
 
 def _switch(name: str, choices: dict[str, str]) -> dict:

@@ -76,8 +76,7 @@ function numberRow(number, link) {
   label.title = number.hint;
   const under = element("div", "under");
   const field = typedField(number, link, under);
-  field.typed.title = `${number.hint}; ${number.range}`;
-  box.append(label, field.typed, under);
+  box.append(label, field.typed, field.unit, under);
   return { element: box, draw: field.draw };
 }
 

@@ -34,9 +34,9 @@ _NAMES = {
     "joint_damping": "joint damping",
 }
 _LABELS = {
-    "relative": ("ξ / base amplitude", "x / mm"),
-    "absolute": ("(ξ + cos ητ) / base amplitude", "(x + A cos Ωt) / mm"),
-    "difference": ("Δξ{number} / base amplitude", "Δx{number} / mm"),
+    "relative": ("ξ / base amplitude", "x / {unit}"),
+    "absolute": ("(ξ + cos ητ) / base amplitude", "(x + A cos Ωt) / {unit}"),
+    "difference": ("Δξ{number} / base amplitude", "Δx{number} / {unit}"),
 }
 
 
@@ -176,7 +176,8 @@ class DisplacementView:
     def _switch(self, setting: Setting) -> bool:
         """Show the displacements or their difference; returns whether that has changed the quantity of the axis."""
         label = _LABELS[setting.frame][setting.scale is not None].format(
-            number="₁" if setting.coordinate == "xi1" else "₂"
+            number="₁" if setting.coordinate == "xi1" else "₂",
+            unit=setting.scale.unit("displacement") if setting.scale else "",
         )
         switched = self.figure.yaxis[0].axis_label != label
         self.figure.yaxis[0].axis_label = label

@@ -20,6 +20,7 @@ from vibroscope.app.page.shared.figure import (
     legend,
     make_figure,
     time_label,
+    unit_label,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
 
@@ -99,10 +100,9 @@ class ForceView:
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
         """Fit ranges and labels to ``columns``, which the sources hold already; zero force is always in view."""
-        physical = setting.scale is not None
         self.figure.xaxis[0].axis_label = time_label(setting)
-        self.figure.yaxis[0].axis_label = "contact force / N" if physical else "contact force λ"
-        self.figure.right[0].axis_label = "impulse / (N·s)" if physical else "impulse ∫λ dτ"
+        self.figure.yaxis[0].axis_label = _label(setting, "contact force", "force", " λ")
+        self.figure.right[0].axis_label = _label(setting, "impulse", "impulse", " ∫λ dτ")
         forces = [columns[f"force_{solver}"]["force"] for solver in ("reference", "penalty")]
         impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
         self.force.follow(forces, fresh=fresh, always=(0.0, unit_factor("force", setting)))
@@ -118,3 +118,7 @@ class ForceView:
         if not 0.4 * top <= largest[1] <= 0.82 * top:
             top = 1.26 * largest[1]
         self.impulse.put(top * low / high, top, fresh=fresh)
+
+
+def _label(setting: Setting, name: str, quantity: str, symbol: str) -> str:
+    return f"{name}{symbol}" if setting.scale is None else f"{name} / {unit_label(setting, quantity)}"

@@ -17,6 +17,7 @@ from vibroscope.app.page.shared.figure import (
     hover_tool,
     legend,
     make_figure,
+    unit_label,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
 
@@ -82,10 +83,14 @@ class PhaseView:
         return plot
 
     def _label(self, setting: Setting) -> None:
-        physical = setting.scale is not None
+        length, speed = (
+            "base amplitude" if setting.scale is None else unit_label(setting, "displacement"),
+            "" if setting.scale is None else f" / {unit_label(setting, 'velocity')}",
+        )
+        symbol = "ξ" if setting.scale is None else "x"
         for figure, sub in zip(self.figures, _SUBSCRIPT.values(), strict=True):
-            figure.xaxis[0].axis_label = f"displacement {f'x{sub} / mm' if physical else f'ξ{sub} / base amplitude'}"
-            figure.yaxis[0].axis_label = f"velocity {f'x{sub}′ / (mm/s)' if physical else f'ξ{sub}′'}"
+            figure.xaxis[0].axis_label = f"displacement {symbol}{sub} / {length}"
+            figure.yaxis[0].axis_label = f"velocity {symbol}{sub}′{speed}"
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
         """Fit ranges, line widths and labels to ``columns``, which the sources hold already."""

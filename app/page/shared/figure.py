@@ -140,6 +140,12 @@ def hover_tool(renderers: list, tooltips: Mapping[str, str], **more) -> HoverToo
     return HoverTool(renderers=renderers, tooltips=rows, formatters=dict.fromkeys(columns, "printf"), **more)
 
 
+def unit_label(setting: Setting, quantity: str) -> str:
+    """The unit of a quantity as a label has it behind "/"; with units only."""
+    unit = setting.scale.unit(quantity)
+    return f"({unit})" if "/" in unit or "·" in unit else unit
+
+
 def time_label(setting: Setting) -> str:
     """Label of a time axis."""
     return f"time {'τ/T' if setting.scale is None else 't / s'} in the last two excitation periods"
