@@ -1,43 +1,30 @@
 """The command line ``vibroscope COMMAND``; each command is a module of this package."""
 
 import argparse
+import contextlib
 import os
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
+from importlib import import_module
 
 from vibroscope.app import QUESTION
-from vibroscope.app.commands import (
-    bench,
-    compare,
-    diagram,
-    measurement,
-    motion,
-    paper,
-    recommend,
-    serve,
-    simulate,
-    stability,
-    sweep,
-    system,
-    warm,
-)
 from vibroscope.app.commands.options import OneLineParser
 
+# In the order of `vibroscope --help`; each is a module of this package.
 COMMANDS = (
-    simulate,
-    motion,
-    compare,
-    recommend,
-    serve,
-    bench,
-    stability,
-    paper,
-    diagram,
-    sweep,
-    system,
-    measurement,
-    warm,
+    "simulate",
+    "motion",
+    "compare",
+    "recommend",
+    "serve",
+    "bench",
+    "stability",
+    "paper",
+    "diagram",
+    "sweep",
+    "system",
+    "measurement",
+    "warm",
 )
 
 DESCRIPTION = f"""\
@@ -54,8 +41,18 @@ examples:
 """
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """The parser of the whole command line."""
+class _Version(argparse.Action):
+    """Prints the version, which is looked up only then."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib.metadata import version
+
+        print(f"vibroscope {version('vibroscope')}")
+        parser.exit()
+
+
+def build_parser(names: Sequence[str] = COMMANDS) -> argparse.ArgumentParser:
+    """The parser of the whole command line, or of the commands of these names alone."""
     parser = OneLineParser(
         prog="vibroscope",
         description=DESCRIPTION,
@@ -63,11 +60,23 @@ def build_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("--version", action="version", version=f"vibroscope {version('vibroscope')}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=OneLineParser)
-    for command in COMMANDS:
-        command.add(commands)
+    for name in names:
+        import_module(f"vibroscope.app.commands.{name}").add(commands)
     return parser
+
+
+def leave_out_blas() -> None:
+    """Let Numba find no BLAS, which no kernel uses: importing SciPy's takes a tenth of the time of a short run.
+
+    Numba looks for it when this undocumented module is imported. SciPy itself stays usable.
+    """
+    if "scipy.linalg" not in sys.modules:
+        sys.modules["scipy.linalg"] = None  # whose import then fails, as where SciPy is not installed
+        with contextlib.suppress(ImportError):
+            import_module("numba.np.arraymath")
+        del sys.modules["scipy.linalg"]
 
 
 def join_initial(arguments: Sequence[str]) -> list[str]:
@@ -83,7 +92,10 @@ def join_initial(arguments: Sequence[str]) -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status."""
-    options = build_parser().parse_args(join_initial(sys.argv[1:] if arguments is None else arguments))
+    words = join_initial(sys.argv[1:] if arguments is None else arguments)
+    # Only the command that is run is imported: all of them together take as long as a short run.
+    options = build_parser(words[:1] if words and words[0] in COMMANDS else COMMANDS).parse_args(words)
+    leave_out_blas()
     try:
         status = options.run(options)
         sys.stdout.flush()

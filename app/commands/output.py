@@ -1,10 +1,14 @@
 """What the commands print in the same way: notes, progress, and numbers for JSON."""
 
+from __future__ import annotations
+
 import math
 import sys
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from vibroscope.engine import CompileProgress
+if TYPE_CHECKING:  # each command imports this module, and importing the compilation imports every kernel
+    from vibroscope.engine import CompileProgress
 
 _BAR = 20  # characters
 

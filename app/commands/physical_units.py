@@ -1,11 +1,17 @@
 """``--units``: the results of a command in the units of an FE input file as well."""
 
+from __future__ import annotations
+
 import argparse
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from vibroscope.app.commands.options import units_of
 from vibroscope.app.commands.output import finite_or_none
-from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Motion, Response, Units
+from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Response, Units
+
+if TYPE_CHECKING:  # `vibroscope simulate` does without, and it imports the whole description of motions
+    from vibroscope.engine import Motion
 
 
 def add_units_option(command: argparse.ArgumentParser) -> None:

@@ -1,22 +1,15 @@
 """``vibroscope simulate``: run one solver and print its motion."""
 
+from __future__ import annotations
+
 import argparse
 import json
 from collections.abc import Sequence
 
+from vibroscope import engine
 from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
-from vibroscope.engine import (
-    CONTACT_LAWS,
-    Motion,
-    Newmark,
-    Response,
-    Steady,
-    motion,
-    repetition,
-    simulate,
-    steady,
-)
+from vibroscope.engine import CONTACT_LAWS, Newmark, Response, simulate
 
 _KEEP = default_of(simulate, "keep")
 _REST = default_of(simulate, "initial")
@@ -58,7 +51,7 @@ def run(options: argparse.Namespace) -> None:
     problem = problem_of(options)
     keep = min(_KEEP, options.periods) if options.keep is None else options.keep
     if options.steady:
-        found = steady(*problem, initial=options.initial)
+        found = engine.steady(*problem, initial=options.initial)
         response, to_json, to_text = found.response, steady_json, steady_text
     else:
         found = response = simulate(*problem, periods=options.periods, keep=keep, initial=options.initial)
@@ -90,7 +83,7 @@ def as_json(response: Response, solver: str) -> dict:
     }
 
 
-def steady_json(found: Steady, solver: str) -> dict:
+def steady_json(found: engine.Steady, solver: str) -> dict:
     """A steady motion as JSON: a run whose section holds one cycle, or the usual run where no cycle was found."""
     report = as_json(found.response, solver)
     return report | {
@@ -103,7 +96,7 @@ def steady_json(found: Steady, solver: str) -> dict:
     }
 
 
-def steady_text(found: Steady, initial: Sequence[float] = _REST) -> str:
+def steady_text(found: engine.Steady, initial: Sequence[float] = _REST) -> str:
     """A steady motion as text."""
     if not found.periodic:
         return f"{as_text(found.response, initial)}\n{found.message}"
@@ -138,7 +131,7 @@ def as_text(response: Response, initial: Sequence[float] = _REST) -> str:
     ]
     if not response.ok:
         return "\n".join([*lines, f"{response.status}: {response.message}"])
-    found = motion(response)
+    found = engine.motion(response)
     last = ", ".join(f"{value:.6g}" for value in response.section[-1])
     lines += [
         f"motion            {_motion_text(response, found, initial)}",
@@ -150,11 +143,11 @@ def as_text(response: Response, initial: Sequence[float] = _REST) -> str:
     return "\n".join(lines)
 
 
-def _motion_text(response: Response, found: Motion, initial: Sequence[float]) -> str:
+def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float]) -> str:
     """What the motion is; Newmark's section alone does not show it where the time step may have scattered it."""
     method = response.method
     if isinstance(method, Newmark) and found.period != 1 and method.law == CONTACT_LAWS[0] and response.keep >= _KEEP:
-        return repetition(motion(response.system, response.eta, method, initial=initial))
+        return engine.repetition(engine.motion(response.system, response.eta, method, initial=initial))
     if not found.near_period and response.keep < 4:
         return f"{response.keep} kept periods are too few to tell"
-    return f"{repetition(found)}{'' if found.near_period else f' within {response.keep // 2} periods'}"
+    return f"{engine.repetition(found)}{'' if found.near_period else f' within {response.keep // 2} periods'}"

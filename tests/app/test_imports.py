@@ -1,0 +1,36 @@
+"""What a command imports: starting takes most of the time of a short one."""
+
+import subprocess
+import sys
+
+import pytest
+from vibroscope import engine
+
+SCRIPT = """
+import sys
+from vibroscope.app.commands.cli import main
+main(sys.argv[1:])
+print("\\n".join(["imported", *sys.modules]))
+"""
+
+
+def imported(*command):
+    done = subprocess.run([sys.executable, "-c", SCRIPT, *command], capture_output=True, text=True, check=True)
+    return done.stdout.split("\nimported\n")[1].split()
+
+
+def test_a_run_imports_neither_studies_nor_searches_nor_the_page_nor_scipy():
+    modules = imported("simulate", "--solver", "reference", "--eta", "2.76", "--periods", "10", "--keep", "5", "--json")
+    heavy = ("vibroscope.engine.batch", "vibroscope.engine.compilation", "vibroscope.engine.motions")
+    heavy += ("vibroscope.engine.sweeps", "vibroscope.engine.recommendation", "vibroscope.engine.measurement")
+    heavy += ("vibroscope.app.page", "vibroscope.app.explorer", "vibroscope.app.paper")
+    heavy += ("bokeh", "panel", "param", "scipy.linalg", "xarray", "zarr")
+    assert [name for name in modules if name.startswith(heavy)] == []
+
+
+def test_every_public_name_of_the_engine_is_found_and_is_no_module():
+    for name in engine.__all__:
+        assert type(getattr(engine, name)).__name__ != "module", name
+    with pytest.raises(AttributeError, match="no attribute 'simulator'"):
+        _ = engine.simulator
+    assert dir(engine) == sorted(engine.__all__)
