@@ -101,6 +101,7 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
         "front_solves": [trial.cost for trial in found.front],
         "joint_damping": None if math.isnan(found.joint_damping) else found.joint_damping,
         "compensated": found.compensated,
+        "kind": found.kind,
         "reason": found.reason,
     }
     if units is not None and best:
@@ -124,11 +125,14 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     k, d, n = found.best.setting
     lines += [
         f"{'set' if found.met else 'best found':18s}K = {k:g}, D = {d:g}, {n} steps per period",
-        f"error             {percent(found.best.error)}; {percent(found.best.robust)} is kept to with half the step "
+        f"error             {_beside(found, found.best.error)}; "
+        f"{_beside(found, found.best.robust)} is kept to with half the step "
         "and by 9 in 10 neighbours",
     ]
     if found.located:
         lines.append(f"cost              {found.best.cost:.1f} solves per period")
+    if found.kind:
+        lines.append(f"mind              another kind of motion: {found.kind}")
     if found.compensated:
         part = percent(found.joint_damping)
         lines.append(
@@ -139,11 +143,15 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     return "\n".join([*lines, *_front_lines(found)])
 
 
+def _beside(found: Recommendation, error: float) -> str:
+    return percent(error, beside=found.tolerance)
+
+
 def _front_lines(found: Recommendation) -> list[str]:
     lines = ["front             steps  solves     error    robust         K         D"]
     for trial in found.front:
         k, d, n = trial.setting
-        error, robust = percent(trial.error), percent(trial.robust)
+        error, robust = _beside(found, trial.error), _beside(found, trial.robust)
         lines.append(f"{n:23d} {trial.cost:7.0f} {error:>9s} {robust:>9s} {k:9g} {d:9g}")
     return lines
 
@@ -156,7 +164,7 @@ def _curve_text(curve: list[Recommendation]) -> str:
             lines.append(f"{found.eta:7.4f}  {found.reason.split(' (')[0]}")
             continue
         (k, d, n), best = found.best.setting, found.best
-        error, robust = percent(best.error), percent(best.robust)
-        met = "yes" if found.met else f"no: {found.reason.split(':')[0]}"
+        error, robust = _beside(found, best.error), _beside(found, best.robust)
+        met = ("yes, of another kind" if found.kind else "yes") if found.met else f"no: {found.reason.split(':')[0]}"
         lines.append(f"{found.eta:7.4f} {k:9g} {d:9g} {n:7d} {best.cost:7.0f} {error:>9s} {robust:>9s}  {met}")
     return "\n".join(lines)

@@ -6,18 +6,20 @@ from collections.abc import Callable, Mapping
 from inspect import signature
 from typing import NamedTuple
 
-from vibroscope.app.explorer.explanation import sentence
+from vibroscope.app.explorer.explanation import Explanation, sentence
 from vibroscope.app.explorer.state import Setting, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
 from vibroscope.app.runtime.workers import Workers, lower_priority, pool
-from vibroscope.engine import Recommendation, Reference, System, recommend
+from vibroscope.engine import Recommendation, Reference, System, percent, recommend, rounded
 from vibroscope.engine.recommendation.recommend import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE
 
 _THREADS = 2  # searches that run at the same time, of all sessions
 _PERCENT = (0.01, 100.0)  # range of a tolerance
 _DEFAULTS = signature(recommend).parameters
+_OFFERED = (0.05, 0.1, 0.2, 0.5, 1.0)  # tolerances, of which the least that can be met is offered
+_ABOVE = 1.2  # times the part of the joint damping, which no K, D or step removes
 _FRONT_POINTS = 10  # shown, at most
 CACHE = Cache(32)  # results by their question
 
@@ -121,36 +123,59 @@ def suggestion_content(found: Recommendation) -> dict:
     -------
     dict
         ``met`` (bool), ``head`` (str), ``lines`` (list of str), ``use`` (texts of the best setting found, empty if
-        there is none), ``tolerance`` (share), and ``front``: lists of steps, error, and texts of a setting, at most
-        ten. The page takes each of these settings, since `make_question` has limited the search to those that it takes.
+        there is none), ``possible`` (the least tolerance that it meets, as a text), ``tolerance`` (share), and
+        ``front``: lists of steps, error, texts of a setting, and the error as a text, at most ten. The page takes each
+        of these settings, since `make_question` has limited the search to those that it takes.
     """
     best = found.best
     return {
         "met": found.met,
-        "head": f"An error of {_percent(found.tolerance)} is {'met' if found.met else 'not met'}",
+        "head": _head(found),
         "lines": _lines(found),
         "use": trial_texts(best) if best is not None else {},
+        "possible": percent(found.possible) if best is not None else "",
         "tolerance": found.tolerance,
-        "front": [[trial.setting.steps, trial.error, trial_texts(trial)] for trial in _thin_front(found.front, best)],
+        "front": [
+            [trial.setting.steps, trial.error, trial_texts(trial), percent(trial.error, beside=found.tolerance)]
+            for trial in _thin_front(found.front, best)
+        ],
     }
+
+
+def offered_tolerance(explanation: Explanation) -> str:
+    """A tolerance in per cent, as a text, that no joint damping stands in the way of."""
+    floor = explanation.parts.get("joint_damping", 0.0)
+    return rounded(100 * next((share for share in _OFFERED if share >= _ABOVE * floor), _OFFERED[-1]), 2)
+
+
+def _head(found: Recommendation) -> str:
+    asked = percent(found.tolerance)
+    if found.met:
+        return f"An error of {asked} is met" + (", by another kind of motion" if found.kind else "")
+    if found.best is None:
+        return "Nothing to suggest here"
+    return f"An error of {asked} is not met; {percent(found.possible, beside=found.tolerance)} is possible"
 
 
 def _lines(found: Recommendation) -> list[str]:
     if found.best is None:
         return [sentence(found.reason)]
     (stiffness, damping, steps), best = found.best.setting, found.best
+    error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
     result = (
-        f"K = {stiffness:g}, D = {damping:g}, T/Δτ = {steps}: error {_percent(best.error)}; "
-        f"nine in ten neighbouring settings have at most {_percent(best.robust)}."
+        f"K = {print_number(stiffness)}, D = {print_number(damping)}, T/Δτ = {steps:,} steps a period: error {error}; "
+        f"nine in ten neighbouring settings have at most {robust}."
     )
     if found.located:
         result += f" It costs {best.cost:.0f} solves per period, since steps are cut where contact changes."
     lines = [result] if found.met else [f"Best found: {result}", sentence(found.reason)]
+    if found.kind:
+        lines.append(f"Mind: another kind of motion: {found.kind}.")
     if found.compensated:
-        part = _percent(found.joint_damping)
+        part = percent(found.joint_damping)
         lines.append(f"Note: the joint damping alone causes {part}; errors cancel here, and may not at another η.")
     elif 1e-4 <= found.joint_damping <= found.tolerance:  # a larger one is the reason, nan means that there is none
-        lines.append(f"The joint damping alone causes {_percent(found.joint_damping)} of it.")
+        lines.append(f"The joint damping alone causes {percent(found.joint_damping)} of it.")
     return lines
 
 
@@ -160,7 +185,3 @@ def _thin_front(front: tuple, best) -> list:
         return list(front)
     wanted = {round(i * (len(front) - 1) / (_FRONT_POINTS - 2)) for i in range(_FRONT_POINTS - 1)}
     return [trial for i, trial in enumerate(front) if i in wanted or trial is best]
-
-
-def _percent(value: float) -> str:
-    return f"{100 * value:.2g} %"

@@ -72,7 +72,8 @@ def unmet_tolerance_reason(
             f"no K up to {stiffness_max:g} gave a run that reached its end within {steps_max} steps: allow more steps"
         )
     system, least = target.reference.system, front[-1]
-    found = f"the least error found is {percent(least.robust)}, with {least.setting.steps} steps per period"
+    error = percent(least.robust, beside=tolerance)
+    found = f"the least error found is {error}, with {least.setting.steps} steps per period"
     if joint_damping > tolerance:
         return (
             f"the joint damping alone makes an error of {percent(joint_damping)}: the reference holds "
@@ -83,7 +84,7 @@ def unmet_tolerance_reason(
     stiffest = stiffness_max, float(equal_restitution_damping(system, stiffness_max))
     pairs = (least.setting.stiffness, least.setting.damping), stiffest
     if min(error_without_time_step(target, *pair, cancelled) for pair in pairs) <= tolerance:
-        advice = "allow more steps" if trials.located else "allow more steps, or cut them at contact changes (located)"
+        advice = "allow more steps" if trials.located else "allow more steps, or cut them where contact changes"
         return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
     return (
         f"K is to blame: up to {stiffness_max:g} the contact stays too soft, even without a time step; {found}: "

@@ -15,7 +15,11 @@ from dataclasses import dataclass
 
 from ..methods import Newmark, Reference
 from ..model import System, check_eta, require, whole
-from ..motions.steady import steady
+from ..motions.description import describe
+from ..motions.motion import motion
+from ..motions.steady import Steady, steady
+from ..motions.words import difference_in_kind
+from ..simulate import simulate
 from .contact_search import ContactSearch
 from .front import monotone_front
 from .reasons import aperiodic_reference_reason, joint_damping_error, unmet_tolerance_reason
@@ -25,6 +29,7 @@ from .trials import Trial, Trials
 TOLERANCE_RANGE = (1e-6, 1.0)
 STIFFNESS_MAX_RANGE = (1.0, 1e11)
 STEPS_MAX_RANGE = (4, 1_000_000)
+KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes some tenths of a second
 ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
 
 
@@ -50,6 +55,9 @@ class Recommendation:
         asked for; nan if it does not exist. A smaller error results from errors that cancel each other.
     reason : str
         Why nothing meets the tolerance and what to do; empty if ``met``.
+    kind : str
+        How the motion of ``best`` and the reference's differ in kind, in words; empty if they do not. Of the settings
+        that meet the tolerance one of the reference's kind is preferred.
     """
 
     system: System
@@ -62,6 +70,12 @@ class Recommendation:
     front: tuple[Trial, ...]
     joint_damping: float
     reason: str
+    kind: str = ""
+
+    @property
+    def possible(self) -> float:
+        """The least tolerance that ``best`` meets, rounded up to two digits; nan if there is no setting."""
+        return math.nan if self.best is None else _rounded_up(self.best.robust)
 
     @property
     def method(self) -> Newmark | None:
@@ -136,7 +150,7 @@ def recommend(
         search = StepSearch(contact, tolerance, steps_max, progress)
         search.run()
         front, met = search.front(), search.met
-    best = met[0] if met else _cheapest_near_least(front)
+    best, kind = _of_same_kind(found, met or [_cheapest_near_least(front)], located, cancelled)
     joint_damping, reason = joint_damping_error(trials.target, reference, cancelled), ""
     if not met:
         limits = stiffness_max, steps_max
@@ -144,7 +158,7 @@ def recommend(
     if best is not None:
         front = monotone_front(front, best)
     progress(1.0)
-    return Recommendation(*asked, bool(met), best, tuple(front), joint_damping, reason)
+    return Recommendation(*asked, bool(met), best, tuple(front), joint_damping, reason, kind)
 
 
 def design_curve(
@@ -161,6 +175,31 @@ def design_curve(
         recommend(system, eta, progress=lambda fraction, i=i: progress((i + fraction) / len(etas)), **options)
         for i, eta in enumerate(etas)
     ]
+
+
+def _of_same_kind(
+    found: Steady, trials: list[Trial | None], located: bool, cancelled: Callable[[], bool] | None
+) -> tuple[Trial | None, str]:
+    """Return the first of a few trials whose motion is of the reference's kind, and ""; else the first, and why not."""
+    reference, run = describe(found.response, found.period), found.response
+    kinds = []
+    for trial in trials[:KINDS]:
+        if trial is None:
+            return None, ""
+        method = Newmark(*trial.setting, located=located)
+        penalty = describe(simulate(run.system, run.eta, method, cancelled=cancelled))
+        if penalty.near_period != reference.near_period:  # a time step may scatter the section
+            penalty = motion(run.system, run.eta, method, cancelled=cancelled)
+        kinds.append(difference_in_kind(reference, penalty))
+        if not kinds[-1]:
+            return trial, ""
+    return trials[0], kinds[0]
+
+
+def _rounded_up(share: float) -> float:
+    """Round up to two significant digits."""
+    unit = 10.0 ** (math.floor(math.log10(share)) - 1)
+    return float(f"{math.ceil(share / unit - 1e-9) * unit:.2g}")
 
 
 def _no_progress(fraction: float) -> None:

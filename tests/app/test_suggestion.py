@@ -3,13 +3,21 @@
 import queue
 import sys
 import threading
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from vibroscope.app.commands.options import default_of
 from vibroscope.app.explorer import suggestion
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.state import Setting, most_steps, read_setting
-from vibroscope.app.explorer.suggestion import Search, make_question, search_threads, suggestion_content
+from vibroscope.app.explorer.suggestion import (
+    Search,
+    make_question,
+    offered_tolerance,
+    search_threads,
+    suggestion_content,
+)
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Cancelled, Newmark, Recommendation, System, equal_restitution_damping, recommend
@@ -100,6 +108,7 @@ def test_a_result_that_does_not_meet_it_moves_nothing_and_says_why(searches):
         found_for(
             make_question(SETTING, {"tolerance": "5"}),
             met=False,
+            best=TRIAL._replace(error=0.0706, robust=0.0793),
             joint=0.077,
             reason="the joint damping alone makes 7.7 %",
         )
@@ -107,7 +116,8 @@ def test_a_result_that_does_not_meet_it_moves_nothing_and_says_why(searches):
     host.catch_up()
     content = suggester.view.content
     assert host.settings == []
-    assert content["head"] == "An error of 5 % is not met"
+    assert content["head"] == "An error of 5 % is not met; 8 % is possible"
+    assert content["possible"] == "8 %"
     assert content["lines"][1] == "The joint damping alone makes 7.7 %."
     assert "errors cancel here" in content["lines"][2]  # the error found is less than that of the joint damping
     assert content["use"] == {"K": "10500", "D": "15.8", "steps": "5793"}
@@ -154,7 +164,7 @@ def test_a_search_that_fails_says_so(monkeypatch):
 def test_a_front_is_thinned_to_ten_and_keeps_the_best():
     front = tuple(Trial(Chosen(1000.0, 5.0, n), 1 / n, 1 / n, n) for n in range(100, 140))
     content = suggestion_content(found_for(make_question(SETTING, {"tolerance": "5"}), front=front, best=front[17]))
-    steps = [steps for steps, _, _ in content["front"]]
+    steps = [steps for steps, *_ in content["front"]]
     assert len(steps) <= 10
     assert {100, 117, 139} <= set(steps)
 
@@ -189,3 +199,30 @@ def test_searches_have_a_lower_priority_than_the_sliders():
 
     read = search_threads().submit(lambda: os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
     assert read.result(timeout=5) > os.getpriority(os.PRIO_PROCESS, 0)
+
+
+def test_a_miss_by_a_digit_shows_by_how_much():
+    """An error that rounds to the tolerance is not said to miss it without the digit that shows so."""
+    missed = TRIAL._replace(error=0.05004, robust=0.0501)
+    content = suggestion_content(
+        found_for(make_question(SETTING, {"tolerance": "5"}), met=False, best=missed, front=(missed,))
+    )
+    assert content["head"] == "An error of 5 % is not met; 5.1 % is possible"
+    assert "error 5.004 %; nine in ten neighbouring settings have at most 5.01 %" in content["lines"][0]
+
+
+def test_another_kind_of_motion_is_never_met_without_saying_so():
+    words = "the penalty solution repeats every 2 periods, the reference repeats every period"
+    found = found_for(make_question(SETTING, {"tolerance": "5"}))
+    content = suggestion_content(replace(found, kind=words))
+    assert content["head"] == "An error of 5 % is met, by another kind of motion"
+    assert f"Mind: another kind of motion: {words}." in content["lines"]
+
+
+@pytest.mark.parametrize(
+    ("joint_damping", "offered"), [(0.0, "5"), (0.04, "5"), (0.077, "10"), (0.3, "50"), (2, "100")]
+)
+def test_the_tolerance_that_is_offered_is_above_what_the_joint_damping_makes(joint_damping, offered):
+    explanation = SimpleNamespace(parts={"total": 0.2, "joint_damping": joint_damping})
+    assert offered_tolerance(explanation) == offered
+    assert offered_tolerance(SimpleNamespace(parts={})) == "5"

@@ -3,6 +3,16 @@
 from .explorer import wait_until
 
 
+def test_the_tolerance_offered_is_met_at_the_first_click(visit):
+    """The joint damping alone makes 7.7 % here."""
+    explorer = visit("?eta=1.08&K=2500&D=8&steps=2000").explained()
+    field = explorer.page.get_by_label("Tolerance")
+    wait_until(lambda: field.input_value() == "10", what="a tolerance that can be met")
+    explorer.page.get_by_role("button", name="Suggest K").click()
+    explorer.page.locator(".suggest[data-phase=done]").wait_for(timeout=60_000)
+    assert explorer.page.locator(".suggest .status").text_content() == "An error of 10 % is met"
+
+
 def test_a_suggestion_moves_the_sliders_and_is_one_step_back(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000&located=yes")
     explorer.page.get_by_role("button", name="Suggest K").click()

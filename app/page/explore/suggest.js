@@ -60,13 +60,18 @@ function ask(model, limits) {
   const form = element("form", "ask");
   const label = element("label", "", "Error ≤");
   const field = element("input");
-  Object.assign(field, { type: "text", value: "5", inputMode: "decimal", autocomplete: "off", maxLength: 12 });
+  Object.assign(field, { type: "text", inputMode: "decimal", autocomplete: "off", maxLength: 12 });
   field.setAttribute("aria-label", "Tolerance: relative rms error in per cent");
   const go = button("Suggest K, D, Δτ", "Search for the fewest steps with at most this error, and set them", () => {});
   go.type = "submit";
   label.append(field, element("span", "", "%"));
   const more = button("Limits", "Limits of the search: the largest K, the most steps", () => limits.toggle(!limits.open), "quiet");
   form.id = "vibroscope-ask";
+  let typed = false; // from then on, no other tolerance is offered
+  const offer = () => { if (!typed) field.value = model.offer; };
+  field.addEventListener("input", () => { typed = true; });
+  model.on("offer", offer);
+  offer();
   form.append(label, go, more);
   listen("suggest", () => form.requestSubmit());
   form.addEventListener("submit", (event) => {
@@ -94,7 +99,7 @@ function running(model) {
 function result() {
   const box = element("div", "found");
   const list = element("ul");
-  const use = button("Use the best found", "Move the sliders to the best setting found", () => emit("set", use.texts));
+  const use = button("", "Set K, D and Δτ to the best setting found", () => emit("set", use.texts));
   const place = element("div", "front");
   box.append(list, use, place);
   return {
@@ -105,6 +110,7 @@ function result() {
       list.replaceChildren(...content.lines.map((line) => element("li", "", line)));
       use.texts = content.use;
       use.hidden = content.met || !Object.keys(content.use).length;
+      use.textContent = `Accept ${content.possible} and use it`;
       place.replaceChildren(...(content.front.length > 1 ? [front(content)] : []));
     },
   };
@@ -123,15 +129,20 @@ function front({ front: points, tolerance, use }) {
     ...ends(points.map(([steps]) => steps)).map((steps) =>
       svgElement("text", { x: x(steps), y: HIGH - FRAME.bottom + 14, "text-anchor": x(steps) > WIDE / 2 ? "end" : "start" },
         String(steps))),
-    ...ends(points.map(([, error]) => error)).map((error) =>
-      svgElement("text", { x: FRAME.left - 8, y: y(error) + 4, "text-anchor": "end" }, percent(error))),
+    ...[...new Map(extremes(points)).entries()].map(([error, text]) =>
+      svgElement("text", { x: FRAME.left - 8, y: y(error) + 4, "text-anchor": "end" }, text)),
     svgElement("polyline", { points: points.map(([steps, error]) => `${x(steps)},${y(error)}`).join(" ") }),
-    ...points.map(([steps, error, texts]) => point(x(steps), y(error), steps, error, texts, same(texts, use))),
+    ...points.map(([steps, error, texts, text]) => point(x(steps), y(error), steps, text, texts, same(texts, use))),
   );
   return root;
 }
 
 const ends = (values) => [...new Set([Math.min(...values), Math.max(...values)])];
+// The smallest and the largest error, each with its text.
+function extremes(points) {
+  const sorted = points.map(([, error, , text]) => [error, text]).sort(([a], [b]) => a - b);
+  return [sorted[0], sorted.at(-1)];
+}
 const same = (a, b) => ["K", "D", "steps"].every((name) => a[name] === b[name]);
 
 function scale(values, from, to) {
@@ -140,7 +151,7 @@ function scale(values, from, to) {
 }
 
 function point(cx, cy, steps, error, texts, best) {
-  const name = `${steps} steps, error ${percent(error)}: K ${texts.K}, D ${texts.D}`;
+  const name = `${steps} steps, error ${error}: K ${texts.K}, D ${texts.D}`;
   const dot = svgElement("circle", { cx, cy, r: best ? 6 : 4.5, class: best ? "best" : "", tabindex: 0, role: "button" });
   dot.setAttribute("aria-label", `Set ${name}`);
   dot.append(svgElement("title", {}, name));

@@ -6,8 +6,15 @@ from functools import partial
 
 import param
 from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.explanation import Explanation
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.suggestion import Search, default_limits, make_question, suggestion_content
+from vibroscope.app.explorer.suggestion import (
+    Search,
+    default_limits,
+    make_question,
+    offered_tolerance,
+    suggestion_content,
+)
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.tab import TabHost
@@ -23,6 +30,8 @@ class SuggestPanel(Component):
         default={"phase": "idle"},
         doc="phase: idle, running, done or failed; share; error; and `app.explorer.suggestion.suggestion_content`",
     )
+
+    offer = param.String(default="5", doc="the tolerance in the field until one is typed")
 
     _esm = script("shared/dom", "explore/suggest")
     _stylesheets = [style("explore/suggest")]  # noqa: RUF012 - Panel reads it from the class
@@ -46,6 +55,10 @@ class Suggester:
             if question != question.follow(setting):
                 self.withdraw()
 
+    def offer(self, explanation: Explanation) -> None:
+        """Offer a tolerance that can be met where this difference is."""
+        self.view.offer = offered_tolerance(explanation)
+
     def withdraw(self) -> None:
         """Stop the search and remove its result."""
         self.close()
@@ -63,7 +76,7 @@ class Suggester:
         points = self.view.content.get("front", [])
         if len(points) < 2:
             return {}
-        steps, errors, texts = zip(*points, strict=True)
+        steps, errors, texts, _ = zip(*points, strict=True)
         numbers = {name: [float(point[name]) for point in texts] for name in ("K", "D")}
         return {"steps": [*steps], "error": [*errors], **numbers}
 

@@ -253,6 +253,7 @@ class Explore(Tab):
         self.findings.update(self._result.description, explanation, self._kinds, shipped=shipped)
         self.displacement.explain(explanation.series if explanation else {}, self._result.setting)
         if explanation is not None:  # only then, so that a screen reader reads one summary for each result
+            self._suggester.offer(explanation)
             self.host.summarise(self._summary_text())
 
     def _summary_text(self) -> str:

@@ -37,12 +37,6 @@ const listenUntil = (name, act) => {
   return () => document.removeEventListener(`vibroscope:${name}`, heard);
 };
 
-// A share in per cent with two digits; one below `least` only as being so.
-const percent = (share, least = 0) => {
-  const text = (value) => `${Number((100 * value).toPrecision(2))} %`;
-  return share < least ? `< ${text(least)}` : text(share);
-};
-
 // Preferences that this browser keeps; a browser may forbid storage, and then they are not kept.
 const preferences = {
   get: (name) => {
