@@ -194,6 +194,7 @@ class JobQueue:
         self._waiting: tuple[int, Setting] | None = None
         self._busy = False
         self._closed = False
+        self._cancelled = 0  # times that all was cancelled
         self._session = logs.session.get()
 
     def submit(self, move: int, setting: Setting) -> None:
@@ -210,6 +211,12 @@ class JobQueue:
         with self._lock:
             self._waiting = None
 
+    def cancel(self) -> None:
+        """Drop the job that waits, and cancel the one that runs."""
+        with self._lock:
+            self._waiting = None
+            self._cancelled += 1
+
     def close(self) -> None:
         """The session has ended: cancel the running job and deliver nothing more."""
         with self._lock:
@@ -217,14 +224,22 @@ class JobQueue:
             self._waiting = None
 
     def _work(self) -> None:
-        with logs.in_session(self._session):
-            while (job := self._next_job()) is not None:
+        """Do one job; the next one waits behind those of other sessions, or a session that moves would stop theirs."""
+        with self._lock:
+            job, self._waiting = self._waiting, None
+        if job is not None:
+            with logs.in_session(self._session):
                 self._run(*job)
+        with self._lock:
+            self._busy = again = self._waiting is not None
+        if again:
+            self._pool.submit(self._work)
 
     def _run(self, move: int, setting: Setting) -> None:
-        begin = time.monotonic()
+        begin, cancelled = time.monotonic(), self._cancelled
+        end = begin + self._grace
         try:
-            result = self._solve(setting, cancelled=lambda: self._is_overtaken(begin + self._grace))
+            result = self._solve(setting, cancelled=lambda: self._cancelled != cancelled or self._is_overtaken(end))
         except Cancelled:
             return
         except Exception as error:  # the page shows it; it must not end the worker thread
@@ -243,9 +258,3 @@ class JobQueue:
 
     def _is_overtaken(self, deadline: float) -> bool:
         return self._closed or (self._waiting is not None and time.monotonic() > deadline)
-
-    def _next_job(self) -> tuple[int, Setting] | None:
-        with self._lock:
-            job, self._waiting = self._waiting, None
-            self._busy = job is not None
-            return job

@@ -83,8 +83,11 @@ def workers() -> Workers:
 
 
 def background_worker() -> Workers:
-    """Return a pool of one thread for explanations, so that many of them never delay another session's figures."""
-    return pool("patient", 1)
+    """Return a pool of two threads for explanations, so that many of them never delay another session's figures.
+
+    Two, since one that takes seconds must not keep all other sessions waiting.
+    """
+    return pool("patient", 2)
 
 
 def jobs() -> int:

@@ -138,3 +138,23 @@ def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(vi
     explorer.judged()
     assert badge.text_content() == "chaotic"
     assert badge.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "solid"
+
+
+def test_the_verdict_of_another_setting_is_not_read_as_that_of_the_figures(visit):
+    """While the verdict of the new figures is not known, the one before is greyed for half a second, then hidden."""
+    explorer = visit().explained()
+    text = explorer.page.locator(".line.verdict p").first
+    mark = explorer.page.locator(".line.verdict .stale-mark")
+    assert text.is_visible()
+    assert not mark.is_visible()
+    set_pending = """on => {
+      const model = [...Bokeh.documents[0].all_models].find(model => model.class_name?.startsWith("Findings"));
+      model.data.setv({ content: { ...Object.fromEntries(Object.entries(model.data.content)), pending: on } });
+    }"""
+    for _ in range(3):  # as while a slider moves: each result starts without a verdict
+        explorer.page.evaluate(set_pending, True)
+    mark.wait_for(timeout=2000)
+    assert not text.is_visible()
+    explorer.page.evaluate(set_pending, False)
+    text.wait_for(timeout=2000)
+    assert not mark.is_visible()

@@ -48,8 +48,8 @@ class Explainer:
         return explanation
 
     def withdraw(self) -> None:
-        """Another setting will be shown: drop the request that waits."""
-        self._queue.withdraw()
+        """Another setting will be shown: stop, or its explanation would wait for one that nobody needs any more."""
+        self._queue.cancel()
 
     def close(self) -> None:
         """The session has ended."""
@@ -59,18 +59,17 @@ class Explainer:
         if self._is_visible() and result == self._result:
             self._queue.submit(0, self._setting)
 
-    def _deliver(self, _: int, result: Explanation | Exception) -> None:
+    def _deliver(self, _: int, result: tuple[Setting, Explanation] | Exception) -> None:
         """In a worker thread."""
         if isinstance(result, Exception):
             text = f"The difference could not be explained ({error_text(result)}). The figures are right; move on."
             self.host.call_later(partial(self.host.report_error, text))
         else:
-            self.host.call_later(self._show_cached)
+            self.host.call_later(partial(self._show_shown, *result))
 
-    def _show_cached(self) -> None:
+    def _show_shown(self, setting: Setting, explanation: Explanation) -> None:
         """Show the explanation if it is that of the setting that is shown by now."""
-        explanation = _CACHE.get(_key(self._setting))
-        if explanation is not None and self._is_visible():
+        if self._is_visible() and _key(setting) == _key(self._setting):
             self._show(explanation)
 
 
@@ -79,14 +78,14 @@ def _key(setting: Setting) -> object:
     return setting.system, setting.eta, setting.penalty, setting.reference
 
 
-def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> Explanation:
+def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> tuple[Setting, Explanation]:
     explanation = _CACHE.get(_key(setting))
     if explanation is None:
         waiting = _waiting_for_curves(cancelled)
         waiting()
         explanation = explain(compute_runs(setting, waiting), waiting)
         _CACHE.put(_key(setting), explanation)
-    return explanation
+    return setting, explanation
 
 
 def _waiting_for_curves(cancelled: Callable[[], bool] | None) -> Callable[[], bool]:

@@ -4,6 +4,9 @@
 const LARGEST = 1;
 const SMALLEST = 1e-4;
 
+// The verdict of the setting before stays, greyed, for so long (ms): most are known by then, and the text does not flicker.
+const STALE_AFTER = 500;
+
 export function render({ model }) {
   const root = element("div", "lines");
   const lines = [
@@ -16,9 +19,21 @@ export function render({ model }) {
   ];
   const draw = () => {
     const { content } = model;
-    root.dataset.pending = String(content.pending === true || content.headline === undefined);
+    const pending = content.pending === true || content.headline === undefined;
+    root.dataset.pending = String(pending);
+    markStale(pending);
     lines.forEach((show) => show(content));
     emit("findings", content);
+  };
+  // Counted from the first result without a verdict: while a slider moves, there is a new one with each frame.
+  let timer = 0;
+  const markStale = (pending) => {
+    if (pending) timer ||= setTimeout(() => { root.dataset.stale = "true"; }, STALE_AFTER);
+    else {
+      clearTimeout(timer);
+      timer = 0;
+      root.dataset.stale = "false";
+    }
   };
   listen("report-findings", () => emit("findings", model.content));
   model.on("content", draw);
@@ -31,6 +46,15 @@ function shippedMark(root) {
   mark.title = "Computed when this version was made; this machine's own result replaces it as soon as its solvers are compiled";
   root.append(mark);
   return ({ shipped }) => { mark.hidden = !shipped; };
+}
+
+// A head that says so while what stands below it is hidden, since it is that of another setting.
+function stampedHead(title) {
+  const head = element("h2", "", title);
+  const mark = element("span", "stale-mark", "computing …");
+  mark.setAttribute("role", "status");
+  head.append(mark);
+  return head;
 }
 
 // One solution: period, impacts and contact; and, once it is known, the kind of its motion with the evidence.
@@ -63,7 +87,7 @@ function verdict(root) {
   const more = element("details");
   const list = element("ul");
   more.append(element("summary", "", "Numbers"), list);
-  box.append(element("h2", "", "Do they agree?"), text, change, more);
+  box.append(stampedHead("Do they agree?"), text, change, more);
   root.append(box);
   return (content) => {
     text.textContent = content.headline ?? "computing …";

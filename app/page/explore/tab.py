@@ -211,6 +211,8 @@ class Explore(Tab):
             "undo the last move, or choose another value.",
             move,
         )
+        if self._result is not None and self._explanation is None:  # that of the figures was stopped for this one
+            self._update_findings(self._explainer.follow(self._result.setting))
 
     def _write(self, result: _Result) -> None:
         """Change all figures in place."""

@@ -1,0 +1,125 @@
+"""Explanations: that of the setting that is shown, whatever else is being explained, and never another one."""
+
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from vibroscope.app.explorer.compute import JobQueue
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.explore import explainer as module
+from vibroscope.app.page.explore.explainer import Explainer
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.engine import Cancelled
+
+from .fakes import QueueingHost
+
+SLOW, NEXT, LAST = (Setting()._replace(eta=eta) for eta in (1.0, 1.1, 1.2))
+
+
+class Document:
+    """Calls back at once what should be called after a rest."""
+
+    def add_timeout_callback(self, callback, _):
+        callback()
+
+
+@pytest.fixture
+def explained(monkeypatch):
+    """Stands for the engine: the explanation of SLOW never ends by itself."""
+    seen = []
+
+    def explain(runs, cancelled):
+        seen.append(runs)
+        while runs is SLOW:
+            if cancelled():
+                raise Cancelled
+            time.sleep(0.002)
+        return f"of {runs.eta}"
+
+    monkeypatch.setattr(module, "_CACHE", Cache(1))
+    monkeypatch.setattr(module, "compute_runs", lambda setting, cancelled: setting)
+    monkeypatch.setattr(module, "explain", explain)
+    return seen
+
+
+def explaining(seen, setting):
+    end = time.monotonic() + 10
+    while setting not in seen:
+        assert time.monotonic() < end
+        time.sleep(0.002)
+
+
+def test_an_explanation_that_takes_for_ever_keeps_neither_another_session_waiting_nor_its_own(explained):
+    host, other, shown = QueueingHost(doc=Document()), QueueingHost(doc=Document()), []
+    explainer = Explainer(host, lambda: True, shown.append)
+    explainer.follow(SLOW)
+    explaining(explained, SLOW)
+    Explainer(other, lambda: True, shown.append).follow(NEXT)
+    other.catch_up()
+    assert shown == ["of 1.1"]
+    explainer.withdraw()  # the page computes the next setting
+    explainer.follow(LAST)
+    host.catch_up()
+    assert shown == ["of 1.1", "of 1.2"]
+
+
+def test_an_explanation_that_comes_too_late_is_not_shown_and_a_full_cache_loses_none(explained):
+    host, shown = QueueingHost(doc=Document()), []
+    explainer = Explainer(host, lambda: True, shown.append)
+    explainer.follow(NEXT)
+    explaining(explained, NEXT)
+    explainer.follow(LAST)
+    explaining(explained, LAST)
+    host.catch_up()  # NEXT is ready, and the page shows LAST
+    assert shown == []
+    module._CACHE.put("other sessions", "fill the cache")
+    host.catch_up()
+    assert shown == ["of 1.2"]
+
+
+def test_a_session_that_always_has_another_job_does_not_stop_the_others():
+    delivered, gate = [], threading.Event()
+    with ThreadPoolExecutor(1) as pool:
+
+        def solve(setting, cancelled):
+            gate.wait(10)
+            if setting is not LAST and len(delivered) < 50:
+                busy.submit(0, setting)  # it has moved again
+            return setting
+
+        busy = JobQueue(lambda move, setting: delivered.append("busy"), solve=solve, pool=pool)
+        other = JobQueue(lambda move, setting: delivered.append("other"), solve=solve, pool=pool)
+        busy.submit(0, NEXT)
+        other.submit(0, LAST)
+        gate.set()
+        end = time.monotonic() + 10
+        while len(delivered) < 51:
+            assert time.monotonic() < end
+            time.sleep(0.002)
+    assert delivered.index("other") <= 1
+
+
+def test_cancelling_stops_the_running_job_and_the_waiting_one():
+    started, stopped, delivered = threading.Event(), threading.Event(), []
+
+    def solve(setting, cancelled):
+        started.set()
+        while setting is SLOW:
+            if cancelled():
+                stopped.set()
+                raise Cancelled
+            time.sleep(0.002)
+        return setting
+
+    with ThreadPoolExecutor(1) as pool:
+        queue = JobQueue(lambda move, _: delivered.append(move), solve=solve, pool=pool, grace=60)
+        queue.submit(1, SLOW)
+        assert started.wait(10)
+        queue.submit(2, NEXT)
+        queue.cancel()
+        assert stopped.wait(10)
+        queue.submit(3, NEXT)
+        while not delivered:
+            time.sleep(0.002)
+    assert delivered == [3]
