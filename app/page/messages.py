@@ -54,6 +54,7 @@ _ACTIONS: dict[str, Callable[[Session, object], None]] = {
     "pin": lambda session, on: session.pin(bool(on)),
     "theme": _if_text(lambda session, theme: session.choose_theme(theme)),
     "tab": _if_text(lambda session, key: session.open(key)),
+    "complete": lambda session, _: session.tab_area.tab.complete(),
     "take": _if_text(lambda session, what: session.take(what)),
     "load": lambda session, parts: session.load(parts),
 }

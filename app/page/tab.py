@@ -144,6 +144,9 @@ class Tab(ABC):
         """The figures that have data."""
         return []
 
+    def complete(self) -> None:  # noqa: B027 - most tabs have all of theirs
+        """The user looks at what can be taken away: make the figures that are still to come."""
+
     def table(self, name: str) -> list[Series]:
         """The data of one of the `figures`."""
         raise KeyError(name)

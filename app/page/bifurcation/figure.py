@@ -14,7 +14,17 @@ from bokeh.models import ColumnDataSource, Label, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Explorer, Setting
-from vibroscope.app.page.shared.figure import BLUE, FONT, GREY, INK, VERMILLION, empty_source, make_figure, write
+from vibroscope.app.page.shared.figure import (
+    BLUE,
+    FONT,
+    GREY,
+    INK,
+    VERMILLION,
+    empty_source,
+    hover_tool,
+    make_figure,
+    write,
+)
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.bifurcation import (
     MOST_BESIDE,
@@ -57,9 +67,10 @@ class BifurcationView:
         self._on_eta = on_eta
         self.ranges = {"eta": OwnedRange(*_ETA), "value": OwnedRange(-10, 10)}
         self._drawn: tuple[str, str] | None = None  # solver and coordinate
-        self.points = {solver: empty_source(f"bifurcation_{solver}", "eta", "value") for solver in _COLOURS}
-        self.artefacts = empty_source("bifurcation_artefacts", "eta", "value")
-        self.other = empty_source("bifurcation_other", "eta", "value")
+        columns = ("eta", "value", "period")
+        self.points = {solver: empty_source(f"bifurcation_{solver}", *columns) for solver in _COLOURS}
+        self.artefacts = empty_source("bifurcation_artefacts", *columns)
+        self.other = empty_source("bifurcation_other", *columns)
         self.strip_source = ColumnDataSource(
             {name: [] for name in ("left", "right", "colour", "hatch", "period", "kind")}, name="bifurcation_periods"
         )
@@ -78,12 +89,14 @@ class BifurcationView:
             x_range=self.ranges["eta"].range,
             y_range=self.ranges["value"].range,
         )
-        plot.scatter("eta", "value", source=self.other, marker="square", size=2.2, color=GREY, line_color=None)
-        for solver, colour in _COLOURS.items():
+        points = []
+        for source, colour in ((self.other, GREY), *((self.points[solver], _COLOURS[solver]) for solver in _COLOURS)):
             glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
-            plot.scatter("eta", "value", source=self.points[solver], **glyph)
+            points.append(plot.scatter("eta", "value", source=source, **glyph))
         hollow = {"marker": "circle", "size": 4.2, "fill_color": None, "line_color": VERMILLION, "line_alpha": 0.45}
-        plot.scatter("eta", "value", source=self.artefacts, **hollow)
+        points.append(plot.scatter("eta", "value", source=self.artefacts, **hollow))
+        rows = {"η": "@eta", "value": "@value", "period (0: none found)": "@period"}
+        plot.add_tools(hover_tool(points, rows, limit=1))
         self._scenes = [  # the paper's η, which mean nothing for another system
             Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted")
             for scene in scenes().values()
@@ -222,4 +235,9 @@ def _columns(
     result: PartialDiagram, coordinate: str, most: int = MOST_POINTS, artefacts: bool | None = None
 ) -> dict[str, np.ndarray]:
     eta, value = result.points(coordinate, most, artefacts)
-    return {"eta": eta.astype(np.float32), "value": value.astype(np.float32)}
+    period = result.period[np.searchsorted(result.question.axis, eta)]
+    return {
+        "eta": eta.astype(np.float32),
+        "value": value.astype(np.float32),
+        "period": np.nan_to_num(period).astype(np.uint8),  # at most half the kept periods
+    }

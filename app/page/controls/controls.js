@@ -37,6 +37,7 @@ export function render({ model }) {
   };
   model.on("shown", draw);
   draw();
+  cueScroll(root, true);
   return root;
 }
 

@@ -37,7 +37,7 @@ class Controls(Component):
     shown = param.Dict(default={}, doc="The accepted setting, see `show_setting`")
 
     _esm = script("shared/dom", "controls/parts", "controls/controls")
-    _stylesheets = [style("controls/controls")]  # noqa: RUF012 - Panel reads it from the class
+    _stylesheets = [style("shared/scroll_cue", "controls/controls")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:
         super().__init__(spec=_spec(), css_classes=["controls"], sizing_mode="stretch_both", **params)

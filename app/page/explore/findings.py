@@ -30,7 +30,7 @@ class Findings(Component):
     content = param.Dict(default={}, doc="The fields of a description; those of its explanation, once it is known")
 
     _esm = script("shared/dom", "explore/findings")
-    _stylesheets = [style("explore/findings")]  # noqa: RUF012 - Panel reads it from the class
+    _stylesheets = [style("shared/scroll_cue", "explore/findings")]  # noqa: RUF012 - Panel reads it from the class
 
     def update(
         self, description: Description, explanation: Explanation | None, kinds: Kinds | None, *, shipped: bool = False

@@ -1,5 +1,7 @@
 // The head of the page: title, question, tabs, take-away menu, theme, keys, tour, errors, and the summary for screen readers.
 
+const ONLY_TOUCH = matchMedia("(hover: none) and (pointer: coarse)"); // no keys to list
+
 export function render({ model }) {
   const root = element("header", "head");
   const title = element("h1", "", "Vibroscope");
@@ -11,13 +13,14 @@ export function render({ model }) {
     takeAway.element,
     themeButton(model),
     button("Tour", "From the problem to a suggestion, in six steps", () => tour(root, true)),
-    button("?", "Keys and help (?)", () => keys.open()),
+    ONLY_TOUCH.matches ? button("?", "Help", () => emit("tab", { value: "help" }))
+      : button("?", "Keys and help (?)", () => keys.open()),
   );
   bar.append(title, tabList(model), tools);
   root.append(bar, question(model), compilationLine(model), errorLine(model), summary(model), keys.element);
   shortcuts(keys, takeAway);
-  const adaptFigures = () => { darken(); adaptToTouch(); adaptToNarrowPage(); };
-  model.on("tab", () => whenDrawn(root, adaptFigures)); // another tab has other figures
+  const adaptFigures = () => { darken(); adaptToTouch(); allFigures().forEach(fitFigure); };
+  for (const name of ["tab", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
   whenDrawn(root, () => { adaptFigures(); markMain(); tour(root, false); });
   return root;
 }
@@ -55,12 +58,14 @@ function tabList(model) {
     const step = { ArrowRight: 1, ArrowLeft: -1, Home: -tabs.length, End: tabs.length }[event.key];
     if (!step) return;
     event.preventDefault();
-    const now = tabs.findIndex((tab) => tab.dataset.tab === model.tab);
+    const now = tabs.indexOf(event.target); // the open tab lags behind quick presses
     const next = Math.abs(step) > 1 ? (step < 0 ? 0 : tabs.length - 1) : (now + step + tabs.length) % tabs.length;
     tabs[next].focus();
     tabs[next].click();
   });
-  const open = (key) => { if (key !== model.tab) emit("tab", { value: key }); };
+  let last = model.tab; // that was asked for, here or elsewhere on the page
+  listen("tab", ({ value }) => { last = value; });
+  const open = (key) => { if (key !== last) emit("tab", { value: key }); };
   listen("tab-number", ({ value }) => tabs[value]?.click());
   const draw = () => tabs.forEach((tab) => {
     const on = tab.dataset.tab === model.tab;
@@ -214,17 +219,5 @@ function adaptToTouch() {
   if (!matchMedia("(pointer: coarse)").matches) return;
   for (const tool of allFigures().flatMap((figure) => figure.toolbar.tools)) {
     if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, LOCAL);
-  }
-}
-
-// On a narrow page a legend would not fit in one row, and in several it would hide curves, so it is put above the frame.
-function adaptToNarrowPage() {
-  if (innerWidth > 700) return;
-  for (const figure of allFigures()) {
-    const legends = figure.center.filter((part) => part.type === "Legend");
-    if (!legends.length) continue;
-    for (const legend of legends) legend.setv({ ncols: 2 }, LOCAL);
-    const center = figure.center.filter((part) => !legends.includes(part));
-    figure.setv({ center, above: [...figure.above, ...legends] }, LOCAL);
   }
 }

@@ -22,13 +22,8 @@ class Header(Component):
     summary = param.String(default="", doc="Summary of the figures for screen readers")
 
     _esm = script(
-        "shared/dom",
-        "shared/theme",
-        "header/exercises",
-        "header/tour",
-        "header/picture",
-        "header/take_away",
-        "header/header",
+        *("shared/dom", "shared/fit", "shared/theme"),
+        *("header/exercises", "header/tour", "header/picture", "header/take_away", "header/header"),
     )
     _stylesheets = [style("header/header")]  # noqa: RUF012 - Panel reads it from the class
 

@@ -55,6 +55,7 @@ function takeAwayMenu(model) {
     else await orShowError(file.name, async () => save(file.name, new Blob([await withFigures(file)], { type: file.type })));
   });
   box.append(head, panel);
+  box.addEventListener("toggle", () => { if (box.open) model.send_msg({ complete: true }); });
   document.addEventListener("keydown", (event) => { if (event.key === "Escape") box.open = false; });
   document.addEventListener("click", (event) => { if (!event.composedPath().includes(box)) box.open = false; });
   return { element: box, toggle: () => { box.open = !box.open; if (box.open) panel.querySelector("button").focus(); } };

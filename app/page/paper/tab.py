@@ -95,6 +95,11 @@ class Paper(Tab):
 
     # -- export --------------------------------------------------------------
 
+    def complete(self) -> None:
+        """Check all claims, also those that never came into view."""
+        for key in CLAIMS:
+            self._request(key)
+
     def figures(self) -> list[Figure]:
         """The table of claims, and the figure of each claim that has been checked."""
         found = [

@@ -56,6 +56,25 @@ const oncePerTask = (act) => {
   };
 };
 
+// Shows a cue at the lower edge of a box that scrolls, as long as there is more below (`scroll_cue.css`). The box is
+// ``content`` itself, or else the host of its component.
+function cueScroll(content, itself = false) {
+  const cue = element("div", "cue", "▾ more");
+  cue.ariaHidden = "true";
+  content.append(cue);
+  let box = null;
+  const draw = () => box.toggleAttribute("data-more", box.scrollHeight - box.scrollTop - box.clientHeight > 12);
+  const sizes = new ResizeObserver(() => {
+    if (!box) {
+      box = itself ? content : content.getRootNode().host;
+      box.addEventListener("scroll", draw, { passive: true });
+      sizes.observe(box);
+    }
+    draw();
+  });
+  for (const each of [content, ...content.children]) sizes.observe(each);
+}
+
 // Models and views of Bokeh by name; null while there are none. Bokeh itself searches all models at each call.
 const modelCache = new Map();
 const modelOf = (name) => {

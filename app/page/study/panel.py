@@ -19,7 +19,7 @@ class StudyPanel(Component):
     statements = param.List(default=[], doc="Head and text of what the figures say")
 
     _esm = script("shared/dom", "study/study")
-    _stylesheets = [style("study/study")]  # noqa: RUF012 - Panel reads it from the class
+    _stylesheets = [style("shared/scroll_cue", "study/study")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(
         self, spec: dict, chosen: dict, on_choice: Callable[[dict], None], on_stop: Callable[[bool], None], **params

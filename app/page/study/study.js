@@ -16,6 +16,7 @@ export function render({ model }) {
   const draw = () => shows.forEach((show) => show(model));
   for (const name of ["chosen", "status", "key", "statements"]) model.on(name, draw);
   draw();
+  cueScroll(root);
   whenThere(model.spec.figures, () => {
     if (model.spec.cursor) dragged(model.spec.cursor);
     if (matchMedia("(pointer: coarse)").matches) model.spec.figures.forEach(scrolled);

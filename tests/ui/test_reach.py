@@ -1,0 +1,88 @@
+"""Keys, names, sizes for fingers: every part of the page can be reached and is named."""
+
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.report import as_report
+
+from .explorer import wait_until
+
+# Elements that the keyboard reaches, and that a screen reader would read without a name.
+UNNAMED = """() => {
+  const unnamed = [];
+  const walk = root => root.querySelectorAll("*").forEach(node => {
+    if (node.checkVisibility()) {
+      const text = node.ariaLabel || node.textContent.trim() || node.title || node.getAttribute("aria-labelledby")
+        || node.labels?.length;
+      if (node.tabIndex >= 0 && !text && !node.getAttribute("role")?.includes("main")) unnamed.push(node.outerHTML);
+    }
+    if (node.shadowRoot) walk(node.shadowRoot);
+  });
+  walk(document.body);
+  return unnamed.map(html => html.slice(0, 120));
+}"""
+
+
+def test_quick_arrow_presses_on_the_tabs_all_count(visit):
+    explorer = visit()
+    tabs = explorer.page.get_by_role("tab")
+    tabs.first.focus()
+    for _ in range(4):
+        explorer.page.keyboard.press("ArrowRight")
+    explorer.page.keyboard.press("ArrowLeft")
+    explorer.page.locator("[role=tab][aria-selected=true]").and_(tabs.nth(3)).wait_for()
+    wait_until(lambda: explorer.address().get("tab") == "step", what="the tab in the link")
+
+
+def test_every_stop_of_the_keyboard_has_a_name(visit):
+    explorer = visit("?tab=step")
+    wait_until(lambda: explorer.page.get_by_role("figure").count() == 4, what="figures with names")
+    assert explorer.page.evaluate(UNNAMED) == []
+    explorer.open_tab("Explore")
+    wait_until(lambda: explorer.page.get_by_role("figure").count() == 6, what="figures with names")
+    assert explorer.page.evaluate(UNNAMED) == []
+    names = [figure.get_attribute("aria-label") for figure in explorer.page.get_by_role("figure").all()]
+    assert "Phase plot, pendulum 1, displacement ξ₁ / base amplitude, velocity ξ₁′" in names
+
+
+def test_on_a_phone_legends_are_for_fingers_and_the_question_mark_is_help(visit):
+    explorer = visit(width=390, height=844, has_touch=True, is_mobile=True)
+    entries = explorer.page.get_by_role("switch")
+    wait_until(lambda: min(entry.bounding_box()["height"] for entry in entries.all()) >= 24, what="high entries")
+    explorer.page.get_by_role("button", name="Help").tap()
+    explorer.page.locator("[role=tab][aria-selected=true]:text-is('Help')").wait_for()
+    assert explorer.page.locator("dialog[open]").count() == 0
+
+
+def test_a_report_does_not_scroll_sideways_on_a_phone(visit):
+    page = visit(width=320, height=568).page
+    source = {"program": "Vibroscope", "made": "today", "address": "?" + "&".join(f"name{i}={i}" for i in range(200))}
+    words = {"A very_long_word" + "x" * 80: "y" * 200}
+    page.set_content(as_report("Explore", words, Setting(), [], ["print(" + "z" * 300 + ")"], source))
+    assert page.evaluate("document.scrollingElement.scrollWidth") == 320
+
+
+def test_a_hover_over_the_bifurcation_diagram_reads_eta_value_and_period(visit):
+    explorer = visit("?tab=bifurcation")
+    wait_until(lambda: len(explorer.source("bifurcation_reference")["eta"]) > 100, 60, "points")
+    wait_until(lambda: explorer.page.locator(".progress").get_by_text("complete").count(), 60, "a complete diagram")
+    source = explorer.source("bifurcation_reference")
+    at = min(range(len(source["eta"])), key=lambda i: abs(source["eta"][i] - 2.3))
+    figure = explorer.figure("bifurcation")
+    frame, share = figure["frame"], {}
+    for axis, value in (("x", source["eta"][at]), ("y", source["value"][at])):
+        low, high = figure[axis]
+        share[axis] = (value - low) / (high - low)
+    x, y = frame["x"] + share["x"] * frame["width"], frame["y"] + (1 - share["y"]) * frame["height"]
+    explorer.page.mouse.move(x - 30, y - 30)
+    explorer.page.mouse.move(x, y)
+    tooltip = explorer.page.locator(".bk-Tooltip")
+    tooltip.wait_for()
+    text = tooltip.inner_text()
+    assert f"{source['eta'][at]:.4g}" in text
+    assert "period" in text
+
+
+def test_the_menu_of_the_paper_lists_every_figure(visit):
+    explorer = visit("?tab=paper")
+    explorer.page.get_by_text("Take away", exact=True).click()
+    rows = explorer.page.locator(".take-away .item")
+    wait_until(lambda: rows.count() > 30, 120, "all figures")
