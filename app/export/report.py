@@ -13,10 +13,10 @@ from vibroscope.app.export.formats import Figure
 
 _STYLE = """
 body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #22303c; }
+body { overflow-wrap: anywhere; }
 table { border-collapse: collapse; } td, th { padding: 2px 14px 2px 0; text-align: left; font-weight: normal; }
-h1, td, p { overflow-wrap: anywhere; }
 figure { margin: 1.5rem 0; } figure svg { max-width: 100%; height: auto; } figcaption { color: #566573; }
-pre { padding: 10px; white-space: pre-wrap; overflow-wrap: anywhere; background: #f3f5f7; font-size: 13px; }
+pre { padding: 10px; white-space: pre-wrap; background: #f3f5f7; font-size: 13px; }
 """
 
 

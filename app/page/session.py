@@ -175,8 +175,9 @@ class Session:
     def update_offers(self) -> None:
         """Figures to take away have come or gone."""
         offers = offered_figures(self.tab_area.tab)
-        if offers != self.header.offers:
-            self.header.offers = offers
+        missing = self.tab_area.tab.missing()
+        if (offers, missing) != (self.header.offers, self.header.missing):
+            self.header.param.update(offers=offers, missing=missing)
 
     def _update_address(self) -> None:
         """Send the address if the view has changed it; this answers no move."""

@@ -144,8 +144,12 @@ class Tab(ABC):
         """The figures that have data."""
         return []
 
+    def missing(self) -> str:
+        """What `complete` would make, as the menu Take away says it; empty if nothing."""
+        return ""
+
     def complete(self) -> None:  # noqa: B027 - most tabs have all of theirs
-        """The user looks at what can be taken away: make the figures that are still to come."""
+        """Make the figures that the tab makes only on request."""
 
     def table(self, name: str) -> list[Series]:
         """The data of one of the `figures`."""

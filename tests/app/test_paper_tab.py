@@ -139,3 +139,15 @@ def test_a_check_that_fails_says_so_on_its_card_and_is_tried_again(checks, host,
     checks.work()
     host.deliver()
     assert tab.cards["4C"].found["verdict"] == "agrees"
+
+
+def test_the_menu_says_how_many_figures_are_missing_and_makes_all(checks, host):
+    tab = host.tab
+    tab.cards["4C"].receive(SEEN)
+    checks.work()
+    assert tab.missing() == f"{len(CLAIMS)} more: claims not checked yet"
+    host.deliver()
+    assert tab.missing() == f"{len(CLAIMS) - 1} more: claims not checked yet"
+    tab.complete()
+    tab.complete()
+    assert sorted(key for _, (key,) in checks.jobs) == sorted(CLAIMS.keys() - {"4C"})

@@ -47,6 +47,14 @@ function takeAwayMenu(model) {
     for (const old of [...each.children]) if (!wanted.includes(old)) old.remove();
     wanted.forEach((one, at) => { if (each.children[at] !== one) each.insertBefore(one, each.children[at] ?? null); });
   };
+  const more = row("", button("Check all", "Check all claims, so that all figures are here", () => model.send_msg({ complete: true })));
+  const drawMore = () => {
+    more.firstChild.textContent = model.missing;
+    more.hidden = !model.missing;
+  };
+  panel.insertBefore(more, status);
+  model.on("missing", drawMore);
+  drawMore();
   model.on("offers", draw);
   draw();
   model.on("msg:custom", async (message) => {
@@ -55,7 +63,6 @@ function takeAwayMenu(model) {
     else await orShowError(file.name, async () => save(file.name, new Blob([await withFigures(file)], { type: file.type })));
   });
   box.append(head, panel);
-  box.addEventListener("toggle", () => { if (box.open) model.send_msg({ complete: true }); });
   document.addEventListener("keydown", (event) => { if (event.key === "Escape") box.open = false; });
   document.addEventListener("click", (event) => { if (!event.composedPath().includes(box)) box.open = false; });
   return { element: box, toggle: () => { box.open = !box.open; if (box.open) panel.querySelector("button").focus(); } };

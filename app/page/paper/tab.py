@@ -95,6 +95,11 @@ class Paper(Tab):
 
     # -- export --------------------------------------------------------------
 
+    def missing(self) -> str:
+        """How many claims have not come into view."""
+        count = len(CLAIMS) - len(self._findings)
+        return f"{count} more: claims not checked yet" if count else ""
+
     def complete(self) -> None:
         """Check all claims, also those that never came into view."""
         for key in CLAIMS:

@@ -86,8 +86,9 @@ function nameFigure(view) {
   const { model: figure } = view;
   const title = figure.title?.visible ? wholeText(figure.title, "text") : "";
   const axes = axesOf(figure).filter((axis) => axis.visible).map((axis) => wholeText(axis, "axis_label")).filter(Boolean);
-  view.el.setAttribute("role", "figure");
-  view.el.setAttribute("aria-label", [title || figure.name, ...axes].join(", "));
+  const stop = view.canvas_view.events_el; // has the keyboard's focus
+  stop.setAttribute("role", "figure");
+  stop.setAttribute("aria-label", [title || figure.name, ...axes].join(", "));
 }
 
 const fitted = new WeakSet(); // views that are followed
