@@ -3,7 +3,6 @@
 A sweep needs the Poincaré section of each run and what kind of motion it is, not its events.
 """
 
-import os
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -11,13 +10,11 @@ import numpy as np
 from .cells import STATUSES, CellResults, Cells
 from .drivers import batch as driver
 from .drivers.section import describe_section, name_numbers
-from .drivers.threads import share_out
+from .drivers.threads import share_out, thread_count
 from .methods import Newmark, Reference
 from .model import require, whole
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
-
-THREADS_LIMIT = 1024
 
 
 def run_cells(
@@ -67,7 +64,7 @@ def run_cells(
         bool(early_stop),
         tuple(whole("coordinate", c, 0, 3, "0 to 3 are ξ₁, ξ₁′, ξ₂ and ξ₂′") for c in coordinates),
     )
-    threads = whole("threads", os.cpu_count() or 1 if threads is None else threads, 1, THREADS_LIMIT, "give one a core")
+    threads = thread_count(threads)
     results = driver.empty_results(len(cells), task)
     if len(cells) > 0:
         most = (task.transient + task.sample) * cells.steps_each().max()

@@ -5,11 +5,11 @@ The kernels release the GIL, so plain threads serve many sessions. No panel impo
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.compilation import compilation
-from vibroscope.app.runtime.workers import workers
+from vibroscope.app.runtime.workers import Workers, give_way, workers
 from vibroscope.engine import (
     Cancelled,
     Motion,
@@ -160,7 +160,7 @@ class JobQueue:
     """The computations of one session: at most one runs and at most one waits, the newest.
 
     A job that is overtaken by a newer one is still delivered if it ends within ``grace`` seconds, or a long drag would
-    show nothing until it stops. After that time it is cancelled.
+    show nothing until it stops. After that time it is cancelled. After each job its thread is free for other sessions.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ class JobQueue:
         or with the exception that it raised.
     solve : callable
         ``solve(setting, cancelled=...)``.
-    pool : ThreadPoolExecutor or None
+    pool : Workers or None
         Threads to use; None: those that compute figures.
     what, measure
         Name in the log, metric of the duration.
@@ -180,7 +180,7 @@ class JobQueue:
         deliver: Callable[[int, Any], None],
         *,
         solve: Callable[..., Any] = compute_runs,
-        pool: ThreadPoolExecutor | None = None,
+        pool: Workers | None = None,
         grace: float = 0.4,
         what: str = "computed",
         measure: metrics.Durations = metrics.SOLVED,
@@ -204,7 +204,7 @@ class JobQueue:
             if self._busy or self._closed:
                 return
             self._busy = True
-        compilation.when_done(lambda: self._pool.submit(self._work))
+        compilation.when_done(lambda: self._pool.submit(self._work, session=self._session))
 
     def withdraw(self) -> None:
         """Drop the job that waits; one that runs goes on."""
@@ -233,20 +233,27 @@ class JobQueue:
         with self._lock:
             self._busy = again = self._waiting is not None
         if again:
-            self._pool.submit(self._work)
+            with contextlib.suppress(RuntimeError):  # the server stops
+                self._pool.submit(self._work, session=self._session)
 
     def _run(self, move: int, setting: Setting) -> None:
-        begin, cancelled = time.monotonic(), self._cancelled
-        end = begin + self._grace
+        begin, of_cancelled = time.monotonic(), self._cancelled
+        others = 0.0  # s that jobs of other sessions took in this one's place
+
+        def cancelled() -> bool:
+            nonlocal others
+            others += give_way()
+            return self._cancelled != of_cancelled or self._is_overtaken(begin + others + self._grace)
+
         try:
-            result = self._solve(setting, cancelled=lambda: self._cancelled != cancelled or self._is_overtaken(end))
+            result = self._solve(setting, cancelled=cancelled)
         except Cancelled:
             return
         except Exception as error:  # the page shows it; it must not end the worker thread
             result = error
             logs.event(f"not {self._what}", logging.ERROR, error=error, move=move)
         else:
-            seconds = time.monotonic() - begin
+            seconds = time.monotonic() - begin - others
             self._measure.add(seconds)
             logs.event(self._what, move=move, seconds=seconds)
         if self._closed:

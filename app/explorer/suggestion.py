@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from inspect import signature
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ from vibroscope.app.explorer.state import Setting, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
+from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.runtime.workers import Workers, lower_priority, pool
 from vibroscope.engine import Recommendation, Reference, System, percent, recommend, rounded
 from vibroscope.engine.recommendation.recommend import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE
@@ -91,11 +92,12 @@ class Search(Job):
         self._on_result = on_result
         self._begin(search_threads())
 
-    def _answer(self) -> None:
+    def _answer(self) -> Iterator[None]:
         found = CACHE.get(self.question) or self._recommend()
         CACHE.put(self.question, found)
         if not self.cancelled:
             self._on_result(self, found)
+        yield
 
     def _fail(self, error: Exception) -> None:
         self._on_result(self, error)
@@ -106,6 +108,7 @@ class Search(Job):
             asked.pop("system"),
             asked.pop("eta"),
             **asked,
+            threads=current_settings().threads,
             progress=lambda share: self._on_progress(self, share),
             cancelled=lambda: self.cancelled,
         )

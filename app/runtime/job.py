@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import threading
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.compilation import compilation
@@ -30,25 +32,38 @@ class Job(ABC):
         return self._cancelled.is_set()
 
     @abstractmethod
-    def _answer(self) -> None:
-        """Find the answer and report it; may raise `engine.Cancelled`."""
+    def _answer(self) -> Iterator[None]:
+        """Find the answer and report it, slice by slice: after each, other sessions have their turn.
+
+        May raise `engine.Cancelled`.
+        """
 
     @abstractmethod
     def _fail(self, error: Exception) -> None:
         """Report that the work failed."""
 
     def _begin(self, threads: Workers) -> None:
-        compilation.when_done(lambda: threads.submit(self._work))
+        self._slices = self._answer()
+        self._threads = threads
+        compilation.when_done(lambda: threads.submit(self._work, session=self._session))
 
     def _work(self) -> None:
-        if self.cancelled:
+        if self.cancelled or not self._work_on():
+            self._slices.close()
             return
+        with contextlib.suppress(RuntimeError):  # the server stops
+            self._threads.submit(self._work, session=self._session)
+
+    def _work_on(self) -> bool:
+        """Compute one slice; returns whether there are more."""
         with logs.in_session(self._session):
             try:
-                self._answer()
-            except Cancelled:
-                return
+                next(self._slices)
+            except (StopIteration, Cancelled):
+                return False
             except Exception as error:  # the page shows it; the worker thread must survive
                 logs.event("not answered", logging.ERROR, error=error, job=type(self).__name__.lower())
                 if not self.cancelled:
                     self._fail(error)
+                return False
+        return True

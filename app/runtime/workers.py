@@ -1,5 +1,9 @@
 """The thread pools of one process, shared by all sessions; threads suffice because the kernels release the GIL.
 
+Sessions take turns. The next job of a pool is one of the session that has had least of its threads lately, whatever
+came first, and a long job that calls `give_way` now and then lets such jobs run at once. So a session pays for its
+expensive jobs with its own waiting time.
+
 Every pool is created here, so that a server that stops knows which jobs are still running.
 """
 
@@ -11,75 +15,184 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
 
 from vibroscope.app.runtime import metrics
 from vibroscope.app.runtime.settings import current_settings
 
 _SOLVER = "solver"
-_NICE = 10  # added to the niceness of background threads; on Linux each thread has its own
+_NICE = 10  # added to the niceness of the process for background threads; on Linux each thread has its own
+_HALF_LIFE = 10.0  # s after which half of what a session has had is forgotten
+_MARGIN = 0.1  # s that a running job's session must have had more than a waiting one's for the job to give way
+_MOST_NESTED = 8  # jobs that give way to each other in one thread
+_FORGOTTEN = 1e-3  # s of which no account is kept
+
+
+@dataclass(eq=False)
+class _Job:
+    session: str
+    work: Callable[[], object]
+    future: Future
+    submitted: float
+    begun: float = 0.0
+    paused: float = 0.0  # s in which other jobs ran in its place
+
+
+class _Thread(threading.local):
+    """What this thread does: its pool, and the jobs that run in it, each in the place of the one before."""
+
+    def __init__(self) -> None:
+        self.pool: Workers | None = None
+        self.running: list[_Job] = []
+
+
+_thread = _Thread()
+
+
+def give_way() -> float:
+    """Run waiting jobs of sessions that have had less time than that of the job which calls this; returns seconds.
+
+    Call it from a job that runs long, in the job's own thread, many times a second.
+    """
+    return _thread.pool.run_lighter_jobs() if _thread.running else 0.0
 
 
 class Workers(ThreadPoolExecutor):
-    """A thread pool that counts its unfinished jobs."""
+    """A thread pool in which sessions take turns.
 
-    def __init__(self, name: str, threads: int, initializer: Callable[[], None] | None = None) -> None:
+    Parameters
+    ----------
+    name : str
+        Name of its threads.
+    threads : int
+        Number of threads.
+    initializer : callable, optional
+        Runs once in each thread.
+    waited : metrics.Durations, optional
+        Where the time goes for which jobs wait for a thread.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        threads: int,
+        initializer: Callable[[], None] | None = None,
+        waited: metrics.Durations | None = None,
+    ) -> None:
         super().__init__(max_workers=threads, thread_name_prefix=name, initializer=initializer)
-        self._jobs = 0
+        self._waited = waited
         self._lock = threading.Lock()
+        self._waiting: list[_Job] = []
+        self._running = 0
+        self._had: dict[str, float] = {}  # s of this pool's threads by session
+        self._counted = time.monotonic()  # when the last part of that was forgotten
 
-    def submit(self, job: Callable, /, *args, **kwargs) -> Future:
-        """See `concurrent.futures.Executor.submit`."""
-        self._count(1)
-        try:
-            future = super().submit(job, *args, **kwargs)
-        except RuntimeError:  # the pool is shut down
-            self._count(-1)
-            raise
-        future.add_done_callback(lambda _: self._count(-1))
-        return future
-
-    def _count(self, more: int) -> None:
+    def submit(self, job: Callable, /, *args, session: str = "", **kwargs) -> Future:
+        """See `concurrent.futures.Executor.submit`; ``session`` is the one that the job belongs to."""
+        entry = _Job(session, partial(job, *args, **kwargs), Future(), time.monotonic())
         with self._lock:
-            self._jobs += more
+            self._waiting.append(entry)
+        try:
+            super().submit(self._run_next)
+        except RuntimeError:  # the pool is shut down
+            with self._lock:
+                self._waiting.remove(entry)
+            raise
+        return entry.future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """See `concurrent.futures.Executor.shutdown`."""
+        if cancel_futures:
+            with self._lock:
+                cancelled, self._waiting = self._waiting, []
+            for entry in cancelled:
+                entry.future.cancel()
+        super().shutdown(wait, cancel_futures=cancel_futures)
 
     @property
     def jobs(self) -> int:
         """Number of jobs that wait or run."""
-        return self._jobs
+        return len(self._waiting) + self._running
 
+    def run_lighter_jobs(self) -> float:
+        """See `give_way`."""
+        if not self._waiting or len(_thread.running) > _MOST_NESTED:
+            return 0.0
+        running, begun = _thread.running[-1], time.monotonic()
+        had = begun - running.begun - running.paused
+        while (entry := self._next_job(running.session, had - _MARGIN)) is not None:
+            self._run(entry)
+        seconds = time.monotonic() - begun
+        running.paused += seconds
+        return seconds
 
-class _Solvers(Workers):
-    """The pool that solves what figures wait for; it measures how long a job waits for its thread."""
+    def _run_next(self) -> None:
+        entry = self._next_job()
+        if entry is not None:  # else another job gave way to the one that this call was submitted for
+            _thread.pool = self
+            self._run(entry)
 
-    def submit(self, job: Callable, /, *args, **kwargs) -> Future:
-        submitted = time.monotonic()
+    def _next_job(self, session: str | None = None, more: float = 0.0) -> _Job | None:
+        """The next job, where a session is given only if that has had more than the job's own, with ``more`` to it."""
+        with self._lock:
+            self._forget()
+            entry = min(self._waiting, key=lambda entry: self._had.get(entry.session, 0.0), default=None)
+            if entry is None:
+                return None
+            if session is not None and self._had.get(entry.session, 0.0) >= self._had.get(session, 0.0) + more:
+                return None
+            self._waiting.remove(entry)
+            self._running += 1
+        return entry
 
-        def measured():
-            metrics.WAITED.add(time.monotonic() - submitted)
-            return job(*args, **kwargs)
+    def _run(self, entry: _Job) -> None:
+        entry.begun = time.monotonic()
+        if self._waited is not None:
+            self._waited.add(entry.begun - entry.submitted)
+        _thread.running.append(entry)
+        try:
+            if entry.future.set_running_or_notify_cancel():
+                try:
+                    result = entry.work()
+                except BaseException as error:  # as in `concurrent.futures`: it belongs to who asked
+                    entry.future.set_exception(error)
+                else:
+                    entry.future.set_result(result)
+        finally:
+            _thread.running.pop()
+            seconds = time.monotonic() - entry.begun - entry.paused
+            with self._lock:
+                self._running -= 1
+                self._had[entry.session] = self._had.get(entry.session, 0.0) + seconds
 
-        return super().submit(measured)
+    def _forget(self) -> None:
+        now = time.monotonic()
+        kept = 0.5 ** ((now - self._counted) / _HALF_LIFE)
+        self._counted = now
+        self._had = {name: had * kept for name, had in self._had.items() if had * kept > _FORGOTTEN}
 
 
 _pools: dict[str, Workers] = {}
 _pools_lock = threading.Lock()
 
 
-def _pool(name: str, create: Callable[[], Workers]) -> Workers:
+def pool(
+    name: str,
+    threads: int,
+    initializer: Callable[[], None] | None = None,
+    waited: metrics.Durations | None = None,
+) -> Workers:
+    """Return the pool of this name, created on first use: see `Workers`."""
     with _pools_lock:
         if name not in _pools:
-            _pools[name] = create()
+            _pools[name] = Workers(name, threads, initializer, waited)
         return _pools[name]
-
-
-def pool(name: str, threads: int, initializer: Callable[[], None] | None = None) -> Workers:
-    """Return the pool of this name, created on first use; ``initializer`` runs once in each of its threads."""
-    return _pool(name, lambda: Workers(name, threads, initializer))
 
 
 def workers() -> Workers:
     """Return the pool that solves what figures wait for."""
-    return _pool(_SOLVER, lambda: _Solvers(_SOLVER, current_settings().threads))
+    return pool(_SOLVER, current_settings().threads, waited=metrics.WAITED)
 
 
 def background_worker() -> Workers:
@@ -98,7 +211,8 @@ def jobs() -> int:
 def lower_priority() -> None:
     """Give this thread, and those that it starts, a lower priority than the solvers of the figures (on Linux)."""
     if sys.platform == "linux":
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
+        own = os.getpriority(os.PRIO_PROCESS, os.getpid())
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), own + _NICE)  # the system takes at most 19
 
 
 def shut_down(seconds: float) -> int:

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import COORDINATES, Method, System
 from vibroscope.engine.sweeps import (
     COARSEST,
@@ -187,7 +188,8 @@ def grow_diagram(
     question: DiagramQuestion, last: PartialDiagram | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialDiagram]:
     """Partial results of the diagram, from ``last`` on; raises `Cancelled`."""
-    study, options = question.study(), RunOptions(cancelled=cancelled)
+    study = question.study()
+    options = RunOptions(threads=current_settings().threads, cancelled=cancelled)
     values, preview, judged = (last.values, last.preview, last.judged) if last else (empty_values(study), None, None)
     if study.sequential:
         coarse = replace(study, values=study.values[question.preview_cells])

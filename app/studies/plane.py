@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import STATUSES, Newmark, Status, System
 from vibroscope.engine.sweeps import MISSING, PlaneStudy, RunOptions, grow, nearest_known
 
@@ -125,6 +126,6 @@ def grow_plane(
     question: PlaneQuestion, last: PartialPlane | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialPlane]:
     """Partial results of the plane, from ``last`` on; raises `Cancelled`."""
-    options = RunOptions(cancelled=cancelled)
+    options = RunOptions(threads=current_settings().threads, cancelled=cancelled)
     for partial in grow(question.study(), options, picture=True, known=last and last.values):
         yield PartialPlane(question, partial.values())

@@ -6,6 +6,7 @@ study is remembered by its question, so that a study that was cancelled goes on 
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Iterator
 from typing import Protocol
@@ -15,7 +16,7 @@ from vibroscope.app.runtime.job import Job
 from vibroscope.app.runtime.workers import Workers, lower_priority, pool
 
 THREADS = 4  # studies that run at the same time, of all sessions
-SECONDS = 180.0  # of one study, unless its user says "go on"
+SECONDS = 180.0  # of one study's own time, unless its user says "go on"
 
 RESULTS = Cache(24)  # the last partial result of each study by its question
 
@@ -59,16 +60,21 @@ class StudyJob(Job):
         self.out_of_time = False
         self._begin(study_threads())
 
-    def _answer(self) -> None:
-        end = time.monotonic() + SECONDS
-        for partial in self._grow(self.question, self._results.get(self.question), self._cancelled.is_set):
-            self._results.put(self.question, partial)
-            if self.cancelled:
-                return
-            self.out_of_time = partial.share < 1 and time.monotonic() > end
-            self._deliver(self, partial)
-            if self.out_of_time:
-                return
+    def _answer(self) -> Iterator[None]:
+        used, begin = 0.0, time.monotonic()
+        growing = self._grow(self.question, self._results.get(self.question), self._cancelled.is_set)
+        with contextlib.closing(growing):
+            for partial in growing:
+                used += time.monotonic() - begin
+                self._results.put(self.question, partial)
+                if self.cancelled:
+                    return
+                self.out_of_time = partial.share < 1 and used > SECONDS
+                self._deliver(self, partial)
+                if self.out_of_time:
+                    return
+                yield
+                begin = time.monotonic()
 
     def _fail(self, error: Exception) -> None:
         self._deliver(self, error)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import Newmark, System
 from vibroscope.engine.sweeps import MISSING, SCHEMES, RunOptions, StepStudy, grow_cached
 
@@ -91,5 +92,6 @@ def grow_step(question: StepQuestion, last: PartialStep | None, cancelled: Calla
         yield last
         return
     study = question.study()
-    for values in grow_cached(study, RunOptions(cells_per_chunk=STEPS_AT_ONCE, cancelled=cancelled)):
+    options = RunOptions(threads=current_settings().threads, cells_per_chunk=STEPS_AT_ONCE, cancelled=cancelled)
+    for values in grow_cached(study, options):
         yield PartialStep(question, study, values)

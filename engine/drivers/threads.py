@@ -3,18 +3,26 @@
 Threads take the next few cells from one iterator as they become free, so that a hard cell delays no other.
 """
 
+import os
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 
+from ..model import whole
 from ..result import Cancelled
 
 GRAIN = 4  # cells that a thread takes at a time, at least; chains stay together
+MOST_THREADS = 1024
 POLL = 0.02  # seconds between two looks at how far the threads are
 
 Worker = Callable[[tuple[int, int], np.ndarray, int], None]
+
+
+def thread_count(threads: int | None) -> int:
+    """Number of threads to use, by default one for each core; raises ValueError if it is out of range."""
+    return whole("threads", os.cpu_count() or 1 if threads is None else threads, 1, MOST_THREADS, "give one a core")
 
 
 def share_out(

@@ -8,11 +8,11 @@ was run from rest by Newmark's method, and so were its neighbours, so that it do
 """
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
+from ..drivers.threads import thread_count
 from ..methods import Newmark, Reference
 from ..model import System, check_eta, require, whole
 from ..motions.description import describe
@@ -97,6 +97,7 @@ def recommend(
     reference: Reference | None = None,
     stiffness_max: float = 1e6,
     steps_max: int = 65_536,
+    threads: int | None = None,
     progress: Callable[[float], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Recommendation:
@@ -117,6 +118,8 @@ def recommend(
         Largest K to try.
     steps_max : int
         Largest number of steps per period to try.
+    threads : int, optional
+        To try settings side by side; by default one for each core.
     progress : callable, optional
         Called in the calling thread with the fraction that is done at least, 0 to 1.
     cancelled : callable, optional
@@ -138,13 +141,14 @@ def recommend(
     tolerance = require("tolerance", tolerance, *TOLERANCE_RANGE, "give the relative rms error to keep to")
     stiffness_max = require("stiffness_max", stiffness_max, *STIFFNESS_MAX_RANGE, "give the largest K to try")
     steps_max = whole("steps_max", steps_max, *STEPS_MAX_RANGE, "give the most steps per period to try")
+    threads = thread_count(threads)
     reference = reference or Reference()
     progress = progress or _no_progress
     found = steady(system, eta, reference, cancelled=cancelled)
     asked = (system, eta, reference, tolerance, located)
     if not found.periodic:
         return Recommendation(*asked, False, None, (), math.nan, aperiodic_reference_reason(found))
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         trials = Trials(found, located, pool, cancelled)
         contact = ContactSearch(trials, system, eta, stiffness_max, tolerance)
         search = StepSearch(contact, tolerance, steps_max, progress)

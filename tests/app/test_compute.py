@@ -2,7 +2,6 @@
 
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 from unittest.mock import Mock
 
 import numpy as np
@@ -11,6 +10,7 @@ from vibroscope.app.explorer.compute import ORBIT_PERIODS, JobQueue, RunPair, co
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.workers import Workers
 from vibroscope.engine import Cancelled
 
 SETTING = Setting()
@@ -18,8 +18,8 @@ SETTING = Setting()
 
 @pytest.fixture
 def pool():
-    with ThreadPoolExecutor(2) as executor:
-        yield executor
+    with Workers("test", 2) as pool:
+        yield pool
 
 
 class Solver:

@@ -1,0 +1,146 @@
+"""Sessions take turns in a pool: one that computes much delays no other."""
+
+import threading
+import time
+from concurrent.futures import CancelledError
+from types import SimpleNamespace
+
+import pytest
+from vibroscope.app.explorer.compute import JobQueue
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.workers import Workers, give_way
+from vibroscope.app.studies import study_job
+
+SETTING = Setting()
+
+
+@pytest.fixture
+def pool():
+    """One thread, which waits until ``go`` is called."""
+    go = threading.Event()
+    with Workers("test", 1) as pool:
+        pool.submit(go.wait, 5)
+        pool.go = go.set
+        yield pool
+        go.set()
+
+
+def test_the_next_job_is_that_of_the_session_that_had_least(pool):
+    order = []
+    for session in "aaabb":
+        pool.submit(lambda session=session: (order.append(session), time.sleep(0.002)), session=session)
+    pool.go()
+    pool.shutdown()
+    assert "".join(order) in ("abaab", "ababa")
+
+
+def test_an_expensive_session_waits_for_a_cheap_one_that_asks_more_often(pool):
+    order = []
+    pool.submit(time.sleep, 0.05, session="dear")
+    pool.submit(order.append, "dear", session="dear")
+    for _ in range(20):
+        pool.submit(order.append, "cheap", session="cheap")
+    pool.go()
+    pool.shutdown()
+    assert order == ["cheap"] * 20 + ["dear"]
+
+
+def test_a_long_job_lets_others_run_in_its_place(pool):
+    begun, ended = threading.Event(), threading.Event()
+
+    def long():
+        begun.set()
+        end = time.monotonic() + 5
+        while not ended.is_set() and time.monotonic() < end:
+            give_way()
+        return ended.is_set()
+
+    pool.go()
+    found = pool.submit(long, session="long")
+    assert begun.wait(5)
+    short = pool.submit(ended.set, session="short")
+    assert found.result(10)
+    assert short.done()
+
+
+def test_a_job_that_has_had_little_gives_no_way(pool):
+    ran = []
+
+    def short():
+        give_way()
+        ran.append("short")
+
+    pool.submit(short, session="a")
+    pool.submit(ran.append, "other", session="b")
+    pool.go()
+    pool.shutdown()
+    assert ran == ["short", "other"]
+
+
+def test_giving_way_outside_a_pool_does_nothing():
+    assert give_way() == 0.0
+
+
+def test_what_waits_is_cancelled_with_the_pool_and_counted_no_more(pool):
+    waiting = pool.submit(lambda: None)
+    assert pool.jobs == 2
+    pool.shutdown(wait=False, cancel_futures=True)
+    pool.go()
+    with pytest.raises(CancelledError):
+        waiting.result(5)
+    with pytest.raises(RuntimeError, match="shutdown"):
+        pool.submit(lambda: None)
+    assert pool.jobs <= 1
+
+
+def test_a_failure_reaches_who_asked_and_the_thread_goes_on(pool):
+    pool.go()
+    with pytest.raises(ZeroDivisionError):
+        pool.submit(lambda: 1 / 0).result(5)
+    assert pool.submit(lambda: 1).result(5) == 1
+
+
+def queue_of(session, pool, solve, deliver=lambda move, result: None):
+    with logs.in_session(session):
+        return JobQueue(deliver, solve=solve, pool=pool, grace=60)
+
+
+def test_a_session_that_always_has_a_job_waiting_does_not_keep_the_thread(pool):
+    count, served = 0, threading.Event()
+
+    def busy(setting, cancelled):
+        nonlocal count
+        count += 1
+        if not served.is_set() and count < 10_000:
+            abuser.submit(count, SETTING)
+
+    abuser = queue_of("abuser", pool, busy)
+    visitor = queue_of("visitor", pool, lambda setting, cancelled: served.set())
+    abuser.submit(0, SETTING)
+    visitor.submit(0, SETTING)
+    pool.go()
+    assert served.wait(5)
+    assert count < 10_000
+
+
+def test_studies_of_two_sessions_grow_side_by_side(monkeypatch):
+    with Workers("test", 1) as pool:
+        monkeypatch.setattr(study_job, "study_threads", lambda: pool)
+        order, begin, ended = [], threading.Event(), threading.Semaphore(0)
+
+        def grow(question, last, cancelled):
+            for _ in range(5):
+                time.sleep(0.01)
+                yield SimpleNamespace(share=0.5)
+            ended.release()
+
+        pool.submit(begin.wait, 5)
+        for session in "ab":
+            with logs.in_session(session):
+                study_job.StudyJob(session, grow, lambda job, _: order.append(job.question), Cache(4))
+        begin.set()
+        for _ in range(2):
+            assert ended.acquire(timeout=5)
+    assert {"".join(order[k : k + 2]) for k in (0, 2, 4)} <= {"ab", "ba"}
