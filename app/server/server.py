@@ -29,9 +29,10 @@ from vibroscope.app.runtime.settings import Settings
 from vibroscope.app.runtime.workers import jobs, shut_down, workers
 from vibroscope.app.server import connections, endpoints
 from vibroscope.app.server.admission import TOKEN_SECONDS, Admission, page_or_apology
+from vibroscope.app.server.hosts import Misdirected, OtherHost, allowed_hosts, allowed_origins
 from vibroscope.app.server.housekeeping import limit_cache, trim_cache
 from vibroscope.app.server.security import SecurityHeaders
-from vibroscope.app.server.websocket import SessionSocket, without_default_port
+from vibroscope.app.server.websocket import SessionSocket
 from vibroscope.engine import CompileProgress
 
 _MOST_MESSAGE_BYTES = 1 << 18  # the page sends a few hundred bytes at a time
@@ -58,7 +59,7 @@ class Server(BaseServer):
             port = sockets[0].getsockname()[1]
             self.url = f"http://{chosen.host}:{port}"
             self.admission = Admission(chosen.sessions)
-            app = _make_app(chosen, self.admission, allowed_origins(chosen, port))
+            app = _make_app(chosen, self.admission, port)
             listener = connections.Listener(app, xheaders=chosen.proxied == "yes", **connections.OPTIONS)
             super().__init__(IOLoop.current(), app, listener)
             self.io_loop.run_sync(lambda: self.admission.open(app))
@@ -84,7 +85,7 @@ class Server(BaseServer):
             self.io_loop.stop()
 
 
-def _make_app(chosen: Settings, admission: Admission, origins: set[str]) -> BokehTornado:
+def _make_app(chosen: Settings, admission: Admission, port: int) -> BokehTornado:
     """Return the web application with its routes."""
     silence(EMPTY_LAYOUT, True)  # a tab's place is empty until the tab is opened
     app = BokehTornado(
@@ -100,12 +101,13 @@ def _make_app(chosen: Settings, admission: Admission, origins: set[str]) -> Boke
         transforms=[SecurityHeaders],
         log_function=endpoints.log_answer,
         admission=admission,
-        origins=origins,
+        origins=allowed_origins(chosen, port),
     )
     session_arguments = {"application_context": app.applications["/"], "bokeh_websocket_path": "/ws"}
     app.add_handlers(  # they come before Bokeh's own
         ".*",
         [
+            (OtherHost(allowed_hosts(chosen, port)), Misdirected),
             (_UNREADABLE, endpoints.UnreadableAddress),
             (r"/ws", SessionSocket, session_arguments),
             (r"/?", endpoints.Page),
@@ -116,12 +118,6 @@ def _make_app(chosen: Settings, admission: Admission, origins: set[str]) -> Boke
         ],
     )
     return app
-
-
-def allowed_origins(chosen: Settings, port: int) -> set[str]:
-    """Return the hosts under which browsers may open the page."""
-    hosts = chosen.origins or (f"{chosen.host}:{port}", f"localhost:{port}")
-    return {without_default_port(host) for host in hosts}
 
 
 def serve(chosen: Settings | None = None, *, show: bool = False) -> None:

@@ -6,7 +6,6 @@ import logging
 import time
 from collections.abc import Awaitable, Callable
 from functools import partial
-from urllib.parse import urlsplit
 from weakref import WeakKeyDictionary
 
 from bokeh.document import Document
@@ -19,6 +18,7 @@ from bokeh.util.token import check_token_signature, get_session_id, get_token_pa
 from vibroscope.app.compat import stream_of
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import TokenBucket
+from vibroscope.app.server.hosts import is_allowed_origin, log_refused
 from vibroscope.app.server.protocol import PageProtocol
 from vibroscope.app.server.validation import cost_of, is_worth_logging, valid_events
 
@@ -39,29 +39,29 @@ class SessionSocket(WSHandler):
     """Connects one browser to its session; `app.server.validation` filters what it sends."""
 
     async def prepare(self) -> None:
-        """Refuse a token that is forged or too old before there is a connection."""
+        """Refuse a foreign origin and a token that is forged or too old before there is a connection."""
         await super().prepare()
         offered = self.request.headers.get("Sec-WebSocket-Protocol", "").split(",")
         self._token_text = offered[1].strip() if len(offered) == 2 else ""
         self._stream = stream_of(self)
         self._closed = False
-        if not _is_valid_token(self._token_text, self.application.secret_key):
-            metrics.REFUSED.add("token")
-            logs.event("refused", logging.WARNING, what="token", address=self.request.remote_ip)
+        if not is_allowed_origin(self.request, self.application.settings["origins"]):
+            self.send_error(403)
+        elif not _is_valid_token(self._token_text, self.application.secret_key):
+            log_refused("token", self.request)
             self.send_error(403)
 
     def check_origin(self, origin: str) -> bool:
-        """Return whether the page that connects was loaded from one of the server's own addresses."""
-        if without_default_port(urlsplit(origin).netloc.lower()) in self.application.settings["origins"]:
-            return True
-        logs.event("refused", logging.WARNING, what="origin", origin=origin, address=self.request.remote_ip)
-        return False
+        """Return true: `prepare` has checked the origin, since Tornado does not ask here where it equals the host."""
+        return True
 
     async def open(self) -> None:
         """Connect to the session of the token, which is built if there is none yet; or close with the reason."""
         admission, begun = self.application.settings["admission"], time.monotonic()
         session_id = get_session_id(self._token_text)
         self._session_name = logs.session_name(session_id)
+        if self._stream.closed():  # the browser has gone already
+            return
         # A message is several small frames; otherwise the last one waits 40 ms for the receiver's delayed
         # acknowledgement.
         self.set_nodelay(True)
@@ -160,11 +160,6 @@ async def answer(
     except Exception as error:
         logs.event("message failed", logging.ERROR, error=error)
     return connection.error(message, _FAILED)
-
-
-def without_default_port(host: str) -> str:
-    """Return a host in the form in which origins are compared: browsers omit port 80."""
-    return host.removesuffix(":80")
 
 
 def _is_valid_token(token: str, key: bytes) -> bool:
