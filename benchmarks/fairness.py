@@ -1,0 +1,118 @@
+"""Prints how long a visitor waits beside others who ask for much: moves beside busy sliders, a plane beside planes.
+
+The busy ones move to a costly setting (32,000 located steps per period) three times a second, or keep a K–D plane under
+way. All use Bokeh's websocket protocol without a browser and share the machine with the server.
+
+.venv/bin/python benchmarks/fairness.py
+"""
+
+import asyncio
+import contextlib
+import itertools
+import time
+
+import numpy as np
+from sessions import Visitor, serving, url_of
+
+from tests.browserless import Client, move, plain
+
+BUSY, MOVES, EVERY = 8, 20, 1 / 3
+SLOWER, WORST, PICTURE = 10, 2.0, 5.0  # wanted: p95 against alone; s of a move at most; s to a first picture
+
+
+async def keep_moving(url, number):
+    """Move to another costly setting three times a second, until cancelled."""
+    async with Client(url) as client:
+        await client.ready()
+        reading = asyncio.ensure_future(read(client))
+        try:
+            for count in itertools.count(1):
+                texts = {"eta": f"{1.0 + 0.2 * number + 0.0007 * count:.4f}", "steps": "32000", "located": "yes"}
+                await client.send("PATCH-DOC", {"events": [client.message(move(texts, count))]})
+                await asyncio.sleep(EVERY)
+        finally:
+            reading.cancel()
+
+
+async def read(client):
+    """Take what the server sends."""
+    while await client.receive() is not None:
+        client.answers.clear()
+
+
+async def moves(url, number):
+    """Seconds of each of a visitor's moves, once a second."""
+    visitor = await Visitor(url, number).come()
+    taken = []
+    for count in range(1, MOVES + 3):
+        taken.append(await visitor.move(count))
+        await asyncio.sleep(max(0.0, 1 - taken[-1]))
+    visitor.client.socket.close()
+    return taken[2:]  # the first explains the page itself
+
+
+async def grow_plane(url, number, pictures):
+    """Open a plane of its own and keep it under way; seconds to the first picture go to ``pictures``."""
+    begun = time.perf_counter()
+    async with Client(url, f"tab=plane&eta={1.5 + 0.01 * number:.4f}") as client:
+        await client.ready()
+        while (message := await client.receive()) is not None:
+            client.answers.clear()
+            changes = message["content"].get("events", []) if isinstance(message["content"], dict) else []
+            shares = [plain(each["new"]).get("share", 0) for each in changes if each.get("attr") == "status"]
+            if any(share > 0 for share in shares) and pictures is not None and not pictures.done():
+                pictures.set_result(time.perf_counter() - begun)
+
+
+@contextlib.asynccontextmanager
+async def beside(jobs):
+    """These jobs under way."""
+    tasks = [asyncio.ensure_future(job) for job in jobs]
+    await asyncio.sleep(5 if tasks else 0)
+    try:
+        yield
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def first_picture(url, number):
+    """Seconds until a visitor sees the first picture of a plane."""
+    seen = asyncio.get_running_loop().create_future()
+    growing = asyncio.ensure_future(grow_plane(url, number, seen))
+    try:
+        return await asyncio.wait_for(seen, 500)
+    finally:
+        growing.cancel()
+        await asyncio.gather(growing, return_exceptions=True)
+
+
+async def measure(url):
+    """Print both."""
+    alone = await moves(url, 90)
+    async with beside(keep_moving(url, number) for number in range(BUSY)):
+        many = await moves(url, 91)
+    print(f"\n{'a move':40}{'median':>10}{'p95':>10}{'worst':>10}   ms to figures")
+    for name, taken in (("alone", alone), (f"beside {BUSY} busy sliders", many)):
+        figures = (np.median(taken), np.quantile(taken, 0.95), max(taken))
+        print(f"{name:40}" + "".join(f"{1000 * figure:10.0f}" for figure in figures))
+    ratio = np.quantile(many, 0.95) / np.quantile(alone, 0.95)
+    missed = "" if ratio <= SLOWER and max(many) <= WORST else "  missed"
+    print(f"95th percentile against alone: {ratio:.2f}× (wanted ≤ {SLOWER}×, worst ≤ {WORST:g} s){missed}", flush=True)
+    one = await first_picture(url, 0)
+    async with beside(grow_plane(url, number, None) for number in range(1, BUSY + 1)):
+        crowd = await first_picture(url, BUSY + 1)
+    missed = "" if crowd <= PICTURE else "  missed"
+    print(f"\nfirst picture of a plane: alone {one:.1f} s, beside {BUSY} planes {crowd:.1f} s", end=" ")
+    print(f"(wanted ≤ {PICTURE:g} s){missed}")
+
+
+def main():
+    """Measure one server."""
+    with serving(1) as servers:
+        asyncio.run(measure(url_of(next(iter(servers)))))
+
+
+if __name__ == "__main__":
+    main()
