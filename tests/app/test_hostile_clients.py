@@ -62,7 +62,7 @@ def test_a_forged_value_is_refused_in_words_and_the_state_stays(server):
     async def steps():
         async with Client(server.url) as client:
             await client.ready()
-            held = await client.set(1, eta="1.2")
+            held = await client.set(1, eta="1.2", K="2500")
             assert held["texts"]["eta"] == "1.2"
             for number, text in enumerate(("nan", "1e999", "²", "9" * 5000, "", None, True, 7), start=2):
                 await client.patch(client.message(move({"eta": text, "K": "500"}, number)))
