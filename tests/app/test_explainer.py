@@ -2,7 +2,6 @@
 
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from vibroscope.app.explorer.compute import JobQueue
@@ -10,6 +9,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore import explainer as module
 from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.workers import Workers
 from vibroscope.engine import Cancelled
 
 from .fakes import QueueingHost
@@ -80,7 +80,7 @@ def test_an_explanation_that_comes_too_late_is_not_shown_and_a_full_cache_loses_
 
 def test_a_session_that_always_has_another_job_does_not_stop_the_others():
     delivered, gate = [], threading.Event()
-    with ThreadPoolExecutor(1) as pool:
+    with Workers("test", 1) as pool:
 
         def solve(setting, cancelled):
             gate.wait(10)
@@ -112,7 +112,7 @@ def test_cancelling_stops_the_running_job_and_the_waiting_one():
             time.sleep(0.002)
         return setting
 
-    with ThreadPoolExecutor(1) as pool:
+    with Workers("test", 1) as pool:
         queue = JobQueue(lambda move, _: delivered.append(move), solve=solve, pool=pool, grace=60)
         queue.submit(1, SLOW)
         assert started.wait(10)
