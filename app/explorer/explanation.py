@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from vibroscope.app.explorer.compute import Run, RunPair
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
 from vibroscope.app.explorer.state import Setting, print_number, read_setting
+from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.engine import (
     PARTS,
     Comparison,
@@ -92,6 +93,12 @@ class Explanation:
     change: dict[str, str]
     details: tuple[str, ...]
     series: dict[str, np.ndarray]
+
+    def in_units(self, scale: Units | None) -> Explanation:
+        """The same with the numbers of its sentences in units."""
+        texts = {name: in_units(getattr(self, name), scale) for name in ("headline", "note")}
+        kinds = {name: in_units(text, scale) for name, text in self.kinds.items()}
+        return replace(self, **texts, kinds=kinds, details=tuple(in_units(text, scale) for text in self.details))
 
 
 def describe(runs: RunPair) -> Description:
@@ -204,7 +211,7 @@ def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
     force = ""
     if scale is not None and run.motion.peak_force > 0:
         force = f"Peak force {scale.text('force', run.motion.peak_force, 3)}."
-    return _motion_text(run.motion, run.response.method), force
+    return in_units(_motion_text(run.motion, run.response.method), scale), force
 
 
 def _motion_text(found: Motion, method: Method) -> str:

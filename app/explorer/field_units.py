@@ -54,6 +54,11 @@ class ShownField(NamedTuple):
         """A number of the setting as a text in the field."""
         return print_number(value) if self.factor == 1 else print_number(float(f"{self.factor * value:.{_DIGITS}g}"))
 
+    @property
+    def column(self) -> str:
+        """The name of a column of such numbers in a file."""
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
+
     def words(self, value: float) -> str:
         """Symbol, number and unit, as in "K = 2.5e+06 N/m"."""
         number = self.number(value) if self.factor == 1 else f"{self.factor * value:.4g}"

@@ -7,8 +7,10 @@ from inspect import signature
 from typing import NamedTuple
 
 from vibroscope.app.explorer.explanation import Explanation, sentence
+from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Setting, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
+from vibroscope.app.explorer.words_in_units import in_units, words_of_change
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
 from vibroscope.app.runtime.settings import current_settings
@@ -42,10 +44,15 @@ class Question(NamedTuple):
         return self._replace(system=setting.system, eta=setting.eta, reference=setting.reference, located=located)
 
 
-def default_limits() -> dict[str, str]:
-    """Largest K and most steps per period of a search, as texts: the command line's, if this server allows them."""
+def default_limits(setting: Setting) -> dict[str, str]:
+    """Largest K and most steps per period of a search, as texts, and the unit of K, which is that of the setting.
+
+    They are the command line's, if this server allows them.
+    """
     stiffness_max, steps_max = (_DEFAULTS[name].default for name in ("stiffness_max", "steps_max"))
-    return {"K": print_number(stiffness_max), "steps": print_number(min(steps_max, most_steps()))}
+    field = shown_field("K", setting)
+    steps = print_number(min(steps_max, most_steps()))
+    return {"K": field.number(stiffness_max), "steps": steps, "unit": field.unit}
 
 
 def make_question(setting: Setting, typed: object) -> Question:
@@ -62,10 +69,12 @@ def make_question(setting: Setting, typed: object) -> Question:
     Refused
         If one of them is none, or if the page could not be set to what the search may find.
     """
-    asked = default_limits() | dict(typed if isinstance(typed, Mapping) else {})
+    asked = default_limits(setting) | dict(typed if isinstance(typed, Mapping) else {})
     percent = {"units": {"": 1.0, "%": 1.0}, "shown": "%"}
     tolerance = float(read_typed_number("tolerance", asked.get("tolerance"), _PERCENT, **percent)) / 100
-    stiffness_max = float(read_typed_number("K allowed", asked["K"], STIFFNESS_MAX_RANGE))
+    field = shown_field("K", setting)
+    K_options = {"units": field.typed, "shown": field.unit}
+    stiffness_max = float(read_typed_number("K allowed", asked["K"], STIFFNESS_MAX_RANGE, **K_options))
     steps_range = (STEPS_MAX_RANGE[0], min(STEPS_MAX_RANGE[1], most_steps()))
     steps_max = int(read_typed_number("T/Δτ allowed", asked["steps"], steps_range, whole=True))
     return Question(
@@ -119,30 +128,33 @@ def trial_texts(trial) -> dict[str, str]:
     return dict(zip(("K", "D", "steps"), map(print_number, trial.setting), strict=True))
 
 
-def suggestion_content(found: Recommendation) -> dict:
-    """What the page shows of a result.
+def suggestion_content(found: Recommendation, setting: Setting) -> dict:
+    """What the page shows of a result, in the units of the setting.
 
     Returns
     -------
     dict
         ``met`` (bool), ``head`` (str), ``lines`` (list of str), ``use`` (texts of the best setting found, empty if
         there is none), ``possible`` (the least tolerance that it meets, as a text), ``tolerance`` (share), and
-        ``front``: lists of steps, error, texts of a setting, and the error as a text, at most ten. The page takes each
-        of these settings, since `make_question` has limited the search to those that it takes.
+        ``front``: lists of steps, error, texts of a setting, the error as a text, and K and D in words, at most
+        ten. The page takes each of these settings, since `make_question` has limited the search to those that it takes.
     """
     best = found.best
     return {
         "met": found.met,
         "head": _head(found),
-        "lines": _lines(found),
+        "lines": [in_units(line, setting.scale) for line in _lines(found)],
         "use": trial_texts(best) if best is not None else {},
         "possible": percent(found.possible) if best is not None else "",
         "tolerance": found.tolerance,
-        "front": [
-            [trial.setting.steps, trial.error, trial_texts(trial), percent(trial.error, beside=found.tolerance)]
-            for trial in _thin_front(found.front, best)
-        ],
+        "front": [_point(trial, found, setting) for trial in _thin_front(found.front, best)],
     }
+
+
+def _point(trial, found: Recommendation, setting: Setting) -> list:
+    texts = trial_texts(trial)
+    words = words_of_change({name: texts[name] for name in "KD"}, setting)
+    return [trial.setting.steps, trial.error, texts, percent(trial.error, beside=found.tolerance), words]
 
 
 def offered_tolerance(explanation: Explanation) -> str:

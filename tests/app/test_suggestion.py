@@ -150,6 +150,26 @@ def test_an_answer_on_its_way_when_the_question_changes_is_dropped(searches):
     assert suggester.view.content == {"phase": "idle"}
 
 
+def test_a_suggestion_is_in_the_units_that_are_shown(searches):
+    host = QueueingHost()
+    suggester = Suggester(host)
+    physical = SETTING._replace(units="mm-t-s", omega1=20.0, m1=3.0)  # K counts 1.2 N/mm, 2D 0.12 N·s/mm
+    suggester.follow(physical)
+    assert suggester.view.limits == {"K": "1200000", "steps": "65536", "unit": "N/mm"}
+    send(suggester.view, {"suggest": {"tolerance": "5", "K": "600 000"}})
+    _, asked, _, answer, _ = searches.get(timeout=5)
+    assert asked["stiffness_max"] == 5e5
+    other = Trial(Chosen(2000.0, 7.0, 500), 0.3, 0.31, 500.0)
+    answer.put(found_for(make_question(physical, {"tolerance": "5"}), front=(other, TRIAL)))
+    host.catch_up()
+    assert suggester.view.content["lines"][0].startswith("K = 1.26e+04 N/mm, 2D = 1.9 N·s/mm, T/Δτ = 5,793 ")
+    assert suggester.view.content["front"][0][4] == "K = 2400 N/mm, 2D = 0.84 N·s/mm"
+    assert suggester.front["2D [N·s/mm]"] == pytest.approx([0.84, 1.896])
+    suggester.follow(SETTING._replace(omega1=20.0, m1=3.0))
+    assert suggester.view.content["lines"][0].startswith("K = 10500, D = 15.8")
+    assert suggester.front["K"] == [2000, 10500]
+
+
 def test_a_search_that_fails_says_so(monkeypatch):
     def broken(*_, **__):
         raise ValueError("no such luck")
@@ -163,7 +183,9 @@ def test_a_search_that_fails_says_so(monkeypatch):
 
 def test_a_front_is_thinned_to_ten_and_keeps_the_best():
     front = tuple(Trial(Chosen(1000.0, 5.0, n), 1 / n, 1 / n, n) for n in range(100, 140))
-    content = suggestion_content(found_for(make_question(SETTING, {"tolerance": "5"}), front=front, best=front[17]))
+    content = suggestion_content(
+        found_for(make_question(SETTING, {"tolerance": "5"}), front=front, best=front[17]), SETTING
+    )
     steps = [steps for steps, *_ in content["front"]]
     assert len(steps) <= 10
     assert {100, 117, 139} <= set(steps)
@@ -189,7 +211,7 @@ def test_the_page_takes_every_setting_that_a_search_can_find():
     asked = make_question(SETTING, {"tolerance": "5", "K": "1e11", "steps": str(most_steps())})
     damping = equal_restitution_damping(System(restitution=0.0), asked.stiffness_max)  # the largest that is tried
     trial = Trial(Chosen(asked.stiffness_max, 10 * float(damping), asked.steps_max), 0.01, 0.01, 1.0)
-    use = suggestion_content(found_for(asked, best=trial, front=(trial,)))["use"]
+    use = suggestion_content(found_for(asked, best=trial, front=(trial,)), SETTING)["use"]
     assert read_setting(use).penalty == Newmark(*trial.setting)
 
 
@@ -205,7 +227,7 @@ def test_a_miss_by_a_digit_shows_by_how_much():
     """An error that rounds to the tolerance is not said to miss it without the digit that shows so."""
     missed = TRIAL._replace(error=0.05004, robust=0.0501)
     content = suggestion_content(
-        found_for(make_question(SETTING, {"tolerance": "5"}), met=False, best=missed, front=(missed,))
+        found_for(make_question(SETTING, {"tolerance": "5"}), met=False, best=missed, front=(missed,)), SETTING
     )
     assert content["head"] == "An error of 5 % is not met; 5.1 % is possible"
     assert "error 5.004 %; nine in ten neighbouring settings have at most 5.01 %" in content["lines"][0]
@@ -214,7 +236,7 @@ def test_a_miss_by_a_digit_shows_by_how_much():
 def test_another_kind_of_motion_is_never_met_without_saying_so():
     words = "the penalty solution repeats every 2 periods, the reference repeats every period"
     found = found_for(make_question(SETTING, {"tolerance": "5"}))
-    content = suggestion_content(replace(found, kind=words))
+    content = suggestion_content(replace(found, kind=words), SETTING)
     assert content["head"] == "An error of 5 % is met, by another kind of motion"
     assert f"Mind: another kind of motion: {words}." in content["lines"]
 

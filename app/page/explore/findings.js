@@ -94,11 +94,8 @@ function verdict(root) {
     text.textContent = content.headline ?? "computing …";
     box.dataset.agree = content.agree ?? "";
     change.texts = content.change ?? {};
-    const names = { K: "K", D: "D", steps: "T/Δτ", located: "contact changes located" };
-    const wanted = Object.entries(change.texts)
-      .map(([name, value]) => (name === "located" ? names[name] : `${names[name]} = ${value}`));
-    change.hidden = wanted.length === 0;
-    change.textContent = `Try ${wanted.join(", ")}`;
+    change.hidden = !content.offer;
+    change.textContent = `Try ${content.offer}`;
     more.hidden = !content.details?.length;
     list.replaceChildren(...(content.details ?? []).map((detail) => element("li", "", detail)));
   };

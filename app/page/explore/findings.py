@@ -33,12 +33,18 @@ class Findings(Component):
     _stylesheets = [style("shared/scroll_cue", "explore/findings")]  # noqa: RUF012 - Panel reads it from the class
 
     def update(
-        self, description: Description, explanation: Explanation | None, kinds: Kinds | None, *, shipped: bool = False
+        self,
+        description: Description,
+        explanation: Explanation | None,
+        kinds: Kinds | None,
+        *,
+        shipped: bool = False,
+        offer: str = "",
     ) -> None:
         """Show a new description; until its explanation is known, the previous one stays, greyed.
 
         Kinds of motion that are not known yet are not shown. ``shipped``: all this comes with the package and was not
-        computed on this machine.
+        computed on this machine. ``offer``: the change to try, in words.
         """
         # lists, as the browser's side has them
         cost = [list(chip) for chip in description.cost]
@@ -47,7 +53,7 @@ class Findings(Component):
         if explanation is None:
             new = self.content | new | {"pending": True}
         else:
-            new |= {name: getattr(explanation, name) for name in _EXPLANATION_FIELDS}
+            new |= {name: getattr(explanation, name) for name in _EXPLANATION_FIELDS} | {"offer": offer}
             new["bars"] = [[name, *_MEANINGS[name], value, percent(value)] for name, value in explanation.parts.items()]
         if new != self.content:
             self.content = new

@@ -40,12 +40,20 @@ function searchLimits(model) {
     ["steps", "T/Δτ up to", "Most steps per period that the search may try"]].map(([name, text, hint]) => {
     const label = element("label", "", text);
     const field = element("input");
-    Object.assign(field, { type: "text", value: model.limits[name], inputMode: "decimal", autocomplete: "off", maxLength: 24, title: hint });
+    Object.assign(field, { type: "text", inputMode: "decimal", autocomplete: "off", maxLength: 24, title: hint });
     field.setAttribute("form", "vibroscope-ask");
     field.setAttribute("aria-label", hint);
     label.append(field);
     return [name, field, label];
   });
+  const unit = element("span");
+  fields[0][2].append(unit);
+  const fill = () => {
+    for (const [name, field] of fields) field.value = model.limits[name];
+    unit.textContent = model.limits.unit;
+  };
+  model.on("limits", fill);
+  fill();
   row.append(element("span", "", "Allow"), ...fields.map(([, , label]) => label));
   const made = { element: row, open: false, onToggle: () => {} };
   made.toggle = (open) => {
@@ -132,7 +140,8 @@ function front({ front: points, tolerance, use }) {
     ...[...new Map(extremes(points)).entries()].map(([error, text]) =>
       svgElement("text", { x: FRAME.left - 8, y: y(error) + 4, "text-anchor": "end" }, text)),
     svgElement("polyline", { points: points.map(([steps, error]) => `${x(steps)},${y(error)}`).join(" ") }),
-    ...points.map(([steps, error, texts, text]) => point(x(steps), y(error), steps, text, texts, same(texts, use))),
+    ...points.map(([steps, error, texts, text, words]) =>
+      point(x(steps), y(error), texts, `${steps} steps, error ${text}: ${words}`, same(texts, use))),
   );
   return root;
 }
@@ -150,8 +159,7 @@ function scale(values, from, to) {
   return (value) => from + ((to - from) * (Math.log(value) - low)) / (high - low || 1);
 }
 
-function point(cx, cy, steps, error, texts, best) {
-  const name = `${steps} steps, error ${error}: K ${texts.K}, D ${texts.D}`;
+function point(cx, cy, texts, name, best) {
   const dot = svgElement("circle", { cx, cy, r: best ? 6 : 4.5, class: best ? "best" : "", tabindex: 0, role: "button" });
   dot.setAttribute("aria-label", `Set ${name}`);
   dot.append(svgElement("title", {}, name));

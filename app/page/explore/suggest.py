@@ -7,6 +7,7 @@ from functools import partial
 import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation
+from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import (
     Search,
@@ -42,14 +43,20 @@ class Suggester:
 
     def __init__(self, host: TabHost) -> None:
         self.host = host
-        self.view = SuggestPanel(limits=default_limits())
+        self.view = SuggestPanel(limits=default_limits(Setting()))
         self.view.on_msg(lambda event: self._receive(event.data))
         self._setting: Setting | None = None
         self._search: Search | None = None
+        self._found: Recommendation | None = None  # by the search, once it is done
 
     def follow(self, setting: Setting) -> None:
-        """Follow the setting: a search for another system, η or reference is withdrawn."""
+        """Follow the setting: a search for another system, η or reference is withdrawn, and units are those shown."""
+        other_units = self._setting is None or setting.scale != self._setting.scale
         self._setting = setting
+        if other_units:
+            self.view.limits = default_limits(setting)
+            if self._found is not None:
+                self._show(phase="done", **suggestion_content(self._found, setting))
         if self._search is not None:
             question = self._search.question
             if question != question.follow(setting):
@@ -68,7 +75,7 @@ class Suggester:
         """The session has ended: stop the search."""
         if self._search is not None:
             self._search.cancel()
-            self._search = None
+            self._search = self._found = None
 
     @property
     def front(self) -> dict[str, list[float]]:
@@ -76,8 +83,11 @@ class Suggester:
         points = self.view.content.get("front", [])
         if len(points) < 2:
             return {}
-        steps, errors, texts, _ = zip(*points, strict=True)
-        numbers = {name: [float(point[name]) for point in texts] for name in ("K", "D")}
+        steps, errors, texts, *_ = zip(*points, strict=True)
+        fields = {name: shown_field(name, self._setting) for name in ("K", "D")}
+        numbers = {
+            field.column: [field.factor * float(point[name]) for point in texts] for name, field in fields.items()
+        }
         return {"steps": [*steps], "error": [*errors], **numbers}
 
     def suggest(self, typed: object) -> None:
@@ -114,7 +124,8 @@ class Suggester:
             error = f"The search failed ({found}). Ask for another tolerance, or move η."
             self._show_of(search, phase="failed", error=error)
             return
-        content = suggestion_content(found)
+        content = suggestion_content(found, self._setting)
+        self._found = found if search is self._search else self._found
         self._show_of(search, phase="done", **content)
         if search is self._search and content["met"] and content["use"]:
             self.host.set(content["use"])

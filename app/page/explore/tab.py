@@ -15,6 +15,7 @@ from vibroscope.app.explorer.present import WINDOW, Columns, present, unit_facto
 from vibroscope.app.explorer.scenes import scene_key
 from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.words_in_units import in_units, words_of_change
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.tables import DIFFERENCE, FIGURES, difference_table, figure_table
 from vibroscope.app.page.explore.column_sender import ColumnSender
@@ -181,7 +182,7 @@ class Explore(Tab):
 
     def words(self) -> dict[str, str]:
         """The text of the findings."""
-        return with_kinds(paragraphs(self._result.description, self._explanation), self._kinds)
+        return with_kinds(paragraphs(self._result.description, self._shown_explanation), self._shown_kinds)
 
     def shown_setting(self) -> Setting | None:
         """The last setting that could be computed."""
@@ -247,19 +248,36 @@ class Explore(Tab):
 
     def _show_kinds(self, kinds: Kinds) -> None:
         self._kinds = kinds
-        self.findings.update(self._result.description, self._explanation, kinds)
+        self._write_findings()
 
     def _update_findings(self, explanation: Explanation | None) -> None:
         self._explanation = explanation
-        shipped = self._result.shipped is not None
-        self.findings.update(self._result.description, explanation, self._kinds, shipped=shipped)
+        self._write_findings()
         self.displacement.explain(explanation.series if explanation else {}, self._result.setting)
         if explanation is not None:  # only then, so that a screen reader reads one summary for each result
             self._suggester.offer(explanation)
             self.host.summarise(self._summary_text())
 
+    def _write_findings(self) -> None:
+        result, explanation = self._result, self._shown_explanation
+        offer = words_of_change(explanation.change, result.setting) if explanation else ""
+        more = {"shipped": result.shipped is not None, "offer": offer}
+        self.findings.update(result.description, explanation, self._shown_kinds, **more)
+
+    @property
+    def _shown_explanation(self) -> Explanation | None:
+        """The explanation in the units of the setting."""
+        return self._explanation and self._explanation.in_units(self._result.setting.scale)
+
+    @property
+    def _shown_kinds(self) -> Kinds | None:
+        scale = self._result.setting.scale
+        return self._kinds and {
+            name: kind._replace(evidence=in_units(kind.evidence, scale)) for name, kind in self._kinds.items()
+        }
+
     def _summary_text(self) -> str:
-        texts = paragraphs(self._result.description, self._explanation)
+        texts = paragraphs(self._result.description, self._shown_explanation)
         return " ".join(f"{head}: {text}" for head, text in texts.items())
 
     # -- the map over η ----------------------------------------------------------------

@@ -1,0 +1,48 @@
+"""Sentences of the engine in physical units. No panel import.
+
+The engine writes K, D, η and ξ₂ without dimension, and results are cached and shipped so. The page converts them where
+it shows them, so that a change of units needs no further run.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.state import MAIN_FIELDS, Setting
+from vibroscope.engine import Units
+
+_NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"
+# A number in a sentence: what stands before it, in a sentence with units, and its quantity.
+_RULES = tuple(
+    (re.compile(before + _NUMBER), shown, quantity)
+    for before, shown, quantity in (
+        (r"(?<!\w)K = ", "K = ", "stiffness"),
+        (r"(?<!\w)K up to ", "K up to ", "stiffness"),
+        (r"(?<=K is to blame: )up to ", "up to ", "stiffness"),
+        (r"(?<!\w)D = ", "2D = ", "damping"),
+        (r"(?<!\w)(?:η|eta) = ", "f = ", "frequency"),
+        (r"ξ₂ by ±", "x₂ by ±", "displacement"),
+        (r"±(?=[0-9.e+-]+ (?:in ξ₂|at T/))", "±", "displacement"),
+    )
+)
+_DIGITS = 3
+
+
+def in_units(text: str, scale: Units | None) -> str:
+    """A sentence of the engine in the units of the page; as it is where they are none."""
+    if scale is None:
+        return text
+    for pattern, shown, quantity in _RULES:
+        text = pattern.sub(lambda m, s=shown, q=quantity: f"{s}{scale.text(q, float(m[1]), _DIGITS)}", text)
+    return text.replace(" in ξ₂", " in x₂")
+
+
+def words_of_change(change: Mapping[str, str], setting: Setting) -> str:
+    """Texts for the controls as a person reads them, as in "K = 2500, D = 8"; empty for none."""
+    words = [
+        shown_field(name, setting).words(float(text)) if name in MAIN_FIELDS else "contact changes located"
+        for name, text in change.items()
+    ]
+    return ", ".join(words)

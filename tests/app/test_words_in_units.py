@@ -1,0 +1,56 @@
+"""No sentence of the page keeps a number without dimension while units are shown."""
+
+import re
+
+import pytest
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.explanation import describe, explain, paragraphs
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.words_in_units import in_units, words_of_change
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.engine import Units
+
+CACHE = Cache(48)
+UNITS = {"units": "mm-t-s", "omega1": 20.0, "m1": 3.0, "amplitude": 2.5}
+SCALE = Units(20.0, 3.0, 2.5, "mm-t-s")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("K = 1e+04 with D = 25.3 leaves 5 %.", "K = 1.2e+04 N/mm with 2D = 3.04 N·s/mm leaves 5 %."),
+        ("no K up to 100 gave a run", "no K up to 120 N/mm gave a run"),
+        ("K is to blame: up to 100 the contact", "K is to blame: up to 120 N/mm the contact"),
+        ("each point (ξ₂ by ±0.04).", "each point (x₂ by ±0.1 mm)."),
+        ("blurred by the time step (±0.04 in ξ₂)", "blurred by the time step (±0.1 mm in x₂)"),
+        ("it shrinks (±0.04 at T/2000, ±0.02 at T/4000)", "it shrinks (±0.1 mm at T/2000, ±0.05 mm at T/4000)"),
+        ("motion at eta = 1.08 does", "motion at f = 3.44 Hz does"),
+        ("T/Δτ = 500: take 2,000 steps; exponent +0.1 ± 0.01", "T/Δτ = 500: take 2,000 steps; exponent +0.1 ± 0.01"),
+    ],
+)
+def test_numbers_of_a_sentence_are_converted(text, expected):
+    assert in_units(text, SCALE) == expected
+    assert in_units(text, None) == text
+
+
+def test_a_change_is_offered_in_units():
+    change = {"K": "2500", "D": "8", "steps": "4000", "located": "yes"}
+    words = "T/Δτ = 4000, contact changes located"
+    assert words_of_change(change, Setting()) == f"K = 2500, D = 8, {words}"
+    assert words_of_change(change, Setting(**UNITS)) == f"K = 3000 N/mm, 2D = 0.96 N·s/mm, {words}"
+    assert words_of_change({}, Setting()) == ""
+
+
+@pytest.mark.parametrize(
+    "numbers", [{}, {"eta": 2.76, "K": 12000.0, "D": 18.0}, {"eta": 3.25, "K": 12000.0, "D": 18.0}, {"eta": 1.7}]
+)
+def test_no_sentence_keeps_a_number_without_dimension(numbers):
+    setting = Setting(**numbers, **UNITS)
+    runs = compute_runs(setting, cache=CACHE)
+    plain = explain(runs)
+    found = plain.in_units(setting.scale)
+    for text in paragraphs(describe(runs), found).values():
+        assert "ξ" not in text
+        units = re.findall(r"\b[KD] = \S+ (\S+)", text) + re.findall(r"±\S+ (\S+)", text)
+        assert all(unit.startswith(("N/mm", "N·s/mm", "mm")) for unit in units), text
+    assert plain.in_units(None) == plain
