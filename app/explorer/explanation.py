@@ -193,8 +193,8 @@ def _cost(runs: RunPair) -> tuple[tuple[str, str, str], ...]:
     meaning = f"Steps that an FE code would compute one by one for these {penalty.periods} periods"
     return (
         ("FE steps", many(penalty.cost.steps), meaning),
-        ("penalty run", _duration(penalty), times),
-        ("reference run", _duration(reference), times),
+        ("penalty took", _duration(penalty), times),
+        ("reference took", _duration(reference), times),
     )
 
 

@@ -64,7 +64,7 @@ def _graded(*names: str) -> tuple[tuple[str, str], ...]:
 QUANTITIES = {
     "period": Quantity("period", _PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
     "near_period": Quantity(
-        "period, scatter forgiven", _PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "near_period")
+        "period, scatter ignored", _PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "near_period")
     ),
     "contact": Quantity(
         "longest contact (steps)",

@@ -113,7 +113,7 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
     view.update(SETTING, result)
     assert view.present.data["text"] == []
     assert 400 not in view.swept["fixed"].data["n"]
-    assert "smaller step" in dict(statements(SETTING, result))["Set: T/400, fixed step"]
+    assert "smaller step" in dict(statements(SETTING, result))["Present setting: T/400, constant step"]
     nothing = made(dict.fromkeys(result.errors, math.nan))
     SpeedView().update(SETTING, nothing)
     assert statements(SETTING, nothing)
@@ -125,11 +125,11 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
 
 def test_words_count_what_the_located_step_would_save():
     good = made({Key("located", 100): 1e-9})  # 200 solves instead of 400
-    text = dict(statements(SETTING, good))["What the located step would"]
+    text = dict(statements(SETTING, good))["With the step cut where contact changes"]
     assert text.startswith("T/100: error 1e-09")
     assert "200 solves per period beside 400, 2 times fewer" in text
     bad = made({key: 1.0 for key in good.errors if key.kind == "located"})
-    assert "None of those tried" in dict(statements(SETTING, bad))["What the located step would"]
+    assert "None of those tried" in dict(statements(SETTING, bad))["With the step cut where contact changes"]
 
 
 def test_the_question_holds_what_counts_and_equals_no_other_study_s():

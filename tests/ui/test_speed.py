@@ -6,7 +6,7 @@ from .test_studies import complete, opened, panel
 
 def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
     explorer = opened(visit, "speed")
-    assert "T/2000 set: median of 15 turns" in explorer.figure("speed")["title"]
+    assert "medians of 15 runs" in explorer.figure("speed")["title"]
     ringed = explorer.source("speed_present")
     assert ringed["cost"][0] in explorer.source("speed_fixed")["cost"]
     assert ringed["cost"][1] in explorer.source("speed_plain")["cost"]

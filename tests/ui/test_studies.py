@@ -66,7 +66,7 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):
     explorer.page.get_by_role("combobox", name="Colour").select_option("contact")
     key = panel(explorer).locator(".key")
     wait_until(lambda: "fewer than 30 steps" in key.text_content())
-    explorer.page.get_by_label("Sudden below").fill("50")
+    explorer.page.get_by_label("Short contact below").fill("50")
     wait_until(lambda: "fewer than 50 steps" in key.text_content())
     assert "longest contact" in explorer.figure("plane_penalty")["title"]
 
@@ -74,7 +74,7 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):
 def test_a_study_is_cancelled_and_goes_on(visit):
     explorer = visit("?tab=plane&eta=1.08&K=2500&D=8&steps=1000")
     explorer.page.locator("summary", has_text="System and solver").click()
-    explorer.page.get_by_text("located", exact=True).click()
+    explorer.page.get_by_text("cut at contact", exact=True).click()
     stop = panel(explorer).get_by_role("button")
     wait_until(lambda: 0 < share(explorer) < 1, what="a first picture")
     stop.click()

@@ -20,7 +20,7 @@ _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
 _NUMBERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution", "threshold", "omega1", "m1", "amplitude")
 _SOLVER_SWITCHES = {
     "joint_damping": {"table": "as measured", "derived": "from d₁, d₂"},
-    "located": {"no": "at the next step", "yes": "located"},
+    "located": {"no": "at the next step", "yes": "cut at contact"},
 }
 _VIEW_SWITCHES = {
     "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},

@@ -7,7 +7,7 @@ const ROD = 136;
 const BOB = 15; // radius
 const REACH = 92; // pixels of the largest displacement
 const FLASH = 0.03; // decay time of the flash of an impact, in periods
-const SPEEDS = [["0.05", "1/20 T/s"], ["0.1", "1/10 T/s"], ["0.25", "1/4 T/s"], ["0.5", "1/2 T/s"], ["1", "1 T/s"]];
+const SPEEDS = [["0.05", "0.05 periods/s"], ["0.1", "0.1 periods/s"], ["0.25", "0.25 periods/s"], ["0.5", "0.5 periods/s"], ["1", "1 period/s"]];
 const STEP = 0.01; // of one key press, in periods
 
 export function render({ model }) {

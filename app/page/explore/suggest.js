@@ -109,7 +109,7 @@ function result() {
   const list = element("ul");
   const use = button("", "Set K, D and Δτ to the best setting found", () => emit("set", use.texts));
   const place = element("div", "front");
-  box.append(list, use, place);
+  box.append(use, list, place);
   return {
     element: box,
     draw: (content) => {

@@ -50,9 +50,9 @@ class PlaneTab(StudyTab):
                     "choices": {name: quantity.label for name, quantity in classes.QUANTITIES.items()},
                 }
             ],
-            "limits": [{"name": "limit", "label": "Sudden below", "low": 2, "high": 200}],
-            "hint": "A click sets K and D; so do their sliders, which the arrow keys move. “Sudden below” counts steps "
-            "in contact and is drawn as stripes over the longest contact.",
+            "limits": [{"name": "limit", "label": "Short contact below", "low": 2, "high": 200}],
+            "hint": "A click sets K and D; so do their sliders, which the arrow keys move. Cells "
+            "whose longest contact takes fewer steps than “Short contact below” are striped.",
         }
 
     def show(self, move: Move) -> None:
@@ -152,7 +152,7 @@ def _whole(result: PartialPlane) -> str:
     forgiven = 100 * (apart["penalty"] == 1).mean()
     text = (
         f"Period one in {shares['exact']:.0f} % of the cells without a time step, in {shares['penalty']:.0f} % with it "
-        f"({forgiven:.0f} % where scatter is forgiven). In {scatter:.0f} % the motion repeats itself without a time "
+        f"({forgiven:.0f} % where scatter is ignored). In {scatter:.0f} % the motion repeats itself without a time "
         "step and not with it: there the step is to blame."
     )
     return f"{text} {blown:.0f} % blew up." if blown else text

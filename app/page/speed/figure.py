@@ -126,8 +126,8 @@ class SpeedView:
             return
         fresh = self._result is None or self._result.question != result.question
         self._result = result
-        turns = f"{result.rounds} turn{'s' if result.rounds > 1 else ''}"
-        self.figure.title.text = f"T/{result.question.steps} set: median of {turns}"
+        turns = f"{result.rounds} run{'s' if result.rounds > 1 else ''}"
+        self.figure.title.text = f"Error against time; present step T/{result.question.steps}, medians of {turns}"
         for kind, source in self.closed.items():
             write(source, {"cost": np.full(2, result.closed_form(kind)), "error": np.array(_ALL)})
         for kind, source in self.swept.items():

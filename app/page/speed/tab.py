@@ -100,10 +100,11 @@ def statements(setting: Setting, result: PartialSpeed) -> list[list[str]]:
     """Head and text: the setting, what an FE code pays for it, what the located step would, the closed forms."""
     n = result.question.steps
     kind = "located" if setting.located == "yes" else "fixed"
+    step = "step cut where contact changes" if kind == "located" else "constant step"
     return [
-        [f"Set: T/{n}, {kind} step", _cost(result, Key(kind, n))],
+        [f"Present setting: T/{n}, {step}", _cost(result, Key(kind, n))],
         ["What an FE code pays", _plain_cost(result, n)],
-        ["What the located step would", _located(result, n)],
+        ["With the step cut where contact changes", _located(result, n)],
         ["Closed form", _closed(result)],
     ]
 
