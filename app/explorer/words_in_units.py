@@ -42,7 +42,9 @@ def in_units(text: str, scale: Units | None) -> str:
 def words_of_change(change: Mapping[str, str], setting: Setting) -> str:
     """Texts for the controls as a person reads them, as in "K = 2500, D = 8"; empty for none."""
     words = [
-        shown_field(name, setting).words(float(text)) if name in MAIN_FIELDS else "cutting the step where contact changes"
+        shown_field(name, setting).words(float(text))
+        if name in MAIN_FIELDS
+        else "cutting the step where contact changes"
         for name, text in change.items()
     ]
     return ", ".join(words)

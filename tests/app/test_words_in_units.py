@@ -35,7 +35,7 @@ def test_numbers_of_a_sentence_are_converted(text, expected):
 
 def test_a_change_is_offered_in_units():
     change = {"K": "2500", "D": "8", "steps": "4000", "located": "yes"}
-    words = "T/Δτ = 4000, contact changes located"
+    words = "T/Δτ = 4000, cutting the step where contact changes"
     assert words_of_change(change, Setting()) == f"K = 2500, D = 8, {words}"
     assert words_of_change(change, Setting(**UNITS)) == f"K = 3000 N/mm, 2D = 0.96 N·s/mm, {words}"
     assert words_of_change({}, Setting()) == ""
