@@ -230,10 +230,10 @@ def _motion_text(motion: Motion) -> str:
 
 
 def _physical_lines(comparison: Comparison, units: Units) -> list[str]:
-    penalty = comparison.runs.penalty
+    penalty, exact = comparison.runs.penalty, comparison.runs.reference.method
     rows = {
         "physical": settings_text(units, penalty.eta, penalty.method),
-        "  reference": motion_text(units, comparison.reference) or "nothing known",
-        "  penalty": motion_text(units, comparison.penalty) or "nothing known",
+        "  reference": motion_text(units, penalty.eta, comparison.reference, exact) or "nothing known",
+        "  penalty": motion_text(units, penalty.eta, comparison.penalty, penalty.method) or "nothing known",
     }
     return ["", *(f"{name:22}{text}" for name, text in rows.items())]

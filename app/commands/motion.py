@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> None:
     else:
         lines = [f"{problem[2]}, eta = {options.eta:g}", *_motion_lines(found)]
         if units:
-            physical = settings_text(units, *problem[1:]), motion_text(units, found)
+            physical = settings_text(units, *problem[1:]), motion_text(units, options.eta, found, problem[2])
             lines += [f"physical          {line}" for line in physical if line]
         print("\n".join([*lines, *map(_attractor_line, others)]))
 

@@ -68,14 +68,18 @@ def settings_text(units: Units, eta: float, method: Method) -> str:
     return _line(units, formats, units.settings(eta, method))
 
 
-def motion_text(units: Units, motion: Motion) -> str:
+def motion_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
     """Force, impulse and energy of a motion in one line, as far as they are known."""
+    from vibroscope.app.explorer.force import force_text  # imports what describes motions
+
+    force = force_text(units, eta, motion, method).replace("·", ".")
     formats = {
-        "peak_force": ("peak force {:.4g}", "force"),
         "impulse": ("impulse {:.4g}", "impulse"),
         "energy_lost": ("energy lost in a period {:.4g}", "energy"),
     }
-    return _line(units, formats, physical_motion(units, motion))
+    if "impulse" in force:
+        del formats["impulse"]
+    return ", ".join(text for text in (force, _line(units, formats, physical_motion(units, motion))) if text)
 
 
 def unit_names(units: Units) -> dict[str, str]:

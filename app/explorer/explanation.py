@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from vibroscope.app.explorer.compute import Run, RunPair
 from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
 from vibroscope.app.explorer.state import Setting, print_number, read_setting
 from vibroscope.app.explorer.words_in_units import in_units
@@ -39,7 +40,7 @@ class Description:
     Attributes
     ----------
     reference, penalty : tuple of (str, str)
-        What the motion is as far as the run shows it, and with units its peak force.
+        What the motion is as far as the run shows it, and with units its contact force.
     cost : tuple of (str, str, str)
         Label, value, and meaning.
     """
@@ -205,13 +206,11 @@ def _duration(response: Response) -> str:
 
 
 def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
-    """What motion a run shows; and with a scale, its peak force."""
+    """What motion a run shows; and with a scale, its contact force."""
     if not run.response.ok:
         return "No result.", sentence(run.response.message)
-    force = ""
-    if scale is not None and run.motion.peak_force > 0:
-        force = f"Peak force {scale.text('force', run.motion.peak_force, 3)}."
-    return in_units(_motion_text(run.motion, run.response.method), scale), force
+    force = force_text(scale, run.response.eta, run.motion, run.response.method) if scale is not None else ""
+    return in_units(_motion_text(run.motion, run.response.method), scale), sentence(force) if force else ""
 
 
 def _motion_text(found: Motion, method: Method) -> str:

@@ -12,6 +12,8 @@ from collections.abc import Mapping
 import numpy as np
 from vibroscope.app.explorer.compute import Run, RunPair
 from vibroscope.app.explorer.state import Setting
+from vibroscope.engine import Newmark
+from vibroscope.engine.motions.contact_force import FEWEST_SAMPLES
 
 Columns = dict[str, np.ndarray]
 
@@ -164,7 +166,27 @@ def _force(run: Run) -> Columns:
     if run.trace is None:
         return {"t": _EMPTY, "force": _EMPTY}
     time, force = envelope(_window_time(run), run.trace.force, _FORCE_BINS * WINDOW // 2)
+    if isinstance(run.response.method, Newmark) and run.response.method.located:
+        time, force = _with_short_contacts(run, time, force)
     return _as_float32({"t": time, "force": force})
+
+
+def _with_short_contacts(run: Run, time: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The force; of each contact with too few samples, a rectangle instead: its duration, and the mean of its force."""
+    impacts, contacts = run.response.impacts, run.response.contacts.reshape(-1, 2)
+    at = np.searchsorted(impacts.time, contacts[:, 0])
+    for (begin, end), index in zip(contacts, at, strict=True):
+        started = index < len(impacts.time) and np.isclose(impacts.time[index], begin, rtol=1e-9)
+        inside = (run.trace.time > begin) & (run.trace.time < end)
+        if not started or inside.sum() >= FEWEST_SAMPLES or begin < _window_start(run):
+            continue
+        edges = (np.array([begin, begin, end, end]) - _window_start(run)) * run.response.eta / (2 * np.pi)
+        kept = (time < edges[0]) | (time > edges[-1])
+        time, force = time[kept], force[kept]
+        place = np.searchsorted(time, edges)
+        mean = impacts.impulse[index] / (end - begin)
+        time, force = np.insert(time, place, edges), np.insert(force, place, [0.0, mean, mean, 0.0])
+    return time, force
 
 
 def envelope(x: np.ndarray, y: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ FIGURES = {
         Figure("phase2", "Phase plot 2", "Phase plot of pendulum 2 with its Poincaré section."),
         Figure("displacement", "Displacements", "Displacements over the last two excitation periods."),
         Figure("strip", "Contact strip", "Intervals in contact; an impact of the reference has no length."),
-        Figure("force", "Contact force", "Contact force, and the impulse of each impact."),
+        Figure("force", "Contact force", "Contact force, the mean of contacts too short to sample, and impulses."),
         Figure("diagram", "Map over η", "Bifurcation diagram of the reference; the line marks η."),
         Figure("front", "Suggestion", "Error over steps per period of the settings found; the line is the tolerance."),
     )

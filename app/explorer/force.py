@@ -1,0 +1,30 @@
+"""The contact force of a motion in words. No panel import.
+
+An impact has an impulse and no peak force. Where a contact is shorter than the samples show, the impulse is given with
+its duration and its mean.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibroscope.engine import Method, Motion, Reference, Units
+
+_DIGITS = 3
+
+
+def force_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
+    """Peak force, or what takes its place; empty without contact."""
+    impulse = f"impulse {units.text('impulse', motion.impulse, _DIGITS)} per period"
+    if math.isnan(motion.peak_force):
+        duration = motion.contact_share * 2 * math.pi / eta
+        if not duration > 0:
+            return ""
+        mean = units.text("force", motion.impulse / duration, _DIGITS)
+        lasts = units.text("time", duration, _DIGITS)
+        return f"contacts too short to sample a peak force: {impulse} in {lasts} of contact, mean {mean}"
+    peak = f"peak force {units.text('force', motion.peak_force, _DIGITS)}" if motion.peak_force > 0 else ""
+    if isinstance(method, Reference) and motion.impacts_per_period > 0:
+        where = f"{peak} in permanent contact; " if peak else ""
+        return f"{where}impacts have an impulse and no peak force: {impulse}"
+    return peak
