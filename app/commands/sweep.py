@@ -86,6 +86,7 @@ def _add_eta(studies) -> None:
     add("--threshold", type=float, metavar="F", help=f"reference (default {usual.threshold:g})")
     add("--restitution", type=float, metavar="F", help="reference (default: the system's)")
     add("--direction", choices=DIRECTIONS, default="rest", help="each value from rest, or from its neighbour's end")
+    add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each value starts, in place of rest")
     add("--coordinates", default="xi1,xi2", metavar="A,B", help=f"of {','.join(COORDINATES)} (default %(default)s)")
     add("--refine", type=float, default=0, metavar="N", help="halve intervals in which the motion changes, N times")
     add("--lyapunov", type=float, default=0, metavar="N", help="average the Lyapunov exponent over N periods")
@@ -137,6 +138,7 @@ def _eta(options: argparse.Namespace, **how):
         coordinates=options.coordinates.split(","),
         refine=options.refine,
         lyapunov=options.lyapunov,
+        initial=options.initial,
         **how,
     )
 

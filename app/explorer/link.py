@@ -82,13 +82,19 @@ def read_view(
     axes : mapping of str to Span
         Limits of the ends of each axis of the tab.
     spec : mapping
-        ``switches`` (name, choices) and ``limits`` (name, low, high) of the tab.
+        ``switches`` (name, choices), ``limits`` (name, low, high) and ``numbers`` (name, low, high, whole; those with
+        ``linked`` false do not stand in an address) of the tab.
     legends : mapping of str to sequence of str
         Names of the legend entries of each figure of the tab that has a legend.
     """
     spans = {name: _read_span(name, text, axes[name]) for name, text in _parts("zoom", zoom, axes)}
     rules = {switch["name"]: list(switch["choices"]) for switch in spec.get("switches", [])}
     rules |= {limit["name"]: (limit["low"], limit["high"]) for limit in spec.get("limits", [])}
+    rules |= {
+        number["name"]: (number["low"], number["high"], number["whole"])
+        for number in spec.get("numbers", [])
+        if number.get("linked", True)
+    }
     chosen = {name: _read_choice(name, text, rules[name]) for name, text in _parts("choice", choice, rules)}
     muted = {figure: _read_muted(figure, text, legends[figure]) for figure, text in _parts("mute", mute, legends)}
     return View(spans, chosen, muted)
@@ -118,8 +124,11 @@ def _read_span(name: str, text: str, limits: Span) -> Span:
     return low, high
 
 
-def _read_choice(name: str, text: str, rule: list[str] | Span) -> str | int:
-    return read_choice(name, text, rule) if isinstance(rule, list) else read_number(name, text, rule, whole=True)
+def _read_choice(name: str, text: str, rule: list[str] | tuple) -> str | int | float:
+    if isinstance(rule, list):
+        return read_choice(name, text, rule)
+    low, high, whole = (*rule, True)[:3]
+    return read_number(name, text, (low, high), whole=whole)
 
 
 def _read_muted(figure: str, text: str, entries: Sequence[str]) -> list[str]:

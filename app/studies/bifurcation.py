@@ -29,8 +29,9 @@ from vibroscope.engine.sweeps import (
     unknown_kinds,
 )
 
-COUNT = 480  # values of η
+COUNT = 480  # values of the swept number, unless another count is typed
 TRANSIENT, SAMPLE = 1000, 48
+REST = (0.0, 0.0, 0.0, 0.0)
 # What one update sends is bounded: so many points are drawn at most, and so many of what it is compared with.
 MOST_POINTS, MOST_BESIDE = 4200, 1500
 JUDGED_AT_ONCE = 24  # cells; each such part is a partial result
@@ -38,27 +39,36 @@ _EQUAL = 1e-5  # points nearer than this share of the picture's height are one
 
 
 class DiagramQuestion(NamedTuple):
-    """A diagram to compute."""
+    """A diagram to compute: ``over`` is swept from end to end of ``span``; ``eta`` holds where it is not swept."""
 
     system: System
     method: Method
     direction: str
-    eta: tuple[float, float]
+    span: tuple[float, float]
+    over: str = "eta"
+    eta: float = 1.0
+    count: int = COUNT
+    transient: int = TRANSIENT
+    initial: tuple[float, float, float, float] = REST
 
     @property
     def axis(self) -> np.ndarray:
-        """η of the cells: (COUNT,), ascending."""
-        return np.linspace(*self.eta, COUNT)
+        """The swept number of the cells, ascending; of whole numbers each once."""
+        values = np.linspace(*self.span, self.count)
+        return np.unique(np.round(values)) if self.over == "steps" else values
 
     def study(self) -> EtaStudy:
         """The study that answers it."""
-        choices = {"values": self.axis, "direction": self.direction, "coordinates": COORDINATES}
-        return EtaStudy(self.system, self.method, self.eta[0], TRANSIENT, SAMPLE, **choices)
+        values = self.axis
+        choices = {"values": values, "direction": self.direction, "coordinates": COORDINATES, "over": self.over}
+        if self.initial != REST:
+            choices["initial"] = np.tile(self.initial, (len(values), 1))
+        return EtaStudy(self.system, self.method, self.eta, self.transient, SAMPLE, **choices)
 
     @property
     def preview_cells(self) -> np.ndarray:
         """The cells of the preview of a continued diagram, ascending, from the one that comes first."""
-        return np.sort(np.arange(COUNT)[:: -COARSEST if self.direction == "down" else COARSEST])
+        return np.sort(np.arange(len(self.axis))[:: -COARSEST if self.direction == "down" else COARSEST])
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,17 +100,17 @@ class PartialDiagram:
 
     @property
     def known(self) -> np.ndarray:
-        """Which cells are computed, in the study or in its preview: (COUNT,) of bool."""
+        """Which cells are computed, in the study or in its preview: (n,) of bool."""
         return self._shown["status"] != MISSING
 
     @property
     def ended(self) -> np.ndarray:
-        """Which cells ended early: (COUNT,) of bool."""
+        """Which cells ended early: (n,) of bool."""
         return self.known & (self._shown["status"] != 0)
 
     @property
     def period(self) -> np.ndarray:
-        """Period of the motion, (COUNT,): 0 if it does not repeat itself, nan where none is known."""
+        """Period of the motion, (n,): 0 if it does not repeat itself, nan where none is known."""
         return np.where(self.known & ~self.ended, self._shown["period"], np.nan)
 
     @cached_property
@@ -119,11 +129,11 @@ class PartialDiagram:
 
     @property
     def impacts(self) -> np.ndarray:
-        """Impacts per period, (COUNT,), nan where nothing is known."""
+        """Impacts per period, (n,), nan where nothing is known."""
         return self._shown["impacts_per_period"]
 
     def section(self, coordinate: str) -> np.ndarray:
-        """A coordinate at τ ≡ 0 mod T, (COUNT, SAMPLE), nan where nothing is known."""
+        """A coordinate at τ ≡ 0 mod T, (n, SAMPLE), nan where nothing is known."""
         return self._shown[coordinate]
 
     def points(
@@ -147,7 +157,7 @@ class PartialDiagram:
         """What is known, for a file."""
         return {
             "direction": self.question.direction,
-            "eta": self.question.axis[self.known],
+            self.question.over: self.question.axis[self.known],
             "period": self.period[self.known],
             "kind": kind_names(self.kinds["kind"][self.known]),
             "period_without_scatter": self.kinds["kind_period"][self.known],

@@ -14,6 +14,8 @@ the digest of the engine's code; the least recently used result is dropped, and 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..methods import ExactPenalty, Method, Newmark
 from ..model import System
 from .axis import ascending_values
@@ -74,6 +76,7 @@ def sweep_eta(
     coordinates: Sequence[str] = ("xi1", "xi2"),
     refine: int = 0,
     lyapunov: int = 0,
+    initial: Sequence[float] | None = None,
     **how,
 ) -> "xarray.Dataset":
     """The bifurcation diagram over η (paper, Figure 3), or over another parameter.
@@ -91,13 +94,15 @@ def sweep_eta(
     transient, sample : int
         Periods before the section is taken, and points of it.
     direction : {"rest", "up", "down"}
-        From rest, or each value from the end of its neighbour below or above.
+        From rest (or from ``initial``), or each value from the end of its neighbour below or above.
     coordinates : sequence of {"xi1", "v1", "xi2", "v2"}
         Of the section to keep.
     refine : int
         Levels of refinement: each halves the intervals at whose ends the motion differs.
     lyapunov : int
         Periods over which to average the largest Lyapunov exponent (some 8,000; reference and exact penalty); 0: none.
+    initial : (4,) sequence, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0 of each value, in place of rest; not for a continued or refined diagram.
     **how
         Where to keep the result and how to run it: see :mod:`engine.sweeps`.
 
@@ -107,6 +112,13 @@ def sweep_eta(
         Dimensions (over, ``sample``); see :mod:`.sweeps.eta_study` for the variables.
     """
     more = {"over": over, "values": values, "direction": direction, "coordinates": coordinates}
+    if initial is not None:
+        if direction != "rest" or refine:
+            raise ValueError("an initial state is for each value its own start: give direction='rest' and no refine")
+        start = np.asarray(initial, float)
+        if start.shape != (4,):
+            raise ValueError(f"initial has {start.size} numbers: give the four of the state, ξ₁, ξ₁′, ξ₂, ξ₂′")
+        more["initial"] = np.tile(start, (len(values), 1))
     study = EtaStudy(system, method, eta, transient, sample, **more, refine=refine, lyapunov=lyapunov)
     return _run(study, **how)
 

@@ -8,7 +8,6 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend
 from vibroscope.app.page.bifurcation.tab import statements
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.studies import bifurcation
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
 from vibroscope.engine import Cancelled, Newmark, Reference, System, motion
 from vibroscope.engine.sweeps import CellKind
@@ -57,15 +56,13 @@ def test_a_motion_that_takes_too_long_is_undecided_and_a_withdrawn_one_is_not_ju
 
 
 @pytest.fixture
-def scattered_diagram(monkeypatch):
+def scattered_diagram():
     """Results of a short diagram of Newmark's method with scatter and chaos in it."""
-    monkeypatch.setattr(bifurcation, "COUNT", 9)
-    monkeypatch.setattr(bifurcation, "TRANSIENT", 300)
-    question = DiagramQuestion(SYSTEM, Newmark(12000, 18, 2000), "rest", (1.70, 2.78))
+    question = DiagramQuestion(SYSTEM, Newmark(12000, 18, 2000), "rest", (1.70, 2.78), count=9, transient=300)
     return list(grow_diagram(question, None, never))
 
 
-def test_a_diagram_is_judged_after_it_is_complete_and_goes_on_where_it_was(scattered_diagram, monkeypatch):
+def test_a_diagram_is_judged_after_it_is_complete_and_goes_on_where_it_was(scattered_diagram):
     known = [result for result in scattered_diagram if result.known.all()]
     assert len(known) >= 2
     first, whole = known[0], known[-1]

@@ -161,12 +161,12 @@ def test_a_plane_that_is_cancelled_stops():
 @pytest.fixture
 def small_diagram(monkeypatch):
     """A function from a direction to the last result of a short diagram, over where motions change."""
-    monkeypatch.setattr(bifurcation, "COUNT", 17)
-    monkeypatch.setattr(bifurcation, "TRANSIENT", 60)
     monkeypatch.setattr(bifurcation, "SAMPLE", 12)
-    return lambda direction: last(
-        grow_diagram(DiagramQuestion(SYSTEM, Reference(), direction, (2.7, 2.9)), None, never)
-    )
+    return lambda direction: last(grow_diagram(short_question(direction), None, never))
+
+
+def short_question(direction):
+    return DiagramQuestion(SYSTEM, Reference(), direction, (2.7, 2.9), count=17, transient=60)
 
 
 def section_of(result, cell):
@@ -193,7 +193,7 @@ def test_continued_each_value_starts_where_its_neighbour_ended(small_diagram, di
 
 @pytest.mark.parametrize("direction", ["up", "down"])
 def test_a_continued_diagram_shows_a_coarse_preview_and_goes_on_from_where_it_was(small_diagram, direction):
-    question = DiagramQuestion(SYSTEM, Reference(), direction, (2.7, 2.9))
+    question = short_question(direction)
     preview, first, *_ = grow_diagram(question, None, never)
     assert preview.share == 0
     assert preview.known.sum() == len(question.preview_cells)

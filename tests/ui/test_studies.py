@@ -150,6 +150,23 @@ def test_a_zoom_of_the_diagram_is_computed_anew_in_its_range(visit):
     complete(explorer)
 
 
+def test_range_resolution_and_swept_number_are_typed(visit):
+    explorer = visit(f"?tab=bifurcation&choice=count:40;transient:100&{SETTING}")
+    typed = explorer.page.locator(".numbers")
+    for label, text in (("From", "2.7"), ("To", "2,9"), ("Values", "20")):
+        typed.get_by_label(label).fill(text)
+        typed.get_by_label(label).press("Enter")
+    wait_until(lambda: explorer.figure("bifurcation")["x"] == [2.7, 2.9], what="the range")
+    wait_until(lambda: "20 η × (100" in explorer.figure("bifurcation")["title"], what="the number of values")
+    explorer.wait_for_address(choice="count:20;transient:100")
+    typed.get_by_label("Values").fill("1")
+    typed.get_by_label("Values").press("Enter")
+    explorer.page.get_by_role("alert").filter(has_text="Values must be a whole number from 2").wait_for()
+    explorer.page.get_by_label("Swept").select_option("K")
+    wait_until(lambda: explorer.figure("bifurcation")["x"] == [10, 1e5], what="the range of K")
+    wait_until(lambda: explorer.model("bifurcation_label", "text").startswith("K = "), what="the line at K")
+
+
 def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(counted, visit):
     explorer = opened(visit, "bifurcation")
     for choice in ("up", "down"):

@@ -13,7 +13,8 @@ from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.shared.figure import (
     BLUE,
     FONT,
@@ -29,8 +30,8 @@ from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.bifurcation import (
     MOST_BESIDE,
     MOST_POINTS,
+    REST,
     SAMPLE,
-    TRANSIENT,
     PartialDiagram,
     kind_names,
 )
@@ -55,18 +56,18 @@ _KIND_HATCHES = {
     CellKind.ENDED_EARLY: ("diagonal_cross", "cross"),
 }
 _PLAIN = (" ", "")
-_DIRECTION = {"rest": "from rest", "up": "upwards", "down": "downwards"}
+_DIRECTION = {"rest": "from rest", "own": "from an own start", "up": "upwards", "down": "downwards"}
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
-_ETA = Explorer.param["eta"].softbounds
 
 
 class BifurcationView:
-    """Two figures over the same η."""
+    """Two figures over the same number, η at first; their range and columns keep that name."""
 
-    def __init__(self, on_eta: Callable[[float], None], on_zoom: Callable[[], None]) -> None:
-        self._on_eta = on_eta
-        self.ranges = {"eta": OwnedRange(*_ETA), "value": OwnedRange(-10, 10)}
-        self._drawn: tuple[str, str] | None = None  # solver and coordinate
+    def __init__(self, on_value: Callable[[float], None], on_zoom: Callable[[], None]) -> None:
+        self._on_value = on_value
+        self.over = "eta"
+        self.ranges = {"eta": OwnedRange(*SWEPT["eta"].home), "value": OwnedRange(-10, 10)}
+        self._drawn: tuple[str, str, str] | None = None  # solver, coordinate, swept number
         columns = ("eta", "value", "period")
         self.points = {solver: empty_source(f"bifurcation_{solver}", *columns) for solver in _COLOURS}
         self.artefacts = empty_source("bifurcation_artefacts", *columns)
@@ -154,23 +155,33 @@ class BifurcationView:
         )
         return plot
 
+    def sweep(self, over: str) -> None:
+        """Sweep another number, over its whole range."""
+        if over != self.over:
+            self.over = over
+            self.ranges["eta"].unzoom()
+            self.ranges["eta"].put(*SWEPT[over].home, fresh=True)
+            self.figure.xaxis[0].axis_label = f"{SWEPT[over].text}, {SWEPT[over].symbol}"
+
     @property
     def span(self) -> tuple[float, float]:
-        """η in view, within what can be set, rounded so that the same view is the same question."""
-        low, high = (round(float(np.clip(end, *_ETA)), 6) for end in self.ranges["eta"].ends)
-        return (low, high) if high - low > 1e-5 else _ETA
+        """The values in view, within what can be set, rounded so that the same view is the same question."""
+        swept = SWEPT[self.over]
+        low, high = (float(f"{np.clip(end, *swept.bounds):.8g}") for end in self.ranges["eta"].ends)
+        return (low, high) if high - low > 1e-7 * (abs(low) + abs(high)) else swept.home
 
     def update(
         self, setting: Setting, result: PartialDiagram | None, coordinate: str, other: PartialDiagram | None
     ) -> None:
         """Move the cursor; draw what is known, and in grey another diagram to compare with."""
-        self.cursor.location = self.label.x = setting.eta
-        self.label.text = f"η = {setting.eta:g}"
+        value = getattr(setting, self.over)
+        self.cursor.location = self.label.x = value
+        self.label.text = f"{SWEPT[self.over].symbol} = {value:.7g}"
         self.figure.yaxis[0].axis_label = f"{SYMBOLS[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
         if result is None:
             return
         for line in self._scenes:
-            line.visible = result.question.system == System()
+            line.visible = self.over == "eta" and result.question.system == System()
         self._title(result)
         values, scattered = (_columns(result, coordinate, artefacts=chosen) for chosen in (False, True))
         none = dict.fromkeys(values, values["eta"][:0])
@@ -179,15 +190,18 @@ class BifurcationView:
             write(source, values if solver == drawn else none)
         write(self.artefacts, scattered)
         write(self.other, none if other is None else _columns(other, coordinate, MOST_BESIDE))
-        fresh = self._drawn != (drawn, coordinate)
+        fresh = self._drawn != (drawn, coordinate, result.question.over)
         self.ranges["value"].follow([values["value"], scattered["value"]], fresh=fresh, complete=result.share >= 1)
-        self._drawn = drawn, coordinate
+        self._drawn = drawn, coordinate, result.question.over
         self._write_strip(result)
 
     def _title(self, result: PartialDiagram) -> None:
         question = result.question
-        periods = f"{int(result.known.sum())} η × ({TRANSIENT} + {SAMPLE}) T"
-        self.figure.title.text = f"{name_of(question.method)} {_DIRECTION[question.direction]}, {periods}"
+        swept = SWEPT[question.over]
+        periods = f"{int(result.known.sum())} {swept.symbol} × ({question.transient} + {SAMPLE}) T"
+        at = "" if question.over == "eta" else f", η {question.eta:g}"
+        start = "own" if question.initial != REST else question.direction
+        self.figure.title.text = f"{name_of(question.method, question.over)} {_DIRECTION[start]}{at}, {periods}"
 
     def _write_strip(self, result: PartialDiagram) -> None:
         left, right, period, kind = result.stretches()
@@ -202,15 +216,16 @@ class BifurcationView:
         }
 
     def on_tap(self, event: Tap) -> None:
-        """Set η to the place of a tap."""
+        """Set the swept number to the place of a tap."""
         if event.x is not None and np.isfinite(event.x):
-            self._on_eta(float(np.clip(round(event.x, 4), *_ETA)))
+            self._on_value(SWEPT[self.over].rounded(event.x))
 
 
-def name_of(method) -> str:
-    """A solver as the figures call it."""
+def name_of(method, over: str = "eta") -> str:
+    """A solver as the figures call it, without the number that is swept."""
     if isinstance(method, Newmark):
-        return f"Newmark T/{method.steps}{', located' if method.located else ''}"
+        steps = "" if over == "steps" else f" T/{method.steps}"
+        return f"Newmark{steps}{', located' if method.located else ''}"
     return "Reference" if isinstance(method, Reference) else "Exact penalty"
 
 

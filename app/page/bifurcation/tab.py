@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import panel as pn
-from vibroscope.app.explorer.link import LINEAR
-from vibroscope.app.explorer.state import Explorer, Setting, print_number
+from vibroscope.app.explorer.link import LINEAR, View
+from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
 from vibroscope.app.page.bifurcation.figure import SYMBOLS, BifurcationView, legend, name_of
+from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.studies.bifurcation import (
     COUNT,
+    REST,
     SAMPLE,
     TRANSIENT,
     DiagramQuestion,
@@ -23,7 +27,15 @@ from vibroscope.app.studies.study_job import RESULTS
 from vibroscope.engine import COORDINATES, ExactPenalty, Method
 from vibroscope.engine.sweeps import CellKind
 
-_DIRECTION_NAMES = {"rest": "from rest", "up": "continued upwards", "down": "continued downwards"}
+_DIRECTION_NAMES = {
+    "rest": "from rest",
+    "own": "from an own start",
+    "up": "continued upwards",
+    "down": "continued downwards",
+}
+_STARTS = {"start_xi1": "ξ₁(0)", "start_v1": "ξ₁′(0)", "start_xi2": "ξ₂(0)", "start_v2": "ξ₂′(0)"}
+_OF_METHOD = {"K": "stiffness", "D": "damping", "steps": "steps"}
+MOST_VALUES, MOST_TRANSIENT = 2000, 20_000  # that can be typed: with more, a diagram outlasts its time
 _SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
 
 
@@ -33,7 +45,15 @@ class Bifurcation(StudyTab):
     key = "bifurcation"
     title = "Bifurcation"
     grow = staticmethod(grow_diagram)
-    chosen = {"solver": "reference", "direction": "rest", "coordinate": "xi2"}  # noqa: RUF012 - read only
+    chosen = {  # noqa: RUF012 - read only
+        "solver": "reference",
+        "direction": "rest",
+        "coordinate": "xi2",
+        "over": "eta",
+        "count": COUNT,
+        "transient": TRANSIENT,
+        **dict.fromkeys(_STARTS, 0.0),
+    }
     axes = {"eta": LINEAR, "value": LINEAR}  # noqa: RUF012 - read only
     pictures = (
         Figure("bifurcation", "Bifurcation diagram", "A coordinate at τ ≡ 0 (mod T) over the excitation frequency η."),
@@ -48,38 +68,106 @@ class Bifurcation(StudyTab):
     @classmethod
     def spec(cls) -> dict:
         """What can be chosen, and the line that can be dragged."""
-        low, high = Explorer.param["eta"].softbounds
         return {
             "title": "Bifurcation diagram",
             "switches": [
+                {
+                    "name": "over",
+                    "label": "Swept",
+                    "choices": {name: f"{swept.symbol}, {swept.text}" for name, swept in SWEPT.items()},
+                },
                 {"name": "solver", "label": "Solver", "choices": _SOLVERS},
                 {"name": "direction", "label": "Start", "choices": _DIRECTION_NAMES},
                 {"name": "coordinate", "label": "Coordinate", "choices": SYMBOLS},
             ],
             "limits": [],
-            "hint": "Drag the line, click, or use the slider to set η. A zoom is computed anew at its own range. "
-            "Hollow points are scatter that the time step causes. In grey, once computed: the other direction (motions "
-            "coexist where they differ), or the reference.",
+            "numbers": [
+                _number("from", "From", LINEAR, linked=False),
+                _number("to", "To", LINEAR, linked=False),
+                _number("count", "Values", (2, MOST_VALUES), whole=True),
+                _number("transient", "Transient (T)", (0, MOST_TRANSIENT), whole=True),
+                *(_number(name, text, (-1e6, 1e6), when={"direction": "own"}) for name, text in _STARTS.items()),
+            ],
+            "hint": "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its "
+            "own range. Hollow points are scatter that the time step causes. In grey, once computed: the other "
+            "direction (motions coexist where they differ), or the reference.",
             "cursor": {
                 "figure": "bifurcation",
                 "span": "bifurcation_cursor",
                 "label": "bifurcation_label",
-                "name": "eta",
-                "symbol": "η",
-                "low": low,
-                "high": high,
+                "by": "over",
+                "swept": {
+                    name: {
+                        "name": name,
+                        "symbol": swept.symbol,
+                        "low": swept.bounds[0],
+                        "high": swept.bounds[1],
+                        "parts": swept.parts,
+                    }
+                    for name, swept in SWEPT.items()
+                },
             },
         }
 
+    def choice(self) -> dict[str, str | int]:
+        """The choices that differ from those at first; the range stands in the address as a zoom."""
+        return {name: value for name, first in self.chosen.items() if (value := self.panel.chosen[name]) != first}
+
+    def restore(self, view: View) -> None:
+        """Take a view from a link; the range is that of the number that is swept."""
+        self.view.sweep(view.choice.get("over", "eta"))
+        super().restore(view)
+
+    def _choose(self, chosen: dict) -> None:
+        """Take what was chosen; solver and swept number go together, the one chosen last first."""
+        before = self.panel.chosen
+        if chosen["solver"] not in SWEPT[chosen["over"]].solvers:
+            if chosen["over"] != before["over"]:
+                chosen["solver"] = SWEPT[chosen["over"]].solvers[0]
+            else:
+                chosen["over"] = "eta"
+        with pn.io.hold(self.host.doc):
+            if chosen["over"] != before["over"]:
+                self.view.sweep(chosen["over"])
+            elif any(chosen.get(end) != before.get(end) for end in ("from", "to")):
+                self._type_range(chosen["from"], chosen["to"])
+            super()._choose(chosen)
+
+    def _type_range(self, low: float, high: float) -> None:
+        swept = SWEPT[self.view.over]
+        if not swept.bounds[0] <= low < high <= swept.bounds[1]:
+            ends = " to ".join(print_number(end) for end in swept.bounds)
+            self.panel.refused = f"{swept.symbol} must go from a smaller to a larger number, within {ends}."
+            return
+        self.ranges["eta"].restore(low, high)
+
     def question(self, setting: Setting) -> DiagramQuestion:
-        """All but η itself."""
-        chosen = self.panel.chosen
-        return DiagramQuestion(setting.system, _method(setting, chosen["solver"]), chosen["direction"], self.view.span)
+        """All but the swept number itself."""
+        chosen, over = self.panel.chosen, self.view.over
+        system, method, span = setting.system, _method(setting, chosen["solver"]), self.view.span
+        if over in _OF_METHOD:
+            method = replace(method, **{_OF_METHOD[over]: span[0]})
+        elif over == "restitution":
+            system = replace(system, restitution=span[0])
+        own = chosen["direction"] == "own"
+        return DiagramQuestion(
+            system,
+            method,
+            "rest" if own else chosen["direction"],
+            span,
+            over,
+            1.0 if over == "eta" else setting.eta,
+            chosen["count"],
+            chosen["transient"],
+            tuple(chosen[name] for name in _STARTS) if own else REST,
+        )
 
     def draw(self, setting: Setting, result: PartialDiagram | None) -> None:
         """The diagram and the one to compare with."""
         other = None if result is None else _compared(setting, result.question)
         self.view.update(setting, result, self.panel.chosen["coordinate"], other)
+        low, high = self.view.span
+        self.panel.chosen = self.panel.chosen | {"from": low, "to": high}
         self.panel.key = legend()
 
     def describe(self, setting: Setting, result: PartialDiagram) -> list[list[str]]:
@@ -89,7 +177,8 @@ class Bifurcation(StudyTab):
     def table(self, name: str) -> list[Series]:
         """All points of the diagram, also of what is drawn in grey; or the stretches of η with one period."""
         if name == "bifurcation_strip":
-            columns = dict(zip(("from_eta", "to_eta", "period", "kind"), self.result.stretches(), strict=True))
+            over = self.result.question.over
+            columns = dict(zip((f"from_{over}", f"to_{over}", "period", "kind"), self.result.stretches(), strict=True))
             columns["kind"] = kind_names(columns["kind"])
             return [Series(_label(self.result.question), columns)]
         other, coordinate = _compared(self._result_setting, self.result.question), self.panel.chosen["coordinate"]
@@ -99,22 +188,31 @@ class Bifurcation(StudyTab):
         """`sweep_eta` over the range in view."""
         question = self.script_question(setting)
         how = f"direction={question.direction!r}, coordinates={tuple(COORDINATES)}"
-        values = f"np.linspace({question.eta[0]!r}, {question.eta[1]!r}, {COUNT})"
+        how += "" if question.over == "eta" else f", over={question.over!r}, eta={question.eta!r}"
+        how += "" if question.initial == REST else f", initial={question.initial}"
+        values = f"np.linspace({question.span[0]!r}, {question.span[1]!r}, {question.count})"
+        values = f"np.unique(np.round({values}))" if question.over == "steps" else values
         call = f"sweep_eta(\n    system, {question.method!r}, {values},\n"
-        call += f"    {how}, transient={TRANSIENT}, sample={SAMPLE},\n)"
+        call += f"    {how}, transient={question.transient}, sample={SAMPLE},\n)"
         return sweep_python({"diagram": call}, question.system, type(question.method).__name__)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep eta`` over the range in view."""
         question = self.script_question(setting)
-        options = (
-            f" --from {question.eta[0]!r} --to {question.eta[1]!r} --count {COUNT}{method_options(question.method)}"
-        )
+        low, high = question.span
+        options = f" --from {low!r} --to {high!r} --count {question.count}{method_options(question.method)}"
+        options += "" if question.over == "eta" else f" --over {question.over} --eta {question.eta!r}"
         options += f" --direction {question.direction} --coordinates {','.join(COORDINATES)}"
-        return sweep_command("eta", question.system, f"{options} --transient {TRANSIENT} --sample {SAMPLE}")
+        if question.initial != REST:
+            options += f" --initial {','.join(map(print_number, question.initial))}"
+        return sweep_command("eta", question.system, f"{options} --transient {question.transient} --sample {SAMPLE}")
 
-    def _set(self, eta: float) -> None:
-        self.host.set({"eta": print_number(eta)})
+    def _set(self, value: float) -> None:
+        self.host.set({self.view.over: print_number(value)})
+
+
+def _number(name: str, label: str, bounds: tuple[float, float], *, whole: bool = False, **more) -> dict:
+    return {"name": name, "label": label, "low": bounds[0], "high": bounds[1], "whole": whole, **more}
 
 
 def _method(setting: Setting, solver: str) -> Method:
@@ -126,6 +224,8 @@ def _method(setting: Setting, solver: str) -> Method:
 def _compared(setting: Setting, question: DiagramQuestion) -> PartialDiagram | None:
     """A diagram that was computed before: in the other direction, or of the reference beside a penalty solver."""
     if question.direction == "rest":
+        if question.over in _OF_METHOD:
+            return None
         reference = question._replace(method=setting.reference)
         return RESULTS.get(reference) if reference != question else None
     return RESULTS.get(question._replace(direction="down" if question.direction == "up" else "up"))
@@ -137,19 +237,20 @@ def _label(question: DiagramQuestion) -> str:
 
 def _points(result: PartialDiagram, coordinate: str) -> Series:
     eta, values = result.points(coordinate, None)
-    return Series(_label(result.question), {"eta": eta, coordinate: values})
+    return Series(_label(result.question), {result.question.over: eta, coordinate: values})
 
 
 def statements(setting: Setting, result: PartialDiagram) -> list[list[str]]:
     """Head and text of what the diagram says."""
     known = np.flatnonzero(result.known)
     axis = result.question.axis
-    nearest = known[np.argmin(np.abs(axis[known] - setting.eta))]
-    low, high = result.question.eta
+    question, value = result.question, getattr(setting, result.question.over)
+    nearest = known[np.argmin(np.abs(axis[known] - value))]
+    (low, high), symbol = question.span, SWEPT[question.over].symbol
     lines = []
-    if low <= setting.eta <= high:
-        lines.append([f"Near η = {axis[nearest]:.4g}", _motion(result, nearest)])
-    return [*lines, [f"From η = {low:g} to {high:g}", f"{'; '.join(_shares(result, known))}."]]
+    if low <= value <= high:
+        lines.append([f"Near {symbol} = {axis[nearest]:.5g}", _motion(result, nearest)])
+    return [*lines, [f"From {symbol} = {low:g} to {high:g}", f"{'; '.join(_shares(result, known))}."]]
 
 
 _SHARES = {  # a kind of motion as the statement names it

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import param
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 
@@ -12,9 +14,12 @@ from vibroscope.app.page.shared.component import Component
 class StudyPanel(Component):
     """Native inputs; every message from them is checked against ``spec``."""
 
-    spec = param.Dict(doc="Title, hint, switches (name, label, choices), limits (name, label, low, high), cursor")
+    spec = param.Dict(
+        doc="Title, hint, switches (name, label, choices), limits and numbers (name, label, low, high), cursor"
+    )
     chosen = param.Dict(doc="What is chosen, by name")
     status = param.Dict(default={}, doc="How far: text, share, running")
+    refused = param.String(default="", doc="Why the number that was typed last is not taken")
     key = param.List(default=[], doc="Colour, name and pattern of each class")
     statements = param.List(default=[], doc="Head and text of what the figures say")
 
@@ -49,4 +54,19 @@ class StudyPanel(Component):
             value = wanted.get(limit["name"])
             if type(value) in (int, float) and limit["low"] <= value <= limit["high"]:
                 chosen[limit["name"]] = round(value)
-        return chosen
+        return chosen | self._typed(wanted)
+
+    def _typed(self, wanted: dict) -> dict[str, float]:
+        """The numbers that were typed; says why one is refused."""
+        found, self.refused = {}, ""
+        for number in self.spec.get("numbers", []):
+            if number["name"] not in wanted:
+                continue
+            label, bounds, whole = number["label"], (number["low"], number["high"]), number["whole"]
+            try:
+                text = read_typed_number(label, wanted[number["name"]], bounds, whole=whole)
+            except Refused as error:
+                self.refused = str(error)
+            else:
+                found[number["name"]] = int(text) if whole else float(text)
+        return found

@@ -8,17 +8,18 @@ export function render({ model }) {
   const shows = [
     ...model.spec.switches.map((spec) => switcher(root, spec, send)),
     ...model.spec.limits.map((spec) => limiter(root, spec, send)),
+    ...numbers(root, model.spec.numbers ?? [], send),
     progress(root, send),
     key(root),
     statements(root),
   ];
   if (model.spec.hint) root.append(element("p", "hint", model.spec.hint));
   const draw = () => shows.forEach((show) => show(model));
-  for (const name of ["chosen", "status", "key", "statements"]) model.on(name, draw);
+  for (const name of ["chosen", "refused", "status", "key", "statements"]) model.on(name, draw);
   draw();
   cueScroll(root);
   whenThere(model.spec.figures, () => {
-    if (model.spec.cursor) dragged(model.spec.cursor);
+    if (model.spec.cursor) dragged(model);
     if (matchMedia("(pointer: coarse)").matches) model.spec.figures.forEach(scrolled);
   });
   return root;
@@ -73,6 +74,37 @@ function limiter(root, { name, label, low, high }, send) {
   };
 }
 
+// Typed numbers go to the server when Enter is pressed or the field is left; what is refused stays, with the reason.
+function numbers(root, specs, send) {
+  if (!specs.length) return [];
+  const grid = element("div", "numbers");
+  const refused = element("p", "refused");
+  refused.setAttribute("role", "alert");
+  const shows = specs.map(({ name, label, when }) => {
+    const row = element("label");
+    const input = element("input");
+    Object.assign(input, { type: "text", inputMode: "decimal", autocomplete: "off", name });
+    let shown = "";
+    input.addEventListener("change", () => { if (input.value !== shown) send({ choose: { [name]: input.value } }); });
+    row.append(element("span", "", label), input);
+    grid.append(row);
+    return (model) => {
+      row.hidden = Object.entries(when ?? {}).some(([other, value]) => model.chosen[other] !== value);
+      const value = model.chosen[name] ?? ""; // the ends of a range come with the first picture
+      const text = value === "" ? "" : String(Number(value.toPrecision(8)));
+      if (text === shown && model.refused) return;
+      shown = text;
+      input.value = text;
+    };
+  });
+  root.append(grid, refused);
+  shows.push((model) => {
+    refused.textContent = model.refused;
+    refused.hidden = !model.refused;
+  });
+  return shows;
+}
+
 function progress(root, send) {
   const row = element("div", "progress");
   const bar = element("progress");
@@ -120,7 +152,9 @@ function statements(root) {
 // A line over a figure, moved here while it is dragged; only where it is let go is sent.
 const NEAR = { mouse: 9, pen: 9, touch: 22 }; // px to either side in which the line is taken
 
-function dragged(spec) {
+function dragged(model) {
+  const spec = model.spec.cursor;
+  const swept = () => spec.swept[model.chosen[spec.by]];
   const view = viewOf(spec.figure);
   const span = modelOf(spec.span);
   const label = modelOf(spec.label);
@@ -129,9 +163,10 @@ function dragged(spec) {
   let held = false;
   let before = 0;
   const moveTo = (value) => {
-    const location = Math.round(Math.min(Math.max(value, spec.low), spec.high) * 1e4) / 1e4;
+    const { low, high, symbol, parts } = swept();
+    const location = Math.round(Math.min(Math.max(value, low), high) * parts) / parts;
     span.setv({ location }, LOCAL);
-    label?.setv({ x: location, text: `${spec.symbol} = ${location}` }, LOCAL);
+    label?.setv({ x: location, text: `${symbol} = ${location}` }, LOCAL);
   };
   const listen = (type, act) => view.el.addEventListener(type, act, { capture: true });
   listen("pointerdown", (event) => {
@@ -152,7 +187,7 @@ function dragged(spec) {
     if (!held) return;
     held = false;
     event.stopPropagation();
-    emit("set", { [spec.name]: String(span.location) });
+    emit("set", { [swept().name]: String(span.location) });
   });
   listen("pointercancel", () => {
     if (held) moveTo(before);

@@ -1,0 +1,50 @@
+"""The numbers that a bifurcation diagram can be swept over: where they begin and end, and which solvers have them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from vibroscope.app.explorer.state import Explorer
+
+
+class Swept(NamedTuple):
+    """A number that can be swept; it has the name of its parameter in `Explorer`.
+
+    Attributes
+    ----------
+    symbol, text : str
+        Symbol, and what it is.
+    home, bounds : (float, float)
+        The range at first, and the smallest and largest value.
+    parts : int
+        Into how many parts a unit is divided where the line is dragged; 1 for whole numbers.
+    solvers : tuple of str
+        Solvers that have it, the preferred one first.
+    """
+
+    symbol: str
+    text: str
+    home: tuple[float, float]
+    bounds: tuple[float, float]
+    parts: int
+    solvers: tuple[str, ...]
+
+    def rounded(self, value: float) -> float:
+        """The nearest value that the line can be dragged to."""
+        low, high = self.bounds
+        return min(max(round(value * self.parts) / self.parts, low), high)
+
+
+def _swept(name: str, parts: int, *solvers: str) -> Swept:
+    parameter = Explorer.param[name]
+    home = parameter.softbounds or parameter.bounds
+    return Swept(parameter.label, parameter.doc, home, parameter.bounds, parts, solvers)
+
+
+SWEPT = {
+    "eta": _swept("eta", 10_000, "reference", "exact", "newmark"),
+    "K": _swept("K", 10, "exact", "newmark"),
+    "D": _swept("D", 1000, "exact", "newmark"),
+    "steps": _swept("steps", 1, "newmark"),
+    "restitution": _swept("restitution", 10_000, "reference"),
+}

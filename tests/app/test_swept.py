@@ -1,0 +1,114 @@
+"""What can be typed and swept in the bifurcation diagram, and that the scripts of it compute the same."""
+
+import numpy as np
+import pytest
+from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.bifurcation.swept import SWEPT
+from vibroscope.app.page.bifurcation.tab import Bifurcation
+from vibroscope.app.page.study import tab as study
+from vibroscope.app.page.tab import Move
+from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
+from vibroscope.engine import ExactPenalty, Newmark, Reference, System, simulate, sweep_eta
+
+from .fakes import FakeHost
+
+SETTING = Setting(eta=2.76, K=12000.0, D=18.0, steps=2000)
+
+
+class Asked:
+    """Stands for `StudyJob`: nothing is computed."""
+
+    def __init__(self, question, grow, deliver):
+        self.question, self.cancelled, self.out_of_time = question, False, False
+
+    def cancel(self):
+        self.cancelled = True
+
+
+@pytest.fixture
+def tab(monkeypatch):
+    monkeypatch.setattr(study, "StudyJob", Asked)
+    tab = Bifurcation(FakeHost())
+    tab.build()
+    tab.show(Move(1, SETTING))
+    return tab
+
+
+def choose(tab, **wanted):
+    tab.panel.receive({"choose": wanted})
+    return tab.question(SETTING)
+
+
+def test_range_resolution_and_transient_are_typed(tab):
+    choose(tab, **{"from": "2.7"})
+    question = choose(tab, to="2,9", count="1 001", transient="2,000")
+    assert question.span == (2.7, 2.9)
+    assert (question.count, question.transient, len(question.axis)) == (1001, 2000, 1001)
+    assert tab.view.ranges["eta"].ends == (2.7, 2.9)
+    assert (tab.panel.chosen["from"], tab.panel.chosen["to"]) == (2.7, 2.9)
+    texts = tab.view_texts()
+    assert "eta:2.7,2.9" in texts["zoom"]  # the range stands in the address as a zoom
+    assert texts["choice"] == "count:1001;transient:2000"
+    again = Bifurcation(FakeHost())
+    again.build()
+    again.restore(Bifurcation.read_view(*texts.values()))
+    assert again.question(SETTING) == question
+
+
+@pytest.mark.parametrize("wanted", [{"count": "many"}, {"count": "1"}, {"to": "0.1"}, {"transient": "-3"}, {"to": "x"}])
+def test_what_cannot_be_taken_is_refused_in_words(tab, wanted):
+    before = tab.question(SETTING)
+    assert choose(tab, **wanted) == before
+    assert "must" in tab.panel.refused
+    choose(tab, count="100")
+    assert tab.panel.refused == ""
+
+
+@pytest.mark.parametrize("over", SWEPT)
+def test_any_number_is_swept_by_a_solver_that_has_it_and_moving_it_asks_nothing(tab, over):
+    question = choose(tab, over=over)
+    assert question.over == over
+    assert question.span == SWEPT[over].home
+    assert tab.panel.chosen["solver"] in SWEPT[over].solvers
+    assert question.study().cells == len(question.axis)  # the engine takes it
+    moved = SETTING._replace(**{over: {"eta": 2.0, "restitution": 0.7}.get(over, 3000)})
+    assert tab.question(moved) == question
+    tab.view._on_value(SWEPT[over].rounded(1234.56789))
+    assert [*tab.host.settings[-1]] == [over]
+
+
+def test_a_solver_without_the_swept_number_returns_to_eta(tab):
+    choose(tab, over="K")
+    assert choose(tab, solver="reference").over == "eta"
+    assert tab.view.span == SWEPT["eta"].home
+
+
+def test_an_own_start_is_that_of_each_value():
+    start = (0.3, 0.0, 1.2, -0.5)
+    question = DiagramQuestion(System(), Reference(), "rest", (2.7, 2.9), count=3, transient=5, initial=start)
+    *_, result = grow_diagram(question, None, lambda: False)
+    run = simulate(System(), 2.8, Reference(), periods=53, keep=48, initial=start)
+    np.testing.assert_allclose(result.section("xi2")[1], run.section[:, 2], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("over", "method", "span"),
+    [("K", ExactPenalty(1.0, 18.0), (9e3, 2e4)), ("steps", Newmark(12e3, 18.0, 400), (400, 801))],
+)
+def test_the_swept_number_is_that_of_the_runs(over, method, span):
+    question = DiagramQuestion(System(), method, "rest", span, over, 2.76, count=3, transient=5)
+    *_, result = grow_diagram(question, None, lambda: False)
+    value = question.axis[1]
+    own = ExactPenalty(value, 18.0) if over == "K" else Newmark(12e3, 18.0, int(value))
+    run = simulate(System(), 2.76, own, periods=53, keep=48)
+    np.testing.assert_allclose(result.section("xi2")[1], run.section[:, 2], atol=1e-9)
+    assert list(result.data())[1] == over
+
+
+def test_an_own_start_on_the_command_line(tmp_path):
+    out = str(tmp_path / "own.zarr")
+    sweep = ["sweep", "eta", "--solver", "reference", "--from", "2.7", "--to", "2.9", "--count", "3", "--out", out]
+    assert main([*sweep, "--transient", "5", "--initial", "0.3,0,1.2,-0.5"]) == 0
+    with pytest.raises(ValueError, match="own start"):
+        sweep_eta(System(), Reference(), [2.7, 2.9], initial=(0, 0, 1, 0), direction="up")
