@@ -81,10 +81,15 @@ class PartialDiagram:
     judged: dict[str, np.ndarray] | None = None
 
     @property
+    def computed(self) -> float:
+        """Share of all cells that are computed; a preview does not count."""
+        return float((self.values["status"] != MISSING).mean())
+
+    @property
     def share(self) -> float:
         """Of all cells that are computed, and whose kind is known, on average; a preview does not count."""
         computed = self.values["status"] != MISSING
-        return float(0.5 * (computed.mean() + (computed & (self.kinds["kind"] != CellKind.UNKNOWN)).mean()))
+        return float(0.5 * (self.computed + (computed & (self.kinds["kind"] != CellKind.UNKNOWN)).mean()))
 
     @cached_property
     def _shown(self) -> dict[str, np.ndarray]:

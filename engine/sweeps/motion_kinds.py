@@ -33,7 +33,7 @@ from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, type_of_ba
 from .codes import MISSING
 from .eta_study import COORDINATES, EtaStudy
 
-FOLLOWED = (1024, 4096)  # periods with the Jacobian; the second number only if the first does not decide
+FOLLOWED = (512, 4096)  # periods with the Jacobian; the second number only if the first does not decide
 SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
 

@@ -1,5 +1,7 @@
 """The map over η is that of the system that is shown, or it says that it is not there yet."""
 
+from functools import partial
+
 import bokeh.document
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore import map_source
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS
-from vibroscope.app.studies import bifurcation
+from vibroscope.app.studies.bifurcation import DiagramQuestion
 from vibroscope.engine import Reference, simulate
 
 from .fakes import QueueingHost
@@ -31,8 +33,7 @@ class Document(bokeh.document.Document):
 @pytest.fixture
 def explore(monkeypatch):
     """Explore without a browser, and a function that shows a setting there; diagrams have few values of η."""
-    monkeypatch.setattr(bifurcation, "COUNT", 16)
-    monkeypatch.setattr(bifurcation, "TRANSIENT", 200)
+    monkeypatch.setattr(map_source, "DiagramQuestion", partial(DiagramQuestion, count=16, transient=200))
     tab = TABS["explore"](QueueingHost(doc=Document()))
     tab.build()
 

@@ -10,7 +10,6 @@ from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS
 from vibroscope.app.page.take_away import file_writer, offered_figures
-from vibroscope.app.studies import bifurcation
 
 from .fakes import FakeHost, QueueingHost
 from .filled_tabs import ADDRESS, SETTING, filled  # noqa: F401 - a fixture
@@ -90,15 +89,13 @@ def test_a_file_has_the_mark_that_was_moved_last(filled):  # noqa: F811
     assert taken["words"].keys() != again["words"].keys()
 
 
-def test_the_table_of_a_diagram_has_the_one_that_it_is_compared_with(monkeypatch):
-    monkeypatch.setattr(bifurcation, "COUNT", 24)
-    monkeypatch.setattr("vibroscope.app.page.bifurcation.tab.COUNT", 24)
+def test_the_table_of_a_diagram_has_the_one_that_it_is_compared_with():
     kind = TABS["bifurcation"]
     for direction in ("down", "up"):
         host = QueueingHost()
         tab = kind(host)
         tab.build()
-        tab.restore(kind.read_view("", f"direction:{direction}", ""))
+        tab.restore(kind.read_view("", f"direction:{direction};count:24", ""))
         tab.show(Move(1, Setting(d1=0.0042)))
         host.catch_up_until(lambda host=host: host.summary)  # complete
         tab.hide()

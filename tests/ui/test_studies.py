@@ -25,7 +25,7 @@ def share(explorer):
     return float(panel(explorer).get_attribute("data-share"))
 
 
-def complete(explorer, seconds=40):
+def complete(explorer, seconds=90):
     wait_until(lambda: share(explorer) == 1, seconds, "a complete study")
     explorer.settle()
     return explorer

@@ -113,10 +113,12 @@ class MapSource:
             self._host.report_error(f"The map over η could not be computed ({error_text(result)}).")
             return
         self._points = _points_of(result)
+        if self._points.share == 1:  # the map does not show kinds of motion, which the study finds last
+            job.cancel()
         self._show(self._points)
 
 
 def _points_of(result: PartialDiagram) -> MapPoints:
     known = result.known
     sections = [result.section(name)[known] for name in ("xi1", "xi2")]
-    return MapPoints(result.question.axis[known], np.stack(sections), result.share)
+    return MapPoints(result.question.axis[known], np.stack(sections), result.computed)
