@@ -97,7 +97,8 @@ class BifurcationView:
         hollow = {"marker": "circle", "size": 4.2, "fill_color": None, "line_color": VERMILLION, "line_alpha": 0.45}
         points.append(plot.scatter("eta", "value", source=self.artefacts, **hollow))
         rows = {"η": "@eta", "value": "@value", "period (0: none found)": "@period"}
-        plot.add_tools(hover_tool(points, rows, limit=1))
+        self.hover = hover_tool(points, rows, limit=1)
+        plot.add_tools(self.hover)
         self._scenes = [  # the paper's η, which mean nothing for another system
             Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted")
             for scene in scenes().values()
@@ -162,6 +163,8 @@ class BifurcationView:
             self.ranges["eta"].unzoom()
             self.ranges["eta"].put(*SWEPT[over].home, fresh=True)
             self.figure.xaxis[0].axis_label = f"{SWEPT[over].text}, {SWEPT[over].symbol}"
+            (_, at), *rows = self.hover.tooltips
+            self.hover.tooltips = [(SWEPT[over].symbol, at), *rows]
 
     @property
     def span(self) -> tuple[float, float]:
