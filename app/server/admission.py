@@ -31,6 +31,8 @@ _TEMPLATE_SESSION = "the page itself"
 # The page draws without WebGL; for the other script see page/shared/compat.js.
 _UNUSED_SCRIPT = re.compile(r'<script[^>]*src="[^"]*/(?:bokeh-gl|es-module-shims)[^"]*"[^>]*></script>')
 
+_SCRIPT_OF_BOKEH = re.compile(r'<script type="text/javascript">(\s*Bokeh\.[^<]*)</script>')
+
 
 class Admission:
     """The state that all requests of one server share: the page, the sessions and the limit on their number."""
@@ -50,7 +52,7 @@ class Admission:
             html = server_html_page_for_session(
                 session, app.resources(), doc.title, _PLACEHOLDER, doc.template, doc.template_variables
             )
-        self._page = _UNUSED_SCRIPT.sub("", html)
+        self._page = _defer_scripts(_UNUSED_SCRIPT.sub("", html))
         self.prewarmed = PrewarmedSession(self._context, self._new_id)
         run = self.prewarmed.run(lambda: not self.refusal())
         self._tasks.add(asyncio.get_running_loop().create_task(run))
@@ -86,6 +88,15 @@ class Admission:
         """Tell every session that it ends, so that it cancels what is still computed for it."""
         for session in list(self._context.sessions):
             await self._context.application.on_session_destroyed(session.document.session_context)
+
+
+def _defer_scripts(html: str) -> str:
+    """The page with its scripts deferred, so that a browser shows what there is to read before they have come.
+
+    They run in their order, and before the script that embeds the document. A module is deferred, too.
+    """
+    html = html.replace('<script type="text/javascript" src=', "<script defer src=")
+    return _SCRIPT_OF_BOKEH.sub(r'<script type="module">\1</script>', html)
 
 
 def page_or_apology() -> pn.viewable.Viewable:

@@ -13,6 +13,7 @@ from bokeh.core.validation import silence
 from bokeh.core.validation.warnings import EMPTY_LAYOUT
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
+from bokeh.settings import settings as bokeh_settings
 from bokeh.util.browser import view
 from panel.io.application import build_applications
 from panel.io.resources import DIST_DIR
@@ -32,6 +33,7 @@ from vibroscope.app.server.admission import TOKEN_SECONDS, Admission, page_or_ap
 from vibroscope.app.server.hosts import Misdirected, OtherHost, allowed_hosts, allowed_origins
 from vibroscope.app.server.housekeeping import limit_cache, trim_cache
 from vibroscope.app.server.security import SecurityHeaders
+from vibroscope.app.server.static_files import StaticFile
 from vibroscope.app.server.websocket import SessionSocket
 from vibroscope.engine import CompileProgress
 
@@ -92,6 +94,8 @@ def _make_app(chosen: Settings, admission: Admission, port: int) -> BokehTornado
         build_applications({"/": page_or_apology}, title=TITLE, location=False),
         websocket_max_message_size_bytes=_MOST_MESSAGE_BYTES,
         ico_path=str(DIST_DIR / "images" / "favicon.ico"),
+        websocket_compression_level=6,  # of the document; see `SessionSocket.on_message`
+        websocket_compression_mem_level=8,
         use_index=False,
         sign_sessions=True,
         secret_key=chosen.secret_key.encode(),
@@ -113,6 +117,8 @@ def _make_app(chosen: Settings, admission: Admission, port: int) -> BokehTornado
             (r"/?", endpoints.Page),
             (r"/liveness", endpoints.Liveness),
             (r"/metrics", endpoints.Metrics),
+            (r"/static/extensions/panel/(.*)", StaticFile, {"path": str(DIST_DIR)}),
+            (r"/static/(.*)", StaticFile, {"path": str(bokeh_settings.bokehjs_path())}),
             (r"/speed/(.*)", StaticFileHandler, {"path": str(ASSETS / "speed")}),
             (_NOT_SERVED, ErrorHandler, {"status_code": 404}),
         ],

@@ -15,7 +15,7 @@ from bokeh.server.connection import ServerConnection
 from bokeh.server.session import ServerSession
 from bokeh.server.views.ws import WSHandler
 from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
-from vibroscope.app.compat import stream_of
+from vibroscope.app.compat import stop_compressing, stream_of
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import TokenBucket
 from vibroscope.app.server.hosts import is_allowed_origin, log_refused
@@ -113,6 +113,8 @@ class SessionSocket(WSHandler):
                 answer = await self._answer(message)
                 if answer:
                     await self.send_message(answer)
+                    if answer.msgtype == "PULL-DOC-REPLY":
+                        stop_compressing(self)
 
     async def _answer(self, message: Message) -> Message | None:
         pull = message.msgtype == "PULL-DOC-REQ"

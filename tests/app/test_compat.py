@@ -18,7 +18,7 @@ from panel.custom import JSComponent
 from panel.reactive import ReactiveCustomBase, Syncable
 from tornado.web import Application
 from tornado.websocket import WebSocketHandler, websocket_connect
-from vibroscope.app.compat import FastUpdates, stream_of, update_silently
+from vibroscope.app.compat import FastUpdates, stop_compressing, stream_of, update_silently
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.server.connections import Listener, Stream
 
@@ -132,3 +132,33 @@ def test_the_stream_of_a_request_is_the_one_that_its_websocket_writes_to():
             await listener.close_all_connections()
 
     asyncio.run(asyncio.wait_for(steps(), 20))
+
+
+def test_a_websocket_compresses_until_it_is_stopped_and_the_client_reads_both():
+    sent = []
+
+    class Handler(WebSocketHandler):
+        def get_compression_options(self):
+            return {}
+
+        def open(self):
+            for compress in (True, False):
+                if not compress:
+                    stop_compressing(self)
+                before = self.ws_connection._wire_bytes_out
+                self.write_message("a" * 10_000)
+                sent.append(self.ws_connection._wire_bytes_out - before)
+
+    async def steps():
+        listener = Listener(Application([("/", Handler)]))
+        with socket.create_server(("127.0.0.1", 0)) as sock:
+            url = f"ws://127.0.0.1:{sock.getsockname()[1]}/"
+            listener.add_sockets([sock])
+            client = await websocket_connect(url, compression_options={})
+            assert [len(await client.read_message()) for _ in sent or range(2)] == [10_000, 10_000]
+            client.close()
+            listener.stop()
+            await listener.close_all_connections()
+
+    asyncio.run(asyncio.wait_for(steps(), 20))
+    assert sent[0] < 100 < 10_000 < sent[1]

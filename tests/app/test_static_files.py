@@ -1,0 +1,84 @@
+"""Scripts of the libraries: compressed where the browser can read that, and kept for ever where a digest names them."""
+
+import gzip
+import re
+import urllib.error
+import urllib.request
+
+import pytest
+
+from tests.served import served
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    with served(tmp_path_factory.mktemp("server") / "log.txt") as process:
+        yield process.url
+
+
+def get(url, **headers):
+    """Status, headers and body."""
+    headers = {name.replace("_", "-"): value for name, value in headers.items()}
+    try:
+        with urllib.request.urlopen(urllib.request.Request(url, headers=headers), timeout=20) as answer:
+            return answer.status, answer.headers, answer.read()
+    except urllib.error.HTTPError as answer:
+        with answer:
+            return answer.status, answer.headers, answer.read()
+
+
+@pytest.fixture(scope="module")
+def page(server):
+    return get(server)[2].decode()
+
+
+@pytest.fixture(scope="module")
+def scripts(server, page):
+    return [f"{server}/{address}" for address in re.findall(r'<script[^>]* src="([^"]+)"', page)]
+
+
+def test_every_script_is_compressed_and_kept_for_ever(scripts):
+    sizes = {}
+    for url in scripts:
+        (_, plain, content), (_, packed, body) = get(url), get(url, Accept_Encoding="gzip, br")
+        assert "Content-Encoding" not in plain
+        assert packed["Content-Encoding"] == "gzip"
+        assert gzip.decompress(body) == content
+        assert int(packed["Content-Length"]) == len(body)
+        assert packed["Content-Type"].endswith("javascript")
+        for headers in (plain, packed):
+            assert headers["Cache-Control"] == "public, max-age=31536000, immutable"
+            assert headers["Vary"] == "Accept-Encoding"
+            assert "default-src 'none'" in headers["Content-Security-Policy"]
+        assert plain["Etag"] != packed["Etag"]
+        sizes[url] = len(body)
+    assert len(sizes) >= 3
+    assert sum(sizes.values()) < 800_000
+
+
+def test_a_script_that_the_browser_has_is_not_sent_again(scripts):
+    etag = get(scripts[0], Accept_Encoding="gzip")[1]["Etag"]
+    status, _, body = get(scripts[0], Accept_Encoding="gzip", If_None_Match=etag)
+    assert (status, body) == (304, b"")
+
+
+def test_who_cannot_read_it_gets_it_as_it_is(server, scripts):
+    for accepted in ("identity", "gzip;q=0", "br, gzip; q=0.0"):
+        assert "Content-Encoding" not in get(scripts[0], Accept_Encoding=accepted)[1]
+    assert get(scripts[0], Accept_Encoding="gzip", Range="bytes=0-9")[0] == 206
+    _, icon, _ = get(f"{server}/static/extensions/panel/images/apple-touch-icon.png", Accept_Encoding="gzip")
+    assert "Content-Encoding" not in icon
+    assert "immutable" not in icon.get("Cache-Control", "")  # no digest names it
+
+
+@pytest.mark.parametrize("path", ["static/js/none.js", "static/../server.py", "static/%2e%2e/%2e%2e/settings.py"])
+def test_nothing_else_is_served(server, path):
+    assert get(f"{server}/{path}", Accept_Encoding="gzip")[0] in (403, 404)
+
+
+def test_the_page_can_be_read_before_its_scripts_have_come(page):
+    head, body = page.split("<body>")
+    for script in re.findall(r"<script[^>]*>", head):
+        assert "src=" not in script or "defer" in script, "a script that is not deferred keeps the page white"
+    assert "Bokeh.set_log_level" not in head or '<script type="module">' in head
+    assert body.index("Loading the page") < body.index("data-root-id")
