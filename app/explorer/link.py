@@ -1,7 +1,8 @@
 """The address of the page, read and printed: the setting, and how the open tab is viewed. No panel import.
 
-A link holds the values of the setting by name; ``tab``, ``pin`` (a setting as an address of its own), ``theme``; and
-the view, as ``zoom=time:0.2,0.7;x1:-1,2``, ``choice=quantity:error;limit:40``, ``mute=force:penalty,pinned``.
+A link holds the values of the setting by name; ``tab``, ``pin`` (settings as addresses of their own, joined by
+semicolons), ``theme``; and the view, as ``zoom=time:0.2,0.7;x1:-1,2``, ``choice=quantity:error;limit:40``,
+``mute=force:penalty,pinned``.
 Only what differs from the default is in it, except for the four sliders. All of a link is accepted, or nothing.
 """
 
@@ -14,7 +15,16 @@ from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.state import FIELDS, MAIN_FIELDS, Setting, print_number, quote, read_choice, read_number
+from vibroscope.app.explorer.state import (
+    FIELDS,
+    MAIN_FIELDS,
+    Setting,
+    print_number,
+    quote,
+    read_choice,
+    read_number,
+    read_setting,
+)
 
 VIEW_FIELDS = ("tab", "pin", "zoom", "choice", "mute", "theme")  # in a link beside the setting
 
@@ -26,7 +36,8 @@ LOGARITHMIC: Span = (1e-30, 1e30)
 _LEAST_WIDTH = 1e-30  # of an axis
 _LEAST_RELATIVE_WIDTH = 1e-9  # of an axis, relative to its ends: the numbers of a browser resolve no less
 _RESOLUTION = 1e-5  # of a printed end, relative to the width of the axis: a hundredth of a pixel
-_LONGEST_ADDRESS = 2000
+_LONGEST_ADDRESS = 4000
+MOST_PINS = 4
 
 
 # ---- the whole address ----------------------------------------------------------------------------------------------
@@ -47,7 +58,17 @@ def parse_address(query: str) -> dict[str, str]:
     return texts
 
 
-def print_address(setting: Setting, tab: str = "", pin: Setting | None = None, **view: str) -> str:
+def read_pins(text: str) -> tuple[Setting, ...]:
+    """The pinned settings that an address holds; raises `Refused` at the first fault."""
+    parts = text.split(";") if text else []
+    if len(parts) > MOST_PINS:
+        raise Refused("pin", f"At most {MOST_PINS} settings can be pinned; the address has {len(parts)}.")
+    if "" in parts:
+        raise Refused("pin", "One of the pinned settings of the address is empty.")
+    return tuple(dict.fromkeys(read_setting(parse_address(part)) for part in parts))
+
+
+def print_address(setting: Setting, tab: str = "", pins: Sequence[Setting] = (), **view: str) -> str:
     """The query string from which `parse_address` restores the page; ``view`` is text by the names in `VIEW_FIELDS`."""
     default = Setting()
     values = {
@@ -55,7 +76,7 @@ def print_address(setting: Setting, tab: str = "", pin: Setting | None = None, *
         for name, text in setting.texts().items()
         if name in MAIN_FIELDS or getattr(setting, name) != getattr(default, name)
     }
-    view = {"tab": tab, "pin": print_address(pin) if pin else ""} | view
+    view = {"tab": tab, "pin": ";".join(map(print_address, pins))} | view
     return urlencode(values | {name: text for name, text in view.items() if text}, safe=":;,")
 
 

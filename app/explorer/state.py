@@ -98,6 +98,7 @@ SYSTEM_FIELDS = tuple(_PAPER.as_dict())
 SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 _FORMER_CHOICES = {("units", "physical"): "si"}  # in older links and files
 PAPER_FIELDS = (*SYSTEM_FIELDS, "threshold", "located")  # a scene of the paper sets them to their defaults
+DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them
 
 
 class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].default for name in FIELDS])):
@@ -119,6 +120,10 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
     def penalty(self) -> Newmark:
         """The solver that an FE code would use."""
         return Newmark(self.K, self.D, self.steps, located=self.located == "yes")
+
+    def drawn_like(self, other: Setting) -> Setting:
+        """The same results, drawn like ``other``: with its `DRAWING_FIELDS`."""
+        return self._replace(**{name: getattr(other, name) for name in DRAWING_FIELDS})
 
     @property
     def scale(self) -> Units | None:

@@ -19,6 +19,7 @@ FIGURES = {
         Figure("force", "Contact force", "Contact force, the mean of contacts too short to sample, and impulses."),
         Figure("diagram", "Map over η", "Bifurcation diagram of the reference; the line marks η."),
         Figure("front", "Suggestion", "Error over steps per period of the settings found; the line is the tolerance."),
+        Figure("comparison", "Comparison of pins", "The present setting, then the pinned ones.", drawn=False),
     )
 }
 DIFFERENCE = Figure("displacement", "Difference in parts", "Penalty less reference over two periods, in parts.")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.link import View, parse_address, print_address
+from vibroscope.app.explorer.link import View, parse_address, print_address, read_pins
 from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import FIELDS, Setting, quote, read_choice, read_setting
 from vibroscope.app.page.tab import Tab, TabHost
@@ -17,12 +17,12 @@ _REST = 150  # ms without another zoom or mute before the address follows
 
 
 class Opening(NamedTuple):
-    """What an address asks for: the setting, the open tab and its view, the pinned setting, the theme ("": none)."""
+    """What an address asks for: the setting, the open tab and its view, the pinned settings, the theme ("": none)."""
 
     setting: Setting
     tab: str = FIRST_TAB
     view: View = View()
-    pinned: Setting | None = None
+    pinned: tuple[Setting, ...] = ()
     theme: str = ""
 
 
@@ -34,7 +34,7 @@ def read_opening(query: str) -> Opening:
         raise Refused("tab", f"There is no tab {quote(tab)}: it is one of {', '.join(TABS)}.")
     view = TABS[tab].read_view(*(texts.pop(name, "") for name in View._fields))
     pin, theme = texts.pop("pin", ""), texts.pop("theme", "")
-    pinned = read_setting(parse_address(pin)) if pin else None
+    pinned = read_pins(pin)
     # A link leaves out the defaults, but a page without any parameter opens with a scene.
     setting = read_setting(texts) if texts.keys() & set(FIELDS) or pin else opening_setting()
     return Opening(setting, tab, view, pinned, theme and read_choice("theme", theme, THEMES))

@@ -52,6 +52,7 @@ _ACTIONS: dict[str, Callable[[Session, object], None]] = {
     "redo": lambda session, _: session.redo(),
     "reset": lambda session, _: session.reset(),
     "pin": lambda session, on: session.pin(bool(on)),
+    "unpin": lambda session, place: session.unpin(place) if isinstance(place, int) else None,
     "theme": _if_text(lambda session, theme: session.choose_theme(theme)),
     "tab": _if_text(lambda session, key: session.open(key)),
     "complete": lambda session, _: session.tab_area.tab.complete(),

@@ -14,9 +14,9 @@ from typing import ClassVar
 import panel as pn
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.history import History
-from vibroscope.app.explorer.link import View
+from vibroscope.app.explorer.link import MOST_PINS, View
 from vibroscope.app.explorer.scenes import opening_setting, scene_key, scenes
-from vibroscope.app.explorer.state import read_setting
+from vibroscope.app.explorer.state import Setting, read_setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
 from vibroscope.app.page.controls.controls import Controls
@@ -96,14 +96,27 @@ class Session:
         self._show_move()
 
     def reset(self) -> None:
-        """Return to the opening scene, without a pin."""
-        self.pinned = None
+        """Return to the opening scene, without pins."""
+        self.pinned = ()
         self.set(opening_setting().texts(), fresh=True)
 
     def pin(self, on: bool) -> None:
-        """Pin the present setting, or none."""
-        self.pinned = self.setting if on else None
+        """Pin the present setting, or unpin it."""
+        others = tuple(pinned for pinned in self.pinned if not self._shows(pinned))
+        if on and len(others) == MOST_PINS:
+            self.report_error(f"At most {MOST_PINS} settings can be pinned: unpin one of them first.")
+            return
+        self.pinned = (*others, self.setting) if on else others
         self._show()
+
+    def unpin(self, place: int) -> None:
+        """Unpin one of the pinned settings, by its place among them."""
+        self.pinned = tuple(pinned for i, pinned in enumerate(self.pinned) if i != place)
+        self._show()
+
+    def _shows(self, pinned: Setting) -> bool:
+        """Whether a pinned setting is the present one, however it is drawn."""
+        return pinned.drawn_like(self.setting) == self.setting
 
     def choose_theme(self, theme: str) -> None:
         """Note the theme that the user has chosen, for the address; the browser applies it."""
@@ -201,5 +214,5 @@ class Session:
             refused=self._refused,
             undo=self._history.can_undo,
             redo=self._history.can_redo,
-            pinned=self.pinned is not None,
+            pinned=any(map(self._shows, self.pinned)),
         )

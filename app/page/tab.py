@@ -59,8 +59,8 @@ class TabHost(Protocol):
         """Figures to take away have come or gone, without a push."""
 
     @property
-    def pinned(self) -> Setting | None:
-        """The setting that the user has pinned, to compare others with."""
+    def pinned(self) -> tuple[Setting, ...]:
+        """The settings that the user has pinned, to compare others with."""
 
 
 class Tab(ABC):

@@ -19,7 +19,7 @@ class FakeHost:
 
     tab_titles = Session.tab_titles
 
-    def __init__(self, pinned=None, doc=None):
+    def __init__(self, pinned=(), doc=None):
         self.doc, self.pinned = doc, pinned
         self.moves, self.errors, self.settings, self.summary = [], [], [], ""
 

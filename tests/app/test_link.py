@@ -47,7 +47,7 @@ def mutes(legends):
 
 @given(settings, settings)
 def test_an_address_restores_its_setting_and_what_is_pinned_exactly(setting, pinned):
-    texts = parse_address("?" + print_address(setting, "speed", pinned))
+    texts = parse_address("?" + print_address(setting, "speed", [pinned]))
     assert texts["tab"] == "speed"
     assert read_setting(texts) == setting
     assert read_setting(parse_address(texts["pin"])) == pinned
@@ -71,8 +71,8 @@ def test_an_address_restores_setting_tab_view_pin_and_theme(setting, pinned, tab
     choice = {"quantity": "error", "limit": 40} if tab == "plane" else dict(usual)
     mute = data.draw(mutes(TABS[tab].legends))
     view = {"zoom": print_zoom(zoom, axes), "choice": print_choice(choice), "mute": print_mute(mute)}
-    asked = read_opening("?" + print_address(setting, tab, pinned, **view, theme=theme))
-    assert (asked.setting, asked.tab, asked.pinned, asked.theme) == (setting, tab, pinned, theme)
+    asked = read_opening("?" + print_address(setting, tab, [pinned], **view, theme=theme))
+    assert (asked.setting, asked.tab, asked.pinned, asked.theme) == (setting, tab, (pinned,), theme)
     assert (asked.view.choice, asked.view.mute) == (choice, mute)
     assert asked.view.zoom.keys() <= zoom.keys()
 

@@ -3,6 +3,7 @@
 import pytest
 from bokeh.models import HoverTool
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.shared.figure import PINS
 from vibroscope.app.page.tabs import TABS
 
 from .fakes import FakeHost
@@ -16,10 +17,17 @@ def press(item):
         renderer.visible = not renderer.visible
 
 
+def pin_all(tab):
+    """Add the entries of all pins, which come with the first of them."""
+    for view in (tab.phase, tab.displacement, tab.force) if tab.key == "explore" else ():
+        view.pinned.update([{}] * len(PINS))
+
+
 @pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.legends])
 def test_an_entry_that_is_muted_goes_into_the_link_and_comes_back(tab):
     made = tab(FakeHost())
     page = made.build()
+    pin_all(made)
     figures = {pane.object.name: pane.object for pane in page.objects if hasattr(getattr(pane, "object", None), "name")}
     heard = []
     made.muting.on_mute = lambda: heard.append(made.view_texts()["mute"])
@@ -54,18 +62,19 @@ def test_names_of_entries_are_those_of_their_solvers():
 def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so():
     tab = TABS["explore"](FakeHost())
     tab.build()
+    tab.displacement.pinned.update([{}])
+    tab.displacement.pinned.update([])
     items = {item.label.value: item for item in tab.displacement.figure.legend[0].items}
 
     def drawn():
         assert all(item.visible or not item.renderers[0].visible for item in items.values())
         return {label for label, item in items.items() if item.renderers[0].visible}
 
-    columns = {"displacements": dict(tab.displacement.sources["displacements"].data)}
     displacements = {"ξ₁ reference", "ξ₂ reference", "ξ₁ penalty", "ξ₂ penalty"}
     assert drawn() == displacements
     press(items["ξ₁ reference"])
-    tab.displacement.pinned.update(columns)
-    assert drawn() == displacements - {"ξ₁ reference"} | {"pinned"}
+    tab.displacement.pinned.update([{}])
+    assert drawn() == displacements - {"ξ₁ reference"} | {"pin 1"}
     hover = next(tool for tool in tab.displacement.figure.tools if isinstance(tool, HoverTool))
     assert hover.renderers == items["ξ₂ reference"].renderers
     tab.displacement.explain({}, SETTING._replace(frame="difference"))
@@ -73,5 +82,5 @@ def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so(
     tab.displacement.update(
         {"displacements": dict(tab.displacement.sources["displacements"].data)}, SETTING, fresh=True
     )
-    assert drawn() == displacements - {"ξ₁ reference"} | {"pinned"}
+    assert drawn() == displacements - {"ξ₁ reference"} | {"pin 1"}
     assert tab.view_texts()["mute"] == "displacement:reference1"

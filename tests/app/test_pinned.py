@@ -1,14 +1,24 @@
-"""A pinned setting is computed once, drawn like the present one, and an error is shown where that fails."""
+"""Pinned settings are computed once, one after the other, drawn like the present one; errors are shown; a table."""
+
+import math
 
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.explanation import explain
+from vibroscope.app.explorer.link import MOST_PINS, print_address, read_pins
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.explore.pinned import PinnedResult
+from vibroscope.app.page.explore.comparison import Comparison
+from vibroscope.app.page.explore.pinned import PinnedResults
+from vibroscope.app.page.explore.result import prepare
+from vibroscope.app.page.shared.figure import PINS
+from vibroscope.engine import percent
 
 from .fakes import FakeHost
 
 SETTING = Setting()
 PINNED = SETTING._replace(K=3000.0)
+OTHER = SETTING._replace(K=100.0, D=50.0)
 
 
 class Queue:
@@ -28,59 +38,124 @@ class Queue:
 
 
 class Case:
-    """A pinned result, its queue, and the columns that it has drawn."""
+    """Pinned results, their queues, and how often they have been drawn."""
 
-    def __init__(self, cached=lambda _: None):
-        self.host, self.drawn = FakeHost(PINNED), []
-        self.pinned = PinnedResult(self.host, self.drawn.append, self.make_queue, cached)
+    def __init__(self, *pinned, cached=lambda _: None):
+        self.host, self.drawn, self.queues = FakeHost(pinned), 0, []
+        self.pinned = PinnedResults(self.host, self.draw, self.make_queue, self.make_queue, cached)
+
+    @property
+    def queue(self):
+        return self.queues[0]
+
+    def draw(self):
+        self.drawn += 1
 
     def make_queue(self, deliver):
-        self.queue = Queue(deliver)
-        return self.queue
+        self.queues.append(Queue(deliver))
+        return self.queues[-1]
+
+    @property
+    def there(self):
+        return [result is not None for _, result in self.pinned.results]
 
 
-@pytest.fixture
-def case():
-    return Case()
-
-
-def test_a_pinned_setting_is_computed_once_however_often_the_page_is_drawn(case):
+def test_pinned_settings_are_computed_once_and_one_after_the_other():
+    case = Case(PINNED, OTHER)
     for eta in (1.1, 1.2, 1.3):
         case.pinned.follow(SETTING._replace(eta=eta))
     assert case.queue.requested == [PINNED]
     case.queue.deliver(0, compute_runs(PINNED))
+    assert case.there == [True, False]
+    assert case.queue.requested == [PINNED, OTHER]
+    case.queue.deliver(0, compute_runs(OTHER))
     case.pinned.follow(SETTING)
-    assert len(case.queue.requested) == len(case.drawn) == 1
+    assert case.there == [True, True]
+    assert len(case.queue.requested) == 2
     case.pinned.follow(SETTING._replace(frame="absolute"))
-    assert case.queue.requested == [PINNED, PINNED._replace(frame="absolute")]
+    assert case.queue.requested[2:] == [PINNED._replace(frame="absolute")]
 
 
-def test_a_result_that_comes_after_it_was_unpinned_is_not_drawn(case):
+def test_a_result_that_comes_after_it_was_unpinned_is_dropped_and_the_next_is_computed():
+    case = Case(PINNED, OTHER)
     case.pinned.follow(SETTING)
-    case.host.pinned = None
+    case.host.pinned = (OTHER,)
     case.pinned.follow(SETTING)
     case.queue.deliver(0, compute_runs(PINNED))
+    assert case.there == [False]
+    assert case.queue.requested[-1] == OTHER
+    case.host.pinned = ()
+    case.pinned.follow(SETTING)
     case.queue.deliver(0, ValueError("late"))
-    assert case.drawn == [None]
     assert case.host.errors == []
+    assert case.pinned.results == []
 
 
-def test_a_failure_is_shown_and_not_tried_again(case):
+def test_a_failure_is_shown_and_not_tried_again():
+    case = Case(PINNED)
     case.pinned.follow(SETTING)
     case.queue.deliver(0, ValueError("out of memory"))
     case.pinned.follow(SETTING._replace(eta=2.0))
-    assert case.drawn == [None]
+    assert case.there == [False]
     assert len(case.queue.requested) == 1
     assert "out of memory" in case.host.errors[0]
 
 
-def test_its_computation_ends_with_the_page(case):
+def test_computations_end_with_the_page():
+    case = Case(PINNED)
     case.pinned.close()
-    assert case.queue.closed
+    assert [queue.closed for queue in case.queues] == [True, True]
 
 
 def test_a_cached_result_is_drawn_at_once():
-    case = Case(compute_runs)
+    case = Case(PINNED, cached=compute_runs)
     case.pinned.follow(SETTING)
     assert case.queue.requested == []
-    assert len(case.drawn) == 1
+    assert case.there == [True]
+    assert case.drawn == 1
+
+
+def test_without_a_pin_nothing_is_drawn():
+    case = Case()
+    case.pinned.follow(SETTING)
+    assert case.drawn == 0
+
+
+def test_a_reference_that_is_the_live_one_is_not_drawn_again():
+    case = Case(PINNED, cached=compute_runs)
+    case.pinned.follow(SETTING)
+    (same,), (other,) = (case.pinned.columns(live) for live in (SETTING, SETTING._replace(eta=2.0)))
+    for columns, drawn in ((same, False), (other, True)):
+        assert math.isfinite(columns["phase_reference"]["x1"][0]) == drawn
+        assert math.isfinite(columns["displacements"]["reference1"][0]) == drawn
+        assert math.isfinite(columns["displacements"]["penalty1"][0])
+
+
+def test_the_table_has_the_numbers_of_the_explanation():
+    runs, pinned = compute_runs(SETTING), OTHER._replace(restitution=0.6)
+    found = explain(runs)
+    table = Comparison()
+    assert not table.visible
+    table.show(prepare(runs), found, [(pinned, None)])
+    live, pin = table.rows
+    assert (live["errors"], live["headline"]) == (found.parts, found.headline)
+    assert live["shown"]["total"] == percent(found.parts["total"])
+    assert live["motion"] == prepare(runs).description.lines(found)["penalty"]
+    assert (pin["explained"], pin["texts"]["K"], pin["other"]) == (False, "100", "e = 0.6")
+    assert table.table["error total"][0] == found.parts["total"]
+    assert math.isnan(table.table["error total"][1])
+    physical = compute_runs(SETTING._replace(units="si", omega1=10.0, m1=2.0))
+    table.show(prepare(physical), found, [(pinned.drawn_like(physical.setting), None)])
+    assert table.rows[1]["numbers"][1] == ["K / (N/m)", "20000"]
+    table.show(prepare(runs), found, [])
+    assert not table.visible
+
+
+def test_a_link_holds_the_pins_and_their_number_is_bounded():
+    pins = tuple(SETTING._replace(K=100.0 * k) for k in range(1, MOST_PINS + 1))
+    assert len(PINS) == MOST_PINS  # each has a colour
+    assert read_pins(";".join(map(print_address, pins))) == pins
+    assert read_pins(print_address(PINNED)) == (PINNED,)  # a link from when there was one pin
+    for text, word in ((";".join(["K=99"] * (MOST_PINS + 1)), "At most 4"), ("K=99;", "empty"), ("K=99;K=²", "K must")):
+        with pytest.raises(Refused, match=word):
+            read_pins(text)

@@ -40,7 +40,7 @@ def test_addresses(server, inputs, report):
             refused[query] = str(error)
             assert refused[query]
             continue
-        assert all_numbers_finite((*asked.setting, *(asked.pinned or ())))
+        assert all_numbers_finite((*asked.setting, *(value for pinned in asked.pinned for value in pinned)))
         assert np.isfinite([*asked.view.zoom.values()]).all()
 
     async def ask():

@@ -69,16 +69,52 @@ def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
     explorer = visit(PAPER)
     first = explorer.sources()
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
-    assert explorer.source("pinned_phase_penalty") == first["phase_penalty"]
+    assert explorer.source("pinned1_phase_penalty") == first["phase_penalty"]
     explorer.moved(lambda: explorer.type("K", "9000"))
-    assert explorer.source("pinned_phase_penalty") == first["phase_penalty"] != explorer.source("phase_penalty")
+    assert explorer.source("pinned1_phase_penalty") == first["phase_penalty"] != explorer.source("phase_penalty")
     explorer.wait_for_address(K="9000", pin="eta=1.08&K=2500&D=8&steps=2000")
     second = visit(explorer.query())
-    wait_until(lambda: second.source("pinned_phase_penalty") == first["phase_penalty"], what="the pinned curves")
+    wait_until(lambda: second.source("pinned1_phase_penalty") == first["phase_penalty"], what="the pinned curves")
     assert second.source("phase_penalty") == explorer.source("phase_penalty")
-    explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
-    assert explorer.source("pinned_phase_penalty")["x1"] == []
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Unpin 1").click())
+    assert explorer.source("pinned1_phase_penalty")["x1"] == []
     wait_until(lambda: "pin" not in explorer.address(), what="an address without a pin")
+
+
+def test_pins_are_compared_in_a_table_and_in_curves_of_their_own_colours(visit):
+    explorer = visit(PAPER).explained()
+    pin = explorer.page.get_by_role("button", name="Keep this result")
+    table = explorer.page.locator(".comparison-table")
+    assert table.is_hidden()
+    total = explorer.page.locator(".part.total .number").text_content()
+    explorer.moved(pin.click)
+    for K in ("9000", "700", "300"):
+        explorer.moved(lambda K=K: explorer.type("K", K))
+        explorer.moved(pin.click)
+    explorer.moved(lambda: explorer.type("K", "100"))
+    wait_until(lambda: "computing" not in table.text_content(), what="the numbers of all pins")
+    cells = [row.locator("td.number").all_text_contents() for row in table.locator("tr").all()[1:]]
+    assert [row[1] for row in cells] == ["100", "2500", "9000", "700", "300"]
+    assert cells[1][4] == total
+    assert cells[0][4] == explorer.explained().page.locator(".part.total .number").text_content()
+    curves = "Bokeh.documents[0].get_model_by_name('phase1').renderers.filter(r => r.glyph.type === 'Line')"
+    colours = explorer.page.evaluate(f"{curves}.filter(r => r.visible).map(r => r.glyph.line_color.value)")
+    assert len(set(colours)) == 6  # of both solvers and four pins
+    before = explorer.query()
+    pin.click()
+    wait_until(lambda: "At most 4 settings can be pinned" in explorer.error(), what="the bound")
+    assert explorer.query() == before
+    second = visit(before)
+    other = second.page.locator(".comparison-table")
+    wait_until(lambda: other.text_content() == table.text_content(), what="the same table from the link")
+    explorer.moved(lambda: table.get_by_role("button", name="Unpin 2").click())
+    wait_until(lambda: [row[1] for row in pinned_rows(table)] == ["2500", "700", "300"], what="one pin less")
+    explorer.moved(lambda: table.get_by_role("button", name="Set the sliders to pin 3").click())
+    assert explorer.typed("K").input_value() == "300"
+
+
+def pinned_rows(table):
+    return [row.locator("td.number").all_text_contents() for row in table.locator("tr").all()[2:]]
 
 
 def test_the_first_thing_to_change_is_a_button(visit):

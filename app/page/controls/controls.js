@@ -59,7 +59,7 @@ class Link {
     this.sentAt = 0;
     this.answeredMove = 0;
     this.painted = 0; // number of the last update
-    for (const name of ["scene", "undo", "redo", "reset", "pin", "tab"]) {
+    for (const name of ["scene", "undo", "redo", "reset", "pin", "unpin", "tab"]) {
       listen(name, (detail) => this.act({ [name]: detail.value ?? true }));
     }
     listen("set", (texts) => this.set(texts));

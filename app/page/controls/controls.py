@@ -51,8 +51,8 @@ class Controls(Component):
         **answer
             ``move``: number of the move that this answers. ``update``: number of the update to be confirmed once it is
             painted. ``address``: the new query string of the page; empty if it stays. ``refused``: name and text of a
-            refused value. ``undo``, ``redo``: whether there is something to undo or redo. ``pinned``: whether there is
-            a pinned setting.
+            refused value. ``undo``, ``redo``: whether there is something to undo or redo. ``pinned``: whether this
+            setting is pinned.
         """
         self.shown = {
             "texts": setting.texts(),

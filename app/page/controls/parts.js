@@ -38,8 +38,8 @@ function actions(link) {
   const row = element("div", "row actions");
   const undo = button("↶ Undo", "Undo the last move (Ctrl+Z)", () => link.act({ undo: true }));
   const redo = button("↷ Redo", "Redo (Ctrl+Shift+Z)", () => link.act({ redo: true }));
-  const reset = button("Reset", "Back to the default setting, its ranges and no pin (R)", () => link.act({ reset: true }));
-  const pin = button("Pin", "Keep this result as thin grey curves, to compare the next with it (P)",
+  const reset = button("Reset", "Back to the opening scene, its ranges and no pins (R)", () => link.act({ reset: true }));
+  const pin = button("Pin", "Keep this result, to compare others with it in curves and a table (P)",
     () => link.act({ pin: pin.getAttribute("aria-pressed") !== "true" }));
   listen("toggle-pin", () => pin.click());
   row.append(undo, redo, reset, pin);

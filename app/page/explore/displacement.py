@@ -11,7 +11,6 @@ from vibroscope.app.page.shared.figure import (
     BLUE,
     PARTS,
     PENALTY,
-    PINNED,
     REFERENCE,
     RIGHT,
     VERMILLION,
@@ -22,17 +21,12 @@ from vibroscope.app.page.shared.figure import (
     hover_tool,
     legend,
     make_figure,
+    name_of_part,
     time_label,
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
 
-_NAMES = {
-    "total": "difference",
-    "time_step": "time step",
-    "regularisation": "K and D",
-    "joint_damping": "joint damping",
-}
 _LABELS = {
     "relative": ("ξ / base amplitude", "x / {unit}"),
     "absolute": ("(ξ + cos ητ) / base amplitude", "(x + A cos Ωt) / {unit}"),
@@ -54,13 +48,15 @@ class DisplacementView:
                 "strip_penalty": ("left", "right"),
             }
         )
-        self.pinned = PinnedCurves("displacements")
         self.difference = empty_source("difference", "t", *PARTS)
         self._items: dict[str, list[LegendItem]] = {}  # legend of the displacements, and of their difference
         self._backgrounds: list[ColumnDataSource] = []  # of the strip
         self.range = OwnedRange(-10, 10, headroom=0.16)
         self.figure = self._displacement(time)
         self.strip = self._strip(time)
+        columns = [(f"{solver}{number}", solver) for solver in ("reference", "penalty") for number in (1, 2)]
+        source = self.sources["displacements"]
+        self.pinned = PinnedCurves({self.figure: [(source, "t", column, solver) for column, solver in columns]})
 
     def _displacement(self, time: Range1d):
         plot = make_figure(
@@ -72,12 +68,6 @@ class DisplacementView:
             y_range=self.range.range,
             min_border_right=RIGHT,
         )
-        source = self.pinned.source_for(self.sources["displacements"])
-        pinned = [
-            add_glyph(plot, Line(x="t", y=f"{solver}{number}", **look), source)
-            for solver, look in PINNED.items()
-            for number in (1, 2)
-        ]
         items = []
         for solver, look in (("reference", REFERENCE), ("penalty", PENALTY)):
             for number, dash in ((1, "solid"), (2, "dashed")):
@@ -86,14 +76,14 @@ class DisplacementView:
                 items.append(LegendItem(label=f"ξ{'₁₂'[number - 1]} {solver}", renderers=[line]))
         parts = [
             LegendItem(
-                label=_NAMES[name],
+                label=name_of_part(name),
                 visible=False,
                 renderers=[add_glyph(plot, Line(x="t", y=name, **look), self.difference)],
             )
             for name, look in PARTS.items()
         ]
         self._items = {"displacements": items, "difference": parts}
-        plot.add_layout(legend([*items, *parts, self.pinned.legend_item(pinned)], 9))
+        plot.add_layout(legend([*items, *parts], 8))
         plot.add_tools(self._hover([item.renderers[0] for item in items]))
         return plot
 
@@ -155,8 +145,9 @@ class DisplacementView:
         if setting.frame == "difference":
             return
         switched = self._switch(setting)
-        shown = [columns["displacements"][f"{solver}{n}"] for solver in ("reference", "penalty") for n in (1, 2)]
-        self.range.follow(shown, fresh=fresh or switched)
+        names = [f"{solver}{n}" for solver in ("reference", "penalty") for n in (1, 2)]
+        shown = [columns["displacements"][name] for name in names]
+        self.range.follow([*shown, *self.pinned.columns("displacements", *names)], fresh=fresh or switched)
 
     def explain(self, series: dict[str, np.ndarray], setting: Setting) -> None:
         """Draw the parts of the difference, each (2, n), if they are to be shown; without ``series``, draw nothing."""

@@ -29,14 +29,7 @@ class Explainer:
         self._show = show
         self._setting: Setting | None = None
         self._result = 0  # number of the result that is shown
-        self._queue = JobQueue(
-            self._deliver,
-            solve=_explain,
-            grace=0.0,
-            pool=background_worker(),
-            what="explained",
-            measure=metrics.EXPLAINED,
-        )
+        self._queue = explanation_queue(self._deliver)
 
     def follow(self, setting: Setting) -> Explanation | None:
         """The explanation of the setting that is shown now, if it is cached; else ``show`` gets it later."""
@@ -71,6 +64,23 @@ class Explainer:
         """Show the explanation if it is that of the setting that is shown by now."""
         if self._is_visible() and _key(setting) == _key(self._setting):
             self._show(explanation)
+
+
+def explanation_queue(deliver: Callable[[int, Explanation | Exception], None]) -> JobQueue:
+    """A queue that explains settings in a low-priority thread."""
+    return JobQueue(
+        deliver,
+        solve=_explain,
+        grace=0.0,
+        pool=background_worker(),
+        what="explained",
+        measure=metrics.EXPLAINED,
+    )
+
+
+def known_explanation(setting: Setting) -> Explanation | None:
+    """The explanation of a setting if it is cached."""
+    return _CACHE.get(_key(setting))
 
 
 def _key(setting: Setting) -> object:

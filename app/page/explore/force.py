@@ -8,7 +8,6 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
     PENALTY,
-    PINNED,
     REFERENCE,
     RIGHT,
     VERMILLION,
@@ -37,10 +36,11 @@ class ForceView:
                 "impulse_penalty": ("t", "impulse"),
             }
         )
-        self.pinned = PinnedCurves("force_reference", "force_penalty")
         self.force = OwnedRange(-1, 20, headroom=0.22)
         self.impulse = OwnedRange(-0.5, 10)
         self.figure = self._build(time)
+        lines = [(self.sources[f"force_{solver}"], "t", "force", solver) for solver in ("reference", "penalty")]
+        self.pinned = PinnedCurves({self.figure: lines})
 
     def _build(self, time: Range1d):
         plot = make_figure(
@@ -55,10 +55,6 @@ class ForceView:
         plot.extra_y_ranges = {"impulse": self.impulse.range}
         plot.add_layout(LinearAxis(y_range_name="impulse", axis_label=""), "right")
         apply_style(plot)
-        pinned = [
-            add_glyph(plot, Line(x="t", y="force", **look), self.pinned.source_for(self.sources[f"force_{solver}"]))
-            for solver, look in PINNED.items()
-        ]
         lines = [
             add_glyph(plot, Line(x="t", y="force", **look), self.sources[f"force_{solver}"])
             for solver, look in (("penalty", PENALTY), ("reference", REFERENCE))
@@ -71,7 +67,6 @@ class ForceView:
                     LegendItem(label="its impulses", renderers=stems[1]),
                     LegendItem(label="λ penalty", renderers=[lines[0]]),
                     LegendItem(label="its impulses", renderers=stems[0]),
-                    self.pinned.legend_item(pinned),
                 ],
                 5,
             )
@@ -103,7 +98,9 @@ class ForceView:
         self.figure.xaxis[0].axis_label = time_label(setting)
         self.figure.yaxis[0].axis_label = _label(setting, "contact force", "force", " λ")
         self.figure.right[0].axis_label = _label(setting, "impulse", "impulse", " ∫λ dτ")
-        forces = [columns[f"force_{solver}"]["force"] for solver in ("reference", "penalty")]
+        sources = [f"force_{solver}" for solver in ("reference", "penalty")]
+        forces = [columns[source]["force"] for source in sources]
+        forces += [column for source in sources for column in self.pinned.columns(source, "force")]
         impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
         self.force.follow(forces, fresh=fresh, always=(0.0, unit_factor("force", setting)))
         self._follow_impulses(impulses, fresh)

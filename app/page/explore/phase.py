@@ -8,7 +8,6 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
     PENALTY,
-    PINNED,
     REFERENCE,
     VERMILLION,
     PinnedCurves,
@@ -23,6 +22,7 @@ from vibroscope.app.page.shared.ranges import OwnedRange
 
 _SUBSCRIPT = {1: "₁", 2: "₂"}
 _WIDTHS = {"reference": REFERENCE["line_width"], "penalty": PENALTY["line_width"]}
+_PHASES = tuple(f"phase_{solver}" for solver in _WIDTHS)
 _THIN, _THIN_FROM = 1.0, 700  # px; points from which lines are thin, so that many loops do not merge into an area
 
 
@@ -39,11 +39,16 @@ class PhaseView:
             }
         )
         self.sections = {name: self.sources[name] for name in ("section_reference", "section_penalty")}
-        self.pinned = PinnedCurves("phase_reference", "phase_penalty")
         self.ranges = {name: OwnedRange(-8, 8) for name in ("x1", "x2")}
         self.ranges |= {name: OwnedRange(-8, 8, headroom=0.16) for name in ("v1", "v2")}
         self._lines: list = []
         self.figures = [self._figure(1), self._figure(2)]
+        self.pinned = PinnedCurves(
+            {
+                plot: [(self.sources[f"phase_{solver}"], f"x{n}", f"v{n}", solver) for solver in _WIDTHS]
+                for n, plot in enumerate(self.figures, 1)
+            }
+        )
 
     def _figure(self, number: int):
         plot = make_figure(
@@ -56,10 +61,6 @@ class PhaseView:
             min_border_left=48,
         )
         x, y = f"x{number}", f"v{number}"
-        pinned = [
-            add_glyph(plot, Line(x=x, y=y, **look), self.pinned.source_for(self.sources[f"phase_{solver}"]))
-            for solver, look in PINNED.items()
-        ]
         reference = add_glyph(plot, Line(x=x, y=y, **REFERENCE), self.sources["phase_reference"])
         penalty = add_glyph(plot, Line(x=x, y=y, **PENALTY), self.sources["phase_penalty"])
         self._lines += [(reference, "reference"), (penalty, "penalty")]
@@ -72,7 +73,6 @@ class PhaseView:
                 [
                     LegendItem(label="reference", renderers=[reference, dots]),
                     LegendItem(label="penalty", renderers=[penalty, rings]),
-                    self.pinned.legend_item(pinned),
                 ],
                 3,
             )
@@ -99,4 +99,6 @@ class PhaseView:
             points = len(columns[f"phase_{solver}"]["x1"])
             line.glyph.line_width = _WIDTHS[solver] if points <= _THIN_FROM else _THIN
         for name, owned in self.ranges.items():
-            owned.follow([columns[source][name] for source in self.sources], fresh=fresh)
+            shown = [columns[source][name] for source in self.sources]
+            shown += [each for source in _PHASES for each in self.pinned.columns(source, name)]
+            owned.follow(shown, fresh=fresh)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import panel as pn
-from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs
+from vibroscope.app.explorer.compute import JobQueue, cached_runs
 from vibroscope.app.explorer.errors import error_text
-from vibroscope.app.explorer.explanation import Description, Explanation, describe, paragraphs
+from vibroscope.app.explorer.explanation import Explanation, paragraphs
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
-from vibroscope.app.explorer.present import WINDOW, Columns, present, unit_factor
+from vibroscope.app.explorer.present import WINDOW, unit_factor
 from vibroscope.app.explorer.scenes import scene_key
 from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
@@ -19,6 +18,7 @@ from vibroscope.app.explorer.words_in_units import in_units, words_of_change
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.tables import DIFFERENCE, FIGURES, difference_table, figure_table
 from vibroscope.app.page.explore.column_sender import ColumnSender
+from vibroscope.app.page.explore.comparison import Comparison
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.explainer import Explainer
@@ -28,31 +28,18 @@ from vibroscope.app.page.explore.map_source import MapPoints, MapSource
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.motion_judge import MotionJudge
 from vibroscope.app.page.explore.phase import PhaseView
-from vibroscope.app.page.explore.pinned import PinnedResult
+from vibroscope.app.page.explore.pinned import PinnedResults
+from vibroscope.app.page.explore.result import Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
-from vibroscope.app.page.shared.figure import PARTS
+from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 
-_SERIES_LABELS = {"diagram": "reference", "front": "found"}  # of figures with one series
-
-
-@dataclass(frozen=True, eq=False)
-class _Result:
-    """What the figures need of both runs. It may wait long for the browser, and the runs would hold 3 MB."""
-
-    setting: Setting
-    columns: dict[str, Columns]
-    description: Description
-    shipped: Explanation | None = None  # of a result that comes with the package
-
-
-def _prepare(runs: RunPair) -> _Result:
-    return _Result(runs.setting, present(runs), describe(runs))
+_SERIES_LABELS = {"diagram": "reference", "front": "found", "comparison": "compared"}  # of figures with one series
 
 
 class Explore(Tab):
@@ -63,24 +50,24 @@ class Explore(Tab):
     motions = True
     axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
     legends = {  # noqa: RUF012 - read only
-        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", "pinned")),
-        "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, "pinned"),
-        "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", "pinned"),
+        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", *PIN_NAMES)),
+        "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, *PIN_NAMES),
+        "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", *PIN_NAMES),
     }
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
-        self._queue = JobQueue(prepare_in_worker(host.call_later, _prepare, self._push, self._fail))
+        self._queue = JobQueue(prepare_in_worker(host.call_later, prepare, self._push, self._fail))
         self._explainer = Explainer(host, lambda: self._visible, self._show_explanation)
         self._judge = MotionJudge(host, self._show_kinds)
         self._kinds: Kinds | None = None
-        self._pinned = PinnedResult(host, self._draw_pinned)
+        self._pinned = PinnedResults(host, self._draw_pinned)
         self._map = MapSource(host, self._redraw_map)
         self._explanation: Explanation | None = None
         self._visible = False
         self._fresh = False  # the next update fits all axes to the data
         self._scene = ""
-        self._result: _Result | None = None
+        self._result: Result | None = None
         self._scale: Units | None = None  # the units of the axes
 
     def build(self) -> pn.viewable.Viewable:
@@ -100,8 +87,12 @@ class Explore(Tab):
         figures = [*self.phase.figures, self.displacement.figure, self.displacement.strip]
         figures += [self.force.figure, self.eta_map.figure]
         self.muting = Muting(self.legends, figures)
+        for view in self._views:
+            view.pinned.on_legend = self.muting.watch
+        self.comparison = Comparison()
         cells = [
             self._sender,
+            _cell(self.comparison, "comparison"),
             _cell(self.mechanism, "mechanism"),
             *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
             _cell(self.findings, "findings"),
@@ -119,7 +110,7 @@ class Explore(Tab):
         runs = cached_runs(move.setting)
         if runs is not None:
             self._suggester.follow(move.setting)
-            self._push(move.number, _prepare(runs))
+            self._push(move.number, prepare(runs))
             return True
         ready = self._push_shipped(move)
         if ready:
@@ -163,6 +154,7 @@ class Explore(Tab):
             return []
         figures = FIGURES | ({"displacement": DIFFERENCE} if self._draws_difference else {})
         ready = {"diagram": self.eta_map.ready, "front": bool(self._suggester.front)}
+        ready["comparison"] = bool(self.comparison.rows)
         return [figure for figure in figures.values() if ready.get(figure.name, True)]
 
     def table(self, name: str) -> list[Series]:
@@ -178,6 +170,7 @@ class Explore(Tab):
         """The columns of all sources, the difference, the map and the front of a suggestion."""
         more = {"difference": dict(self.displacement.difference.data)} if self._draws_difference else {}
         more |= {"front": self._suggester.front} if self._suggester.front else {}
+        more |= {"comparison": self.comparison.table} if self.comparison.rows else {}
         return {**self._result.columns, **more, "diagram": self.eta_map.in_view()}
 
     def words(self) -> dict[str, str]:
@@ -198,11 +191,11 @@ class Explore(Tab):
         """Show a shipped result until this machine has computed its own; returns whether there is one."""
         shipped = shipped_result(move.setting)
         if shipped is not None:
-            result = _Result(move.setting, shipped.columns, shipped.description, shipped.explanation)
+            result = Result(move.setting, shipped.columns, shipped.description, shipped.explanation)
             self._push(move.number, result)
         return shipped is not None
 
-    def _push(self, move: int, result: _Result) -> None:
+    def _push(self, move: int, result: Result) -> None:
         if self._visible:
             self.host.push(move, partial(self._write, result))
 
@@ -215,7 +208,7 @@ class Explore(Tab):
         if self._result is not None and self._explanation is None:  # that of the figures was stopped for this one
             self._update_findings(self._explainer.follow(self._result.setting))
 
-    def _write(self, result: _Result) -> None:
+    def _write(self, result: Result) -> None:
         """Change all figures in place."""
         setting, columns = result.setting, result.columns
         scene = scene_key(setting)
@@ -237,9 +230,16 @@ class Explore(Tab):
         self._kinds = None if result.shipped else self._judge.follow(setting)
         self._update_findings(result.shipped or self._explainer.follow(setting))
 
-    def _draw_pinned(self, columns: dict[str, Columns] | None) -> None:
+    def _draw_pinned(self) -> None:
+        drawn = self._pinned.columns(self._result.setting)
         for view in self._views:
-            view.pinned.update(columns)
+            view.pinned.update(drawn)
+            view.update(self._result.columns, self._result.setting, fresh=False)
+        self._compare()
+
+    def _compare(self) -> None:
+        """Show the numbers of the pinned settings beside those of the present one."""
+        self.comparison.show(self._result, self._explanation, self._pinned.results)
 
     def _show_explanation(self, explanation: Explanation) -> None:
         if explanation is not self._explanation:
@@ -254,6 +254,7 @@ class Explore(Tab):
         self._explanation = explanation
         self._write_findings()
         self.displacement.explain(explanation.series if explanation else {}, self._result.setting)
+        self._compare()
         if explanation is not None:  # only then, so that a screen reader reads one summary for each result
             self._suggester.offer(explanation)
             self.host.summarise(self._summary_text())

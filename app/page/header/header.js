@@ -21,6 +21,7 @@ export function render({ model }) {
   shortcuts(keys, takeAway);
   const adaptFigures = () => { darken(); adaptToTouch(); allFigures().forEach(fitFigure); };
   for (const name of ["tab", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
+  listen("figures-changed", () => whenDrawn(root, darken)); // so have pins
   whenDrawn(root, () => { adaptFigures(); markMain(); tour(root, false); });
   return root;
 }

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem
+from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem, Line
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 from vibroscope.app.explorer.state import Setting
+from vibroscope.engine import PART_NAMES
 
 # Okabe–Ito colours, which colour-blind readers can distinguish. Width, dash and marker differ too.
 BLUE = "#0072B2"
 VERMILLION = "#D55E00"
 INK = "#22303C"
 GREEN, VIOLET = "#007A5A", "#8A5A9E"
-GREY = "#76818C"  # pinned curves
+GREY = "#76818C"  # of a study: another start
+OCHRE, MAGENTA = "#8F6A00", "#B0327A"
 FONT = "'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif"
 
 REFERENCE = {"line_color": BLUE, "line_width": 4, "line_alpha": 0.5}
@@ -28,10 +30,10 @@ PARTS = {
     "regularisation": {"line_color": GREEN, "line_width": 1.4, "line_dash": "dashed"},
     "joint_damping": {"line_color": VIOLET, "line_width": 1.8, "line_dash": "dotdash"},
 }
-PINNED = {
-    "reference": {"line_color": GREY, "line_width": 2.4, "line_alpha": 0.35},
-    "penalty": {"line_color": GREY, "line_width": 0.9},
-}
+# Pinned results, each with a colour and a dash of its own: the wide line is its reference, the thin one its penalty
+# solution. `comparison.css` has the colours, too.
+PINS = ((GREEN, "dashed"), (VIOLET, "dotdash"), (MAGENTA, "dotted"), (OCHRE, "dashdot"))
+PIN_NAMES = ("pinned", *(f"pinned{number}" for number in range(2, len(PINS) + 1)))  # in a link
 
 CLICK = "hide"  # what a click on a legend entry does to its curves; `muting.py` keeps it
 
@@ -146,49 +148,81 @@ def unit_label(setting: Setting, quantity: str) -> str:
     return f"({unit})" if "/" in unit or "·" in unit else unit
 
 
+def name_of_part(part: str) -> str:
+    """Name of one of the `PARTS`."""
+    return PART_NAMES.get(part, "difference")
+
+
 def time_label(setting: Setting) -> str:
     """Label of a time axis."""
     return f"time {'τ/T' if setting.scale is None else 't / s'} in the last two excitation periods"
 
 
 class PinnedCurves:
-    """The pinned result in some figures: a source with the same columns for each live source, and legend entries.
+    """The curves of pinned results in the figures of a view, below the live ones.
 
-    ``names`` are the names of the live sources.
+    They are added to a figure when so many results are pinned for the first time.
+
+    Parameters
+    ----------
+    lines : mapping
+        For each figure, the curves of one result: the live source, the names of its columns x and y, and the solver,
+        which is "reference" or "penalty".
     """
 
-    def __init__(self, *names: str) -> None:
-        self.sources = {name: ColumnDataSource({}, name=f"pinned_{name}") for name in names}
-        self._items: list[LegendItem] = []
-        self._pinned, self._drawn = False, True
+    def __init__(self, lines: Mapping[figure, Sequence[tuple[ColumnDataSource, str, str, str]]]) -> None:
+        self.on_legend: Callable[[str, str, LegendItem], None] = lambda *_: None  # called with each new legend entry
+        self._lines = lines
+        self._sources: list[dict[str, ColumnDataSource]] = []  # of each pin, by the name of the live source
+        self._items: list[list[LegendItem]] = []  # of each pin, in all figures
+        self._pinned, self._drawn = 0, True
 
-    def source_for(self, source: ColumnDataSource) -> ColumnDataSource:
-        """The source for the pinned counterpart of a live source."""
-        pinned = self.sources[source.name]
-        pinned.data = {name: np.empty(0, np.float32) for name in source.data}
-        return pinned
-
-    def legend_item(self, renderers: list) -> LegendItem:
-        """A legend entry that is visible only while a pinned result is drawn."""
-        self._items.append(LegendItem(label="pinned", renderers=renderers, visible=False))
-        return self._items[-1]
-
-    def update(self, columns: Mapping[str, Mapping[str, np.ndarray]] | None) -> None:
-        """Show these columns by source; None: nothing is pinned."""
-        for name, source in self.sources.items():
-            nothing = {column: np.empty(0, np.float32) for column in source.data}
-            write(source, {column: columns[name][column] for column in source.data} if columns else nothing)
-        self._pinned = columns is not None
+    def update(self, results: Sequence[Mapping[str, Mapping[str, np.ndarray]]]) -> None:
+        """Show the columns of each pinned result by source; one without columns is not there yet."""
+        while len(self._sources) < len(results):
+            self._add(len(self._sources))
+        for number, sources in enumerate(self._sources):
+            for name, source in sources.items():
+                columns = results[number].get(name, {}) if number < len(results) else {}
+                write(source, {column: columns.get(column, np.empty(0, np.float32)) for column in source.data})
+        self._pinned = len(results)
         self._show()
 
+    def columns(self, source: str, *names: str) -> list[np.ndarray]:
+        """Columns of all pinned results, for the range of an axis."""
+        return [sources[source].data[name] for sources in self._sources for name in names]
+
     def draw(self, drawn: bool) -> None:
-        """Whether a pinned result is drawn at all."""
+        """Whether pinned results are drawn at all."""
         self._drawn = drawn
         self._show()
 
+    def _add(self, number: int) -> None:
+        """Add the curves of one more pin to all figures."""
+        colour, dash = PINS[number]
+        looks = {
+            "reference": {"line_color": colour, "line_width": 3, "line_alpha": 0.35},
+            "penalty": {"line_color": colour, "line_width": 1.3, "line_dash": dash},
+        }
+        live = {source.name: source for lines in self._lines.values() for source, *_ in lines}
+        sources = {name: empty_source(f"pinned{number + 1}_{name}", *source.data) for name, source in live.items()}
+        items = []
+        for plot, lines in self._lines.items():
+            renderers = [
+                add_glyph(plot, Line(x=x, y=y, **looks[solver]), sources[source.name], level="underlay")
+                for source, x, y, solver in lines
+            ]
+            item = LegendItem(label=f"pin {number + 1}", renderers=renderers, visible=self._drawn)
+            plot.legend[0].items = [*plot.legend[0].items, item]
+            self.on_legend(plot.name, PIN_NAMES[number], item)
+            items.append(item)
+        self._sources.append(sources)
+        self._items.append(items)
+
     def _show(self) -> None:
-        for item in self._items:
-            item.visible = self._pinned and self._drawn
+        for number, items in enumerate(self._items):
+            for item in items:
+                item.visible = number < self._pinned and self._drawn
 
 
 def empty_source(name: str, *columns: str) -> ColumnDataSource:

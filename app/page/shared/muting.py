@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 
+from bokeh.models import LegendItem
 from bokeh.plotting import figure
 
 _Entry = tuple[str, str]  # names of a figure and of an entry of its legend
@@ -18,27 +19,28 @@ class Muting:
 
     def __init__(self, names: Mapping[str, Sequence[str]], figures: Iterable[figure]) -> None:
         self.on_mute: Callable[[], None] = lambda: None  # called when the user mutes or unmutes an entry
-        self._items = {
-            (plot.name, name): item
-            for plot in figures
-            if plot.name in names
-            for name, item in zip(names[plot.name], plot.legend[0].items, strict=True)
-        }
+        self._names = names
+        self._items: dict[_Entry, LegendItem] = {}
         self._muted: set[_Entry] = set()
-        for entry, item in self._items.items():
-            # The browser hides all curves of an entry together, so it is enough to observe the first.
-            item.renderers[0].on_change("visible", partial(self._changed, entry))
-            item.on_change("visible", lambda attr, old, new, entry=entry: self._draw(entry))
-            self._draw(entry)
+        for plot in figures:
+            # The last entries of a legend may be added later.
+            for name, item in zip(names.get(plot.name, ()), plot.legend[0].items if plot.legend else (), strict=False):
+                self.watch(plot.name, name, item)
+
+    def watch(self, plot: str, name: str, item: LegendItem) -> None:
+        """Mute this entry of the legend of a figure, too."""
+        entry = (plot, name)
+        self._items[entry] = item
+        # The browser hides all curves of an entry together, so it is enough to observe the first.
+        item.renderers[0].on_change("visible", partial(self._changed, entry))
+        item.on_change("visible", lambda attr, old, new: self._draw(entry))
+        self._draw(entry)
 
     @property
     def muted(self) -> dict[str, list[str]]:
         """Names of the muted entries by figure, in the order of the legend."""
-        found: dict[str, list[str]] = {}
-        for plot, name in self._items if self._muted else ():
-            if (plot, name) in self._muted:
-                found.setdefault(plot, []).append(name)
-        return found
+        found = {plot: [name for name in names if (plot, name) in self._muted] for plot, names in self._names.items()}
+        return {plot: names for plot, names in found.items() if names}
 
     def mute(self, muted: Mapping[str, Sequence[str]]) -> None:
         """Mute the entries that a link names, by figure."""
@@ -48,8 +50,8 @@ class Muting:
             self._draw(entry)
 
     def _draw(self, entry: _Entry) -> None:
-        item = self._items[entry]
-        for renderer in item.renderers:
+        item = self._items.get(entry)
+        for renderer in item.renderers if item else ():
             renderer.visible = item.visible and entry not in self._muted
 
     def _changed(self, entry: _Entry, attr: str, old: bool, visible: bool) -> None:

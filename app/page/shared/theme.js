@@ -8,7 +8,9 @@ const DARK = {
   "#8A97A3": "#7F8C98", // axes
   "#C6CDD4": "#3C4854", // outline
   "#F1F3F5": "#222B34", // background of the strip
-  "#76818C": "#A7B1BB", // pinned
+  "#76818C": "#A7B1BB", // another start
+  "#8F6A00": "#D8C84A", // pins, beside the colours of the parts
+  "#B0327A": "#FF8AC4",
   "#0072B2": "#56B4E9", // reference; both are Okabe–Ito colours
   "#D55E00": "#F0A030", // penalty, time step
   "#007A5A": "#3CC796", // K and D

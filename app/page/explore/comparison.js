@@ -1,0 +1,64 @@
+// The comparison: a table of the present setting and the pinned ones.
+
+
+export function render({ model }) {
+  const root = element("section", "comparison-table");
+  root.setAttribute("aria-label", "Comparison of the pinned settings");
+  const table = element("table");
+  root.append(table);
+  const parts = Object.entries(model.parts);
+  const draw = () => {
+    const heads = ["", ...(model.rows[0]?.numbers ?? []).map(([label]) => label), "penalty motion", ...parts.map(([, label]) => label), ""];
+    const head = element("tr");
+    head.append(...heads.map((text) => {
+      const cell = element(text ? "th" : "td", "", text);
+      if (text) cell.scope = "col";
+      return cell;
+    }));
+    table.replaceChildren(head, ...model.rows.map((row, place) => line(row, place, parts)));
+    emit("figures-changed"); // with a pin come curves
+  };
+  model.on("rows", draw);
+  draw();
+  return root;
+}
+
+function line(row, place, parts) {
+  const made = element("tr", place ? `pin${place}` : "present");
+  const name = element("th", "name", place ? `pin ${place}` : "now");
+  name.scope = "row";
+  name.prepend(element("span", "swatch"));
+  const motion = element("td", "motion", row.motion || "computing …");
+  if (row.other) motion.append(element("small", "", row.other));
+  made.append(name, ...row.numbers.map(([label, text]) => number("", label, text)), motion, ...errors(row, parts));
+  const acts = element("td", "acts");
+  if (place) {
+    acts.append(
+      button("Use", `Set the sliders to pin ${place}`, () => emit("set", row.texts)),
+      button("×", `Unpin ${place}`, () => emit("unpin", { value: place - 1 })),
+    );
+  }
+  made.append(acts);
+  return made;
+}
+
+// A number for each part of the difference that is known, or why there is none.
+function errors({ explained, shown, measure, headline }, parts) {
+  if (!explained || shown.total === undefined) {
+    const cell = element("td", "words", explained ? headline : "computing …");
+    cell.title = headline;
+    cell.colSpan = parts.length;
+    return [cell];
+  }
+  return parts.map(([part, label]) => {
+    const cell = number(part, label, shown[part] ?? "");
+    cell.title = measure;
+    return cell;
+  });
+}
+
+function number(name, label, text) {
+  const cell = element("td", `number ${name}`, text);
+  cell.dataset.label = label; // shown where the table has no heads
+  return cell;
+}

@@ -1,0 +1,90 @@
+"""The comparison: the numbers of the present setting and of the pinned ones in a table, with the errors of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import param
+from vibroscope.app.explorer.explanation import Explanation
+from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.state import DRAWING_FIELDS, FIELDS, MAIN_FIELDS, Explorer, Setting
+from vibroscope.app.page.explore.explainer import known_explanation
+from vibroscope.app.page.explore.result import Result
+from vibroscope.app.page.files import script, style
+from vibroscope.app.page.shared.component import Component
+from vibroscope.app.page.shared.figure import PARTS, name_of_part
+from vibroscope.engine import percent
+
+_OTHER_FIELDS = [name for name in FIELDS if name not in (*MAIN_FIELDS, *DRAWING_FIELDS)]
+
+
+class Comparison(Component):
+    """A row for each setting; without a pin there are none."""
+
+    parts = param.Dict(default={part: name_of_part(part) for part in PARTS}, constant=True, doc="Heads of the errors")
+    rows = param.List(default=[], doc="See `_row`; the first is the present setting, the others are in their order")
+
+    _esm = script("shared/dom", "explore/comparison")
+    _stylesheets = [style("explore/comparison")]  # noqa: RUF012 - Panel reads it from the class
+
+    def __init__(self, **params) -> None:
+        super().__init__(visible=False, **params)
+
+    def show(
+        self, live: Result, explanation: Explanation | None, pinned: Sequence[tuple[Setting, Result | None]]
+    ) -> None:
+        """Show the pinned settings below the present one."""
+        rows = []
+        if pinned:
+            settings = [live.setting, *(setting for setting, _ in pinned)]
+            other = [name for name in _OTHER_FIELDS if len({getattr(setting, name) for setting in settings}) > 1]
+            rows = [_row(live.setting, live, explanation, other)]
+            rows += [_row(setting, result, known_explanation(setting), other) for setting, result in pinned]
+        if rows != self.rows:
+            self.param.update(rows=rows, visible=bool(rows))
+
+    @property
+    def table(self) -> dict[str, list]:
+        """The columns of the table as numbers; not a number where an error is unknown."""
+        names = self.rows[0]["texts"] if self.rows else {}
+        columns = {name: [row["texts"][name] for row in self.rows] for name in names}
+        errors = {name: [row["errors"].get(name, math.nan) for row in self.rows] for name in self.parts}
+        return columns | {f"error {name}": column for name, column in errors.items()}
+
+
+def _row(setting: Setting, result: Result | None, explanation: Explanation | None, other: list[str]) -> dict:
+    """One row.
+
+    Returns
+    -------
+    dict
+        ``texts``: what sets its parameters. ``numbers``: label and text of each slider, in the chosen units. ``other``: those beside the sliders in which the rows differ. ``motion``:
+        what the penalty model shows. ``explained``: whether the following are known. ``errors``: the parts of its
+        difference by name, as far as they have a meaning. ``shown``: the same as texts. ``measure``: what they measure.
+        ``headline``: the difference in words.
+    """
+    texts = setting.texts()
+    return {
+        "texts": {name: texts[name] for name in FIELDS if name not in DRAWING_FIELDS},
+        "numbers": [_number(name, setting) for name in MAIN_FIELDS],
+        "other": ", ".join(_in_words(name, setting) for name in other),
+        "motion": result.description.lines(explanation)["penalty"] if result else "",
+        "explained": explanation is not None,
+        "errors": explanation.parts if explanation else {},
+        "shown": {name: percent(value) for name, value in explanation.parts.items()} if explanation else {},
+        "measure": explanation.measure if explanation else "",
+        "headline": explanation.headline if explanation else "",
+    }
+
+
+def _number(name: str, setting: Setting) -> list[str]:
+    field = shown_field(name, setting)
+    return [field.label + (f" / ({field.unit})" if field.unit else ""), field.number(getattr(setting, name))]
+
+
+def _in_words(name: str, setting: Setting) -> str:
+    rule, value = Explorer.param[name], getattr(setting, name)
+    if isinstance(rule, param.Number):
+        return shown_field(name, setting).words(value)
+    return f"{rule.label}: {value}"
