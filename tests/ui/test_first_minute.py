@@ -4,6 +4,7 @@ import pytest
 from vibroscope.app import QUESTION
 from vibroscope.app.explorer.scenes import OPENING, scenes
 
+from .axe import AXE, serious
 from .explorer import wait_until
 
 
@@ -26,6 +27,8 @@ def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(visit):
     dialog = explorer.page.get_by_role("dialog", name="Tour")
     assert dialog.count() == 0
     explorer.page.get_by_role("button", name="From the problem").click()
+    explorer.page.evaluate(AXE)
+    assert serious(explorer.page) == []
     seen = [dialog.locator("h2").text_content()]
     dialog.get_by_role("button", name="Next").click()
     explorer.wait_for_address(eta="1.08", K="100", D="50")  # a motion that looks right
@@ -48,6 +51,7 @@ def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(visit):
 
 def test_each_exercise_is_predicted_tried_and_answered_by_the_page(visit):
     explorer = visit("?tour=0")
+    explorer.page.evaluate(AXE)
     explorer.page.get_by_role("button", name="From the problem").click()
     tour = explorer.page.get_by_role("dialog", name="Tour")
     for _ in range(4):
@@ -66,6 +70,7 @@ def test_each_exercise_is_predicted_tried_and_answered_by_the_page(visit):
         attempt.click()
         wait_until(lambda before=before: "you predicted: " in before.text_content(), what="the answer")
         answers.append(before.text_content())
+        assert serious(explorer.page) == []
         shown = explorer.page.locator(".part.total .number").text_content()
         assert f"to a difference of {shown}." in answers[-1]
         dialog.get_by_role("button", name="Next").or_(dialog.get_by_role("button", name="Done")).click()

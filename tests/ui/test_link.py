@@ -131,7 +131,10 @@ def test_muted_entries_and_the_theme_come_back(visit):
 
 @pytest.mark.parametrize(
     ("query", "words"),
-    [("theme=night", "theme must be light or dark"), ("mute=phase1:its", "reference, penalty, pinned, not “its”")],
+    [
+        ("theme=night", "theme must be light or dark"),
+        ("mute=phase1:its", "reference, penalty, pinned, pinned2, pinned3, pinned4, not “its”"),
+    ],
 )
 def test_an_unknown_view_is_refused_as_a_whole(visit, query, words):
     explorer = visit(f"?eta=2.76&{query}&zoom=time:0.2,0.7")
