@@ -202,7 +202,7 @@ class PinnedCurves:
         colour, dash = PINS[number]
         looks = {
             "reference": {"line_color": colour, "line_width": 3, "line_alpha": 0.35},
-            "penalty": {"line_color": colour, "line_width": 1.3, "line_dash": dash},
+            "penalty": {"line_color": colour, "line_width": 1.6, "line_dash": dash},
         }
         live = {source.name: source for lines in self._lines.values() for source, *_ in lines}
         sources = {name: empty_source(f"pinned{number + 1}_{name}", *source.data) for name, source in live.items()}
