@@ -1,6 +1,5 @@
 // The comparison: a table of the present setting and the pinned ones.
 
-
 export function render({ model }) {
   const root = element("section", "comparison-table");
   root.setAttribute("aria-label", "Comparison of the pinned settings");

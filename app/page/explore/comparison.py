@@ -59,10 +59,10 @@ def _row(setting: Setting, result: Result | None, explanation: Explanation | Non
     Returns
     -------
     dict
-        ``texts``: what sets its parameters. ``numbers``: label and text of each slider, in the chosen units. ``other``: those beside the sliders in which the rows differ. ``motion``:
-        what the penalty model shows. ``explained``: whether the following are known. ``errors``: the parts of its
-        difference by name, as far as they have a meaning. ``shown``: the same as texts. ``measure``: what they measure.
-        ``headline``: the difference in words.
+        ``texts``: what sets its parameters. ``numbers``: label and text of each slider, in the chosen units. ``other``:
+        those beside the sliders in which the rows differ. ``motion``: what the penalty model shows. ``explained``:
+        whether the following are known. ``errors``: the parts of its difference by name, as far as they have a meaning.
+        ``shown``: the same as texts. ``measure``: what they measure. ``headline``: the difference in words.
     """
     texts = setting.texts()
     return {
