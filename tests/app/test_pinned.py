@@ -147,6 +147,7 @@ def test_the_table_has_the_numbers_of_the_explanation():
     physical = compute_runs(SETTING._replace(units="si", omega1=10.0, m1=2.0))
     table.show(prepare(physical), found, [(pinned.drawn_like(physical.setting), None)])
     assert table.rows[1]["numbers"][1] == ["K / (N/m)", "20000"]
+    assert table.rows[0]["numbers"][0][0] == "f / Hz"
     table.show(prepare(runs), found, [])
     assert not table.visible
 

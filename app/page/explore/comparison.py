@@ -13,7 +13,7 @@ from vibroscope.app.page.explore.explainer import known_explanation
 from vibroscope.app.page.explore.result import Result
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.figure import PARTS, name_of_part
+from vibroscope.app.page.shared.figure import PARTS, divisor, name_of_part
 from vibroscope.engine import percent
 
 _OTHER_FIELDS = [name for name in FIELDS if name not in (*MAIN_FIELDS, *DRAWING_FIELDS)]
@@ -80,7 +80,7 @@ def _row(setting: Setting, result: Result | None, explanation: Explanation | Non
 
 def _number(name: str, setting: Setting) -> list[str]:
     field = shown_field(name, setting)
-    return [field.label + (f" / ({field.unit})" if field.unit else ""), field.number(getattr(setting, name))]
+    return [field.label + (f" / {divisor(field.unit)}" if field.unit else ""), field.number(getattr(setting, name))]
 
 
 def _in_words(name: str, setting: Setting) -> str:

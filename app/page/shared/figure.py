@@ -144,7 +144,11 @@ def hover_tool(renderers: list, tooltips: Mapping[str, str], **more) -> HoverToo
 
 def unit_label(setting: Setting, quantity: str) -> str:
     """The unit of a quantity as a label has it behind "/"; with units only."""
-    unit = setting.scale.unit(quantity)
+    return divisor(setting.scale.unit(quantity))
+
+
+def divisor(unit: str) -> str:
+    """A unit as a label has it behind "/"."""
     return f"({unit})" if "/" in unit or "·" in unit else unit
 
 
