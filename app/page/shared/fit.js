@@ -117,7 +117,7 @@ function fitFigure(figure) {
   }
   const changes = [properties.inner_width, properties.inner_height, properties.outer_width, figure.title?.properties.text,
     ...axesOf(figure).map((axis) => axis.properties.axis_label),
-    ...(legend?.items.map((item) => item.properties.visible) ?? [])];
+    ...(legend?.items.map((item) => item.properties.visible) ?? []), legend?.properties.items]; // pins add entries
   for (const property of changes) property?.change.connect(later);
   fit();
 }
