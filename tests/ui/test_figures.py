@@ -98,6 +98,13 @@ def test_pins_are_compared_in_a_table_and_in_curves_of_their_own_colours(visit):
     assert [row[1] for row in cells] == ["100", "2500", "9000", "700", "300"]
     assert cells[1][4] == total
     assert cells[0][4] == explorer.explained().page.locator(".part.total .number").text_content()
+    for width in (390, 1100, 1280, 1440):
+        explorer.page.set_viewport_size({"width": width, "height": 900})
+        explorer.settle()
+        box, below = (explorer.page.locator(each).bounding_box() for each in (".comparison-table", ".lines"))
+        assert box["x"] >= 0, width
+        assert box["x"] + box["width"] <= width
+        assert box["y"] + box["height"] <= below["y"], width
     coloured = [explorer.page.evaluate(COLOURED, "phase1")]
     for entry in explorer.page.locator(".cell.phase1").get_by_role("switch", name="pin").all():
         entry.press("Enter")
