@@ -83,19 +83,20 @@ def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
 
 
 def test_pins_are_compared_in_a_table_and_in_curves_of_their_own_colours(visit):
-    explorer = visit(PAPER).explained()
+    explorer = visit("?eta=1.3&K=2500&D=8&steps=2000").explained()
     pin = explorer.page.get_by_role("button", name="Keep this result")
     table = explorer.page.locator(".comparison-table")
     assert table.is_hidden()
     total = explorer.page.locator(".part.total .number").text_content()
     explorer.moved(pin.click)
-    for K in ("9000", "700", "300"):
+    explorer.moved(lambda: explorer.type("eta", "1.08"))
+    for K in ("300", "100", "30"):
         explorer.moved(lambda K=K: explorer.type("K", K))
         explorer.moved(pin.click)
-    explorer.moved(lambda: explorer.type("K", "100"))
+    explorer.moved(lambda: explorer.type("K", "2500"))
     wait_until(lambda: "computing" not in table.text_content(), what="the numbers of all pins")
     cells = [row.locator("td.number").all_text_contents() for row in table.locator("tr").all()[1:]]
-    assert [row[1] for row in cells] == ["100", "2500", "9000", "700", "300"]
+    assert [row[1] for row in cells] == ["2500", "2500", "300", "100", "30"]
     assert cells[1][4] == total
     assert cells[0][4] == explorer.explained().page.locator(".part.total .number").text_content()
     for width in (390, 1100, 1280, 1440):
@@ -122,9 +123,9 @@ def test_pins_are_compared_in_a_table_and_in_curves_of_their_own_colours(visit):
     other = second.page.locator(".comparison-table")
     wait_until(lambda: other.text_content() == table.text_content(), what="the same table from the link")
     explorer.moved(lambda: table.get_by_role("button", name="Unpin 2").click())
-    wait_until(lambda: [row[1] for row in pinned_rows(table)] == ["2500", "700", "300"], what="one pin less")
+    wait_until(lambda: [row[1] for row in pinned_rows(table)] == ["2500", "100", "30"], what="one pin less")
     explorer.moved(lambda: table.get_by_role("button", name="Set the sliders to pin 3").click())
-    assert explorer.typed("K").input_value() == "300"
+    assert explorer.typed("K").input_value() == "30"
 
 
 def pinned_rows(table):
