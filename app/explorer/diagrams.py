@@ -5,8 +5,9 @@ from __future__ import annotations
 import threading
 from concurrent.futures import Future
 
+from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.workers import workers
-from vibroscope.engine import Diagram, Reference, System, diagram
+from vibroscope.engine import Diagram, Reference, System, diagram, shipped_diagram
 
 _futures: dict[str, Future[Diagram]] = {}
 _lock = threading.Lock()
@@ -16,5 +17,21 @@ def load_diagram(joint_damping: str) -> Future[Diagram]:
     """The diagram from the package or the cache; a worker computes it (some ten seconds) where neither has it."""
     with _lock:
         if joint_damping not in _futures:
-            _futures[joint_damping] = workers().submit(diagram, System(), Reference(joint_damping))
+            _futures[joint_damping] = future = Future()
+            workers().submit(_load, Reference(joint_damping), future)
         return _futures[joint_damping]
+
+
+def _load(method: Reference, future: Future[Diagram]) -> None:
+    shipped = shipped_diagram(System(), method)
+    if shipped is not None:
+        future.set_result(shipped)
+    else:
+        compilation.when_done(lambda: workers().submit(_compute, method, future))
+
+
+def _compute(method: Reference, future: Future[Diagram]) -> None:
+    try:
+        future.set_result(diagram(System(), method))
+    except Exception as error:
+        future.set_exception(error)

@@ -66,8 +66,12 @@ def diagram(
         If ``cancelled`` returned true; what is complete is kept for the next time.
     """
     study = diagram_study(system, method)
-    shipped = load_diagram(shipped_path(method), study.key)
-    return shipped or _diagram_of(cached_dataset(study, progress=progress, cancelled=cancelled))
+    return shipped_diagram(system, method) or _diagram_of(cached_dataset(study, progress=progress, cancelled=cancelled))
+
+
+def shipped_diagram(system: System, method: Reference) -> Diagram | None:
+    """The shipped diagram; None if none is shipped for this system, or if it is of another engine."""
+    return load_diagram(shipped_path(method), diagram_study(system, method).key)
 
 
 def _diagram_of(found) -> Diagram:

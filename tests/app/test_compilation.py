@@ -8,6 +8,7 @@ import threading
 
 import pytest
 from vibroscope.app.commands.output import compilation_text, show_compilation
+from vibroscope.app.explorer import diagrams
 from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.page.explore import tab as explore
 from vibroscope.app.page.tab import Move
@@ -140,3 +141,17 @@ def test_a_first_start_compiles_into_an_empty_cache_in_another_process(tmp_path)
         process.kill()
         process.communicate()
     assert not list(tmp_path.rglob("complete-*"))
+
+
+@pytest.mark.parametrize("shipped", ["shipped", None])
+def test_a_diagram_that_must_be_computed_waits_for_the_solvers_and_a_shipped_one_does_not(monkeypatch, shipped):
+    compilation = Compilation()
+    compilation.progress = HALF
+    monkeypatch.setattr(diagrams, "_futures", {})
+    monkeypatch.setattr(diagrams, "compilation", compilation)
+    monkeypatch.setattr(diagrams, "shipped_diagram", lambda system, method: shipped)
+    monkeypatch.setattr(diagrams, "diagram", lambda system, method: f"computed, progress {compilation.progress}")
+    future = diagrams.load_diagram("table")
+    if shipped is None:
+        compilation.finish()
+    assert future.result(20) == (shipped or "computed, progress None")

@@ -37,8 +37,8 @@ def test_a_first_start_shows_the_shipped_result_at_once_and_a_bar(browser, tmp_p
         assert server.stop() == 0
         assert time.monotonic() - begin < 10  # what waits for the compilation holds nobody up
     assert "compiling what=reference" in server.log.read_text()
-    if seconds > WITHIN:  # a busy machine: then no later than where everything is compiled
+    if seconds > WITHIN:  # a busy machine: then about as soon as where everything is compiled
         server, explorer, usual = first_figure(browser, tmp_path / "log")
         explorer.page.close()
         server.stop()
-        assert seconds < 1.5 * usual, (seconds, usual)
+        assert seconds < 3 * usual, (seconds, usual)
