@@ -59,10 +59,14 @@ class ShownField(NamedTuple):
         """The name of a column of such numbers in a file."""
         return f"{self.label} [{self.unit}]" if self.unit else self.label
 
+    def measure(self, value: float) -> str:
+        """Number and unit, as in "2.5e+06 N/m"."""
+        number = self.number(value) if self.factor == 1 else f"{self.factor * value:.4g}"
+        return f"{number} {self.unit}".rstrip()
+
     def words(self, value: float) -> str:
         """Symbol, number and unit, as in "K = 2.5e+06 N/m"."""
-        number = self.number(value) if self.factor == 1 else f"{self.factor * value:.4g}"
-        return f"{self.label} = {number}{self.unit and f' {self.unit}'}"
+        return f"{self.label} = {self.measure(value)}"
 
 
 def shown_field(name: str, setting: Setting) -> ShownField:

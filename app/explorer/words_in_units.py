@@ -19,6 +19,9 @@ _RULES = tuple(
     (re.compile(before + _NUMBER), shown, quantity)
     for before, shown, quantity in (
         (r"(?<!\w)K = ", "K = ", "stiffness"),
+        (r"(?<!\w)K ≈ ", "K ≈ ", "stiffness"),
+        (r"(?<!\w)D ≈ ", "2D ≈ ", "damping"),
+        (r"ξ₂ scatters by ", "x₂ scatters by ", "displacement"),
         (r"(?<!\w)K up to ", "K up to ", "stiffness"),
         (r"(?<=K is to blame: )up to ", "up to ", "stiffness"),
         (r"(?<!\w)D = ", "2D = ", "damping"),
@@ -27,6 +30,7 @@ _RULES = tuple(
         (r"±(?=[0-9.e+-]+ (?:in ξ₂|at T/))", "±", "displacement"),
     )
 )
+_RANGE = re.compile(rf"η = {_NUMBER} to {_NUMBER}")
 _DIGITS = 3
 
 
@@ -34,9 +38,15 @@ def in_units(text: str, scale: Units | None) -> str:
     """A sentence of the engine in the units of the page; as it is where they are none."""
     if scale is None:
         return text
+    text = _RANGE.sub(lambda m: " to ".join(_frequencies(m, scale)), text)
     for pattern, shown, quantity in _RULES:
         text = pattern.sub(lambda m, s=shown, q=quantity: f"{s}{scale.text(q, float(m[1]), _DIGITS)}", text)
     return text.replace(" in ξ₂", " in x₂")
+
+
+def _frequencies(match: re.Match, scale: Units) -> tuple[str, str]:
+    first, last = (scale.text("frequency", float(number), _DIGITS) for number in match.groups())
+    return f"f = {first.removesuffix(' Hz')}", last
 
 
 def words_of_change(change: Mapping[str, str], setting: Setting) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 from vibroscope.app.explorer.present import Columns, quantity_of
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.engine import Units
@@ -59,6 +60,36 @@ def figure_table(figure: str, columns: Mapping[str, Columns], scale: Units | Non
 def difference_table(columns: Columns, coordinate: str, scale: Units | None = None) -> list[Series]:
     """The data of `DIFFERENCE`, like `figure_table`."""
     return [Series(coordinate, {_column_title(_LONG.get(n, n), n, scale): column for n, column in columns.items()})]
+
+
+# Columns of studies: quantity, and name with units.
+_MODEL_COLUMNS = {
+    **{name: ("frequency", name.replace("eta", "f")) for name in ("eta", "from_eta", "to_eta")},
+    "K": ("stiffness", "K"),
+    "D": ("damping", "2D"),
+    **{f"xi{k}": ("displacement", f"x{k}") for k in (1, 2)},
+    **{f"v{k}": ("velocity", f"velocity{k}") for k in (1, 2)},
+    "spread": ("displacement", "spread"),
+}
+
+
+def table_in_units(table: list[Series], scale: Units | None) -> list[Series]:
+    """A table of numbers of the model with its columns in units, which their names hold."""
+    return [Series(each.label, columns_in_units(each.columns, scale)) for each in table]
+
+
+def columns_in_units(columns: Columns, scale: Units | None) -> Columns:
+    """Columns of numbers of the model in units, which their names hold; columns with a unit already stay."""
+    if scale is None:
+        return columns
+    found = {}
+    for name, column in columns.items():
+        quantity, title = _MODEL_COLUMNS.get(name, ("", name))
+        if quantity:
+            found[f"{title} [{scale.unit(quantity)}]"] = scale.factor(quantity) * np.asarray(column)
+        else:
+            found[name] = column
+    return found
 
 
 def _column_title(name: str, column: str, scale: Units | None) -> str:

@@ -12,6 +12,7 @@ from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import as_csv, as_json, as_toml, join_parts, program, texts_from_toml
 from vibroscope.app.export.report import as_report
+from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.tab import Tab, TabHost
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import lower_priority, pool
@@ -83,7 +84,8 @@ def file_writer(tab: Tab, what: str, setting: Setting, address: str) -> Callable
     figures = {figure.name: figure for figure in tab.figures()}
     kind, _, name = what.partition(":")
     if kind == "csv" and name in figures and figures[name].tabled:
-        return partial(_write, f"vibroscope-{name}.csv", "text/csv", as_csv, tab.table(name))
+        table = table_in_units(tab.table(name), setting.scale)
+        return partial(_write, f"vibroscope-{name}.csv", "text/csv", as_csv, table)
     if what == "json" and figures:
         return partial(_write, f"vibroscope-{tab.key}.json", "application/json", as_json, _content(tab, address))
     if what == "report" and figures:

@@ -12,6 +12,7 @@ import numpy as np
 from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Range1d, Span
 from bokeh.plotting import figure
+from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.swept import SWEPT
@@ -21,12 +22,15 @@ from vibroscope.app.page.shared.figure import (
     GREY,
     INK,
     VERMILLION,
+    divisor,
     empty_source,
     hover_tool,
     make_figure,
+    quantity_axis,
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.bifurcation import (
     MOST_BESIDE,
     MOST_POINTS,
@@ -57,6 +61,7 @@ _KIND_HATCHES = {
 }
 _PLAIN = (" ", "")
 _DIRECTION = {"rest": "from rest", "own": "from an own start", "up": "upwards", "down": "downwards"}
+_ETA_LABEL = "excitation frequency η = Ω/ω₁"
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
 
 
@@ -77,6 +82,10 @@ class BifurcationView:
         )
         self.figure = self._cloud()
         self.strip = self._strip()
+        self._axes = (
+            UnitAxis(self.ranges["eta"], "x", self.figure, self.strip),
+            UnitAxis(self.ranges["value"], "y", self.figure),
+        )
         for plot in (self.figure, self.strip):
             plot.on_event(Tap, self.on_tap)
         self.figure.on_event(RangesUpdate, lambda event: on_zoom())
@@ -84,7 +93,7 @@ class BifurcationView:
     def _cloud(self) -> figure:
         plot = make_figure(
             "Being computed …",
-            "excitation frequency η = Ω/ω₁",
+            _ETA_LABEL,
             "ξ₂ at τ ≡ 0 (mod T) / base amplitude",
             name="bifurcation",
             x_range=self.ranges["eta"].range,
@@ -162,9 +171,6 @@ class BifurcationView:
             self.over = over
             self.ranges["eta"].unzoom()
             self.ranges["eta"].put(*SWEPT[over].home, fresh=True)
-            self.figure.xaxis[0].axis_label = f"{SWEPT[over].text}, {SWEPT[over].symbol}"
-            (_, at), *rows = self.hover.tooltips
-            self.hover.tooltips = [(SWEPT[over].symbol, at), *rows]
 
     @property
     def span(self) -> tuple[float, float]:
@@ -177,15 +183,15 @@ class BifurcationView:
         self, setting: Setting, result: PartialDiagram | None, coordinate: str, other: PartialDiagram | None
     ) -> None:
         """Move the cursor; draw what is known, and in grey another diagram to compare with."""
-        value = getattr(setting, self.over)
+        value, field = getattr(setting, self.over), shown_field(self.over, setting)
         self.cursor.location = self.label.x = value
-        self.label.text = f"{SWEPT[self.over].symbol} = {value:.7g}"
-        self.figure.yaxis[0].axis_label = f"{SYMBOLS[coordinate]} at τ ≡ 0 (mod T) / base amplitude"
+        self.label.text = field.words(value) if field.unit else f"{field.label} = {value:.7g}"
+        self._label_axes(setting, field, coordinate)
         if result is None:
             return
         for line in self._scenes:
             line.visible = self.over == "eta" and result.question.system == System()
-        self._title(result)
+        self._title(result, setting)
         values, scattered = (_columns(result, coordinate, artefacts=chosen) for chosen in (False, True))
         none = dict.fromkeys(values, values["eta"][:0])
         drawn = "reference" if isinstance(result.question.method, Reference) else "penalty"
@@ -198,11 +204,25 @@ class BifurcationView:
         self._drawn = drawn, coordinate, result.question.over
         self._write_strip(result)
 
-    def _title(self, result: PartialDiagram) -> None:
+    def _label_axes(self, setting: Setting, field: ShownField, coordinate: str) -> None:
+        swept, symbol = SWEPT[self.over], SYMBOLS[coordinate]
+        label = f"{field.hint} {field.label} / {divisor(field.unit)}" if field.unit else f"{swept.text}, {swept.symbol}"
+        self._axes[0].show(_ETA_LABEL if label == f"{swept.text}, η" else label, field.factor)
+        self.strip.xaxis[0].axis_label = ""
+        where, quantity = "at τ ≡ 0 (mod T)", "velocity" if coordinate.startswith("v") else "displacement"
+        plain, words = f"{symbol} {where} / base amplitude", f"{symbol.replace('ξ', 'x')} {where}"
+        self._axes[1].show(*quantity_axis(setting, plain, words, quantity))
+        # The columns are those of the model, in any units.
+        value = "value" if setting.scale is None else f"{symbol} / base amplitude"
+        rows = [(swept.symbol, "@eta"), (value, "@value"), *self.hover.tooltips[2:]]
+        if rows != self.hover.tooltips:
+            self.hover.tooltips = rows
+
+    def _title(self, result: PartialDiagram, setting: Setting) -> None:
         question = result.question
         swept = SWEPT[question.over]
         periods = f"{int(result.known.sum())} {swept.symbol} × ({question.transient} + {SAMPLE}) T"
-        at = "" if question.over == "eta" else f", η {question.eta:g}"
+        at = "" if question.over == "eta" else f", {shown_field('eta', setting).words(question.eta)}"
         start = "own" if question.initial != REST else question.direction
         self.figure.title.text = f"{name_of(question.method, question.over)} {_DIRECTION[start]}{at}, {periods}"
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import panel as pn
+from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
@@ -134,10 +135,11 @@ class Bifurcation(StudyTab):
             super()._choose(chosen)
 
     def _type_range(self, low: float, high: float) -> None:
-        swept = SWEPT[self.view.over]
+        swept, field = SWEPT[self.view.over], shown_field(self.view.over, self._move.setting)
+        low, high = low / field.factor, high / field.factor
         if not swept.bounds[0] <= low < high <= swept.bounds[1]:
-            ends = " to ".join(print_number(end) for end in swept.bounds)
-            self.panel.refused = f"{swept.symbol} must go from a smaller to a larger number, within {ends}."
+            ends = " to ".join(field.number(end) for end in swept.bounds) + (field.unit and f" {field.unit}")
+            self.panel.refused = f"{field.label} must go from a smaller to a larger number, within {ends}."
             return
         self.ranges["eta"].restore(low, high)
 
@@ -166,7 +168,8 @@ class Bifurcation(StudyTab):
         """The diagram and the one to compare with."""
         other = None if result is None else _compared(setting, result.question)
         self.view.update(setting, result, self.panel.chosen["coordinate"], other)
-        low, high = self.view.span
+        field = shown_field(self.view.over, setting)
+        low, high = (float(field.number(end)) for end in self.view.span)
         self.panel.chosen = self.panel.chosen | {"from": low, "to": high}
         self.panel.key = legend()
 

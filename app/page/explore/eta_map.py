@@ -13,8 +13,9 @@ from vibroscope.app.explorer.present import unit_factor
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.page.explore.map_source import ETA, NOTHING, MapPoints
-from vibroscope.app.page.shared.figure import BLUE, FONT, INK, THEME, VERMILLION, add_glyph, apply_style
+from vibroscope.app.page.shared.figure import BLUE, FONT, INK, THEME, VERMILLION, add_glyph, apply_style, eta_axis
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.raster import raster
 from vibroscope.engine import System
 
@@ -45,6 +46,7 @@ class EtaMapView:
         self.ranges = {"eta": OwnedRange(*ETA), "section": OwnedRange(-10, 10)}
         self.figure, self.picture = _picture_figure()
         self.figure.x_range, self.figure.y_range = (owned.range for owned in self.ranges.values())
+        self._frequency = UnitAxis(self.ranges["eta"], "x", self.figure)
         self._marks = self._add_marks()
         self.figure.on_event(Tap, self._tap)
         self.figure.on_event(RangesUpdate, self._zoom)
@@ -99,6 +101,7 @@ class EtaMapView:
         if other_quantity:
             self._label(setting)
         self.ranges["eta"].put(*ETA, fresh=fresh)
+        self._frequency.show(*eta_axis(setting))
         self._show(points, fit=other_quantity or fresh)
 
     def redraw(self, points: MapPoints) -> None:
@@ -134,14 +137,15 @@ class EtaMapView:
         return factor * self._points.displacement[_ROW[coordinate]]
 
     def in_view(self) -> dict[str, np.ndarray]:
-        """η and the coordinate of the points in view; empty until all are there."""
+        """η and the coordinate of the points in view, without dimension; empty until all are there."""
         if not self.ready:
             return {}
         value = self._values.astype(np.float32)
         eta = np.repeat(self._points.eta, value.shape[1])
         x, y = self._view
         visible = (x[0] <= eta) & (eta <= x[1]) & (y[0] <= value.ravel()) & (value.ravel() <= y[1])
-        return {"eta": eta[visible], self._shown[0]: value.ravel()[visible]}
+        coordinate, factor = self._shown
+        return {"eta": eta[visible], coordinate: value.ravel()[visible] / np.float32(factor)}
 
     def _draw(self) -> None:
         """Draw the picture again if what it shows has changed."""

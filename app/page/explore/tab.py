@@ -16,7 +16,7 @@ from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.words_in_units import in_units, words_of_change
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.tables import DIFFERENCE, FIGURES, difference_table, figure_table
+from vibroscope.app.export.tables import DIFFERENCE, FIGURES, columns_in_units, difference_table, figure_table
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import Comparison
 from vibroscope.app.page.explore.displacement import DisplacementView
@@ -171,7 +171,8 @@ class Explore(Tab):
         more = {"difference": dict(self.displacement.difference.data)} if self._draws_difference else {}
         more |= {"front": self._suggester.front} if self._suggester.front else {}
         more |= {"comparison": self.comparison.table} if self.comparison.rows else {}
-        return {**self._result.columns, **more, "diagram": self.eta_map.in_view()}
+        diagram = columns_in_units(self.eta_map.in_view(), self._result.setting.scale)
+        return {**self._result.columns, **more, "diagram": diagram}
 
     def words(self) -> dict[str, str]:
         """The text of the findings."""

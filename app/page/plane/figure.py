@@ -9,9 +9,11 @@ import numpy as np
 from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, LegendItem, LinearColorMapper
 from bokeh.plotting import figure
+from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Explorer, Setting
 from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, empty_source, legend, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import SIDES, PartialPlane, PlaneQuestion
 from vibroscope.engine import equal_restitution_damping
@@ -38,6 +40,8 @@ class PlaneView:
         self.mark = empty_source("plane_mark", "K", "D")
         self.curve = empty_source("plane_curve", "K", "D")
         self.figures = {side: self._figure(side) for side in SIDES}
+        plots = self.figures.values()
+        self._axes = {name: UnitAxis(self.ranges[name], side, *plots) for name, side in (("K", "x"), ("D", "y"))}
         for plot in self.figures.values():
             plot.on_event(Tap, self.on_tap)
         # Both figures have the same ranges: the events of one are enough.
@@ -99,19 +103,24 @@ class PlaneView:
     def update(self, setting: Setting, result: PartialPlane | None, quantity: str, limit: float | None) -> None:
         """Move the mark; draw the cells as far as they are known."""
         write(self.mark, {"K": np.array([setting.K], np.float32), "D": np.array([setting.D], np.float32)})
+        for name, words in (("K", "contact stiffness K"), ("D", "contact damping D")):
+            field = shown_field(name, setting)
+            unit = f"{words.replace('damping D', 'damper 2D')} / ({field.unit})"
+            self._axes[name].show(unit if field.unit else f"{words} (non-dimensional)", field.factor)
         curve_K = np.geomspace(*self._limits["K"], 41)
         curve_D = equal_restitution_damping(setting.system, curve_K)
         write(self.curve, {"K": curve_K.astype(np.float32), "D": curve_D.astype(np.float32)})
         if result is None:
             return
-        self._titles(result.question, classes.QUANTITIES[quantity].label)
+        self._titles(result.question, setting, classes.QUANTITIES[quantity].label)
         for side in SIDES:
             self._draw(result, side, quantity, limit)
 
-    def _titles(self, question: PlaneQuestion, label: str) -> None:
+    def _titles(self, question: PlaneQuestion, setting: Setting, label: str) -> None:
+        at = shown_field("eta", setting).words(question.eta)
         step = f"T/{question.steps}{' located' if question.located else ''}"
-        self.figures["penalty"].title.text = f"Newmark {step}, η {question.eta:g}: {label}"
-        self.figures["exact"].title.text = f"No time step, η {question.eta:g}: {label}"
+        self.figures["penalty"].title.text = f"Newmark {step}, {at}: {label}"
+        self.figures["exact"].title.text = f"No time step, {at}: {label}"
 
     def _draw(self, result: PartialPlane, side: str, quantity: str, limit: float | None) -> None:
         _write_picture(self.sources[side], classes.class_image(result, side, quantity), result.question)

@@ -142,6 +142,20 @@ def hover_tool(renderers: list, tooltips: Mapping[str, str], **more) -> HoverToo
     return HoverTool(renderers=renderers, tooltips=rows, formatters=dict.fromkeys(columns, "printf"), **more)
 
 
+def eta_axis(setting: Setting) -> tuple[str, float]:
+    """Label of an axis over η, and the factor of its numbers."""
+    if setting.scale is None:
+        return "excitation frequency η = Ω/ω₁", 1.0
+    return f"excitation frequency f / {unit_label(setting, 'frequency')}", setting.scale.factor("frequency")
+
+
+def quantity_axis(setting: Setting, plain: str, words: str, quantity: str) -> tuple[str, float]:
+    """Label of an axis, and the factor of its numbers; ``plain`` without units, ``words`` with the unit behind them."""
+    if setting.scale is None:
+        return plain, 1.0
+    return f"{words} / {unit_label(setting, quantity)}", setting.scale.factor(quantity)
+
+
 def unit_label(setting: Setting, quantity: str) -> str:
     """The unit of a quantity as a label has it behind "/"; with units only."""
     return divisor(setting.scale.unit(quantity))

@@ -53,6 +53,7 @@ class OwnedRange:
         self._put = self._ends = (low, high)
         self._restored = False
         self._provisional = False  # fitted to data that were not complete
+        self.on_put: list[Callable[[], None]] = []  # called when the page has moved the range, or its home
         self.on_move: Callable[[], None] = lambda: None  # called when an end has moved
         for end in ("start", "end"):
             self.range.on_change(end, self._moved)
@@ -75,6 +76,11 @@ class OwnedRange:
     def _set(self, low: float, high: float) -> None:
         self._ends = low, high  # now: while a document holds its events, it also holds their callbacks
         self.range.update(start=low, end=high)
+        self._tell()
+
+    def _tell(self) -> None:
+        for act in self.on_put:
+            act()
 
     def _moved(self, attr: str, old: float, new: float) -> None:
         self._ends = self.range.start, self.range.end
@@ -123,7 +129,9 @@ class OwnedRange:
             return
         self._put = (low, high)
         self.range.update(reset_start=low, reset_end=high)
-        if not stays:
+        if stays:
+            self._tell()
+        else:
             self._set(low, high)
 
     def restore(self, low: float, high: float) -> None:

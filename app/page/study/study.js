@@ -162,11 +162,19 @@ function dragged(model) {
   const near = (event) => Math.abs(at(event) - view.frame.x_scale.compute(span.location)) < NEAR[event.pointerType];
   let held = false;
   let before = 0;
+  // The number in the units of the axis, which belongs to a second range where they are others than those of the data.
+  const words = (symbol, location) => {
+    const { below: [axis], x_range, extra_x_ranges } = view.model;
+    if (axis.x_range_name === "default") return `${symbol} = ${location}`;
+    const [shown, , unit] = axis.axis_label.split(" ").slice(-3);
+    const factor = asObject(extra_x_ranges).units.end / x_range.end;
+    return `${shown} = ${Number((location * factor).toPrecision(5))} ${unit.replace(/[()]/g, "")}`;
+  };
   const moveTo = (value) => {
     const { low, high, symbol, parts } = swept();
     const location = Math.round(Math.min(Math.max(value, low), high) * parts) / parts;
     span.setv({ location }, LOCAL);
-    label?.setv({ x: location, text: `${symbol} = ${location}` }, LOCAL);
+    label?.setv({ x: location, text: words(symbol, location) }, LOCAL);
   };
   const listen = (type, act) => view.el.addEventListener(type, act, { capture: true });
   listen("pointerdown", (event) => {

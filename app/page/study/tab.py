@@ -15,6 +15,7 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.muting import Muting
@@ -116,7 +117,7 @@ class StudyTab(Tab):
         result = self.result if self._answers(question) else RESULTS.get(question)
         if result is None or result.share < 1:
             return COMPUTING
-        return _as_text(self.describe(setting, result))
+        return _as_text(_in_units(self.describe(setting, result), setting))
 
     def hide(self) -> None:
         """Cancel what is under way; it goes on from there when the tab is opened again."""
@@ -205,7 +206,9 @@ class StudyTab(Tab):
         return self.question(setting) if self.result is None else self.result.question
 
     def _statements(self) -> list[list[str]]:
-        return [] if self.result is None else self.describe(self._result_setting, self.result)
+        if self.result is None:
+            return []
+        return _in_units(self.describe(self._result_setting, self.result), self._move.setting)
 
     # -- from the panel ------------------------------------------------------
 
@@ -222,6 +225,10 @@ class StudyTab(Tab):
             self._ask()
         self._stopped = on
         self._push()
+
+
+def _in_units(statements: list[list[str]], setting: Setting) -> list[list[str]]:
+    return [[in_units(text, setting.scale) for text in each] for each in statements]
 
 
 def _as_text(statements: list[list[str]]) -> str:

@@ -8,9 +8,11 @@ import numpy as np
 from bokeh.events import Tap
 from bokeh.models import LegendItem, Span
 from bokeh.plotting import figure
+from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.figure import INK, VERMILLION, empty_source, legend, make_figure, write
+from vibroscope.app.page.shared.figure import INK, VERMILLION, empty_source, legend, make_figure, quantity_axis, write
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.time_step import STEPS, PartialStep
 from vibroscope.engine.sweeps import SCHEMES
 
@@ -24,6 +26,11 @@ _SIZES = {
 }
 # What is smaller is rounding; a line of it would only stretch the axis.
 _FLOOR = 1e-10
+_UNIT_AXES = (  # label without units, what stands before the unit, quantity
+    ("xi2", "displacement ξ₂ / base amplitude", "displacement x₂", "displacement"),
+    ("v2", "velocity ξ₂′", "velocity x₂′", "velocity"),
+    ("spread", _SIZES["spread"][1], "standard deviation of x₂", "displacement"),
+)
 _SPAN = STEPS[0] / 1.4, STEPS[-1] * 1.4
 
 
@@ -43,6 +50,9 @@ class TimeStepView:
         self._cursors: list[Span] = []
         self.phases = {scheme: self._phase(scheme) for scheme in SCHEMES}
         self.curves = {name: self._curve(name) for name in _SIZES}
+        phases = self.phases.values()
+        self._axes = {name: UnitAxis(self.ranges[name], side, *phases) for name, side in (("xi2", "x"), ("v2", "y"))}
+        self._axes["spread"] = UnitAxis(self.ranges["spread"], "y", self.curves["spread"])
 
     @property
     def figures(self) -> list[figure]:
@@ -104,13 +114,15 @@ class TimeStepView:
         """Move the cursors; draw what is known, the phase plots with the n that is nearest to the one set."""
         for cursor in self._cursors:
             cursor.location = setting.steps
+        for name, *labels in _UNIT_AXES:
+            self._axes[name].show(*quantity_axis(setting, *labels))
         if result is None:
             return
         fresh = self._result is None or self._result.question != result.question
         self._result = result
         index = result.nearest(setting.steps)
         for scheme in SCHEMES:
-            self._draw(result, index, scheme)
+            self._draw(result, index, scheme, setting)
         for name in _SIZES:
             sizes = np.concatenate([self.sizes[name, scheme].data["size"] for scheme in SCHEMES])
             if len(sizes):
@@ -120,11 +132,11 @@ class TimeStepView:
             columns = [source.data[name] for source in drawn]
             self.ranges[name].follow(columns, fresh=fresh, complete=result.share >= 1)
 
-    def _draw(self, result: PartialStep, index: int, scheme: str) -> None:
+    def _draw(self, result: PartialStep, index: int, scheme: str, setting: Setting) -> None:
         question = result.question
-        self.phases[
-            scheme
-        ].title.text = f"T/{result.steps[index]:.0f} {scheme}: η {question.eta:g}, K {question.K:g}, D {question.D:g}"
+        fields = [(shown_field(name, setting), getattr(question, name)) for name in ("eta", "K", "D")]
+        at = ", ".join(field.words(value) if not field.unit else field.measure(value) for field, value in fields)
+        self.phases[scheme].title.text = f"T/{result.steps[index]:.0f} {scheme}: {at}"
         write(self.orbits[scheme], _narrow(result.orbit(index, scheme)))
         write(self.sections[scheme], _narrow(result.section(index, scheme)))
         for name in _SIZES:
