@@ -11,15 +11,19 @@ from .explorer import wait_until
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
 def test_the_first_screen_states_the_question_and_shows_a_scene_that_answers_it(visit, width, height):
     explorer = visit(width=width, height=height, **({"has_touch": True} if width < 700 else {}))
-    for text in (QUESTION, scenes()[OPENING].caption):
-        box = explorer.page.get_by_text(text, exact=True).bounding_box()
+    for part, text in (("asked", QUESTION), ("caption", scenes()[OPENING].caption)):
+        shown = explorer.page.locator(f".question .{part}")
+        assert shown.text_content() == text
+        box = shown.bounding_box()
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= width
         assert 0 <= box["y"] <= box["y"] + box["height"] <= 0.4 * height
     assert explorer.page.locator("[aria-pressed=true]").get_attribute("data-scene") == OPENING
     assert explorer.explained().page.locator(".verdict").get_attribute("data-agree") == "no"
     explorer.moved(lambda: explorer.type("K", "9000"))
-    wait_until(lambda: explorer.page.locator(".caption").text_content() == "", what="no caption: this is no scene")
+    wait_until(
+        lambda: explorer.page.locator(".question .caption").text_content() == "", what="no caption: this is no scene"
+    )
 
 
 def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(visit):
