@@ -14,7 +14,6 @@ from vibroscope.app.explorer.state import (
     PAPER_FIELDS,
     Setting,
     print_number,
-    read_setting,
     read_values,
 )
 from vibroscope.app.runtime.files import asset
@@ -82,7 +81,15 @@ def scenes() -> dict[str, Scene]:
 
 def opening_setting() -> Setting:
     """The setting of the page where the address gives none."""
-    return read_setting(scenes()[OPENING].texts())
+    return Setting(**{name: getattr(scenes()[OPENING], name) for name in MAIN_FIELDS})
+
+
+def buttons() -> list[Scene]:
+    """The scenes that have a button: of those with equal numbers the first."""
+    found: dict[tuple, Scene] = {}
+    for scene in scenes().values():
+        found.setdefault(tuple(getattr(scene, name) for name in MAIN_FIELDS), scene)
+    return list(found.values())
 
 
 def scene_key(setting: Setting) -> str:

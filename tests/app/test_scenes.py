@@ -1,7 +1,7 @@
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import explain
-from vibroscope.app.explorer.scenes import opening_setting, scene_key, scenes
+from vibroscope.app.explorer.scenes import buttons, opening_setting, scene_key, scenes
 from vibroscope.app.explorer.state import MAIN_FIELDS, Setting, read_setting
 from vibroscope.app.page.address import read_opening
 
@@ -40,8 +40,9 @@ def test_titles_say_what_the_reference_does(key, period, impacts):
 
 
 def test_buttons_have_unequal_titles():
-    shown = {scene_key(read_setting(scene.texts())) for scene in scenes().values()}
-    assert len({scenes()[key].title for key in shown}) == len(shown)
+    shown = buttons()
+    assert {scene.key for scene in shown} == {scene_key(read_setting(scene.texts())) for scene in scenes().values()}
+    assert len({scene.title for scene in shown}) == len(shown)
 
 
 @pytest.mark.parametrize("query", ["", "?tab=plane", "?theme=dark", "?utm_source=mail"])
@@ -49,7 +50,7 @@ def test_a_page_without_parameters_opens_with_the_scene(query):
     assert read_opening(query).setting == opening_setting()
 
 
-@pytest.mark.parametrize(("query", "changed"), [("?units=physical", {"units": "physical"}), ("?eta=2", {"eta": 2.0})])
+@pytest.mark.parametrize(("query", "changed"), [("?units=physical", {"units": "si"}), ("?eta=2", {"eta": 2.0})])
 def test_a_link_that_leaves_out_defaults_keeps_its_meaning(query, changed):
     assert read_opening(query).setting == Setting()._replace(**changed)
     assert (Setting().eta, Setting().K, Setting().D, Setting().steps) == (1.08, 2500, 8, 2000)

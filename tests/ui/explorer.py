@@ -126,7 +126,7 @@ class Explorer:
         return self.page.evaluate("([n, a]) => Bokeh.documents[0].get_model_by_name(n)[a]", [name, attribute])
 
     def line(self, name):
-        return self.page.locator(f".line.{name} p").text_content()
+        return self.page.locator(f".line.{name} > p").text_content()
 
     def source(self, name):
         """Columns of one data source as lists; not a number becomes None."""

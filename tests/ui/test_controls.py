@@ -211,5 +211,5 @@ def test_undo_redo_and_reset(visit):
     explorer.page.locator("h1").click()
     explorer.moved(lambda: explorer.page.keyboard.press("Control+Shift+Z"))
     assert explorer.typed("eta").input_value() == "1.5"
-    explorer.moved(lambda: explorer.page.get_by_role("button", name="Back to the default").click())
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Back to the opening scene").click())
     explorer.wait_for_address(eta="1.08", K="100")  # the opening scene

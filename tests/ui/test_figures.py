@@ -58,7 +58,8 @@ def test_a_diverged_penalty_run_is_reported_and_the_reference_stays(visit):
 def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000")
     assert explorer.source("difference")["total"] == []
-    explorer.moved(lambda: explorer.page.get_by_text("difference", exact=True).click())
+    form = explorer.page.get_by_role("form", name="Settings")
+    explorer.moved(lambda: form.get_by_text("difference", exact=True).click())
     wait_until(lambda: len(explorer.source("difference")["total"]) > 100, what="the difference")
     assert "Δξ₂ / base amplitude" in explorer.figure("displacement")["labels"]
     explorer.wait_for_address(frame="difference")

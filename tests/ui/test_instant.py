@@ -1,6 +1,6 @@
 """The present instant: its marks in all figures, and the animation."""
 
-from .explorer import wait_until
+from .explorer import PAPER, wait_until
 
 
 def mark(explorer, name):
@@ -12,7 +12,7 @@ def mark(explorer, name):
 
 
 def test_marks_follow_a_zoom_and_leave_with_it(visit):
-    explorer = visit()
+    explorer = visit(PAPER)
     at = {n: mark(explorer, f"reference{n}") for n in "12"}
     for n in "12":
         box = explorer.figure(f"phase{n}")

@@ -102,7 +102,7 @@ def test_the_summary_follows_the_findings(visit):
     assert explorer.line("verdict") in summary.text_content()
     assert summary.get_attribute("aria-live") == "polite"
     explorer.moved(lambda: explorer.scene("D"))
-    wait_until(lambda: "Two periods" in summary.text_content(), what="the summary of [D]")
+    wait_until(lambda: "every 2 periods" in summary.text_content(), what="the summary of [D]")
 
 
 def test_the_summary_is_of_the_open_tab(visit):

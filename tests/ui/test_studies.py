@@ -49,7 +49,7 @@ def place(explorer, name, x, y):
 
 def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
     explorer = opened(visit, "plane")
-    assert explorer.figure("plane_penalty")["title"] == "Newmark T/2000, η 2.76: period"
+    assert explorer.figure("plane_penalty")["title"] == "Newmark T/2000, η = 2.76: period"
     assert explorer.figure("plane_exact")["title"] == "No time step, η 2.76: period"
     text = panel(explorer).locator(".statements").text_content()
     assert "period 1" in text.split("Exact penalty, cell at")[1]

@@ -126,7 +126,7 @@ def menu(explorer):
     box = explorer.page.locator("details.take-away")
     if not box.evaluate("menu => menu.open"):
         box.locator("summary").click()
-    rows = box.locator(".item")
+    rows = box.locator(".item:visible")
     return {row.locator("span").first.text_content(): row.locator("button").all_text_contents() for row in rows.all()}
 
 

@@ -11,8 +11,8 @@ import math
 
 import param
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.scenes import Scene, scene_key, scenes
-from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, print_end, read_setting
+from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
+from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, print_end
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 
@@ -96,7 +96,7 @@ def _spec() -> dict:
         "numbers": [_number(name) for name in _NUMBERS],
         "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
-        "scenes": [_button(scene) for key, scene in scenes().items() if key == scene_key(read_setting(scene.texts()))],
+        "scenes": [_button(scene) for scene in buttons()],
         "defaults": Setting().texts(),
     }
 

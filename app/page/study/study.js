@@ -85,14 +85,19 @@ function numbers(root, specs, send) {
     const input = element("input");
     Object.assign(input, { type: "text", inputMode: "decimal", autocomplete: "off", name });
     let shown = "";
-    input.addEventListener("change", () => { if (input.value !== shown) send({ choose: { [name]: input.value } }); });
+    let typing = false; // an answer that comes meanwhile must not overwrite it
+    input.addEventListener("input", () => { typing = true; });
+    input.addEventListener("change", () => {
+      typing = false;
+      if (input.value !== shown) send({ choose: { [name]: input.value } });
+    });
     row.append(element("span", "", label), input);
     grid.append(row);
     return (model) => {
       row.hidden = Object.entries(when ?? {}).some(([other, value]) => model.chosen[other] !== value);
       const value = model.chosen[name] ?? ""; // the ends of a range come with the first picture
       const text = value === "" ? "" : String(Number(value.toPrecision(8)));
-      if (text === shown && model.refused) return;
+      if (typing || (text === shown && model.refused)) return;
       shown = text;
       input.value = text;
     };
