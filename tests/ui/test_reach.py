@@ -61,9 +61,9 @@ def test_a_report_does_not_scroll_sideways_on_a_phone(visit):
 
 
 def test_a_hover_over_the_bifurcation_diagram_reads_eta_value_and_period(visit):
-    explorer = visit("?tab=bifurcation")
+    explorer = visit("?tab=bifurcation&choice=count:60;transient:200")
     wait_until(lambda: len(explorer.source("bifurcation_reference")["eta"]) > 100, 60, "points")
-    explorer.page.get_by_role("button", name="Cancel").click()
+    wait_until(lambda: "complete" in explorer.page.locator(".progress").text_content(), 60, "all of it")
     explorer.settle()
     source = explorer.source("bifurcation_reference")
     at = min(range(len(source["eta"])), key=lambda i: abs(source["eta"][i] - 2.3))

@@ -50,7 +50,7 @@ def place(explorer, name, x, y):
 def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
     explorer = opened(visit, "plane")
     assert explorer.figure("plane_penalty")["title"] == "Newmark T/2000, η = 2.76: period"
-    assert explorer.figure("plane_exact")["title"] == "No time step, η 2.76: period"
+    assert explorer.figure("plane_exact")["title"] == "No time step, η = 2.76: period"
     text = panel(explorer).locator(".statements").text_content()
     assert "period 1" in text.split("Exact penalty, cell at")[1]
     explorer.page.mouse.click(*place(explorer, "plane_exact", 1000, 5))
@@ -178,7 +178,7 @@ def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(coun
     explorer.page.get_by_label("Start").select_option("up")  # both are kept, and change places
     wait_until(lambda: "upwards" in explorer.figure("bifurcation")["title"])
     assert max(explorer.page.evaluate("window.updates")) < 50_000
-    explorer.page.get_by_label("Solver").select_option("exact")
+    panel(explorer).get_by_label("Solver").select_option("exact")
     wait_until(lambda: len(explorer.source("bifurcation_penalty")["eta"]) > 0, what="the exact penalty solution")
     assert explorer.source("bifurcation_reference")["eta"] == []
 

@@ -60,6 +60,7 @@ class PhaseView:
             y_range=self.ranges[f"v{number}"].range,
             min_border_left=48,
         )
+        plot.xaxis.ticker.desired_num_ticks = 4  # a phase plot is narrow beside numbers such as −0.002
         x, y = f"x{number}", f"v{number}"
         reference = add_glyph(plot, Line(x=x, y=y, **REFERENCE), self.sources["phase_reference"])
         penalty = add_glyph(plot, Line(x=x, y=y, **PENALTY), self.sources["phase_penalty"])

@@ -19,7 +19,7 @@ export function render({ model }) {
   bar.append(title, tabList(model), tools);
   root.append(bar, question(model), compilationLine(model), errorLine(model), summary(model), keys.element);
   shortcuts(keys, takeAway);
-  const adaptFigures = () => { darken(); adaptToTouch(); allFigures().forEach(fitFigure); };
+  const adaptFigures = () => { darken(); adaptToTouch(); fitFigures(); };
   for (const name of ["tab", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
   listen("figures-changed", () => whenDrawn(root, darken)); // so have pins
   whenDrawn(root, () => { adaptFigures(); markMain(); tour(root, false); });
@@ -31,6 +31,12 @@ function markMain() {
   const area = inPage(".tab-area");
   area?.setAttribute("role", "main");
   if (area) area.tabIndex = 0;
+}
+
+// A figure of a tab that has just been opened is in the document some time before it is on the page.
+function fitFigures(tries = 100) {
+  const fitted = allFigures().map(fitFigure);
+  if (!fitted.every(Boolean) && tries > 0) setTimeout(fitFigures, 50, tries - 1);
 }
 
 // Calls `act` when the figures are drawn and `root` is in the page; either may be first.

@@ -93,10 +93,11 @@ function nameFigure(view) {
 
 const fitted = new WeakSet(); // views that are followed
 
-// Fits a figure now, and whenever its size or one of its texts changes.
+// Fits a figure now, and whenever its size or one of its texts changes. Returns whether it is on the page.
 function fitFigure(figure) {
   const view = Bokeh.index.find_one_by_id(figure.id);
-  if (!view?.frame || fitted.has(view)) return;
+  if (!view?.frame) return false;
+  if (fitted.has(view)) return true;
   fitted.add(view);
   let due = false;
   const fit = () => {
@@ -120,4 +121,5 @@ function fitFigure(figure) {
     ...(legend?.items.map((item) => item.properties.visible) ?? []), legend?.properties.items]; // pins add entries
   for (const property of changes) property?.change.connect(later);
   fit();
+  return true;
 }
