@@ -65,6 +65,7 @@
   const plain = context.fillText;
   const written = (figure) => function (text, x, y) {
     plain.call(this, text, x, y);
+    if (!text.trim()) return;
     const size = this.measureText(text);
     const corner = (dx, dy) => this.getTransform().transformPoint(new DOMPoint(x + dx, y + dy));
     const one = corner(-size.actualBoundingBoxLeft, -size.actualBoundingBoxAscent);
@@ -119,7 +120,7 @@
     if (node instanceof Element) {
       const boxless = getComputedStyle(node).display === "contents"; // which has no box, and may hold others that have
       if (!boxless && !node.checkVisibility({ visibilityProperty: true, opacityProperty: true })) return;
-      if (node.matches("style, script, option")) return;
+      if (node.matches("style, script, option, .cue")) return; // a cue fades out the text that it covers
       if (node.matches(BOXES)) boxes.push([node.className, ...round(node.getBoundingClientRect())]);
       const cut = node.matches("input[type=text], input[type=number]") && node.scrollWidth > node.clientWidth + 1;
       if (cut) texts.push({ text: node.value, places: [{ box: round(node.getBoundingClientRect()), cut }], measured: false });
