@@ -164,6 +164,7 @@ class Workers(ThreadPoolExecutor):
             seconds = time.monotonic() - entry.begun - entry.paused
             with self._lock:
                 self._running -= 1
+                self._forget()  # what is older than this job
                 self._had[entry.session] = self._had.get(entry.session, 0.0) + seconds
 
     def _forget(self) -> None:

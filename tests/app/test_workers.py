@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from vibroscope.app.explorer.compute import JobQueue
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.runtime import logs
+from vibroscope.app.runtime import logs, workers
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, give_way
 from vibroscope.app.studies import study_job
@@ -27,21 +27,34 @@ def pool():
         go.set()
 
 
-def test_the_next_job_is_that_of_the_session_that_had_least(pool):
+@pytest.fixture
+def spend(monkeypatch):
+    """Jobs take no time but what they spend."""
+    now = 0.0
+
+    def spend(seconds):
+        nonlocal now
+        now += seconds
+
+    monkeypatch.setattr(workers.time, "monotonic", lambda: now)
+    return spend
+
+
+def test_the_next_job_is_that_of_the_session_that_had_least(spend, pool):
     order = []
     for session in "aaabb":
-        pool.submit(lambda session=session: (order.append(session), time.sleep(0.002)), session=session)
+        pool.submit(lambda session=session: (order.append(session), spend(1)), session=session)
     pool.go()
     pool.shutdown()
-    assert "".join(order) in ("abaab", "ababa")
+    assert "".join(order) == "ababa"
 
 
-def test_an_expensive_session_waits_for_a_cheap_one_that_asks_more_often(pool):
+def test_an_expensive_session_waits_for_a_cheap_one_that_asks_more_often(spend, pool):
     order = []
-    pool.submit(time.sleep, 0.05, session="dear")
+    pool.submit(spend, 100, session="dear")
     pool.submit(order.append, "dear", session="dear")
     for _ in range(20):
-        pool.submit(order.append, "cheap", session="cheap")
+        pool.submit(lambda: (order.append("cheap"), spend(1)), session="cheap")
     pool.go()
     pool.shutdown()
     assert order == ["cheap"] * 20 + ["dear"]
@@ -65,7 +78,7 @@ def test_a_long_job_lets_others_run_in_its_place(pool):
     assert short.done()
 
 
-def test_a_job_that_has_had_little_gives_no_way(pool):
+def test_a_job_that_has_had_little_gives_no_way(spend, pool):
     ran = []
 
     def short():
@@ -125,14 +138,14 @@ def test_a_session_that_always_has_a_job_waiting_does_not_keep_the_thread(pool):
     assert count < 10_000
 
 
-def test_studies_of_two_sessions_grow_side_by_side(monkeypatch):
+def test_studies_of_two_sessions_grow_side_by_side(spend, monkeypatch):
     with Workers("test", 1) as pool:
         monkeypatch.setattr(study_job, "study_threads", lambda: pool)
         order, begin, ended = [], threading.Event(), threading.Semaphore(0)
 
         def grow(question, last, cancelled):
             for _ in range(5):
-                time.sleep(0.01)
+                spend(1)
                 yield SimpleNamespace(share=0.5)
             ended.release()
 
