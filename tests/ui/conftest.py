@@ -50,8 +50,8 @@ def server(tmp_path_factory):
         yield process.url
     log = process.log.read_text()
     # A traceback without a line of ours is the library's way of noticing that a page was closed.
-    ours = rf'File "{re.escape(str(ROOT))}/(app|engine)/|not computed'
-    assert not re.search(ours, log), log
+    ours = re.search(rf'File "{re.escape(str(ROOT))}/(app|engine)/|not computed', log)
+    assert ours is None, log[max(0, ours.start() - 3000) : ours.end() + 3000]
 
 
 @pytest.fixture(scope="session")
