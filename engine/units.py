@@ -3,10 +3,10 @@
 An FE code has no units: an input file holds numbers of one consistent system, in which force = mass · length / time².
 Two systems are in use: SI (m, kg, s, N), and mm-t-s (mm, t, s, N), where stiffnesses are in N/mm.
 
-The model measures time in units of 1/ω₁, length in base amplitudes A and mass in units of m₁ (paper, sections 2
+The model measures time in units of 1/ω₁, length in base amplitudes A_b and mass in units of m₁ (paper, sections 2
 and 3). A quantity of the dimension mass^a · length^b · time^c therefore has the unit
 
-    m₁^a · A^b · ω₁^(−c).
+    m₁^a · A_b^b · ω₁^(−c).
 
 Dampers need a factor of 2 besides. The model writes the damping forces as 2dᵢξᵢ′ and the contact force as
 λ = −K g − 2D g′ with the gap g = ξ₂ − ξ₁. The stiffness and the damper (force per speed) of an FE code are hence
@@ -73,7 +73,7 @@ class Units:
     m1 : float
         m₁ in kg, (modal) mass of pendulum 1.
     base_amplitude : float
-        A in mm, amplitude of the base (paper, section 3: 1.07 mm).
+        A_b in mm, amplitude of the base (paper, section 3: 1.07 mm).
     system : {"si", "mm-t-s"}
         Units of the results; the three numbers above are in 1/s, kg and mm in any case.
 

@@ -1,9 +1,9 @@
 """Powers as quadratic forms of the state, and their integrals over a phase.
 
 Between two events the state z = (ξ₁, ξ₁′, g, g′, cos ητ, sin ητ) obeys z′ = A z (:mod:`..kernels.linear.tables`). Every
-power is a quadratic form zᵀQz, with the integral over a duration s
+power is a quadratic form zᵀVz, with the integral over a duration s
 
-    ∫₀ˢ zᵀQz dτ = z(0)ᵀ G(s) z(0),    G(s) = ∫₀ˢ E(τ)ᵀ Q E(τ) dτ,    E(τ) = exp(Aτ).
+    ∫₀ˢ zᵀVz dτ = z(0)ᵀ G(s) z(0),    G(s) = ∫₀ˢ E(τ)ᵀ V E(τ) dτ,    E(τ) = exp(Aτ).
 
 G and E follow for short durations from their Taylor series, and for longer ones by doubling:
 
@@ -67,7 +67,7 @@ def energy_forms(response: Response) -> EnergyForms:
 
 
 def _product(row: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
-    """Return the symmetric Q with zᵀQz = (row·z)(other·z), (6, 6); by default the square of row·z."""
+    """Return the symmetric V with zᵀVz = (row·z)(other·z), (6, 6); by default the square of row·z."""
     other = row if other is None else other
     return 0.5 * (np.outer(row, other) + np.outer(other, row))
 

@@ -1,9 +1,9 @@
 """The conditioning of a run: the error that no solver in double precision can undercut.
 
-Every number of the data carries a relative rounding error ε = 2⁻⁵². A solver is as accurate as possible if its error is
-not much larger than the change of the result when the data change by ε. This change is not measured at ε, where it
-would include the solver's own errors, but at a larger relative change r, and scaled down: the solver's errors then
-contribute at most the fraction ε/r. r is the largest change for which no event appears or disappears and the result
+Every number of the data carries a relative rounding error ε_m = 2⁻⁵². A solver is as accurate as possible if its error
+is not much larger than the change of the result when the data change by ε_m. This change is not measured at ε_m, where
+it would include the solver's own errors, but at a larger relative change r, and scaled down: the solver's errors then
+contribute at most the fraction ε_m/r. r is the largest change for which no event appears or disappears and the result
 changes in proportion to r.
 
 In a grazing impact there is no such r: the smallest change decides whether there is an impact. A gap in error by δg
@@ -89,7 +89,7 @@ def attainable_grazing_error(setup: SimulationSetup, clear: SimulationSetup) -> 
 
 
 def accumulated_rounding(setup: SimulationSetup) -> float:
-    """Return the sum of the rounding errors of the states in units of ε: one per PIECE of motion, contact included."""
+    """Return the sum of the rounding errors of the states in units of ε_m: one per PIECE of motion and contact."""
     response = setup.solve()
     angle = response.window[1] * max(1.0, setup.system.kappa, setup.eta)
     touching = float((response.contacts[:, 1] - response.contacts[:, 0]).sum())

@@ -1,12 +1,12 @@
 """Alignment of a solution with a measurement: the phase at which the measurement began, and what remains then.
 
-A measurement begins at an unknown phase δ of the excitation. It is estimated as the one with the least sum of squares
+A measurement begins at an unknown phase τ₀ of the excitation. It is estimated as the one with the least sum of squares
 
-    Σ |x(tᵢ) − ξ(tᵢ + δ) [− cos η(tᵢ + δ)]|²,    0 ≤ δ < pT,
+    Σ |x(tᵢ) − ξ(tᵢ + τ₀) [− cos η(tᵢ + τ₀)]|²,    0 ≤ τ₀ < pT,
 
-with the bracket for fixed sensors. The sum has several minima (about one for each impact), so that δ is searched for on
-a grid first and then refined by the Gauss–Newton method. Each solution has its own δ. What remains is then independent
-of the sensor's clock, and the difference of the two δ is the lag of one solution behind the other.
+with the bracket for fixed sensors. The sum has several minima (about one for each impact), so that τ₀ is searched for
+on a grid first and then refined by the Gauss–Newton method. Each solution has its own τ₀. What remains is then
+independent of the sensor's clock, and the difference of the two τ₀ is the lag of one solution behind the other.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from .cycle import Cycle
 from .measurement import Measurement
 from .recurrence import Sensor, summarise_sensor
 
-SHIFTS = 256  # δ of the grid per period
+SHIFTS = 256  # τ₀ of the grid per period
 COARSE = 1000  # samples are enough for that grid
 REFINEMENTS = 8  # Gauss–Newton steps
 
@@ -30,7 +30,7 @@ class Alignment:
     Attributes
     ----------
     phase : float
-        δ, τ of the solution's cycle at the first sample.
+        τ₀, τ of the solution's cycle at the first sample.
     rms : float
         Root mean square difference of the displacements, relative to the measured ones.
     channels : (2,) ndarray
@@ -83,7 +83,7 @@ def align(cycle: Cycle, measurement: Measurement, frame: str | None = None) -> A
 
 
 def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
-    """Return δ in [0, pT) of the least squares: the best of a grid, refined by Gauss–Newton steps."""
+    """Return τ₀ in [0, pT) of the least squares: the best of a grid, refined by Gauss–Newton steps."""
     thin = measurement.thinned(COARSE)
     grid = np.arange(0, cycle.length, cycle.length / (SHIFTS * cycle.periods))
     phase = min(grid, key=lambda shift: np.sum(_difference(cycle, thin, shift, frame) ** 2))

@@ -1,10 +1,10 @@
 """Fit of the restitution and the damping to a measurement, with standard errors.
 
-The paper (section 3) determines e and the damping from the measured motion by eye. Here they, and the phase δ at which
+The paper (section 3) determines e and the damping from the measured motion by eye. Here they, and the phase τ₀ at which
 the measurement begins, minimise the sum of squares of measured − reference over all samples of both displacements. With
-independent noise of one size σ, the estimates scatter about the truth with the covariance
+independent noise of one size σ_n, the estimates scatter about the truth with the covariance
 
-    C = σ² (JᵀJ)⁻¹,    σ² = Σ r² / (2n − k),
+    C = σ_n² (JᵀJ)⁻¹,    σ_n² = Σ r² / (2n − k),
 
 where J is the Jacobian of the residuals r and k the number of parameters. The standard errors are the square roots of
 its diagonal. They hold if the model is right: if the residuals are larger than the measurement's own noise, or depend
@@ -52,7 +52,7 @@ class Fit:
     correlation : (k, k) ndarray
         Of the constants that can be determined, in their order.
     phase : float
-        δ, τ of the reference's cycle at the first sample.
+        τ₀, τ of the reference's cycle at the first sample.
     deviation : float
         Standard deviation of the residuals, in base amplitudes.
     noise : float

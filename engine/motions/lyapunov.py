@@ -1,7 +1,7 @@
 """The largest Lyapunov exponent from the exact Jacobian of the Poincaré map.
 
 A small disturbance v of a motion becomes DP v after each excitation period. Its growth ln(|DP v| / |v|), with v scaled
-back to length 1 every time, averages to the largest Lyapunov exponent λ. DP is exact and includes impacts and contact
+back to length 1 every time, averages to the largest Lyapunov exponent Λ. DP is exact and includes impacts and contact
 changes (by the saltation matrices of :mod:`..kernels.event_driven.saltation`), so that neither a second run nor a
 finite disturbance is needed.
 
@@ -12,7 +12,7 @@ The uncertainty of the average depends on the motion:
   smooth weights converges faster than any power of 1/n. The error is half the difference between the averages over the
   two halves of the run.
 
-The section decides which of the two it is (:func:`.regularity.irregularity`). λ belongs to the motion while it was
+The section decides which of the two it is (:func:`.regularity.irregularity`). Λ belongs to the motion while it was
 followed only: a chaotic transient may last longer than any run.
 """
 
@@ -44,9 +44,9 @@ class Lyapunov:
     Attributes
     ----------
     exponent : float
-        λ per excitation period.
+        Λ per excitation period.
     error : float
-        Standard error of λ.
+        Standard error of Λ.
     drift : float
         Difference of the averages over the two halves of the run, in units of its own standard error: about 1 unless
         the motion changes during the run.

@@ -2,12 +2,12 @@
 
 From the end of the run, Newton's method solves P(y*) = y* for the map P over p periods. It also finds unstable orbits,
 and orbits that the run does not approach. So an orbit y* is accepted only if the run provably converges to it: let DP
-be the Jacobian at y* and |·| a norm in which DP shrinks every vector at least by a factor γ < 1. A state y whose image
+be the Jacobian at y* and |·| a norm in which DP shrinks every vector at least by a factor ψ < 1. A state y whose image
 differs from the linear prediction by at most
 
-    |P(y) − y* − DP (y − y*)| ≤ ½ (1 − γ) |y − y*|
+    |P(y) − y* − DP (y − y*)| ≤ ½ (1 − ψ) |y − y*|
 
-has an image that is closer to y* than y itself, by the factor ½ (1 + γ) at least. The left-hand side is of second order
+has an image that is closer to y* than y itself, by the factor ½ (1 + ψ) at least. The left-hand side is of second order
 in y − y* as long as the events occur in the same sequence, so that from there on the condition keeps holding. The
 sequence and the condition are checked cycle by cycle until the distance has fallen to a thirtieth. (An orbit with a
 basin of attraction smaller than that would be accepted wrongly.)
@@ -149,7 +149,7 @@ class OrbitSearch:
         Parameters
         ----------
         rate : float
-            γ, above the largest modulus of the eigenvalues of DP.
+            ψ, above the largest modulus of the eigenvalues of DP.
         """
         jacobian = orbit.returned.jacobian
         factor = _norm_factor(jacobian / rate)
