@@ -6,7 +6,8 @@
 # VIBROSCOPE_ORIGINS names the host in the browser's address bar. No RUN --mount: builders other than BuildKit must
 # manage too. `make image` builds and runs it without any container engine.
 
-ARG BASE=python:3.11-slim
+# as of 2026-10-15, supported until 2027-10-31 (tools/images.py says when it ages)
+ARG BASE=python:3.11.17-slim-trixie@sha256:45037981b62b34b44602584fccbc4d884d5f7dc92c7ee86bb38a698a79fe1e51
 
 FROM ${BASE} AS build
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1

@@ -65,14 +65,14 @@ proxy: $(VENV)/run
 # Each part that cannot be tried on this machine is reported at once and again at the end.
 release: SHELL := bash
 release: $(VENV)/test
-	@mkdir -p build; set -o pipefail; { set -e; $(BIN)/hadolint Dockerfile; \
+	@mkdir -p build; set -o pipefail; { set -e; $(BIN)/hadolint Dockerfile; $(BIN)/python tools/images.py; \
 	if [ "$$(id -u)" = 0 ] && command -v debootstrap >/dev/null && command -v buildah >/dev/null; then tools/rehearse-image.sh; else \
 	  echo "NOT TRIED: the image, which needs root, debootstrap and buildah (Debian; make image installs the two)"; fi; \
 	if command -v nginx >/dev/null && command -v curl >/dev/null; then tools/rehearse-proxy.sh; else \
 	  echo "NOT TRIED: the proxy, which needs nginx and curl (Debian: apt install nginx-light curl)"; fi; \
 	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release $(ARGS); \
 	} 2>&1 | tee build/release.log; code=$$?; \
-	echo; grep 'NOT TRIED' build/release.log || echo "release: nothing was left out"; exit $$code
+	echo; grep -E 'NOT (TRIED|PINNED)' build/release.log || echo "release: nothing was left out"; exit $$code
 
 clean:
 	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis tests/results

@@ -70,3 +70,8 @@ def stream_of(handler: WebSocketHandler) -> IOStream:
     Uses ``HTTP1Connection.stream`` of the request, before the connection becomes a websocket.
     """
     return handler.request.connection.stream
+
+
+# What Tornado writes, past every handler and transform, to a client whose request it cannot read. `connections.Stream`
+# writes an answer with the security headers in its place.
+BARE_REFUSAL = b"HTTP/1.1 400 Bad Request\r\n\r\n"

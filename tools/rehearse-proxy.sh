@@ -55,7 +55,7 @@ held=$(for n in 1 2; do grep -c 'session opened' "$work/app$n.log" || true; done
 [ "$held" = 1 ] || fail "$(opened) sessions on $held replicas: not sticky"
 say "40 sessions of one address at once: page, websocket, a value set, all in the same replica"
 
-curl -s -o /dev/null --interface 127.0.0.2 -H 'X-Real-Ip: 192.0.2.1' -H 'Sec-WebSocket-Protocol: bokeh, forged' "$site/ws"
+curl -s -o /dev/null --interface 127.0.0.2 -H "Origin: $site" -H 'X-Real-Ip: 192.0.2.1' -H 'Sec-WebSocket-Protocol: bokeh, forged' "$site/ws"
 grep -hq 'what=token address=127.0.0.2' "$work"/app?.log || fail "the log does not name the client"
 say "the log names the client's address, not the proxy's, nor what a client says of itself"
 
@@ -86,12 +86,24 @@ END
 told=$(silent 2>"$work/silent.log") || grep -q '^NOT TRIED' "$work/silent.log" || fail "silent connections"
 say "${told:-$(cat "$work/silent.log")}"
 
-headers=$(curl -sI "$site/")
-for name in Content-Security-Policy X-Content-Type-Options Referrer-Policy Permissions-Policy; do
-    grep -qi "^$name:" <<<"$headers" || fail "no $name"
-done
-! grep -Eqi '^server: .*/[0-9]' <<<"$headers" || fail "the server tells its version"
-say "security headers pass"
+# headers ADDRESS [curl's options]: the answer must be the status named first, and have each header once
+headers() {
+    local status=$1 answer name; shift
+    answer=$(curl -s -o /dev/null -D - "$@") || true
+    grep -q "^HTTP/1.1 $status" <<<"$answer" || fail "not $status: $*: $answer"
+    for name in "${security[@]}"; do
+        [ "$(grep -ci "^$name:" <<<"$answer")" = 1 ] || fail "$status: $name not once: $answer"
+    done
+    ! grep -Eqi '^server: .*/[0-9]' <<<"$answer" || fail "$status: the server tells its version"
+}
+mapfile -t security < <(.venv/bin/python -c 'if 1:
+    from vibroscope.app.server.security import HEADERS
+    print(*HEADERS, sep="\n")')
+headers 200 "$site/"
+headers 404 "$site/nothing"
+headers 400 -H 'Host: a b' "$site/"
+headers 413 --data-binary "$(head -c 5000 /dev/zero | tr '\0' x)" "$site/static/x"
+say "security headers, each once: the page, and nginx's own 404, 400 and 413"
 for path in /metrics /liveness /autoload.js /components/os/x/y/z; do
     [ "$(curl -s -o /dev/null -w '%{http_code}' "$site$path")" = 404 ] || fail "$path answers"
 done
@@ -100,8 +112,8 @@ say "metrics and liveness are not for outside"
 refused=$(curl -s -o /dev/null -w '%{http_code}\n' "$site/?x=[1-300]" | grep -c 429 || true)
 [ "$refused" -ge 100 ] || fail "rate limit: $refused of 300 refused"
 say "rate limit: $refused of 300 pages in a row answered 429"
-[ "$(head -c 5000 /dev/zero | curl -s -o /dev/null -w '%{http_code}' --data-binary @- "$site/static/x")" = 413 ] || fail "upload"
-say "uploads refused: 413"
+headers 429 "$site/?x"
+say "and nginx's 429"
 
 busy=$(grep -l 'session opened' "$work"/app?.log | sed 's/.*app\(.\).log/\1/')
 kill "${running[$((busy - 1))]}"; wait "${running[$((busy - 1))]}" || fail "replica ended with $?"
@@ -113,24 +125,33 @@ say "the replica that held the session ended with 0; the other one takes over"
 
 if ! command -v openssl >/dev/null; then
     say "NOT TRIED: HTTPS, which needs openssl"
-    exit
+else
+    marked() { sed -E 's/^( *)# (.*[^ ]) *# HTTPS$/\1\2/' "$1"; } # with those lines taken in
+    for line in 443:8443 80:8081 ./tls:/etc/nginx/tls:ro; do
+        marked compose.yaml | grep -Eq "^ +- $line *$" || fail "compose.yaml, taken in, has no $line"
+    done
+    mkdir "$work/tls"
+    openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=rehearsal -addext subjectAltName=IP:127.0.0.1 \
+        -keyout "$work/tls/privkey.pem" -out "$work/tls/fullchain.pem" 2>"$work/openssl.log" || fail "openssl"
+    marked deploy/nginx.conf | sed "$here; s/listen 8443/listen 127.0.0.1:$tls/; s/listen 8081/listen 127.0.0.1:$plain/; s|/etc/nginx/tls|$work/tls|" \
+        >"$work/site.conf"
+    nginx -t -q -c "$work/nginx.conf" || fail "configuration with HTTPS"
+    nginx -s reload -c "$work/nginx.conf" 2>>"$work/openssl.log"
+    export SSL_CERT_FILE=$work/tls/fullchain.pem CURL_CA_BUNDLE=$work/tls/fullchain.pem
+    for _ in $(seq 50); do curl -sf -o /dev/null --interface 127.0.0.4 "https://127.0.0.1:$tls/favicon.ico" && break; sleep 0.1; done
+    security+=(Strict-Transport-Security)
+    headers 200 --interface 127.0.0.4 "https://127.0.0.1:$tls/"
+    headers 404 --interface 127.0.0.4 "https://127.0.0.1:$tls/nothing"
+    unset 'security[-1]' # a browser takes it over HTTPS only
+    .venv/bin/python tests/release/hold_sessions.py "https://127.0.0.1:$tls" 1 || fail "no session over HTTPS"
+    led=$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "http://127.0.0.1:$plain/?eta=1.2")
+    [ "$led" = '301 https://127.0.0.1/?eta=1.2' ] || fail "plain HTTP answers $led"
+    headers 301 "http://127.0.0.1:$plain/"
+    say "HTTPS: page, websocket, a value set; plain HTTP leads there"
 fi
-marked() { sed -E 's/^( *)# (.*[^ ]) *# HTTPS$/\1\2/' "$1"; } # with those lines taken in
-for line in 443:8443 80:8081 ./tls:/etc/nginx/tls:ro; do
-    marked compose.yaml | grep -Eq "^ +- $line *$" || fail "compose.yaml, taken in, has no $line"
-done
-mkdir "$work/tls"
-openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=rehearsal -addext subjectAltName=IP:127.0.0.1 \
-    -keyout "$work/tls/privkey.pem" -out "$work/tls/fullchain.pem" 2>"$work/openssl.log" || fail "openssl"
-marked deploy/nginx.conf | sed "$here; s/listen 8443/listen 127.0.0.1:$tls/; s/listen 8081/listen 127.0.0.1:$plain/; s|/etc/nginx/tls|$work/tls|" \
-    >"$work/site.conf"
-nginx -t -q -c "$work/nginx.conf" || fail "configuration with HTTPS"
-nginx -s reload -c "$work/nginx.conf" 2>>"$work/openssl.log"
-export SSL_CERT_FILE=$work/tls/fullchain.pem CURL_CA_BUNDLE=$work/tls/fullchain.pem
-for _ in $(seq 50); do curl -sf -o /dev/null --interface 127.0.0.4 "https://127.0.0.1:$tls/favicon.ico" && break; sleep 0.1; done
-headers=$(curl -sI --interface 127.0.0.4 "https://127.0.0.1:$tls/")
-grep -q '^HTTP/1.1 200' <<<"$headers" && grep -qi '^strict-transport-security:' <<<"$headers" || fail "HTTPS: $headers"
-.venv/bin/python tests/release/hold_sessions.py "https://127.0.0.1:$tls" 1 || fail "no session over HTTPS"
-led=$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "http://127.0.0.1:$plain/?eta=1.2")
-[ "$led" = '301 https://127.0.0.1/?eta=1.2' ] || fail "plain HTTP answers $led"
-say "HTTPS: page, websocket, a value set; plain HTTP leads there"
+
+# --- no replica left ---------------------------------------------------------------------------------------------------
+
+kill "${running[$((2 - busy))]}"; wait "${running[$((2 - busy))]}" || fail "replica ended with $?"
+headers 502 --interface 127.0.0.5 "$site/"
+say "nginx's 502 has the security headers, too"

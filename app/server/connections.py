@@ -1,4 +1,4 @@
-"""HTTP connections: time limits for silent ones, a limit on their number, and writing without waiting.
+"""HTTP connections: time limits for silent ones, a limit on their number, writing without waiting, bare refusals.
 
 Tornado keeps a silent connection for an hour, so that enough of them take every file descriptor; then nobody can
 connect, and each turn of the event loop fails to accept and logs that. Here a silent connection ends soon, and some
@@ -19,8 +19,10 @@ from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPConnection, HTTPMessageDelegate
 from tornado.ioloop import IOLoop
 from tornado.iostream import IOStream, StreamBufferFullError
+from vibroscope.app.compat import BARE_REFUSAL
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import TokenBucket
+from vibroscope.app.server.security import HEADERS
 
 _SILENT_SECONDS = 30  # between connecting or an answer and the next request, and for a body, which the page never sends
 _MOST_BODY_BYTES = 1 << 16
@@ -145,11 +147,16 @@ class _ListeningSocket(socket.socket):
         return admitted, address
 
 
+_REFUSAL = "\r\n".join(
+    ["HTTP/1.1 400 Bad Request", *(f"{name}: {value}" for name, value in HEADERS.items()), "Content-Length: 0", "", ""]
+).encode()
+
+
 class Stream(IOStream):
     """A connection whose writer need not wait until the browser has read what was written.
 
     Bokeh waits with the session locked, so that a browser that never reads would stop every other connection to its
-    session.
+    session. What Tornado writes to a client that it does not understand has the security headers, too.
     """
 
     _give_up: Callable[[], None] | None = None
@@ -162,7 +169,7 @@ class Stream(IOStream):
     def write(self, data: bytes | memoryview) -> Future[None]:
         """See `tornado.iostream.IOStream`."""
         if self._give_up is None:
-            return super().write(data)
+            return super().write(_REFUSAL if data == BARE_REFUSAL else data)
         try:
             super().write(data)
         except StreamBufferFullError:

@@ -1,8 +1,11 @@
 """Security headers of every answer, from the page to a 404.
 
 An output transform sets them, which is Tornado's own door for what leaves an application, since the answers come from a
-dozen handlers of three libraries. The policy allows no other host and no ``eval``. Bokeh needs inline scripts and
-styles (it does not support nonces), and Panel loads the code of components as ``blob:``.
+dozen handlers of three libraries. A request that Tornado refuses before there is a handler gets them from
+`connections.Stream`, and the proxy's own answers from ``deploy/nginx.conf``.
+
+The policy allows no other host and no ``eval``. Bokeh needs inline scripts and styles (it does not support nonces), and
+Panel loads the code of components as ``blob:``.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ import logging
 import os
 import signal
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 from bokeh.core.validation import silence
 from bokeh.core.validation.warnings import EMPTY_LAYOUT
@@ -43,7 +44,7 @@ _UNREADABLE = r"(?is).*(?:%[01][0-9a-f]|%7f|[\x00-\x1f\x7f]).*"
 # Bokeh's own routes beyond these could build a session for each request or import a module that the address names.
 _NOT_SERVED = r"(?s)(?!/static/|/favicon\.ico$).*"
 _RECONNECT_SECONDS = 15  # in which a browser that lost its connection finds its session again
-_FINISH_SECONDS, _CANCEL_SECONDS = 20, 5  # for the figures that are asked for, and for what is cancelled
+FINISH_SECONDS, CANCEL_SECONDS = 20, 5  # for the figures that are asked for, and for what is cancelled
 
 
 class Server(BaseServer):
@@ -76,7 +77,7 @@ class Server(BaseServer):
         if not self.admission.stopping:
             self.admission.stopping = True
             logs.event("stopping", sessions=self.admission.sessions, jobs=jobs())
-            deadline = time.monotonic() + _FINISH_SECONDS
+            deadline = time.monotonic() + FINISH_SECONDS
             while jobs() and time.monotonic() < deadline:
                 await asyncio.sleep(0.02)
             await asyncio.sleep(0.3)  # the last figures go out once the browsers have painted those before
@@ -154,6 +155,7 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
     load_diagram("table")
     gc.freeze()  # imported objects stay: each full collection would visit them, for 0.1 to 0.3 s
     server = Server(chosen)
+    server.io_loop.asyncio_loop.set_default_executor(ThreadPoolExecutor(chosen.threads, "loop"))
     workers().submit(trim_cache)
     _finish_on_signals(server)
     server.start()
@@ -167,7 +169,7 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
     finally:
         server.stop(wait=False)
         compilation.stop()
-    unfinished = shut_down(_CANCEL_SECONDS)
+    unfinished = shut_down(CANCEL_SECONDS)
     if unfinished:  # jobs that cannot be cancelled: the interpreter would wait for them without a limit
         logs.event("left unfinished", logging.WARNING, jobs=unfinished)
         logging.shutdown()

@@ -1,9 +1,11 @@
 """HTTP endpoints: security headers, what is served and what is not, metrics, and the cost of a page request."""
 
 import asyncio
+import socket
 import urllib.request
 
 import pytest
+from vibroscope.app.server.security import HEADERS
 
 from tests.browserless import get
 from tests.served import served
@@ -26,6 +28,18 @@ def test_every_answer_carries_the_headers(server):
         assert "unsafe-eval" not in headers["Content-Security-Policy"]
         assert headers["X-Content-Type-Options"] == "nosniff"
         assert "Server" not in headers
+
+
+@pytest.mark.parametrize("request_line", ["GET", "GET / HTTP/1.1\r\nContent-Length: x", "GET / HTTP/1.1\r\n: x"])
+def test_a_request_that_cannot_be_read_is_refused_with_the_headers(server, request_line):
+    with socket.create_connection(("127.0.0.1", server.port), 20) as connection:
+        connection.sendall(f"{request_line}\r\n\r\n".encode())
+        answer = b"".join(iter(lambda: connection.recv(4096), b"")).decode()
+    head, _, body = answer.partition("\r\n\r\n")
+    status, *lines = head.split("\r\n")
+    assert status == "HTTP/1.1 400 Bad Request"
+    assert not body
+    assert dict(line.split(": ", 1) for line in lines) == HEADERS | {"Content-Length": "0"}
 
 
 def test_endpoints_that_the_page_does_not_need_are_not_served(server):

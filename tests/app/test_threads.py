@@ -1,0 +1,48 @@
+"""The threads of a server follow its setting, not the number of cores."""
+
+import asyncio
+import os
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.browserless import Client, get, mapped
+from tests.served import ROOT, served
+
+CORES = 64
+# Two solvers, and two of the loop; two explanations; four studies and two searches, of which each starts two; the
+# checks and what they start; one each for kinds of motion, files and compiler; four of the stores.
+MOST = 40
+
+
+def threads(server):
+    return len(os.listdir(f"/proc/{server.process.pid}/task"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="counts threads in /proc")
+def test_a_server_with_two_threads_starts_few_on_a_machine_with_many_cores(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(f"import os\nos.cpu_count = lambda: {CORES}\n")
+    counted = []
+
+    async def busy(server, key, number):
+        async with Client(server.url, f"eta=1.{number}71") as client:
+            await client.ready()
+            await client.patch(client.message(mapped({"tab": key}), "Header"))
+            await client.patch(client.message(mapped({"take": "report"}), "Header"))
+            for _ in range(10):
+                await asyncio.wait([asyncio.ensure_future(client.receive())], timeout=0.5)
+                counted.append(threads(server))
+
+    async def all_of_them(server):
+        scripts = set(re.findall(r'src="(static/[^"]+)"', (await get(server.url)).body.decode()))
+        fetched = [get(f"{server.url}/{path}", headers={"Accept-Encoding": "gzip"}) for path in scripts]
+        tabs = ("plane", "bifurcation", "step", "plane", "paper")
+        await asyncio.gather(*fetched, *(busy(server, key, number) for number, key in enumerate(tabs)))
+
+    with served(tmp_path / "log.txt", VIBROSCOPE_THREADS="2", PYTHONPATH=str(tmp_path)) as server:
+        asyncio.run(asyncio.wait_for(all_of_them(server), 100))
+    allowed = yaml.safe_load((ROOT / "compose.yaml").read_text())["x-app"]["pids_limit"]
+    assert 8 < max(counted) <= MOST < allowed
