@@ -86,10 +86,10 @@ END
 told=$(silent 2>"$work/silent.log") || grep -q '^NOT TRIED' "$work/silent.log" || fail "silent connections"
 say "${told:-$(cat "$work/silent.log")}"
 
-# headers ADDRESS [curl's options]: the answer must be the status named first, and have each header once
+# headers STATUS [curl's options] ADDRESS: the (last) answer must have this status, and each header once
 headers() {
     local status=$1 answer name; shift
-    answer=$(curl -s -o /dev/null -D - "$@") || true
+    answer=$(curl -s -o /dev/null -D - "$@" | awk 'BEGIN { RS = "\r\n\r\n" } NF { last = $0 } END { print last }')
     grep -q "^HTTP/1.1 $status" <<<"$answer" || fail "not $status: $*: $answer"
     for name in "${security[@]}"; do
         [ "$(grep -ci "^$name:" <<<"$answer")" = 1 ] || fail "$status: $name not once: $answer"
@@ -112,7 +112,7 @@ say "metrics and liveness are not for outside"
 refused=$(curl -s -o /dev/null -w '%{http_code}\n' "$site/?x=[1-300]" | grep -c 429 || true)
 [ "$refused" -ge 100 ] || fail "rate limit: $refused of 300 refused"
 say "rate limit: $refused of 300 pages in a row answered 429"
-headers 429 "$site/?x"
+headers 429 "$site/?x=[1-100]"
 say "and nginx's 429"
 
 busy=$(grep -l 'session opened' "$work"/app?.log | sed 's/.*app\(.\).log/\1/')

@@ -1,8 +1,8 @@
 """The address of the page, read and printed: the setting, and how the open tab is viewed. No panel import.
 
 A link holds the values of the setting by name; ``tab``, ``pin`` (settings as addresses of their own, joined by
-semicolons), ``theme``; and the view, as ``zoom=time:0.2,0.7;x1:-1,2``, ``choice=quantity:error;limit:40``,
-``mute=force:penalty,pinned``.
+semicolons), ``theme``; and the view, as ``zoom=time:0.2,0.7;x1:-1,2``, ``choice=quantity:error;limit:40`` or
+``choice=phase:0.35``, ``mute=force:penalty,pinned``.
 Only what differs from the default is in it, except for the four sliders. All of a link is accepted, or nothing.
 """
 
@@ -87,7 +87,7 @@ class View(NamedTuple):
     """How a tab is viewed: ends of the zoomed axes, choices other than the default, muted legend entries by figure."""
 
     zoom: Mapping[str, Span] = {}
-    choice: Mapping[str, str | int] = {}
+    choice: Mapping[str, str | float] = {}
     mute: Mapping[str, Sequence[str]] = {}
 
 
@@ -186,7 +186,7 @@ def _rounded(end: float, span: Span, limits: Span) -> float:
     return float(np.clip(round(end, -math.floor(math.log10(_RESOLUTION * size))), *limits))
 
 
-def print_choice(choice: Mapping[str, str | int]) -> str:
+def print_choice(choice: Mapping[str, str | float]) -> str:
     """Text for `read_view`."""
     return ";".join(f"{name}:{value}" for name, value in choice.items())
 

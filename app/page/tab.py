@@ -120,7 +120,13 @@ class Tab(ABC):
             self.ranges[name].restore(*ends)
         self.muting.mute(view.mute)
 
-    def choice(self) -> dict[str, str | int]:
+    def watch_view(self, on_change: Callable[[], None]) -> None:
+        """Call ``on_change`` whenever the user changes the view without a move; called after `build`."""
+        for owned in self.ranges.values():
+            owned.on_move = on_change
+        self.muting.on_mute = on_change
+
+    def choice(self) -> dict[str, str | float]:
         """Choices other than the default."""
         return {}
 

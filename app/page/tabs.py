@@ -24,7 +24,7 @@ FIRST_TAB = Explore.key
 class TabArea:
     """Builds each tab of one session when it is first opened, and shows one of them.
 
-    ``on_view_change`` is called whenever the user zooms an axis or mutes a legend entry.
+    ``on_view_change`` is called whenever the user changes the view without a move (`Tab.watch_view`).
     """
 
     def __init__(self, host: TabHost, on_view_change: Callable[[], None]) -> None:
@@ -65,6 +65,4 @@ class TabArea:
             tab.build(), css_classes=["place"], stylesheets=[style("shared/page")], sizing_mode="stretch_width"
         )
         self.view.append(self._places[key])
-        for owned in tab.ranges.values():
-            owned.on_move = self._on_view_change
-        tab.muting.on_mute = self._on_view_change
+        tab.watch_view(self._on_view_change)

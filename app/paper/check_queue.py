@@ -7,9 +7,11 @@ import threading
 from collections.abc import Callable
 
 from vibroscope.app.paper import CLAIMS, Finding
+from vibroscope.app.paper.claims import withdrawn
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.workers import lower_priority, pool
+from vibroscope.engine import Cancelled
 
 Deliver = Callable[[str, Finding | Exception], None]
 
@@ -33,12 +35,14 @@ class CheckQueue:
         self._lock = threading.Lock()
         self._findings: dict[str, Finding] = {}
         self._waiting: dict[str, list[Deliver]] = {}
+        self._cancelled: set[str] = set()
 
     def request(self, key: str, deliver: Deliver) -> None:
         """Check a claim; ``deliver(key, finding or exception)`` is called in a worker thread, or now if it is known."""
         with self._lock:
             finding = self._findings.get(key)
             if finding is None:
+                self._cancelled.discard(key)
                 waiting = self._waiting.setdefault(key, [])
                 waiting.append(deliver)
                 if len(waiting) == 1:
@@ -52,15 +56,28 @@ class CheckQueue:
             for waiting in self._waiting.values():
                 waiting[:] = [other for other in waiting if other != deliver]
 
+    def cancel(self, key: str, deliver: Deliver) -> None:
+        """Drop one request; a check that runs ends as soon as it can, unless others wait for it."""
+        with self._lock:
+            waiting = self._waiting.get(key, [])
+            waiting[:] = [other for other in waiting if other != deliver]
+            if not waiting:
+                self._cancelled.add(key)
+
     def _check(self, key: str) -> None:
         with self._lock:
             if not self._waiting.get(key):
                 return
+        token = withdrawn.set(lambda: key in self._cancelled)
         try:
             result: Finding | Exception = CLAIMS[key].find()
+        except Cancelled:  # whoever has requested it again since has submitted it again
+            return
         except Exception as error:  # shown on the card
             result = error
             logs.event("not checked", logging.ERROR, error=error, claim=key)  # no session's: many may wait for it
+        finally:
+            withdrawn.reset(token)
         with self._lock:
             if isinstance(result, Finding):
                 self._findings[key] = result

@@ -5,10 +5,14 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 
 from vibroscope.app.explorer.scenes import Scene, scenes
 from vibroscope.app.paper.pictures import Picture
+
+# Whether the check that runs is withdrawn; those that take many seconds poll it.
+withdrawn: ContextVar[Callable[[], bool] | None] = ContextVar("withdrawn", default=None)
 
 VERDICTS = ("agrees", "differs", "shown by example")
 

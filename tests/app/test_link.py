@@ -161,12 +161,11 @@ def test_an_unknown_theme_is_refused_in_words(theme):
         read_opening("?" + urlencode({"theme": theme}))
 
 
-@pytest.mark.parametrize("key", ["paper", "help"])
-def test_a_tab_without_axes_and_legends_says_so(key):
+def test_a_tab_without_axes_and_legends_says_so():
     with pytest.raises(Refused, match="it has none"):
-        TABS[key].read_view("time:0,1", "", "")
+        TABS["help"].read_view("time:0,1", "", "")
     with pytest.raises(Refused, match="it has none"):
-        TABS[key].read_view("", "", "force:penalty")
+        TABS["help"].read_view("", "", "force:penalty")
 
 
 @pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.axes])
@@ -191,3 +190,26 @@ def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F81
     tab.show(Move(2, SETTING, fresh=True))  # a scene was chosen
     assert Asked.all[-1].question.K == (10.0, 1e5)
     assert tab.view_texts() == {"zoom": "", "choice": "quantity:error;limit:40", "mute": ""}
+
+
+def test_the_phase_that_the_pendulums_are_held_at_goes_into_the_link_and_comes_back():
+    kind, heard = TABS["explore"], []
+    tab, again = kind(FakeHost()), kind(FakeHost())
+    tab.build()
+    tab.watch_view(lambda: heard.append(tab.view_texts()["choice"]))
+    for message in (
+        {"held": 0.3514},
+        {"held": None},
+        {"held": 0},
+        {"held": "0.5"},
+        {"held": 9},
+        {"held": True},
+        "held",
+    ):
+        tab.mechanism.receive(message)
+    assert heard == ["phase:0.351", "", "phase:0"]
+    again.build()
+    again.restore(kind.read_view("", "phase:0.351", ""))
+    assert again.mechanism.held == 0.351
+    with pytest.raises(Refused, match="phase must be"):
+        kind.read_view("", "phase:2.1", "")

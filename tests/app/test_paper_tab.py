@@ -11,8 +11,10 @@ from vibroscope.app.page.session import Session
 from vibroscope.app.page.tab import Move
 from vibroscope.app.paper import CLAIMS
 from vibroscope.app.paper.check_queue import CheckQueue
+from vibroscope.app.paper.claims import withdrawn
+from vibroscope.engine import Cancelled
 
-SEEN = {"seen": True}
+SEEN, CANCEL = {"seen": True}, {"cancel": True}
 
 
 class Host:
@@ -151,3 +153,81 @@ def test_the_menu_says_how_many_figures_are_missing_and_makes_all(checks, host):
     tab.complete()
     tab.complete()
     assert sorted(key for _, (key,) in checks.jobs) == sorted(CLAIMS.keys() - {"4C"})
+
+
+def test_a_check_that_was_cancelled_ends_and_begins_anew_when_asked(checks, host, monkeypatch):
+    claim, tab, card = CLAIMS["4C"], host.tab, host.tab.cards["4C"]
+
+    def check(scene):
+        card.receive(CANCEL)  # the user does, while it runs
+        if withdrawn.get()():
+            raise Cancelled
+        return claim.check(scene)
+
+    monkeypatch.setitem(CLAIMS, "4C", replace(claim, check=check))
+    card.receive(SEEN)
+    checks.work()
+    assert card.found == {"cancelled": True}
+    assert host.waiting == []
+    monkeypatch.setitem(CLAIMS, "4C", claim)
+    tab.hide()
+    tab.show(Move(1, None))
+    assert checks.jobs == []  # it stays cancelled
+    card.receive(SEEN)
+    assert card.found == {}
+    checks.work()
+    host.deliver()
+    assert card.found["verdict"] == "agrees"
+    card.receive(CANCEL)
+    assert card.found["verdict"] == "agrees"
+
+
+def test_a_check_that_another_session_waits_for_goes_on(checks, host, monkeypatch):
+    claim, other = CLAIMS["4C"], Host()
+
+    def check(scene):
+        host.tab.cards["4C"].receive(CANCEL)
+        assert not withdrawn.get()()
+        return claim.check(scene)
+
+    monkeypatch.setitem(CLAIMS, "4C", replace(claim, check=check))
+    for each in (host, other):
+        each.tab.cards["4C"].receive(SEEN)
+    checks.work()
+    assert host.waiting == []
+    other.deliver()
+    assert other.tab.cards["4C"].found["verdict"] == "agrees"
+
+
+def test_the_planes_can_be_cancelled():
+    token = withdrawn.set(lambda: True)
+    try:
+        with pytest.raises(Cancelled):
+            CLAIMS["11"].find()
+    finally:
+        withdrawn.reset(token)
+
+
+def entries(tab, key):
+    """The entries of the legend of a claim's figure."""
+    return tab.slots[key][1].object.legend[0].items
+
+
+def check(host, checks, key):
+    host.tab.cards[key].receive(SEEN)
+    checks.work()
+    host.deliver()
+
+
+def test_entries_that_are_muted_go_into_the_link_and_come_back_when_the_claim_is_checked(checks, host):
+    heard = []
+    host.tab.watch_view(lambda: heard.append(host.tab.view_texts()["mute"]))
+    check(host, checks, "4C")
+    for renderer in entries(host.tab, "4C")[1].renderers:  # what the browser does at a click
+        renderer.visible = False
+    assert heard == ["paper4C:entry2"]
+    other = Host()
+    other.tab.restore(Paper.read_view("", "", heard[0]))
+    assert other.tab.view_texts()["mute"] == heard[0]  # also before the claim is checked
+    check(other, checks, "4C")
+    assert [item.renderers[0].visible for item in entries(other.tab, "4C")[:2]] == [True, False]

@@ -62,5 +62,42 @@ def test_playing_moves_the_pendulums_without_the_server(counted, visit):
     explorer.page.get_by_role("button", name="Play").click()
     wait_until(lambda: bob.get_attribute("cx") != before, what="motion")
     wait_until(lambda: mark(explorer, "now-force")["x"] > 0.05, what="a line that moves along")
-    explorer.page.get_by_role("button", name="Pause").click()
     assert received() == 0
+    explorer.page.get_by_role("button", name="Pause").click()  # the link then holds the phase
+
+
+FRAMES = """(player, speed) => {
+  const [button, select, slider] = ["button", "select", "input"].map((name) => player.querySelector(name));
+  const ask = requestAnimationFrame, waiting = [];
+  window.requestAnimationFrame = (act) => waiting.push(act);
+  select.value = speed;
+  button.click();
+  const before = Number(slider.value);
+  for (const now of [1000, 1050, 1100, 1150, 1200]) waiting.splice(0).forEach((act) => act(now));
+  button.click();
+  waiting.splice(0).forEach((act) => act(1250)); // so that no frame is waited for any more
+  window.requestAnimationFrame = ask;
+  return Number(slider.value) - before;
+}"""
+
+
+def test_an_impact_flashes_at_once_and_the_speed_is_the_chosen_one_and_the_link_holds_the_phase(visit):
+    explorer = visit(PAPER)
+    page, slider = explorer.page, explorer.page.locator(".player input")
+    flash = page.locator(".mechanism .reference .flash")
+    strip, period = explorer.source("strip_reference"), explorer.source("displacements")["t"][-1] / 2
+    begins, ends = strip["left"][0] / period, strip["right"][0] / period
+    later = min(left for left in [*strip["left"], 2 * period] if left > strip["left"][0]) / period
+    for time, low, high in ((begins + 0.006, 0.7, 1), ((ends + later) / 2, 0, 0.4), (later - 0.006, 0, 0.1)):
+        slider.fill(str(round(time / 0.005) * 0.005))
+        assert low <= float(flash.get_attribute("opacity")) <= high, (time, begins, ends, later)
+    speeds = page.locator(".player select option").evaluate_all("all => all.map((one) => one.value)")
+    for speed in speeds:
+        slider.fill("0.1")
+        assert abs(page.locator(".player").evaluate(FRAMES, speed) - 0.2 * float(speed)) < 0.006, speed
+    slider.fill("0.35")
+    wait_until(lambda: "choice=phase:0.35" in explorer.query(), what="the phase in the address")
+    again = visit(explorer.query())
+    assert again.page.locator(".readout").text_content() == "τ/T 0.350"
+    again.page.get_by_role("button", name="Play").click()
+    wait_until(lambda: "phase" not in again.query(), what="no phase while the pendulums swing")

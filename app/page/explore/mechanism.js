@@ -9,6 +9,7 @@ const REACH = 92; // pixels of the largest displacement
 const FLASH = 0.03; // decay time of the flash of an impact, in periods
 const SPEEDS = [["0.05", "0.05 periods/s"], ["0.1", "0.1 periods/s"], ["0.25", "0.25 periods/s"], ["0.5", "0.5 periods/s"], ["1", "1 period/s"]];
 const STEP = 0.01; // of one key press, in periods
+const REST = 200; // ms
 
 export function render({ model }) {
   const root = element("div", "mechanism");
@@ -102,11 +103,11 @@ class Player {
     this.visible = false; // false while scrolled out of view, or in a hidden tab
     this.animating = false; // an animation frame is requested
     this.element = element("div", "player");
-    this.button = button("▶", "Play", () => this.play(!this.playing), "play");
+    this.button = button("▶", "Play", () => this.chosen(() => this.play(!this.playing)), "play");
     this.slider = element("input");
     Object.assign(this.slider, { type: "range", min: 0, max: WINDOW, step: 0.005, value: 0 });
     this.slider.setAttribute("aria-label", "Phase τ/T in the last two periods");
-    this.slider.addEventListener("input", () => { this.play(false); this.go(Number(this.slider.value)); });
+    this.slider.addEventListener("input", () => this.chosen(() => { this.play(false); this.go(Number(this.slider.value)); }));
     this.readout = element("output", "readout", "τ/T 0.000");
     this.speed = element("select");
     this.speed.setAttribute("aria-label", "Speed of the motion, in periods a second");
@@ -139,11 +140,25 @@ class Player {
       this.visible = isIntersecting;
       this.animate();
     }).observe(this.element);
-    listen("play", () => this.play(!this.playing));
-    listen("step", ({ value }) => { this.play(false); this.go((this.time + value * STEP + WINDOW) % WINDOW); });
+    listen("play", () => this.chosen(() => this.play(!this.playing)));
+    listen("step", ({ value }) => this.chosen(() => {
+      this.play(false);
+      this.go((this.time + value * STEP + WINDOW) % WINDOW);
+    }));
     listen("moving", ({ value }) => { this.moving = value; this.animate(); });
+    if (this.model.held !== null) this.time = this.model.held;
     changed();
-    this.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+    this.play(this.model.held === null && !matchMedia("(prefers-reduced-motion: reduce)").matches);
+  }
+
+  // The user plays, pauses or sets the phase: once that rests, the server hears of it, for the link.
+  chosen(act) {
+    act();
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => {
+      const held = this.playing ? null : this.time;
+      if (held !== this.model.held) this.model.send_msg({ held });
+    }, REST);
   }
 
   play(on) {

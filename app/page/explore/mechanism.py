@@ -2,16 +2,41 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import param
+from vibroscope.app.explorer.present import WINDOW
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 
 
 class Mechanism(Component):
-    """Draws the data that the browser already has; only the reference of the displacements is sent to it."""
+    """Draws the data that the browser already has; only the reference of the displacements is sent to it.
 
+    Attributes
+    ----------
+    on_hold : callable
+        Called whenever the user holds the motion at another phase, or lets it go on.
+    """
+
+    held = param.Number(default=None, bounds=(0, WINDOW), doc="Phase τ/T at which the motion is held; None: it goes on")
     absolute = param.Boolean(default=False, doc="Whether the displacements over time are relative to a fixed sensor")
     amplitude = param.Number(default=1.0, doc="Amplitude of the base, in the units of the displacements")
 
     _esm = script("shared/dom", "explore/instant", "explore/mechanism")
     _stylesheets = [style("explore/mechanism")]  # noqa: RUF012 - Panel reads it from the class
+
+    def __init__(self, **params) -> None:
+        super().__init__(**params)
+        self.on_hold: Callable[[], None] = lambda: None
+        self.on_msg(lambda event: self.receive(event.data))
+
+    def receive(self, data: object) -> None:
+        """Take a message of the browser: ``{"held": phase or None}``."""
+        if not isinstance(data, dict) or "held" not in data:
+            return
+        held = data["held"]
+        if held is None or (type(held) in (int, float) and math.isfinite(held) and 0 <= held <= WINDOW):
+            self.held = held if held is None else round(held, 3)
+            self.on_hold()

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
+from typing import ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.compute import JobQueue, cached_runs
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import Explanation, paragraphs
-from vibroscope.app.explorer.link import LINEAR
+from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
 from vibroscope.app.explorer.present import WINDOW, unit_factor
 from vibroscope.app.explorer.scenes import scene_key
@@ -54,6 +56,8 @@ class Explore(Tab):
         "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, *PIN_NAMES),
         "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", *PIN_NAMES),
     }
+
+    chosen: ClassVar = {"phase": 0.0}  # at which a link may hold the motion
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
@@ -101,6 +105,27 @@ class Explore(Tab):
         return pn.Column(
             *cells, css_classes=["explore-grid"], stylesheets=[style("explore/explore")], sizing_mode="stretch_both"
         )
+
+    # -- the view ----------------------------------------------------------------------
+
+    @classmethod
+    def spec(cls) -> dict:
+        """The phase that the pendulums are held at."""
+        return {"numbers": [{"name": "phase", "label": "Phase τ/T", "low": 0, "high": WINDOW, "whole": False}]}
+
+    def restore(self, view: View) -> None:
+        """See `Tab.restore`."""
+        super().restore(view)
+        self.mechanism.held = view.choice.get("phase")
+
+    def choice(self) -> dict[str, float]:
+        """The phase, if the user holds the pendulums."""
+        return {} if self.mechanism.held is None else {"phase": self.mechanism.held}
+
+    def watch_view(self, on_change: Callable[[], None]) -> None:
+        """See `Tab.watch_view`."""
+        super().watch_view(on_change)
+        self.mechanism.on_hold = on_change
 
     # -- the open tab ------------------------------------------------------------------
 

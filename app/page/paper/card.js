@@ -16,16 +16,23 @@ export function render({ model }) {
   const found = element("p", "found");
   const why = element("p", "why");
   const open = button(`Open in ${title}`, `Open the setting of ${name} in ${title}`, () => show(model.claim));
-  root.append(head, element("p", "says", text), found, why, open);
+  // While the check runs it cancels; once it is cancelled it begins the check.
+  const check = button("Cancel", `Cancel the check of ${name}`, () => {
+    model.send_msg(model.found.cancelled ? { seen: true } : { cancel: true });
+  }, "check");
+  root.append(head, element("p", "says", text), found, check, why, open);
   const draw = () => {
-    const { verdict: said, error } = model.found;
+    const { verdict: said, error, cancelled } = model.found;
     const known = said !== undefined;
     root.dataset.agrees = AGREES[said] ?? "";
     verdict.textContent = MARKS[said] ?? "";
-    found.textContent = error ?? model.found.found ?? "computing …";
+    found.textContent = error ?? model.found.found ?? (cancelled ? "Not checked: cancelled." : "computing …");
+    check.hidden = known || Boolean(error);
+    check.textContent = cancelled ? "Check" : "Cancel";
+    check.setAttribute("aria-label", `${cancelled ? "Check" : "Cancel the check of"} ${name}`);
     why.textContent = model.found.why ?? "";
     why.hidden = !why.textContent;
-    root.setAttribute("aria-busy", String(!known && !error));
+    root.setAttribute("aria-busy", String(!known && !error && !cancelled));
     // The figure has come as well; it is drawn in light colours.
     if (known) whenIdle(darken);
   };

@@ -19,28 +19,36 @@ class ClaimCard(Component):
         What the card shows at once: ``name``, ``place``, ``text``, ``scene``, and the tab that its button opens as
         ``tab`` and ``title``.
     on_view : callable
-        Called whenever the card comes into view.
+        Called whenever the card comes into view, or the user asks for the check.
+    on_cancel : callable
+        Called when the user cancels the check.
     """
 
     claim = param.Dict(default={}, doc="name, place, text, scene; tab that the button opens and its title")
-    found = param.Dict(default={}, doc="verdict, found, why; or error; empty until it is known")
+    found = param.Dict(default={}, doc="verdict, found, why; or error; or cancelled; empty until it is known")
 
     _esm = script("shared/dom", "shared/theme", "paper/card")
     _stylesheets = [style("paper/card")]  # noqa: RUF012 - Panel reads it from the class
 
-    def __init__(self, claim: dict, on_view: Callable[[], None]) -> None:
+    def __init__(self, claim: dict, on_view: Callable[[], None], on_cancel: Callable[[], None]) -> None:
         super().__init__(claim=claim, css_classes=["card"], sizing_mode="stretch_width")
-        self._on_view = on_view
+        self._on_view, self._on_cancel = on_view, on_cancel
         self.on_msg(lambda event: self.receive(event.data))
 
     def receive(self, data: object) -> None:
-        """Take a message of the browser; only ``{"seen": True}`` has a meaning."""
+        """Take a message of the browser; only ``{"seen": True}`` and ``{"cancel": True}`` have a meaning."""
         if data == {"seen": True}:
             self._on_view()
+        elif data == {"cancel": True}:
+            self._on_cancel()
 
     def show_finding(self, verdict: str, finding: Finding) -> None:
         """Show a finding."""
         self.found = {"verdict": verdict, "found": finding.result, "why": finding.reason}
+
+    def show_cancelled(self, cancelled: bool) -> None:
+        """Show whether the user has cancelled the check."""
+        self.found = {"cancelled": True} if cancelled else {}
 
     def show_error(self, error: str) -> None:
         """Show why the claim could not be checked."""

@@ -13,6 +13,7 @@ from vibroscope.app.export.scripts import PAPER_COMMAND, PAPER_PYTHON
 from vibroscope.app.page.files import style
 from vibroscope.app.page.paper.card import ClaimCard
 from vibroscope.app.page.paper.figures import draw
+from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.tab import Move, Tab, TabHost
 from vibroscope.app.paper import CLAIMS, Claim, Finding, as_dict, count_verdicts
 from vibroscope.app.paper.check_queue import CHECKS
@@ -27,7 +28,8 @@ view. Figures 1, 2, 5, 7 and 8 are drawings of the model and of the experiment; 
 </article>
 """
 
-
+# In a link an entry of a legend is named by its place: what a legend holds is known once its claim is checked.
+ENTRIES = ("entry1", "entry2", "entry3", "entry4")
 _TABLE = Figure("claims", "Claims and findings", "", drawn=False)
 
 
@@ -45,9 +47,11 @@ class Paper(Tab):
     key = "paper"
     title = "Paper"
     controls = False
+    legends = {f"paper{key}": ENTRIES for key in CLAIMS}  # noqa: RUF012 - read only
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
+        self.muting = Muting(self.legends, [])
         self.cards: dict[str, ClaimCard] = {}
         self.slots: dict[str, pn.Column] = {}
         self._requested: set[str] = set()  # came into view, and not checked yet
@@ -57,7 +61,9 @@ class Paper(Tab):
     def build(self) -> pn.viewable.Viewable:
         """All cards, without figures."""
         for key, claim in CLAIMS.items():
-            self.cards[key] = ClaimCard(self._card_content(claim), partial(self._request, key))
+            self.cards[key] = ClaimCard(
+                self._card_content(claim), partial(self._request, key), partial(self._cancel, key)
+            )
             self.slots[key] = pn.Column(
                 self.cards[key], css_classes=["slot"], stylesheets=[style("paper/paper")], sizing_mode="stretch_width"
             )
@@ -153,7 +159,15 @@ class Paper(Tab):
         """Have a claim checked, once."""
         if key not in self._requested and key not in self._findings:
             self._requested.add(key)
+            self.cards[key].show_cancelled(False)
             CHECKS.request(key, self._deliver)
+
+    def _cancel(self, key: str) -> None:
+        """Let a check be; its card offers to begin anew."""
+        if key in self._requested:
+            self._requested.discard(key)
+            CHECKS.cancel(key, self._deliver)
+            self.cards[key].show_cancelled(True)
 
     def _deliver(self, key: str, result: Finding | Exception) -> None:
         """Hand a result over to the session's own loop; called in a worker thread."""
@@ -161,7 +175,7 @@ class Paper(Tab):
 
     def show_result(self, key: str, result: Finding | Exception) -> None:
         """Show a finding on its card, with its figure, or why the claim could not be checked."""
-        if key in self._findings:  # requested again while it was on its way
+        if key in self._findings or key not in self._requested:  # requested again or cancelled while it was on its way
             return
         if isinstance(result, Exception):  # stays requested, so that `show` tries again
             self.cards[key].show_error(
@@ -172,6 +186,8 @@ class Paper(Tab):
         self._findings[key] = result
         with pn.io.hold(self.host.doc):
             plot = draw(result.picture, f"paper{key}")
+            for name, item in zip(ENTRIES, plot.legend[0].items if plot.legend else (), strict=False):
+                self.muting.watch(plot.name, name, item)
             self.slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
             self.cards[key].show_finding(CLAIMS[key].verdict(result), result)
             self.host.update_offers()
