@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from functools import partial
 from weakref import WeakKeyDictionary
 
@@ -15,6 +16,7 @@ from bokeh.server.connection import ServerConnection
 from bokeh.server.session import ServerSession
 from bokeh.server.views.ws import WSHandler
 from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
+from tornado.websocket import WebSocketClosedError
 from vibroscope.app.compat import stop_compressing, stream_of
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import TokenBucket
@@ -136,6 +138,14 @@ class SessionSocket(WSHandler):
             logs.event("refused", logging.WARNING, what="message", dropped=dropped, passed=len(valid))
         message.content = {"events": valid}
         return bool(valid)
+
+    def ping(self, data: str | bytes = b"") -> None:
+        """Ping the browser, unless the connection is about to end.
+
+        Bokeh takes the error of such a ping for the end and detaches the session, which `on_close` then lacks.
+        """
+        with suppress(WebSocketClosedError):
+            super().ping(data)
 
     def on_close(self) -> None:
         """Disconnect from the session."""

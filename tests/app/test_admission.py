@@ -7,7 +7,7 @@ from unittest.mock import Mock
 from bokeh.server.connection import ServerConnection
 from vibroscope.app.server import admission
 from vibroscope.app.server.protocol import PageProtocol
-from vibroscope.app.server.websocket import answer
+from vibroscope.app.server.websocket import SessionSocket, answer
 
 from tests.browserless import Client, get
 from tests.served import served
@@ -51,3 +51,11 @@ def test_the_answer_to_a_message_that_fails_does_not_contain_the_error(caplog):
     assert "secret" not in failed.content_json
     assert "RuntimeError" not in failed.content_json
     assert "someone/secret" in caplog.text
+
+
+def test_a_ping_to_a_connection_that_is_about_to_end_leaves_it_its_session():
+    socket, session = SessionSocket.__new__(SessionSocket), Mock()
+    socket.ws_connection = None  # Tornado drops it when the closing begins
+    connection = ServerConnection(PageProtocol(), socket, None, session)
+    connection.send_ping()  # Bokeh detaches the session where this fails
+    assert connection.session is session
