@@ -1,14 +1,14 @@
 """The command line ``vibroscope COMMAND``; each command is a module of this package."""
 
 import argparse
-import contextlib
 import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 
 from vibroscope.app import QUESTION
-from vibroscope.app.commands.options import OneLineParser
+from vibroscope.app.commands.numba_start import shorten_start
+from vibroscope.app.commands.parser import OneLineParser
 
 # In the order of `vibroscope --help`; each is a module of this package.
 COMMANDS = (
@@ -67,18 +67,6 @@ def build_parser(names: Sequence[str] = COMMANDS) -> argparse.ArgumentParser:
     return parser
 
 
-def leave_out_blas() -> None:
-    """Let Numba find no BLAS, which no kernel uses: importing SciPy's takes a tenth of the time of a short run.
-
-    Numba looks for it when this undocumented module is imported. SciPy itself stays usable.
-    """
-    if "scipy.linalg" not in sys.modules:
-        sys.modules["scipy.linalg"] = None  # whose import then fails, as where SciPy is not installed
-        with contextlib.suppress(ImportError):
-            import_module("numba.np.arraymath")
-        del sys.modules["scipy.linalg"]
-
-
 def join_initial(arguments: Sequence[str]) -> list[str]:
     """The arguments with ``--initial -1,0,0,0`` joined into one word, since argparse takes -1,0,0,0 for an option."""
     words: list[str] = []
@@ -93,9 +81,9 @@ def join_initial(arguments: Sequence[str]) -> list[str]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status."""
     words = join_initial(sys.argv[1:] if arguments is None else arguments)
+    shorten_start()
     # Only the command that is run is imported: all of them together take as long as a short run.
     options = build_parser(words[:1] if words and words[0] in COMMANDS else COMMANDS).parse_args(words)
-    leave_out_blas()
     try:
         status = options.run(options)
         sys.stdout.flush()

@@ -28,14 +28,6 @@ NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
 ETA = {"type": float, "metavar": "F", "help": "excitation frequency Omega/omega1; paper: 1.08 to 3.25"}
 
 
-class OneLineParser(argparse.ArgumentParser):
-    """A parser that reports an error in one line and exits with status 2."""
-
-    def error(self, message: str):
-        """Print the line and point to --help."""
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
-
-
 def default_of(function: Callable, name: str):
     """The engine's own default of a parameter."""
     return signature(function).parameters[name].default
