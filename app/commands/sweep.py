@@ -50,6 +50,7 @@ def add(commands) -> None:
     _add_eta(studies)
     _add_plane(studies)
     _add_step(studies)
+    _add_check(studies)
 
 
 def _study(studies, name: str, run: Callable, sweep: Callable, text: str) -> argparse.ArgumentParser:
@@ -111,6 +112,39 @@ def _add_step(studies) -> None:
     add("--K", required=True, type=float, metavar="F", help="contact stiffness")
     add("--D", required=True, type=float, metavar="F", help="contact damping")
     add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
+
+
+def _add_check(studies) -> None:
+    text = "look through a result for files that are missing, damaged or not its own"
+    command = studies.add_parser(
+        "check",
+        allow_abbrev=False,
+        help=text,
+        description=f"{text.capitalize()}: one line for each. The command that made the result computes them anew.",
+    )
+    command.add_argument("out", metavar="PATH", help="a folder, or a URL that fsspec knows")
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+    command.set_defaults(run=_check)
+
+
+def _check(options: argparse.Namespace) -> int:
+    """Print what is damaged; the status is 1 if anything is."""
+    from vibroscope.engine.sweeps import check_store
+
+    damaged, finished = check_store(options.out)
+    if options.json:
+        print(json.dumps({"path": options.out, "damaged": damaged, "finished": finished}))
+    else:
+        print("\n".join(_check_lines(options.out, damaged, finished)))
+    return 1 if damaged else 0
+
+
+def _check_lines(path: str, damaged: list[str], finished: bool) -> list[str]:
+    if not damaged:
+        rest = "" if finished else ", and not finished: the command that began it goes on from there"
+        return [f"{path} is whole as far as it is computed{rest}" if rest else f"{path} is whole"]
+    advice = "the command that made it computes them anew, and keeps the rest"
+    return [*(f"{path}/{name}: missing, damaged, or of something else" for name in damaged), advice]
 
 
 def _span(text: str) -> tuple[float, float, float]:

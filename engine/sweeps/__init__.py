@@ -30,6 +30,7 @@ from .motion_kinds import CellKind, judge_cells, known_kinds, unknown_kinds
 from .plane_study import PlaneStudy
 from .progress import Progress
 from .step_study import SCHEMES, StepStudy
+from .store import check_store
 from .study import Study
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ __all__ = [
     "Progress",
     "RunOptions",
     "StepStudy",
+    "check_store",
     "empty_values",
     "engine_digest",
     "grow",

@@ -1,28 +1,68 @@
-"""The arrays of a store: each chunk of a study one Zarr chunk, compressed, with a checksum, and always a file."""
+"""The arrays of a store as files: each chunk of a study one Zarr chunk, compressed, with a checksum."""
 
-import contextlib
+import warnings
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from .batches import Chunk
+from .study import Study
 from .variables import StudyArray, Variable
 
 LEVEL = 1  # of zstd: sections of periodic motion shrink a lot, those of chaotic motion hardly, at any level
 DAMAGE = (ValueError, RuntimeError, OSError)  # what the checksum, the decompressor and the disk raise
-# A chunk of nothing but fill values becomes a file, too: a chunk without a file is missing.
+# A chunk of nothing but fill values becomes a file, too: nan then keeps its bits, which the manifest holds a digest of.
 EVERY_CHUNK = {"write_empty_chunks": True}
 
 
-def open_array(group, name: str):
-    """The array of this name; None if there is none that can be opened."""
-    try:
-        return group[name]
-    except (KeyError, *DAMAGE):
-        return None
+def study_files(
+    study: Study, sides: tuple[int, ...], attributes: Mapping[str, object], more: Mapping[str, StudyArray]
+) -> dict[str, bytes]:
+    """Every file of a store but the chunks of its variables, as Zarr writes them.
+
+    They follow from the study, so that a file that is lost or changed can be told and written anew.
+
+    Parameters
+    ----------
+    study : Study
+    sides : tuple of int
+        Of the chunks, along each axis of the grid.
+    attributes : mapping
+        Of the group.
+    more : mapping of str to StudyArray
+        Arrays beside those of the study: its conclusions.
+    """
+    import zarr
+    from zarr.storage import MemoryStore
+
+    files: dict[str, object] = {}
+    root = MemoryStore(files)
+    group = zarr.create_group(root, attributes=dict(attributes))
+    for name, item in (study.arrays | dict(more)).items():
+        _write_array(group, name, item)
+    for name, variable in study.variables.items():
+        _create_array(group, name, variable, study.lengths, sides)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Consolidated metadata is currently not part")
+        zarr.consolidate_metadata(root)  # xarray looks for it, and would warn each user if it had to collect it
+    return {name: content.to_bytes() for name, content in files.items()}
 
 
-def create_array(group, name: str, variable: Variable, lengths: dict[str, int], sides: tuple[int, ...]) -> None:
-    """Create an array of nothing but missing values, in chunks of so many cells along each axis of the grid."""
+def open_arrays(root, group: str, names: Iterable[str]) -> dict[str, object]:
+    """Arrays of a store by their names, ready to read and write chunks."""
+    import zarr
+
+    paths = {name: f"{group}/{name}" if group else name for name in names}
+    return {name: zarr.open_array(root, path=path).with_config(EVERY_CHUNK) for name, path in paths.items()}
+
+
+def chunk_file(array, chunk: Chunk) -> str:
+    """The file that holds a chunk, in the folder of its array."""
+    index = tuple(part.start // side for part, side in zip(chunk, array.chunks, strict=False))
+    return array.metadata.encode_chunk_key(index + (0,) * (array.ndim - len(index)))
+
+
+def _create_array(group, name: str, variable: Variable, lengths: dict[str, int], sides: tuple[int, ...]) -> None:
     shape = tuple(lengths[dim] for dim in variable.dims)
     group.create_array(
         name,
@@ -32,30 +72,14 @@ def create_array(group, name: str, variable: Variable, lengths: dict[str, int], 
         fill_value=variable.fill,
         dimension_names=variable.dims,
         attributes=variable.attributes,
-        overwrite=True,
         **_codecs(),
     )
 
 
-def write_array(group, name: str, item: StudyArray) -> None:
-    """Write an array of the study in one piece, unless the same is there already."""
+def _write_array(group, name: str, item: StudyArray) -> None:
     values = np.asarray(item.values)
-    found = open_array(group, name)
-    if found is not None:
-        with contextlib.suppress(*DAMAGE):
-            if np.array_equal(found[...], values, equal_nan=True):
-                return
     how = {"dimension_names": item.dims, "attributes": item.attributes} | _codecs()
-    group.create_array(name, data=values, chunks=tuple(max(1, n) for n in values.shape), overwrite=True, **how)
-
-
-def chunk_exists(array, chunk: Chunk) -> bool:
-    """Whether the file of a chunk is there."""
-    from zarr.core.sync import sync
-
-    index = tuple(part.start // side for part, side in zip(chunk, array.chunks, strict=False))
-    key = array.metadata.encode_chunk_key(index + (0,) * (array.ndim - len(index)))
-    return sync((array.store_path / key).exists())
+    group.create_array(name, data=values, chunks=tuple(max(1, n) for n in values.shape), **how)
 
 
 def _codecs() -> dict[str, object]:

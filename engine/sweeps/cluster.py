@@ -40,8 +40,8 @@ def compute(study: Study, before: dict[str, np.ndarray] | None, digest: str, thr
 
 def compute_into_store(study: Study, digest: str, threads: int, place: tuple) -> tuple[bool, np.ndarray]:
     """On a worker: compute a part of a study unless the store has it; whether it has, and the status of the cells."""
-    target, group, chunk = place
-    store = Store(Place(target), group).open(study)
+    target, group, key, chunk = place
+    store = Store(Place(target), group).open(study, key)
     values = store.read(chunk)
     reused = values is not None
     if not reused:
@@ -102,7 +102,7 @@ class _Cluster:
 
     def _by_workers(self, study, store, chunks, counter) -> Iterator[None]:
         def submit(chunk: Chunk):
-            place = store.place.target, store.group, chunk
+            place = store.place.target, store.group, store.key, chunk
             return self._submit(compute_into_store, study.cut(chunk), engine_digest(), self._threads, place)
 
         for _, (reused, status) in self._results(chunks, submit):

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..result import Cancelled
+from .manifest import FOLDER
 from .study import Study
 
 POLL = 0.1  # seconds
@@ -70,11 +71,29 @@ class Place:
                 "sweep fewer cells, keep a smaller sample, or give another place",
             )
 
+    def read(self, name: str) -> bytes | None:
+        """The bytes of a file; None if it is not there."""
+        from zarr.core.buffer import default_buffer_prototype
+        from zarr.core.sync import sync
+
+        found = sync(self.root.get(name, default_buffer_prototype()))
+        return None if found is None else found.to_bytes()
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write a file, whole or not at all, unless it holds these bytes already."""
+        from zarr.core.buffer.cpu import Buffer
+        from zarr.core.sync import sync
+
+        with self.readable_errors():
+            if self.read(name) != content:
+                sync(self.root.set(name, Buffer.from_bytes(content)))
+
     def refuse_foreign_files(self) -> None:
-        """Raise a ValueError if the folder holds anything; called where no result was found."""
+        """Raise a ValueError if the folder holds any file but what a run left that was killed at its very start."""
         if self.folder is None or not self.folder.exists():
             return
-        if not self.folder.is_dir() or any(self.folder.iterdir()):
+        found = (path for path in self.folder.rglob("*") if not path.is_dir())
+        if not self.folder.is_dir() or any(not path.match(f"{FOLDER}/*.partial") for path in found):
             raise ValueError(f"{self.target} exists and is no result of a sweep: give a new place")
 
     def remove_partial_files(self) -> None:

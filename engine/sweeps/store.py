@@ -1,31 +1,37 @@
 """Results on disk or in a bucket: a Zarr group that grows chunk by chunk and that ``xarray.open_zarr`` reads.
 
 Each chunk of a study is one Zarr chunk in every variable, so that chunks are written side by side without a lock. A
-file appears whole or not at all (Zarr renames it into place; so does an object store), and each carries a CRC-32C, so
-that a truncated or changed one is an error when it is read, by whatever reader, never a number. ``status`` is written
-last: where it stands, the chunk is complete. Of what is written only the attributes of the group, with the date and
-the cost, differ from run to run.
+file appears whole or not at all (Zarr renames it into place; so does an object store), and each chunk carries a
+CRC-32C, so that a truncated or changed one is an error when it is read, by whatever reader, never a number. Its seal in
+the manifest (:mod:`.manifest`) is written last: where it agrees, the chunk is complete and in its place. All other
+files follow from the study and are written anew where they differ, so that no damaged description is ever read. Of what
+is written only the attributes of the group, with the date and the cost, and the manifest's copy of them differ from run
+to run.
 
 `benchmarks/stores.py` measures this against one npz file a chunk. That is three times as fast to write, but a chunk is
 seconds of work, so that neither is seen; and to open npz files as one labelled Dataset, one machine has to read and
 write all of them once more, which costs more than is saved.
 """
 
-import warnings
+import itertools
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import arrays, provenance
-from .batches import Chunk
-from .codes import MISSING
+from . import arrays, manifest, provenance
+from .batches import Chunk, chunks
 from .place import Place
 from .progress import Progress
 from .study import Study
+from .variables import StudyArray
 
 if TYPE_CHECKING:
     import xarray
+
+GROUP = "zarr.json"  # the description of the group, with those of all arrays
 
 
 class Store:
@@ -36,6 +42,11 @@ class Store:
     place : Place
     group : str
         Part of it: rounds of a refined study are results of their own.
+
+    Attributes
+    ----------
+    key : str
+        Of the study, once the place is that of one.
     """
 
     def __init__(self, place: Place, group: str = "") -> None:
@@ -56,82 +67,111 @@ class Store:
         Raises
         ------
         ValueError
-            If there is something else: another study, one of another engine, or no study at all.
+            If there is something else: another study, one of another engine, one without a manifest, or no study at
+            all.
         OSError
             If nothing can be written there.
         """
-        import zarr
-
-        self._study = study
-        found = self.attributes()
-        if found is None:
-            if not self.group:
-                self.place.refuse_foreign_files()
-            with self.place.readable_errors():
-                zarr.create_group(self.place.root, path=self.group, attributes=provenance.origin(study))
-        elif found.get("key") != study.key:
-            raise ValueError(_difference(self.place.target, found, study))
-        elif not self.group:
+        self.key, found = study.key, self.read_manifest()
+        first = tuple(slice(0, 1) for _ in study.axes)
+        if found is None and manifest.sealed_key(self._read(manifest.seal_file(first))) != study.key:
+            self._refuse_without_manifest()
+        if found is None:  # a new place; or one whose manifest is lost, but each chunk has its seal
+            found = manifest.StudyManifest(provenance.origin(study))
+        elif found.origin["key"] != study.key:
+            raise ValueError(_difference(self.place.target, found.origin, study))
+        if not self.group:
             self.place.remove_partial_files()
+        self._manifest = found
+        self._write(manifest.STUDY, found.as_bytes())
+
+    def _refuse_without_manifest(self) -> None:
+        """Raise a ValueError unless the place is empty; a group below that of the study is the study's own."""
+        if self.group:
+            return
+        if self._read(manifest.STUDY) is not None:
+            raise ValueError(
+                f"{self._name(manifest.STUDY)} is damaged: delete {self.place.target}, or give another place"
+            )
+        if b'"engine_digest"' in (self._read(GROUP) or b""):
+            raise ValueError(
+                f"{self.place.target} has no {manifest.STUDY}, either lost or not yet written when it was computed, so "
+                f"that nothing says whether its numbers are whole: delete it, or give another place"
+            )
+        if self._read(GROUP) is not None:
+            raise ValueError(f"{self.place.target} is a Zarr group but no result of a sweep: give a new place")
+        self.place.refuse_foreign_files()
 
     def create(self, study: Study, sides: tuple[int, ...]) -> tuple[int, ...]:
-        """Create every array that is missing; returns the sides of the chunks: those of the first run.
+        """Write every file that is missing or differs; returns the sides of the chunks: those of the first run."""
+        self._study, found = study, self._manifest
+        found.sides = found.sides or list(sides)
+        found.shape, found.variables = list(study.shape), list(study.variables)
+        files = self._files({}, {})
+        if found.account:
+            del files[GROUP]  # which `finish` wrote anew, with the conclusions, and so it does again
+        self._write_files(files)
+        self.open(study, self.key)
+        return self._sides
 
-        An array whose description was lost is made anew, so that its chunks, and with them all, count as missing.
-        """
-        group = self._open_group()
-        with self.place.readable_errors():
-            status = arrays.open_array(group, "status")
-            if status is not None:
-                sides = tuple(status.chunks[: len(study.axes)])
-            for name, item in study.arrays.items():
-                arrays.write_array(group, name, item)
-            for name, variable in study.variables.items():  # status is the last of them
-                if arrays.open_array(group, name) is None:
-                    arrays.create_array(group, name, variable, study.lengths, sides)
-            self._consolidate()
-        self.open(study)
-        return sides
-
-    def open(self, study: Study) -> "Store":
-        """Make the store ready to read and write chunks of a study whose arrays it holds."""
-        self._study, group = study, self._open_group()
-        self._arrays = {name: group[name].with_config(arrays.EVERY_CHUNK) for name in study.variables}
+    def open(self, study: Study, key: str) -> "Store":
+        """Make the store ready to read and write chunks of a study with this key, or of a part of it."""
+        self.key = key
+        self._arrays = arrays.open_arrays(self.place.root, self.group, study.variables)
         return self
 
-    def _open_group(self):
-        import zarr
+    @property
+    def _sides(self) -> tuple[int, ...]:
+        return tuple(self._manifest.sides)
 
-        return zarr.open_group(self.place.root, path=self.group, mode="r+", use_consolidated=False)
+    def _files(self, account: Mapping, conclusions: Mapping[str, StudyArray]) -> dict[str, bytes]:
+        return arrays.study_files(self._study, self._sides, self._manifest.origin | account, conclusions)
 
-    def attributes(self) -> dict[str, object] | None:
-        """The attributes of the results at this place; None if there are none."""
-        import zarr
+    def _write_files(self, files: Mapping[str, bytes]) -> None:
+        """Write those files that differ, and then the manifest."""
+        for name, content in files.items():
+            self._write(name, content)
+        self._manifest.files |= {name: manifest.digest(content) for name, content in files.items()}
+        self._write(manifest.STUDY, self._manifest.as_bytes())
 
-        try:
-            group = zarr.open_group(self.place.root, path=self.group, mode="r", use_consolidated=False)
-        except FileNotFoundError:
-            return None
-        except ValueError as problem:
-            raise ValueError(f"{self.place.target} is damaged ({problem}): delete it, or give another place") from None
-        return dict(group.attrs)
+    def read_manifest(self) -> manifest.StudyManifest | None:
+        """The manifest of the study at this place; None if there is none, or if it is damaged."""
+        return manifest.read_manifest(self._read(manifest.STUDY))
+
+    def _path(self, name: str) -> str:
+        return f"{self.group}/{name}" if self.group else name
+
+    def _name(self, name: str) -> str:
+        return f"{self.place.target}/{self._path(name)}"
+
+    def _read(self, name: str) -> bytes | None:
+        return self.place.read(self._path(name))
+
+    def _write(self, name: str, content: bytes) -> None:
+        self.place.write(self._path(name), content)
 
     # -- chunks ---------------------------------------------------------------------------------------------------
 
     def read(self, chunk: Chunk) -> dict[str, np.ndarray] | None:
-        """The variables of a chunk; None if it is missing, incomplete or damaged."""
+        """The variables of a chunk; None if it is missing, incomplete, damaged, or another one's."""
+        sealed = self._seal(chunk)
+        if sealed is None:
+            return None
         found = {}
+        for name in self._arrays:
+            found[name] = self._numbers(name, chunk)
+            if found[name] is None or manifest.numbers_digest(found[name]) != sealed.get(name):
+                return None
+        return found
+
+    def _seal(self, chunk: Chunk) -> dict[str, str] | None:
+        return manifest.read_seal(self._read(manifest.seal_file(chunk)), self.key, chunk)
+
+    def _numbers(self, name: str, chunk: Chunk) -> np.ndarray | None:
         try:
-            for name in ("status", *self._arrays):
-                array = self._arrays[name]
-                found[name] = np.asarray(array[chunk])
-                if name == "status" and (found[name] == MISSING).any():
-                    return None
-                if not arrays.chunk_exists(array, chunk):  # a file that is gone would read as nan
-                    return None
+            return np.asarray(self._arrays[name][chunk])
         except arrays.DAMAGE:
             return None
-        return found
 
     def write(self, chunk: Chunk, values: dict[str, np.ndarray]) -> None:
         """Write a chunk in the background, once the one before is written; `flush` waits for it.
@@ -145,18 +185,18 @@ class Store:
         self._writing = self._writer.submit(self.write_now, chunk, values)
 
     def write_now(self, chunk: Chunk, values: dict[str, np.ndarray]) -> None:
-        """Write a chunk.
+        """Write a chunk, and then its seal.
 
         Raises
         ------
         OSError
             If the disk is full or gone.
         """
+        values = {name: np.asarray(values[name], array.dtype) for name, array in self._arrays.items()}
         with self.place.readable_errors():
-            for name in self._arrays:
-                if name != "status":
-                    self._arrays[name][chunk] = values[name]
-            self._arrays["status"][chunk] = values["status"]
+            for name, array in self._arrays.items():
+                array[chunk] = values[name]
+            self._write(manifest.seal_file(chunk), manifest.seal(self.key, chunk, values))
 
     def flush(self) -> None:
         """Wait until the last chunk is written.
@@ -183,36 +223,68 @@ class Store:
     def finish(self, progress: Progress, where: str) -> None:
         """Write what follows from all cells, and that the results are complete, when and at what cost."""
         self.flush()
-        conclusions = self._study.conclusions(self._arrays)
-        group = self._open_group()
-        with self.place.readable_errors():
-            for name, item in conclusions.items():
-                arrays.write_array(group, name, item)
-            if not group.attrs["complete"]:
-                group.attrs.update(provenance.account(progress, where))
-                self._consolidate()
-
-    def _consolidate(self) -> None:
-        # xarray looks for the metadata in one piece, and would warn each user if it had to collect them
-        if self.group:
-            return  # a round of a refined study is read by this class alone
-        import zarr
-
-        with self.place.readable_errors(), warnings.catch_warnings():
-            warnings.filterwarnings("ignore", message="Consolidated metadata is currently not part")
-            zarr.consolidate_metadata(self.place.root)
+        account = self._manifest.account or provenance.account(progress, where)
+        files = self._files(account, self._study.conclusions(self._arrays))
+        self._manifest.account = account
+        self._write_files(files)
 
     def dataset(self) -> "xarray.Dataset":
         """The results as a labelled dataset, read lazily."""
         import xarray
 
         self.flush()
-        return xarray.open_zarr(self.place.root, group=self.group or None, chunks=None, consolidated=not self.group)
+        return xarray.open_zarr(self.place.root, group=self.group or None, chunks=None, consolidated=True)
+
+    # -- damage ---------------------------------------------------------------------------------------------------
+
+    def damaged_files(self) -> list[str]:
+        """The files that are missing or damaged, without the chunks: those that the manifest holds a digest of."""
+        found = self.read_manifest()
+        if found is None:
+            return [manifest.STUDY]
+        contents = ((name, self._read(name), expected) for name, expected in found.files.items())
+        return [name for name, content, expected in contents if content is None or manifest.digest(content) != expected]
+
+    def damaged_chunks(self) -> Iterator[str]:
+        """The files of chunks and their seals that are missing or damaged; none of chunks not computed yet."""
+        found, unreadable = self.read_manifest(), self.damaged_files()
+        if found is None or not found.sides:
+            return
+        self.key = found.origin["key"]
+        readable = [name for name in found.variables if f"{name}/{GROUP}" not in unreadable]
+        self._arrays = arrays.open_arrays(self.place.root, self.group, readable)
+        for chunk in chunks(tuple(found.shape), tuple(found.sides)):
+            sealed = self._seal(chunk)
+            if sealed is None and (found.account or self._read(manifest.seal_file(chunk)) is not None):
+                yield manifest.seal_file(chunk)
+            for name, array in self._arrays.items() if sealed else ():
+                numbers = self._numbers(name, chunk)
+                if numbers is None or manifest.numbers_digest(numbers) != sealed.get(name):
+                    yield f"{name}/{arrays.chunk_file(array, chunk)}"
+
+
+def check_store(target: str | Path) -> tuple[list[str], bool]:
+    """The files in the result of a sweep that are missing, damaged or not its own, and whether the sweep is finished.
+
+    Raises
+    ------
+    ValueError
+        If there is no result of a sweep at this place.
+    """
+    place = Place(target)
+    if place.read(GROUP) is None and place.read(manifest.STUDY) is None:
+        raise ValueError(f"{target} is no result of a sweep")
+    rounds = (f"round-{level}" for level in itertools.count())
+    refined = itertools.takewhile(lambda group: place.read(f"{group}/{manifest.STUDY}") is not None, rounds)
+    found = []
+    for store in (Store(place, group) for group in ("", *refined)):
+        names = dict.fromkeys([*store.damaged_files(), *store.damaged_chunks()])
+        found += [f"{store.group}/{name}" if store.group else name for name in names]
+    whole = Store(place).read_manifest()
+    return found, bool(whole and whole.account)
 
 
 def _difference(target: object, found: dict, study: Study) -> str:
-    if "key" not in found:
-        return f"{target} is a Zarr group but no result of a sweep: give a new place"
     wanted = provenance.origin(study)
     if found.get("engine_digest") != wanted["engine_digest"]:
         return (

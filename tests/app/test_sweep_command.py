@@ -41,6 +41,21 @@ def test_a_diagram_as_the_contract_says(tmp_path, capsys):
     assert summary(capsys, *ETA, "--solver", "reference", "--out", path)["reused"] == 6
 
 
+def test_a_result_is_checked_and_damage_named(tmp_path, capsys):
+    path = tmp_path / "eta.zarr"
+    summary(capsys, *ETA, "--solver", "reference", "--out", str(path))
+    assert main(["sweep", "check", str(path)]) == 0
+    assert capsys.readouterr().out == f"{path} is whole\n"
+    (path / "xi2" / "zarr.json").write_text("{")
+    assert main(["sweep", "check", str(path)]) == 1
+    assert f"{path}/xi2/zarr.json: missing, damaged, or of something else\n" in capsys.readouterr().out
+    assert main(["sweep", "check", str(path), "--json"]) == 1
+    assert json.loads(capsys.readouterr().out) == {"path": str(path), "damaged": ["xi2/zarr.json"], "finished": True}
+    assert summary(capsys, *ETA, "--solver", "reference", "--out", str(path))["reused"] == 6
+    assert main(["sweep", "check", str(tmp_path)]) == 2
+    assert "is no result of a sweep" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("solver", [["--steps", "500"], ["--steps", "100", "--located"], ["--solver", "exact"]])
 def test_a_plane_as_the_contract_says(tmp_path, capsys, solver):
     path = str(tmp_path / "plane.zarr")

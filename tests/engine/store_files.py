@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
+from vibroscope.engine.sweeps import manifest
+
 
 def files(folder):
-    """Bytes of all files by their names, but of the one that holds date and cost."""
+    """Bytes of all files by their names, but of those that hold date and cost."""
     root = Path(folder)
+    dated = [root / "zarr.json", root / manifest.STUDY]
     return {
         str(path.relative_to(root)): path.read_bytes()
         for path in sorted(root.rglob("*"))
-        if path.is_file() and path != root / "zarr.json"
+        if path.is_file() and path not in dated
     }

@@ -143,8 +143,13 @@ def test_it_is_remembered_until_a_source_changes_and_a_damaged_file_is_ignored(e
     folder = tmp_path_factory.mktemp("cache") / "digests"
     assert remembered_digest(engine, folder) == code_digest(engine)
     (file,) = folder.iterdir()
-    file.write_text("0123456789ab")
-    assert remembered_digest(engine, folder) == "0123456789ab"
+    content = file.read_bytes()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vibroscope.engine.sweeps.digest.code_digest", lambda engine: "computed anew")
+        assert remembered_digest(engine, folder) != "computed anew"
+        for at in range(len(content)):
+            file.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
+            assert remembered_digest(engine, folder) == "computed anew"
     for damaged in (b"", b"0123", b"\xff" * 12):
         file.write_bytes(damaged)
         assert remembered_digest(engine, folder) == code_digest(engine)

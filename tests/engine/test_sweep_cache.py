@@ -1,6 +1,7 @@
 """Studies kept in the user's cache: found by their numbers, mended, dropped, computed by one of several processes."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 from vibroscope.engine import Reference, System
 from vibroscope.engine.drivers.code_cache import cache_root, source_digest
 from vibroscope.engine.sweeps import EtaStudy, RunOptions, cache, grow_cached
+from vibroscope.engine.sweeps.manifest import FOLDER
 
 ETAS = np.linspace(2.6, 3.3, 24)
 
@@ -36,11 +38,11 @@ def test_a_study_grows_in_the_cache_and_is_read_from_it(tmp_path, monkeypatch):
     np.testing.assert_array_equal(again["xi2"], cache.cached_dataset(study())["xi2"])
 
 
-def test_a_damaged_entry_of_the_cache_is_dropped(tmp_path, monkeypatch):
+def test_an_entry_of_the_cache_whose_manifest_is_lost_is_dropped(tmp_path, monkeypatch):
     monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
     cache.cached_dataset(study())
     (entry,) = (tmp_path / "studies").iterdir()
-    (entry / "zarr.json").write_text("{")
+    shutil.rmtree(entry / FOLDER)
     assert cache.cached_dataset(study()).attrs["computed"] == 24
     assert cache.cached_dataset(study()).attrs["reused"] == 24
 

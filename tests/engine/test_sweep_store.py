@@ -134,17 +134,6 @@ def test_a_damaged_file_is_found_and_computed_anew(whole, data):
     assert files(whole) == good
 
 
-def test_a_description_that_is_lost_is_written_anew(tmp_path):
-    swept(tmp_path / "a.zarr")
-    good = files(tmp_path / "a.zarr")
-    (tmp_path / "a.zarr" / "xi2" / "zarr.json").write_text("{")
-    assert swept(tmp_path / "a.zarr").attrs["computed"] == 24
-    assert files(tmp_path / "a.zarr") == good
-    (tmp_path / "a.zarr" / "zarr.json").write_text("{")
-    with pytest.raises(ValueError, match="is damaged"):
-        swept(tmp_path / "a.zarr")
-
-
 def test_another_study_another_engine_and_other_peoples_files_are_left_alone(tmp_path, whole, monkeypatch):
     with pytest.raises(ValueError, match="another study"):
         swept(whole, transient=61)

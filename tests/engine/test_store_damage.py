@@ -1,0 +1,184 @@
+"""Damage in a store: every byte of its descriptions, and files that stand in another one's place."""
+
+import contextlib
+import itertools
+import random
+import shutil
+
+import numpy as np
+import pytest
+import xarray
+from vibroscope.engine import Reference, System, sweep_eta
+from vibroscope.engine.sweeps import check_store
+from vibroscope.engine.sweeps.manifest import FOLDER, STUDY, read_seal
+from vibroscope.engine.sweeps.place import Place
+from vibroscope.engine.sweeps.store import Store
+
+from .store_files import files
+
+ETAS = np.linspace(2.6, 3.3, 8)
+
+
+def swept(out=None, **more):
+    how = {"transient": 60, "sample": 5, "coordinates": ["xi2"], "cells_per_chunk": 4, **more}
+    return sweep_eta(System(), Reference(), ETAS, out=out, **how)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("kept") / "whole.zarr"
+    swept(folder)
+    return folder
+
+
+@pytest.fixture
+def store(whole, tmp_path):
+    """A copy of a whole store."""
+    return shutil.copytree(whole, tmp_path / "store.zarr")
+
+
+def descriptions(folder):
+    """Every file that holds no numbers: the manifest and what Zarr says of the arrays."""
+    return [str(path.relative_to(folder)) for path in sorted(folder.rglob("*.json"))]
+
+
+def changed(content, at):
+    return content[:at] + bytes([content[at] ^ (1 << at % 8)]) + content[at + 1 :]
+
+
+class Held:
+    """A place whose files are held in memory."""
+
+    def __init__(self, contents):
+        self.read = contents.get
+
+
+def test_every_changed_byte_of_a_description_is_found(whole):
+    contents = {name: (whole / name).read_bytes() for name in descriptions(whole)} | files(whole)
+    names = [name for name in descriptions(whole) if not name.startswith(FOLDER) or name == STUDY]
+    assert Store(Held(contents)).damaged_files() == []
+    inputs = 0
+    for name in names:
+        for at in range(0, len(contents[name]), 5 if name == "zarr.json" else 1):  # the group's repeats all others
+            assert Store(Held(contents | {name: changed(contents[name], at)})).damaged_files() == [name], at
+            inputs += 1
+    assert inputs > 5000
+
+
+def test_every_changed_byte_of_a_seal_is_found(store):
+    key = Store(Place(store)).read_manifest().origin["key"]
+    content, first = (store / FOLDER / "0.json").read_bytes(), (slice(0, 4),)
+    good = read_seal(content, key, first)
+    assert good
+    for at in range(len(content)):
+        found = read_seal(changed(content, at), key, first)
+        assert found is None or found != good
+
+
+def test_a_run_after_damage_gives_the_same_files_or_says_which_file_is_damaged(whole, store):
+    """In every description one byte is changed, at once; where the manifest is lost, the seals vouch for the chunks."""
+    chance, good = random.Random(1), files(whole)
+    for without_seals in [False] * 8 + [True] * 3:
+        for name in descriptions(whole):
+            content = (whole / name).read_bytes()
+            seal = name.startswith(FOLDER) and name != STUDY
+            damaged = (seal and without_seals) or not seal
+            (store / name).write_bytes(changed(content, chance.randrange(len(content))) if damaged else content)
+        if without_seals:
+            with contextlib.suppress(ValueError):
+                swept(store)
+                assert files(store) == good
+        else:
+            assert swept(store).attrs["reused"] == 8
+            assert files(store) == good
+            assert check_store(store) == ([], True)
+
+
+def test_a_manifest_that_is_damaged_is_written_anew_while_the_chunks_have_their_seals_else_refused(whole, store):
+    (store / STUDY).write_text("{")
+    assert check_store(store) == ([STUDY], False)
+    assert swept(store).attrs["reused"] == 8
+    assert files(store) == files(whole)
+    (store / STUDY).write_text("{")
+    (store / FOLDER / "0.json").unlink()
+    with pytest.raises(ValueError, match=f"{STUDY} is damaged"):
+        swept(store)
+
+
+def test_a_seal_that_is_damaged_costs_its_chunk(whole, store):
+    (store / FOLDER / "4.json").write_text("{}")
+    assert check_store(store) == ([f"{FOLDER}/4.json"], True)
+    assert swept(store).attrs["computed"] == 4
+    assert files(store) == files(whole)
+
+
+def chunks_of(folder):
+    """Files with the numbers of a chunk: pairs of an array's name and the file's path below the store."""
+    return [(name.split("/")[0], name) for name in files(folder) if "/c/" in name]
+
+
+def test_a_chunk_in_the_place_of_another_is_found_and_computed_anew(whole, store):
+    """Every chunk in every other one's place: of another array, and of other cells."""
+    good, found = files(whole), 0
+    pairs = list(itertools.permutations([name for _, name in chunks_of(whole)], 2))
+    for into, source in random.Random(2).sample(pairs, 24):
+        (store / into).write_bytes(good[source])
+        if good[into] != good[source]:
+            assert check_store(store)[0] == [into]
+            found += 1
+        (store / into).write_bytes(good[into])
+    assert found > 10
+    for into, source in random.Random(3).sample(pairs, 3):
+        (store / into).write_bytes(good[source])
+        xarray.testing.assert_equal(swept(store).load(), xarray.open_zarr(whole).load())
+        assert files(store) == good
+
+
+def test_a_description_or_all_chunks_of_another_array_are_found(whole, store):
+    (store / "spread" / "zarr.json").write_bytes((store / "period" / "zarr.json").read_bytes())
+    shutil.rmtree(store / "contact_share")
+    shutil.copytree(store / "longest_contact", store / "contact_share")
+    assert {"spread/zarr.json", "contact_share/zarr.json"} <= set(check_store(store)[0])
+    swept(store)
+    assert files(store) == files(whole)
+
+
+def test_whole_cells_in_the_place_of_others_are_found(whole, store):
+    """Every array's chunk and the seal of it, too."""
+    good = files(whole)
+    for name in good:
+        if name.endswith("/c/0") or name.endswith("/c/0/0"):
+            other = name[: -len("/0")] + "/1" if name.endswith("/c/0") else name[: -len("/0/0")] + "/1/0"
+            if other in good:
+                (store / name).write_bytes(good[other])
+    shutil.copy(store / FOLDER / "4.json", store / FOLDER / "0.json")
+    assert check_store(store)[0] == [f"{FOLDER}/0.json"]
+    assert swept(store).attrs["computed"] == 4
+    assert files(store) == good
+
+
+def test_a_store_without_a_manifest_is_refused_in_words(store):
+    shutil.rmtree(store / FOLDER)
+    before = files(store)
+    with pytest.raises(ValueError, match=f"has no {STUDY}, either lost or not yet written"):
+        swept(store)
+    assert files(store) == before
+    assert check_store(store) == ([STUDY], False)
+    with pytest.raises(ValueError, match="no result of a sweep"):
+        check_store(store / "nowhere")
+
+
+def test_what_a_plain_reader_sees_of_a_missing_chunk(store):
+    """As docs/sweeps.md says."""
+    (store / "xi2" / "c" / "0" / "0").unlink()
+    assert np.isnan(xarray.open_zarr(store)["xi2"][:4]).all()
+    assert check_store(store) == (["xi2/c/0/0"], True)
+
+
+def test_rounds_of_a_refined_study_are_looked_through(tmp_path):
+    swept(tmp_path / "a.zarr", refine=1)
+    assert check_store(tmp_path / "a.zarr") == ([], True)
+    (tmp_path / "a.zarr" / "round-0" / "period" / "c" / "0").unlink()
+    assert check_store(tmp_path / "a.zarr") == (["round-0/period/c/0"], True)
+    swept(tmp_path / "a.zarr", refine=1)
+    assert check_store(tmp_path / "a.zarr") == ([], True)
