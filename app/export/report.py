@@ -8,10 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
-import param
-from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure
+from vibroscope.app.export.label import setting_rows
 
 _STYLE = """
 body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #22303c; }
@@ -69,16 +68,7 @@ def as_report(
 
 def _setting_table(setting: Setting) -> str:
     rows = "".join(
-        "".join(["<tr><th>", escape(label), "</th><td>", escape(text), "</td><td>", escape(doc), "</td></tr>"])
-        for label, text, doc in (_row(name, text, setting) for name, text in setting.texts().items())
+        f"<tr><th>{escape(label)}</th><td>{escape(text)}</td><td>{escape(doc)}</td></tr>"
+        for label, text, doc in setting_rows(setting)
     )
     return f"<h2>Setting</h2><table>{rows}</table>"
-
-
-def _row(name: str, text: str, setting: Setting) -> tuple[str, str, str]:
-    """Symbol, value in the units that are shown, and meaning."""
-    rule = Explorer.param[name]
-    if not isinstance(rule, param.Number):
-        return rule.label, text, rule.doc
-    field = shown_field(name, setting)
-    return field.label, f"{field.number(getattr(setting, name))} {field.unit}".rstrip(), field.hint

@@ -10,7 +10,9 @@ from functools import partial
 
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.export.formats import as_csv, as_json, as_toml, join_parts, program, texts_from_toml
+from vibroscope.app.export.formats import Figure, as_csv, as_json, as_toml, join_parts, program, texts_from_toml
+from vibroscope.app.export.label import figure_label
+from vibroscope.app.export.plots import plot_script
 from vibroscope.app.export.report import as_report
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.tab import Tab, TabHost
@@ -18,6 +20,8 @@ from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import lower_priority, pool
 
 File = dict[str, str]  # name, type (of media), text
+# Pictures, which the browser draws; it is sent what they are to say of themselves, and the name of the file.
+_PICTURES = {"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf"}
 
 
 class TakeAway:
@@ -68,7 +72,8 @@ def file_writer(tab: Tab, what: str, setting: Setting, address: str) -> Callable
     tab : Tab
         The open tab.
     what : str
-        ``"toml"``, ``"python"``, ``"command"``; where there are figures also ``"json"``, ``"report"``, ``"csv:NAME"``.
+        ``"toml"``, ``"python"``, ``"command"``; where there are figures also ``"json"``, ``"report"``, and of each
+        figure ``"csv:NAME"``, ``"plot:NAME"`` (a script that draws it), ``"png:NAME"``, ``"svg:NAME"``, ``"pdf:NAME"``.
     setting : Setting
         The present setting, for the parameter file. The other files are of the setting that the tab shows, if any.
     address : str
@@ -83,9 +88,8 @@ def file_writer(tab: Tab, what: str, setting: Setting, address: str) -> Callable
         return partial(_write, "vibroscope.sh", "text/x-shellscript", str, tab.command(setting))
     figures = {figure.name: figure for figure in tab.figures()}
     kind, _, name = what.partition(":")
-    if kind == "csv" and name in figures and figures[name].tabled:
-        table = table_in_units(tab.table(name), setting.scale)
-        return partial(_write, f"vibroscope-{name}.csv", "text/csv", as_csv, table)
+    if name in figures:
+        return _figure_writer(tab, kind, figures[name], setting, address)
     if what == "json" and figures:
         return partial(_write, f"vibroscope-{tab.key}.json", "application/json", as_json, _content(tab, address))
     if what == "report" and figures:
@@ -94,6 +98,19 @@ def file_writer(tab: Tab, what: str, setting: Setting, address: str) -> Callable
         source = _source(address) | {"made": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")}
         report = tab.title, tab.words(), tab.shown_setting(), drawn, scripts, source
         return partial(_write, "vibroscope-report.html", "text/html", as_report, *report)
+    return None
+
+
+def _figure_writer(tab: Tab, kind: str, figure: Figure, setting: Setting, address: str) -> Callable[[], File] | None:
+    name = f"vibroscope-{figure.name}"
+    label = figure_label(tab.title, figure, tab.shown_setting(), address)
+    if kind in _PICTURES and figure.drawn:
+        return partial(_write, f"{name}.{kind}", _PICTURES[kind], as_json, label)
+    table = table_in_units(tab.table(figure.name), setting.scale) if figure.tabled else []
+    if kind == "csv" and figure.tabled:
+        return partial(_write, f"{name}.csv", "text/csv", as_csv, table)
+    if kind == "plot" and figure.tabled and figure.drawn:
+        return partial(_write, f"{name}.py", "text/x-python", plot_script, name, table, label)
     return None
 
 

@@ -34,7 +34,7 @@ def _(picture: TimeHistory) -> list[Series]:
     run = picture.run
     return [
         Series("samples", _sampled(run)),
-        Series("impacts", {"time": run.impacts.time, "impulse": run.impacts.impulse}),
+        Series("impacts", {"tau": run.impacts.time, "impulse": run.impacts.impulse}),
         Series("contacts", dict(zip(("contact_begin", "contact_end"), run.contacts.reshape(-1, 2).T, strict=True))),
     ]
 
@@ -55,7 +55,7 @@ def _(picture: Diagram) -> list[Series]:
 
 
 def _sampled(run: Response) -> dict[str, np.ndarray]:
-    """Time (τ) and state over the sampled periods."""
+    """Time τ and state over the sampled periods."""
     sampled = run.trajectory
     rows = (row for n in (0, 1) for row in (sampled.displacement[n], sampled.velocity[n]))
-    return {"time": sampled.time, **dict(zip(_STATE, rows, strict=True)), "force": sampled.force}
+    return {"tau": sampled.time, **dict(zip(_STATE, rows, strict=True)), "force": sampled.force}

@@ -6,6 +6,7 @@ import json
 
 import pytest
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.formats import program
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS
@@ -27,6 +28,18 @@ def test_an_offered_file_has_its_format(filled, key):  # noqa: F811
     assert bool(offered) == (key != "help")
     for name, title, drawn, tabled in offered:
         assert drawn or tabled
+        for kind in ("png", "svg", "pdf"):
+            picture = file_writer(tab, f"{kind}:{name}", SETTING, ADDRESS)
+            assert (picture is not None) == drawn
+            if not drawn:
+                continue
+            file = picture()
+            assert file["name"] == f"vibroscope-{name}.{kind}"
+            label = json.loads(file["text"])
+            assert label["title"] == f"Vibroscope, {tab.title}: {title}"
+            assert f"Made by {program()}" in label["description"]
+            assert label["address"] == ADDRESS
+            assert key == "paper" or "Setting: η = 2.76, K = 12000, D = 18, T/Δτ = 200" in label["description"]
         if not tabled:
             assert file_writer(tab, f"csv:{name}", SETTING, ADDRESS) is None
             continue
@@ -52,7 +65,17 @@ def test_a_file_that_is_not_offered_cannot_be_had(key):
     tab = TABS[key](FakeHost())
     tab.build()
     assert offered_figures(tab) == []
-    for what in ("json", "report", "csv:displacement", "csv:plane_exact", "csv:", "", "x" * 4000, "png:phase1"):
+    for what in (
+        "json",
+        "report",
+        "csv:displacement",
+        "csv:plane_exact",
+        "csv:",
+        "",
+        "x" * 4000,
+        "png:phase1",
+        "plot:phase1",
+    ):
         assert file_writer(tab, what, SETTING, ADDRESS) is None
 
 

@@ -2,28 +2,14 @@
 
 import csv
 import json
-import time
 import tomllib
 import xml.etree.ElementTree as ET
-from pathlib import Path
 
 import pytest
 from vibroscope.app.page.tabs import TABS
 
 from .explorer import wait_until
-
-_APART = 0.1  # s between two downloads: Chromium drops all but ten in a second, and reports nothing to wait for
-
-
-def taken(explorer, name):
-    """Click a button of the menu and read the file that comes."""
-    menu = explorer.page.locator("details.take-away")
-    if not menu.evaluate("menu => menu.open"):
-        menu.locator("summary").click()
-    time.sleep(_APART)
-    with explorer.page.expect_download() as download:
-        menu.get_by_role("button", name=name, exact=True).click()
-    return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+from .taking import menu, shapes, taken
 
 
 def test_figures_data_and_report_can_be_taken_away(visit):
@@ -44,28 +30,6 @@ def test_figures_data_and_report_can_be_taken_away(visit):
     assert report.count(b"<svg") == 7
     _, toml = taken(explorer, "Save the parameters")
     assert b"eta = 1.08" in toml
-
-
-def shapes(drawing):
-    """Kind and attributes of every shape of an SVG."""
-    return [(shape.tag.rpartition("}")[2], shape.attrib) for shape in ET.fromstring(drawing).iter()]
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_a_drawing_of_the_page_looks_the_same_outside_it(visit, scheme):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000", color_scheme=scheme)
-    name, drawing = taken(explorer, "Pendulums as SVG")
-    assert name == "vibroscope-mechanism.svg"
-    looks = [look for kind, look in shapes(drawing) if kind == "circle"]
-    reference, paper = {"light": ("0, 114, 178", "#FFFFFF"), "dark": ("86, 180, 233", "#171E26")}[scheme]
-    assert sum(look["fill"] == f"rgb({reference})" for look in looks) == 2
-    assert shapes(drawing)[1][1]["fill"] == paper
-    assert b"class=" not in drawing
-    name, picture = taken(explorer, "Pendulums as PNG")
-    assert picture[:8] == b"\x89PNG\r\n\x1a\n"
-    assert [int.from_bytes(picture[at : at + 4]) for at in (16, 20)] == [520, 380]
-    assert len(picture) > 5000  # a blank one has 2000
-    assert "CSV" not in menu(explorer)["Pendulums"]
 
 
 def test_a_suggestion_is_offered_as_long_as_it_is_shown(visit):
@@ -121,15 +85,6 @@ COLUMNS = {  # some of them, by figure
 CALLS = {"bifurcation": "sweep_eta(", "plane": "sweep_plane(", "step": "sweep_step(", "paper": "CLAIMS"}
 
 
-def menu(explorer):
-    """Titles in the open menu, each with the texts of its buttons."""
-    box = explorer.page.locator("details.take-away")
-    if not box.evaluate("menu => menu.open"):
-        box.locator("summary").click()
-    rows = box.locator(".item:visible")
-    return {row.locator("span").first.text_content(): row.locator("button").all_text_contents() for row in rows.all()}
-
-
 @pytest.mark.parametrize("tab", TABS)
 def test_each_tab_offers_files_of_each_kind(visit, tab):
     explorer = visit(f"?tab={tab}&{STUDY}")
@@ -164,7 +119,10 @@ def test_each_tab_offers_files_of_each_kind(visit, tab):
             assert len(picture) > 1000
             root = ET.fromstring(taken(explorer, f"{title} as SVG")[1])
             assert root.tag == "{http://www.w3.org/2000/svg}svg"
+            assert title in root.findtext("{http://www.w3.org/2000/svg}title")
             assert len(list(root.iter())) > 20
+            assert taken(explorer, f"{title} as PDF")[1].startswith(b"%PDF-1.4")
+            compile(taken(explorer, f"{title}: Script (matplotlib) that draws the CSV")[1], "script", "exec")
     report = taken(explorer, "Save the report")[1].decode()
     assert report.count("<svg") >= sum("PNG" in kinds for kinds in figures.values())
     assert f"tab={tab}" in report or tab == "explore"
@@ -182,9 +140,12 @@ def test_the_menu_follows_the_tab(visit):
 def test_an_error_in_making_a_picture_is_shown_like_any_other(visit):
     explorer = visit().explained()
     explorer.page.evaluate("""() => {
-      const of = (name) => Bokeh.documents[0].get_model_by_name(name);
-      Bokeh.index.find_one_by_id(of("phase1").id).export = () => { throw new Error("no canvas"); };
-      of("phase2").setv({ name: "gone" }, { sync: false });
+      const draw = window.withCopyOf;
+      window.withCopyOf = (figure, ...more) => {
+        if (figure.name === "phase1") throw new Error("no canvas");
+        return draw(figure, ...more);
+      };
+      Bokeh.documents[0].get_model_by_name("phase2").setv({ name: "gone" }, { sync: false });
     }""")
     menu(explorer)
     click = explorer.page.locator("details.take-away").get_by_role

@@ -24,7 +24,7 @@ class Header(Component):
 
     _esm = script(
         *("shared/dom", "shared/fit", "shared/theme"),
-        *("header/exercises", "header/tour", "header/picture", "header/take_away", "header/header"),
+        *("header/exercises", "header/tour", "header/pdf", "header/picture", "header/take_away", "header/header"),
     )
     _stylesheets = [style("header/header")]  # noqa: RUF012 - Panel reads it from the class
 

@@ -1,4 +1,4 @@
-// The take-away menu. Texts and data come from the server on request; pictures are made here.
+// The take-away menu. Texts and data come from the server on request; pictures are drawn here (`picture.js`).
 
 const LARGEST_FILE = 65_536; // bytes
 const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no surrogate pair is cut
@@ -29,12 +29,16 @@ function takeAwayMenu(model) {
     row("Report (HTML)", button("Save", "Save the report", () => ask("report"))),
     row("All data (JSON)", button("Save", "Save all data as JSON", () => ask("json"))),
   ];
+  const size = sizeFields();
+  ofAllFigures.push(size.element);
   const each = element("div");
   const rows = new Map(); // kept, so that a button keeps the focus while other figures come
   const figureRow = ([name, title, drawn, tabled]) => row(title,
-    ...(drawn ? [button("PNG", `${title} as PNG`, () => saveFigure(name, title, "png")),
-      button("SVG", `${title} as SVG`, () => saveFigure(name, title, "svg"))] : []),
-    ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []));
+    ...(drawn ? ["PNG", "SVG", "PDF"] : [])
+      .map((kind) => button(kind, `${title} as ${kind}`, () => ask(`${kind.toLowerCase()}:${name}`))),
+    ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []),
+    ...(drawn && tabled ? [button("Script", `${title}: Script (matplotlib) that draws the CSV`, () => ask(`plot:${name}`))] : []));
+  listen("save-figure", ({ value }) => ask(`png:${value}`)); // from the figure's toolbar
   const rowOf = (offer) => {
     const key = JSON.stringify(offer);
     if (!rows.has(key)) rows.set(key, figureRow(offer));
@@ -60,7 +64,7 @@ function takeAwayMenu(model) {
   model.on("msg:custom", async (message) => {
     const file = message.data ?? message;
     if (copying.delete(file.give)) await copyText(file.text, status);
-    else await orShowError(file.name, async () => save(file.name, new Blob([await withFigures(file)], { type: file.type })));
+    else await orShowError(file.name, async () => save(file.name, await contentOf(file, size)));
   });
   box.append(head, panel);
   document.addEventListener("keydown", (event) => { if (event.key === "Escape") box.open = false; });
@@ -124,16 +128,38 @@ async function orShowError(what, act) {
   }
 }
 
-function saveFigure(name, title, type) {
-  return orShowError(`“${title}”`, async () => save(`vibroscope-${name}.${type}`, await drawing(name, type)));
+// Fields for the size of the pictures: empty ones mean as on the page.
+function sizeFields() {
+  const box = element("div", "item sizes");
+  const field = (name, words, [low, high], usual, unit) => {
+    const label = element("label", "", `${words} `);
+    const input = element("input");
+    Object.assign(input, { type: "number", min: low, max: high, value: preferences.get(name) ?? usual, placeholder: "as shown" });
+    input.setAttribute("aria-label", `${words} in ${unit}`);
+    input.addEventListener("change", () => preferences.set(name, input.value));
+    label.append(input, ` ${unit}`);
+    box.append(label);
+    return () => { // null if it is empty
+      if (!input.checkValidity()) throw new Error(`${words.toLowerCase()} from ${low} to ${high} ${unit}`);
+      return input.value ? Number(input.value) : null;
+    };
+  };
+  box.append(element("span", "", "Pictures"));
+  const width = field("picture-width", "Width", [20, 500], "", "mm");
+  const height = field("picture-height", "Height", [20, 500], "", "mm");
+  const dpi = field("picture-dpi", "PNG", [50, 1200], 300, "dpi");
+  box.title = "A column of a journal is about 85 mm wide, a page 170 mm. Empty: as large as on the page.";
+  return { element: box, read: () => ({ width: width(), height: height(), dpi: dpi() ?? 300 }) };
 }
 
-async function drawing(name, type) {
-  const shape = inPage(`svg[data-figure="${name}"]`);
-  if (shape) return pictureOf(shape, type);
-  const view = viewOf(name);
-  if (!view) throw new Error(`${name} is not drawn`);
-  return view.export(type).to_blob();
+// The server sends most files whole. The pictures are drawn here: it sends what they are to say of themselves.
+async function contentOf(file, size) {
+  const [kind, name] = file.give.split(":");
+  if (!["png", "svg", "pdf"].includes(kind)) return new Blob([await withFigures(file)], { type: file.type });
+  const { title, description, address } = JSON.parse(file.text);
+  const about = { title, description: `${description}\nThe page: ${new URL(address, location).href}` };
+  const { width, height, dpi } = size.read();
+  return pictureFile(await pictureOf(name, { width, height }), kind, about, dpi);
 }
 
 // The report comes without figures; they are drawn here.
@@ -141,8 +167,7 @@ async function withFigures({ give, text }) {
   if (give !== "report") return text;
   const page = new DOMParser().parseFromString(text, "text/html");
   for (const place of page.querySelectorAll("[data-figure]")) {
-    const svg = new DOMParser().parseFromString(await (await drawing(place.dataset.figure, "svg")).text(), "image/svg+xml");
-    place.append(page.importNode(svg.documentElement, true));
+    place.append(page.importNode(await pictureOf(place.dataset.figure), true));
   }
   // The server knows only the query of its address.
   for (const link of page.querySelectorAll("[data-page]")) {

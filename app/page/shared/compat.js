@@ -120,3 +120,66 @@ hook("tooltips", "models/tools/inspectors/hover_tool", "HoverToolView", {
     this.resting = setTimeout(show, REST);
   },
 });
+
+// ---- pictures of figures ------------------------------------------------------------------------------------------------
+
+// The button of a figure's toolbar that saves it: Bokeh asks for a name and gives the pixels of the screen. Here the
+// menu Take away makes the file.
+hook("save", "models/tools/actions/save_tool", "SaveToolView", {
+  doit: () => function () {
+    document.dispatchEvent(new CustomEvent("vibroscope:save-figure", { detail: { value: this.parent.model.name } }));
+  },
+});
+
+// Draws a copy of a figure in SVG, in a document of its own that the server does not know, off the screen. Calls
+// `act(view)` when it is drawn, then removes the copy.
+window.withCopyOf = async (figure, { width, height }, font, act) => {
+  const { Serializer } = Bokeh.loader["core/serialization/serializer"];
+  const content = new Serializer({ references: new Map() }).encode(figure);
+  renameAll(content, new Set());
+  const { constructor: Document, title } = figure.document;
+  const copied = Document.from_json({ title, version: Bokeh.version, roots: [content] });
+  const [copy] = copied.roots();
+  for (const model of copied.all_models) setFont(model, font);
+  const size = { sizing_mode: "fixed", width: Math.round(width), height: Math.round(height), margin: 0 };
+  copy.setv({ ...size, output_backend: "svg", toolbar_location: null }, { sync: false });
+  const place = Object.assign(document.createElement("div"), { className: "copy", ariaHidden: "true" });
+  Object.assign(place.style, { position: "fixed", left: "-20000px", top: 0 });
+  document.body.append(place);
+  try {
+    await Bokeh.embed.add_document_standalone(copied, place);
+    const view = Bokeh.index.find_one_by_id(copy.id);
+    const settle = async () => {
+      for (let frames = 0; frames < 3 || !copied.is_idle; frames += 1) await new Promise(requestAnimationFrame);
+    };
+    const drawn = async () => {
+      await settle();
+      view.request_layout(); // only now the entries of a legend have their size
+      await settle();
+    };
+    await drawn();
+    return await act(view, drawn);
+  } finally {
+    const view = Bokeh.index.find_one_by_id(copy.id);
+    if (view) {
+      Bokeh.index.delete(view);
+      view.remove();
+    }
+    copied.clear();
+    place.remove();
+  }
+};
+
+// Gives each model of a serialised figure another name than that on the page.
+function renameAll(part, seen) {
+  if (typeof part !== "object" || part === null || ArrayBuffer.isView(part) || seen.has(part)) return;
+  seen.add(part);
+  if (typeof part.id === "string") part.id = `copy-${part.id}`;
+  for (const inner of Object.values(part)) renameAll(inner, seen);
+}
+
+function setFont(model, font) {
+  for (const { attr, is_unset: unset } of Object.values(model.properties)) {
+    if (attr.endsWith("text_font") && !unset) model.setv({ [attr]: font }, { sync: false });
+  }
+}

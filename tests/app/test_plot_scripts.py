@@ -1,0 +1,56 @@
+"""The matplotlib script beside each table draws that table, and says what it shows."""
+
+import runpy
+
+import matplotlib as mpl
+import pytest
+from matplotlib import pyplot as plt
+from PIL import Image
+from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export.label import figure_label
+from vibroscope.app.export.plots import plot_script
+from vibroscope.app.page.take_away import file_writer
+
+from .filled_tabs import ADDRESS, SETTING, filled  # noqa: F401 - a fixture
+
+
+def drawn(axes):
+    """Number of curves, marks, bars and cells."""
+    return sum(map(len, (axes.lines, axes.collections, axes.patches, axes.containers)))
+
+
+@pytest.mark.parametrize("key", ["explore", "bifurcation", "plane", "step", "speed", "paper"])
+def test_the_script_of_each_figure_draws_its_table(filled, key, tmp_path, monkeypatch):  # noqa: F811
+    mpl.use("Agg")
+    tab = filled(key)
+    for figure in tab.figures():
+        if not (figure.drawn and figure.tabled):
+            assert file_writer(tab, f"plot:{figure.name}", SETTING, ADDRESS) is None
+            continue
+        table, script = (file_writer(tab, f"{kind}:{figure.name}", SETTING, ADDRESS)() for kind in ("csv", "plot"))
+        for file in (table, script):
+            (tmp_path / file["name"]).write_text(file["text"], encoding="utf-8")
+        space = runpy.run_path(str(tmp_path / script["name"]))
+        axes = [space["axes"], *space["axes"].child_axes]
+        assert sum(map(drawn, axes)) >= len(space["series"]), figure.name
+        assert all(len(column) for series in space["series"].values() for column in series.values())
+        assert axes[0].get_xlabel()
+        assert "from_" not in axes[0].get_xlabel()
+        plt.close("all")
+        name = tmp_path / script["name"].removesuffix(".py")
+        with Image.open(name.with_suffix(".png")) as picture:
+            assert abs(picture.width - 85 / 25.4 * 300) <= 1
+            assert figure.title in picture.text["Title"]
+            assert "vibroscope" in picture.text["Description"]
+        assert name.with_suffix(".pdf").read_bytes().startswith(b"%PDF-")
+
+
+def test_axes_and_texts_have_the_units_of_the_page():
+    columns = {"time [s]": [0.0, 0.1], "force [N]": [1.0, 2.0]}
+    setting = SETTING._replace(units="si", omega1=100.0)
+    label = figure_label("Explore", Figure("force", 'Force """', "A \\ caption."), setting, "?eta=1")
+    script = plot_script("vibroscope-force", [Series("reference", columns)], label)
+    compile(script, "script", "exec")
+    assert "set_xlabel('time t / s')" in script
+    assert "set_ylabel('contact force λ / N')" in script
+    assert "K = 1.2e+08 N/m" in script

@@ -1,0 +1,32 @@
+"""The menu Take away in the terms of its user, for tests in a browser."""
+
+import time
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+_APART = 0.1  # s between two downloads: Chromium drops all but ten in a second, and reports nothing to wait for
+
+
+def taken(explorer, name):
+    """Click a button of the menu and read the file that comes."""
+    menu = explorer.page.locator("details.take-away")
+    if not menu.evaluate("menu => menu.open"):
+        menu.locator("summary").click()
+    time.sleep(_APART)
+    with explorer.page.expect_download() as download:
+        menu.get_by_role("button", name=name, exact=True).click()
+    return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+
+
+def shapes(drawing):
+    """Kind and attributes of every shape of an SVG."""
+    return [(shape.tag.rpartition("}")[2], shape.attrib) for shape in ET.fromstring(drawing).iter()]
+
+
+def menu(explorer):
+    """Titles in the open menu, each with the texts of its buttons."""
+    box = explorer.page.locator("details.take-away")
+    if not box.evaluate("menu => menu.open"):
+        box.locator("summary").click()
+    rows = box.locator(".item:visible")
+    return {row.locator("span").first.text_content(): row.locator("button").all_text_contents() for row in rows.all()}
