@@ -8,6 +8,7 @@ from importlib import import_module
 
 from vibroscope.app import QUESTION
 from vibroscope.app.commands.numba_start import shorten_start
+from vibroscope.app.commands.output import open_streams
 from vibroscope.app.commands.parser import OneLineParser
 
 # In the order of `vibroscope --help`; each is a module of this package.
@@ -80,6 +81,7 @@ def join_initial(arguments: Sequence[str]) -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status."""
+    was_open = open_streams()
     words = join_initial(sys.argv[1:] if arguments is None else arguments)
     shorten_start()
     # Only the command that is run is imported: all of them together take as long as a short run.
@@ -98,4 +100,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     except KeyboardInterrupt:
         return 130
+    if not was_open and options.command != "serve":  # whose output nobody needs
+        print(
+            f"vibroscope {options.command}: the standard output is closed, so that nothing was printed", file=sys.stderr
+        )
+        return status or 1
     return status or 0

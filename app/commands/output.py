@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import codecs
 import math
+import os
 import sys
+import unicodedata
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -11,6 +14,53 @@ if TYPE_CHECKING:  # each command imports this module, and importing the compila
     from vibroscope.engine import CompileProgress
 
 _BAR = 20  # characters
+# What stands for a character that is neither a Greek letter nor made of ASCII characters.
+_ASCII = {
+    "′": "'",
+    "−": "-",
+    "–": "-",
+    "×": "x",
+    "·": ".",
+    "±": "+-",
+    "√": "sqrt",
+    "≈": "~",
+    "≤": "<=",
+    "≥": ">=",
+    "→": "->",
+}
+_ASCII |= {"∞": "inf", "≡": "==", "∫": "int", "’": "'", "“": '"', "”": '"'}
+
+
+def open_streams() -> bool:
+    """Make both output streams usable by any text; returns whether the standard output was open.
+
+    A terminal or pipe whose encoding lacks Greek letters gets their names. A closed stream gets nothing.
+    """
+    was_open = sys.stdout is not None
+    codecs.register_error("vibroscope", _as_ascii)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - for the rest of the process
+        elif hasattr(getattr(sys, name), "reconfigure"):
+            getattr(sys, name).reconfigure(errors="vibroscope")
+    return was_open
+
+
+def _as_ascii(problem: UnicodeError) -> tuple[str, int]:
+    """Handler of `codecs`: names in place of characters that cannot be written."""
+    found = problem.object[problem.start : problem.end]
+    return "".join(map(ascii_name, found)), problem.end
+
+
+def ascii_name(character: str) -> str:
+    """A character in ASCII: "eta" for η, "Omega" for Ω, "1" for ₁."""
+    if character in _ASCII:
+        return _ASCII[character]
+    words = unicodedata.name(character, "").split()
+    if words[:1] == ["GREEK"] and "LETTER" in words:
+        return words[-1].capitalize() if "CAPITAL" in words else words[-1].lower()
+    plain = unicodedata.normalize("NFKD", character).encode("ascii", "ignore").decode()
+    return plain or "?"
 
 
 def note(text: str) -> None:

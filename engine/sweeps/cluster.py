@@ -7,6 +7,7 @@ chunks in its hands, and Dask gives them to another.
 
 import contextlib
 import itertools
+import logging
 from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
@@ -59,7 +60,7 @@ def connect(scheduler: str, threads: int, cancelled: Callable[[], bool] | None) 
     ValueError
         If Dask is not installed.
     OSError
-        If no scheduler answers at that address, or it has no worker.
+        If no scheduler answers at that address, it has no worker, or, while the executor runs, it is lost.
     """
     try:
         from distributed import Client
@@ -71,12 +72,34 @@ def connect(scheduler: str, threads: int, cancelled: Callable[[], bool] | None) 
         client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as problem:
         raise OSError(f"no Dask scheduler answers at {scheduler}: {problem}") from None
-    with client, client.as_current():
+    with _clear_end(scheduler), client, client.as_current():
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise OSError(f"the scheduler at {scheduler} has no workers: start some") from None
         yield _Cluster(client, threads, cancelled).execute
+
+
+@contextlib.contextmanager
+def _clear_end(scheduler: str) -> Iterator[None]:
+    """Raise one error for all that a lost scheduler makes the client raise, and keep its tracebacks out of the log."""
+    from distributed import CancelledError
+    from distributed.comm import CommClosedError
+
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] == "distributed"]
+    levels = {logging.getLogger(name): logging.getLogger(name).level for name in names}
+    for logger in levels:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    except (CancelledError, CommClosedError):
+        raise OSError(
+            f"the Dask scheduler at {scheduler} was lost: run the same again once it is there; nothing is lost of what "
+            "is stored"
+        ) from None
+    finally:
+        for logger, level in levels.items():
+            logger.setLevel(level)
 
 
 class _Cluster:

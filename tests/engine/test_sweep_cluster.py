@@ -30,7 +30,7 @@ def start(module, *arguments, **how):
 
 @pytest.fixture(scope="module")
 def cluster():
-    """Address of a scheduler, and its two workers."""
+    """Address of a scheduler, and the processes: its two workers, and itself."""
     where = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     scheduler = start("dask_scheduler", *where, stderr=subprocess.PIPE, text=True)
     processes = [scheduler]
@@ -42,7 +42,7 @@ def cluster():
         rest.start()
         worker = ("dask_worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
         processes += [start(*worker, stderr=subprocess.DEVNULL), start(*worker, stderr=subprocess.DEVNULL)]
-        yield address, processes[1:]
+        yield address, [*processes[1:], scheduler]
     finally:
         for process in processes:
             process.kill()
@@ -116,3 +116,17 @@ def test_an_address_without_a_scheduler_is_refused(monkeypatch):
     monkeypatch.setattr("vibroscope.engine.sweeps.cluster.PATIENCE", 0.5)
     with pytest.raises(OSError, match="no Dask scheduler answers"):
         swept(scheduler="tcp://127.0.0.1:9")
+
+
+def test_a_scheduler_that_is_lost_is_one_error_and_what_is_stored_is_kept(cluster, tmp_path, caplog):
+    """The last test, since it ends the cluster."""
+    address, processes = cluster
+
+    def kill(now):
+        if now.done >= 8:
+            processes[-1].kill()
+
+    with pytest.raises(OSError, match="was lost: run the same again"):
+        swept(tmp_path / "a.zarr", scheduler=address, progress=kill)
+    assert not caplog.records
+    assert swept(tmp_path / "a.zarr").attrs["reused"] >= 8
