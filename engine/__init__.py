@@ -27,7 +27,7 @@ _LATER = {
     "measurement.comparison": ("MeasuredComparison", "Solved", "compare_measured"),
     "measurement.fit": ("FITTED", "Fit", "fit"),
     "measurement.measurement": ("Measurement",),
-    "measurement.measurement_file": ("measurement_text", "read_measurement"),
+    "measurement.measurement_file": ("measurement_text", "parse_measurement", "read_measurement"),
     "measurement.synthetic": ("synthetic_measurement",),
     "measurement.verdict": ("measured_verdict",),
     "motions.attractors": ("Attractor", "attractors"),

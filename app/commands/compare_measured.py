@@ -6,12 +6,15 @@ import math
 
 from vibroscope.app.commands.options import reference_of, system_of, units_of
 from vibroscope.app.commands.output import finite_or_none
+from vibroscope.app.commands.physical_units import wanted_units
+from vibroscope.app.explorer.measured import comparison_rows, fit_rows, headline, measured_words
 from vibroscope.engine import (
     FITTED,
     Fit,
     MeasuredComparison,
     Newmark,
     Solved,
+    Units,
     compare_measured,
     fit,
     measured_verdict,
@@ -61,7 +64,7 @@ def run_measured(options: argparse.Namespace) -> None:
     if options.json:
         print(json.dumps(as_json(comparison, fitted), allow_nan=False))
     else:
-        print(as_text(comparison, fitted))
+        print(as_text(comparison, fitted, wanted_units(options)))
 
 
 def as_json(comparison: MeasuredComparison, fitted: Fit | None = None) -> dict:
@@ -120,45 +123,16 @@ def _fit_json(fitted: Fit) -> dict:
     }
 
 
-def as_text(comparison: MeasuredComparison, fitted: Fit | None = None) -> str:
-    """The comparison as text."""
-    measurement = comparison.measurement
+def as_text(comparison: MeasuredComparison, fitted: Fit | None = None, scale: Units | None = None) -> str:
+    """The comparison as text, times and lengths in these units."""
     lines = [
-        f"eta = {comparison.reference.response.eta:g}, {len(measurement)} samples over {comparison.periods:.3g} "
-        f"periods, {measurement.frame} displacements",
-        *(_fit_lines(fitted) if fitted else ()),
-        *("".join(f"{'-' if cell is None else cell!s:20}" for cell in row).rstrip() for row in _rows(comparison)),
+        headline(comparison, scale),
+        *(_columns(row) for row in (fit_rows(fitted) if fitted else ())),
+        *(f"note: {remark}" for remark in (fitted.remarks if fitted else ())),
+        *(_columns(row) for row in comparison_rows(comparison, scale)),
     ]
-    return "\n".join([*lines, measured_verdict(comparison)])
+    return "\n".join([*lines, measured_words(comparison, scale)])
 
 
-def _rows(comparison: MeasuredComparison) -> list[tuple]:
-    """A table of the measurement beside both solutions; None for what is not known."""
-    recurrence = comparison.recurrence
-    sensor = recurrence.sensor
-
-    def both(text) -> list[str | None]:
-        alignments = comparison.reference.alignment, comparison.penalty.alignment
-        return [None if alignment is None else text(alignment) for alignment in alignments]
-
-    return [
-        ("", "measured", "reference", "penalty"),
-        ("repeats after", recurrence.period, comparison.reference.period, comparison.penalty.period),
-        ("rms off", f"{recurrence.noise:.3g} noise", *both(lambda a: f"{a.rms:.2%}")),
-        ("begins at tau", "", *both(lambda a: f"{a.phase:.4f}")),
-        ("sensor closes", sensor and f"{sensor.per_period:.3g}", *both(lambda a: f"{a.sensor.per_period:.3g}")),
-        ("sensor closed", sensor and f"{sensor.share:.2%}", *both(lambda a: f"{a.sensor.share:.2%}")),
-        ("closings off", "", *both(lambda a: a.closing_error and f"{a.closing_error:.2%} of T")),
-        ("mean off", "", *both(lambda a: ", ".join(f"{value:.2g}" for value in a.offset))),
-    ]
-
-
-def _fit_lines(fitted: Fit) -> list[str]:
-    lines = []
-    for name, value in fitted.values.items():
-        error = fitted.errors[name]
-        accuracy = f" +- {error:.2g}" if math.isfinite(error) else ", not shown by the motion"
-        lines.append(f"{name:20}{value:.6g}{accuracy}")
-    agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
-    lines.append(f"{'residual':20}{fitted.deviation:.3g}, noise {fitted.noise:.3g}; {agreeing}")
-    return [*lines, *(f"note: {remark}" for remark in fitted.remarks)]
+def _columns(cells: list[str]) -> str:
+    return "".join(f"{cell:20}" for cell in cells).rstrip()

@@ -6,6 +6,7 @@ Tests run them and compare their numbers with those of the page.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from shlex import quote
 
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import units_table
@@ -42,17 +43,21 @@ print("change first:", answer.change or "nothing")
 """
 
 
-def as_command(setting: Setting) -> str:
-    """The same as shell commands; constants other than the paper's go into a file that the commands read."""
-    file, options = _system_file(setting.system, units_table(setting) if setting.scale else [])
+def as_command(setting: Setting, measured: str = "") -> str:
+    """The same as shell commands; constants other than the paper's go into a file that the commands read.
+
+    ``measured`` is the name of the file of a measurement, which is compared, too.
+    """
+    file, options = _system_file(setting.system, units_table(setting) if setting.scale or measured else [])
     options += f" --units {setting.scale.system}" if setting.scale else ""
     eta = print_number(setting.eta)
     reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
+    compared = f"vibroscope compare --eta {eta}{newmark}{reference}{options}"
     return (
         f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{options}\n"
         f"vibroscope simulate --solver newmark --eta {eta}{newmark}{options}\n"
-        f"vibroscope compare --eta {eta}{newmark}{reference}{options}\n"
-    )
+        f"{compared}\n"
+    ) + (f"{compared} --measured {quote(measured)}\n" if measured else "")
 
 
 # ---- a study --------------------------------------------------------------------------------------------------------

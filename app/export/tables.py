@@ -57,6 +57,20 @@ def figure_table(figure: str, columns: Mapping[str, Columns], scale: Units | Non
     ]
 
 
+def measured_table(figure: str, columns: Mapping[str, Columns], scale: Units | None = None) -> list[Series]:
+    """The points of a measurement in one figure, like `figure_table`; none without a measurement."""
+    placed = columns.get("measured")
+    chosen = {
+        "displacement": ("displacements", {"time": "t", "xi1": "x1", "xi2": "x2"}),
+        "phase1": ("phase", {"xi1": "x1", "velocity1": "v1"}),
+        "phase2": ("phase", {"xi2": "x2", "velocity2": "v2"}),
+    }
+    if placed is None or figure not in chosen:
+        return []
+    source, names = chosen[figure]
+    return [Series("measured", {_column_title(n, c, scale): placed[source][c] for n, c in names.items()})]
+
+
 def difference_table(columns: Columns, coordinate: str, scale: Units | None = None) -> list[Series]:
     """The data of `DIFFERENCE`, like `figure_table`."""
     return [Series(coordinate, {_column_title(_LONG.get(n, n), n, scale): column for n, column in columns.items()})]

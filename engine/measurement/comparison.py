@@ -12,6 +12,7 @@ from .cycle import SettledRun, penalty_cycle, reference_cycle
 from .measurement import Measurement
 from .recurrence import Recurrence, recurrence
 
+DRIFT = 0.3  # radians over the whole record: with a larger one, the given η is not that of the measurement
 OTHER_FRAME = {"absolute": "relative", "relative": "absolute"}
 
 
@@ -60,6 +61,16 @@ class MeasuredComparison:
     def periods(self) -> float:
         """Excitation periods that the measurement covers."""
         return self.measurement.span / self.reference.response.period
+
+    @property
+    def drift(self) -> float:
+        """Radians by which the measurement runs out of step with the given η; nan if it is not in step with any."""
+        return abs(self.recurrence.eta - self.reference.response.eta) * self.measurement.span
+
+    @property
+    def other_eta(self) -> float | None:
+        """The excitation frequency of the measurement if it is not the given one."""
+        return self.recurrence.eta if self.drift > DRIFT else None
 
 
 def compare_measured(

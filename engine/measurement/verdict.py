@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator
 
 from ..result import Status
-from ..wording import every
+from ..wording import every, percent
+from .alignment import Alignment
 from .comparison import MeasuredComparison, Solved
 
-DRIFT = 0.3  # radians over the whole record: with a larger one, the given η is not that of the measurement
 WITHIN_NOISE = 1.1  # times the noise: a smaller difference is noise alone
 ALIKE = 0.05  # of the measured size: smaller differences are hardly visible
 OTHER_FRAME = 0.5  # times the difference: if less remains in the other frame, the columns may be named wrongly
@@ -28,19 +28,20 @@ def _sentences(compared: MeasuredComparison) -> Iterator[str]:
             "periodic, or noise hides it, and only statistics can be compared."
         )
         return
-    drift = abs(own.eta - eta) * compared.measurement.span
-    if drift > DRIFT:
+    if compared.other_eta is not None:
         yield (
             f"The measurement was excited at eta = {own.eta:.6g}, not {eta:g}: it runs out of step by "
-            f"{drift:.2g} rad. Give that eta before anything else is judged."
+            f"{compared.drift:.2g} rad. Give that eta before anything else is judged."
         )
         return
     yield _solution_sentence("reference", compared.reference, compared)
     yield _solution_sentence("penalty solution", compared.penalty, compared)
+    if nearer := _nearer_sentence(compared):
+        yield nearer
     aligned = compared.reference.alignment
     if aligned is not None and aligned.rms > ALIKE and compared.other_frame < OTHER_FRAME * aligned.rms:
         names = "xi1, xi2 (relative to the base)" if compared.measurement.frame == "absolute" else "x1, x2 (absolute)"
-        yield f"If the columns are {names}, the reference is {compared.other_frame:.1%} off: name them so."
+        yield f"If the columns are {names}, the reference is {percent(compared.other_frame)} off: name them so."
 
 
 def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) -> str:
@@ -51,16 +52,37 @@ def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) 
         return f"The {name} does not repeat, the measurement does {every(own.period)}."
     if solved.period != own.period:
         return f"The {name} repeats {every(solved.period)}, the measurement {every(own.period)}: another motion."
-    deviation = math.sqrt(float((aligned.channels**2).mean()))
-    if deviation <= WITHIN_NOISE * own.noise:
-        sentence = f"The {name} agrees within the noise of the measurement ({aligned.rms:.1%})"
+    if _is_within_noise(aligned, compared):
+        sentence = f"The {name} agrees within the noise of the measurement ({percent(aligned.rms)})"
     elif aligned.rms <= ALIKE:
-        sentence = f"The {name} follows the measurement to {aligned.rms:.1%}, more than its noise explains"
+        sentence = f"The {name} follows the measurement to {percent(aligned.rms)}, more than its noise explains"
     else:
-        sentence = f"The {name} is {aligned.rms:.1%} off"
+        sentence = f"The {name} is {percent(aligned.rms)} off"
     measured = own.sensor
     if measured is not None:
         solution = aligned.sensor.per_period
         if abs(measured.per_period - solution) > SENSOR * max(measured.per_period, 1.0):
             sentence += f", and would close the sensor {solution:.3g} times a period, not {measured.per_period:.3g}"
     return sentence + "."
+
+
+def _nearer_sentence(compared: MeasuredComparison) -> str:
+    """Say which solution is nearer to the measurement; empty where only one of them can be compared with it."""
+    solutions = {"reference": compared.reference, "penalty solution": compared.penalty}
+    off = {
+        name: solved.alignment
+        for name, solved in solutions.items()
+        if solved.alignment is not None and solved.period == compared.recurrence.period
+    }
+    if len(off) < len(solutions):
+        return ""
+    if all(_is_within_noise(aligned, compared) for aligned in off.values()):
+        return "Its noise hides which of the two is nearer."
+    (near, least), (_, other) = sorted(((name, aligned.rms) for name, aligned in off.items()), key=lambda one: one[1])
+    if percent(least) == percent(other):
+        return "Both are equally near."
+    return f"The {near} is nearer: {percent(least)} off against {percent(other)}."
+
+
+def _is_within_noise(aligned: Alignment, compared: MeasuredComparison) -> bool:
+    return math.sqrt(float((aligned.channels**2).mean())) <= WITHIN_NOISE * compared.recurrence.noise

@@ -12,6 +12,7 @@ from vibroscope.engine import (
     System,
     compare_measured,
     measured_verdict,
+    percent,
     simulate,
     synthetic_measurement,
 )
@@ -81,8 +82,17 @@ def test_the_verdict_covers_both_solutions():
     found = compare_measured(System(), 2.76, made, FINE, periods=300)
     assert found.reference.alignment.rms < found.penalty.alignment.rms < 0.05
     assert found.reference.impacts_per_period == 1
-    assert measured_verdict(found).startswith("The reference agrees within the noise of the measurement (0.7%).")
+    assert measured_verdict(found).startswith("The reference agrees within the noise of the measurement (0.71 %).")
     assert "penalty solution follows the measurement to" in measured_verdict(found)
+
+
+def test_the_nearer_solution_is_named_unless_noise_hides_it():
+    made = synthetic_measurement(System(), 2.76, noise=0.02)
+    found = compare_measured(System(), 2.76, made, FINE, periods=300)
+    near, other = (percent(each.alignment.rms) for each in (found.reference, found.penalty))
+    assert f"The reference is nearer: {near} off against {other}." in measured_verdict(found)
+    noisy = synthetic_measurement(System(), 2.76, noise=0.6)
+    assert "Its noise hides which of the two is nearer." in verdict(2.76, noisy)
 
 
 def test_a_wrong_penalty_solution_is_recognised():
@@ -90,7 +100,7 @@ def test_a_wrong_penalty_solution_is_recognised():
     found = compare_measured(System(), 1.08, made, WRONG)
     assert found.penalty.alignment.rms > 0.1
     words = measured_verdict(found)
-    assert f"The penalty solution is {found.penalty.alignment.rms:.1%} off" in words
+    assert f"The penalty solution is {percent(found.penalty.alignment.rms)} off" in words
     assert "would close the sensor 1 times a period" in words
 
 
@@ -103,14 +113,14 @@ def test_a_measurement_of_another_motion_is_recognised():
         3.25, synthetic_measurement(System(), 3.25), system=System(restitution=0.1, d1=0.2, d2=0.2)
     )
     assert re.match(
-        r"The reference is \d\.\d% off\.", verdict(2.76, synthetic_measurement(System(restitution=0.7), 2.76))
+        r"The reference is \d\.\d % off\.", verdict(2.76, synthetic_measurement(System(restitution=0.7), 2.76))
     )
 
 
 def test_columns_in_the_wrong_frame_are_recognised():
     made = synthetic_measurement(System(), 1.08, noise=0.01)
     misread = Measurement(made.time, made.displacement, made.contact, "relative")
-    assert "If the columns are x1, x2 (absolute), the reference is 0.5% off: name them so." in verdict(1.08, misread)
+    assert "If the columns are x1, x2 (absolute), the reference is 0.5 % off: name them so." in verdict(1.08, misread)
 
 
 def test_a_measurement_of_less_than_a_period_is_refused():

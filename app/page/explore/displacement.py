@@ -51,6 +51,7 @@ class DisplacementView:
         self.difference = empty_source("difference", "t", *PARTS)
         self._items: dict[str, list[LegendItem]] = {}  # legend of the displacements, and of their difference
         self._backgrounds: list[ColumnDataSource] = []  # of the strip
+        self.measured: Columns = {}  # points of a measurement
         self.range = OwnedRange(-10, 10, headroom=0.16)
         self.figure = self._displacement(time)
         self.strip = self._strip(time)
@@ -147,6 +148,7 @@ class DisplacementView:
         switched = self._switch(setting)
         names = [f"{solver}{n}" for solver in ("reference", "penalty") for n in (1, 2)]
         shown = [columns["displacements"][name] for name in names]
+        shown += [self.measured[name] for name in ("x1", "x2") if self.measured]
         self.range.follow([*shown, *self.pinned.columns("displacements", *names)], fresh=fresh or switched)
 
     def explain(self, series: dict[str, np.ndarray], setting: Setting) -> None:

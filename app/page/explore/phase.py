@@ -42,6 +42,7 @@ class PhaseView:
         self.ranges = {name: OwnedRange(-8, 8) for name in ("x1", "x2")}
         self.ranges |= {name: OwnedRange(-8, 8, headroom=0.16) for name in ("v1", "v2")}
         self._lines: list = []
+        self.measured: Columns = {}  # points of a measurement
         self.figures = [self._figure(1), self._figure(2)]
         self.pinned = PinnedCurves(
             {
@@ -101,5 +102,6 @@ class PhaseView:
             line.glyph.line_width = _WIDTHS[solver] if points <= _THIN_FROM else _THIN
         for name, owned in self.ranges.items():
             shown = [columns[source][name] for source in self.sources]
+            shown += [self.measured[name]] if self.measured else []
             shown += [each for source in _PHASES for each in self.pinned.columns(source, name)]
             owned.follow(shown, fresh=fresh)

@@ -11,6 +11,7 @@ from vibroscope.app.explorer.compute import JobQueue, cached_runs
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import Explanation, paragraphs
 from vibroscope.app.explorer.link import LINEAR, View
+from vibroscope.app.explorer.measured import Placed
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
 from vibroscope.app.explorer.present import WINDOW, unit_factor
 from vibroscope.app.explorer.scenes import scene_key
@@ -18,7 +19,15 @@ from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.words_in_units import in_units, words_of_change
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.tables import DIFFERENCE, FIGURES, columns_in_units, difference_table, figure_table
+from vibroscope.app.export.scripts import as_command
+from vibroscope.app.export.tables import (
+    DIFFERENCE,
+    FIGURES,
+    columns_in_units,
+    difference_table,
+    figure_table,
+    measured_table,
+)
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import Comparison
 from vibroscope.app.page.explore.displacement import DisplacementView
@@ -27,6 +36,7 @@ from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.page.explore.force import ForceView
 from vibroscope.app.page.explore.map_source import MapPoints, MapSource
+from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.motion_judge import MotionJudge
 from vibroscope.app.page.explore.phase import PhaseView
@@ -52,8 +62,8 @@ class Explore(Tab):
     motions = True
     axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
     legends = {  # noqa: RUF012 - read only
-        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", *PIN_NAMES)),
-        "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, *PIN_NAMES),
+        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", *PIN_NAMES, "measured")),
+        "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, *PIN_NAMES, "measured"),
         "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", *PIN_NAMES),
     }
 
@@ -66,6 +76,7 @@ class Explore(Tab):
         self._judge = MotionJudge(host, self._show_kinds)
         self._kinds: Kinds | None = None
         self._pinned = PinnedResults(host, self._draw_pinned)
+        self._measured = Overlay(host, self._draw_measured)
         self._map = MapSource(host, self._redraw_map)
         self._explanation: Explanation | None = None
         self._visible = False
@@ -93,18 +104,24 @@ class Explore(Tab):
         self.muting = Muting(self.legends, figures)
         for view in self._views:
             view.pinned.on_legend = self.muting.watch
+        self._points = MeasuredPoints(self.phase, self.displacement)
+        self._points.on_legend = self.muting.watch
+        self._measured.button.css_classes = [*self._measured.button.css_classes, "measurement-choice"]
         self.comparison = Comparison()
+        grid = style("explore/explore")
+        cards = self._measured.panel, self.comparison
+        for card in cards:
+            card.css_classes = [*card.css_classes, "card"]
         cells = [
             self._sender,
-            _cell(self.comparison, "comparison"),
+            _cell(pn.Column(*cards, stylesheets=[grid]), "above"),
             _cell(self.mechanism, "mechanism"),
             *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
             _cell(self.findings, "findings"),
             _cell(self._suggester.view, "suggest"),
+            self._measured.button,
         ]
-        return pn.Column(
-            *cells, css_classes=["explore-grid"], stylesheets=[style("explore/explore")], sizing_mode="stretch_both"
-        )
+        return pn.Column(*cells, css_classes=["explore-grid"], stylesheets=[grid], sizing_mode="stretch_both")
 
     # -- the view ----------------------------------------------------------------------
 
@@ -149,6 +166,7 @@ class Explore(Tab):
         self._fresh |= move.fresh
         self._explainer.withdraw()
         self._judge.withdraw()
+        self._measured.withdraw()
         self._suggester.follow(move.setting)
         self._push_shipped(move)
         self._queue.submit(move.number, move.setting)
@@ -168,7 +186,7 @@ class Explore(Tab):
     def close(self) -> None:
         """The session has ended."""
         self._map.withdraw()
-        for part in (self._queue, self._explainer, self._judge, self._pinned, self._suggester):
+        for part in (self._queue, self._explainer, self._judge, self._pinned, self._measured, self._suggester):
             part.close()
 
     # -- files to take away ------------------------------------------------------------
@@ -189,19 +207,26 @@ class Explore(Tab):
             return [Series(_SERIES_LABELS[name], columns[name])]
         if name == "displacement" and self._draws_difference:
             return difference_table(columns["difference"], setting.coordinate, setting.scale)
-        return figure_table(name, columns, setting.scale)
+        return [*figure_table(name, columns, setting.scale), *measured_table(name, columns, setting.scale)]
 
     def data(self) -> dict[str, object]:
         """The columns of all sources, the difference, the map and the front of a suggestion."""
         more = {"difference": dict(self.displacement.difference.data)} if self._draws_difference else {}
         more |= {"front": self._suggester.front} if self._suggester.front else {}
         more |= {"comparison": self.comparison.table} if self.comparison.rows else {}
+        placed = self._place()
+        more |= {"measured": placed._asdict()} if len(placed.phase["x1"]) else {}
         diagram = columns_in_units(self.eta_map.in_view(), self._result.setting.scale)
         return {**self._result.columns, **more, "diagram": diagram}
 
     def words(self) -> dict[str, str]:
         """The text of the findings."""
-        return with_kinds(paragraphs(self._result.description, self._shown_explanation), self._shown_kinds)
+        found = with_kinds(paragraphs(self._result.description, self._shown_explanation), self._shown_kinds)
+        return found | self._measured.words
+
+    def command(self, setting: Setting) -> str:
+        """Commands that find the same numbers, those of the measurement too."""
+        return as_command(setting, self._measured.name)
 
     def shown_setting(self) -> Setting | None:
         """The last setting that could be computed."""
@@ -243,6 +268,8 @@ class Explore(Tab):
         fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
         self._result, self._scene, self._scale, self._fresh = result, scene, setting.scale, False
         self._time.put(0, WINDOW * setting.period, fresh=fresh)
+        self._measured.follow(setting)
+        self._points.update(self._place())
         self._pinned.follow(setting)
         for view in self._views:
             for name, source in view.sources.items():
@@ -262,6 +289,16 @@ class Explore(Tab):
             view.pinned.update(drawn)
             view.update(self._result.columns, self._result.setting, fresh=False)
         self._compare()
+
+    def _place(self) -> Placed:
+        return self._measured.placed(self._result.setting, self._result.columns["displacements"])
+
+    def _draw_measured(self) -> None:
+        if self._result is not None:
+            with pn.io.hold(self.host.doc):
+                self._points.update(self._place())
+                for view in (self.phase, self.displacement):
+                    view.update(self._result.columns, self._result.setting, fresh=False)
 
     def _compare(self) -> None:
         """Show the numbers of the pinned settings beside those of the present one."""

@@ -1,0 +1,231 @@
+"""A measurement beside both solutions: compared and fitted in worker threads, as columns, as rows and in words.
+
+The command line prints the same rows and words. No panel import.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from vibroscope.app.explorer.present import WINDOW, Columns, convert_units
+from vibroscope.app.explorer.state import Explorer, Setting, print_number
+from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.app.runtime.job import Job
+from vibroscope.app.runtime.workers import background_worker, lower_priority, pool
+from vibroscope.engine import (
+    FITTED,
+    Fit,
+    MeasuredComparison,
+    Measurement,
+    Units,
+    compare_measured,
+    fit,
+    measured_verdict,
+    parse_measurement,
+)
+
+LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
+_MOST_POINTS = 300  # drawn; more would hide the curves
+_SLOPE = 1 / 50  # of an excitation period: the time over which a velocity of the measurement is a mean
+FITTED_LABELS = {name: Explorer.param[name].label for name in FITTED}  # as the page names them
+
+
+class MeasuredFile:
+    """The file of one session: it is parsed again where the constants that define its units have changed."""
+
+    def __init__(self, name: str, content: bytes) -> None:
+        self.name, self._content = name, content
+        self._parsed: tuple[Units, Measurement] | None = None
+
+    def measurement(self, setting: Setting) -> Measurement:
+        """The measurement in numbers of the model; raises ValueError with line and column of the first fault."""
+        units = Units(setting.omega1, setting.m1, setting.amplitude)
+        if self._parsed is None or self._parsed[0] != units:
+            self._parsed = units, parse_measurement(self._content, units)
+        return self._parsed[1]
+
+
+class MeasuredJob(Job):
+    """Compares the file with both solutions of a setting or, where ``names`` are given, fits these constants to it.
+
+    ``on_result(job, result)`` is called in a worker thread with the comparison, the fit, or an exception.
+    """
+
+    def __init__(
+        self,
+        file: MeasuredFile,
+        setting: Setting,
+        on_result: Callable[[MeasuredJob, MeasuredComparison | Fit | Exception], None],
+        names: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__((file, setting, names))
+        self.setting = setting
+        self._on_result = on_result
+        self._begin(pool("fit", 1, lower_priority) if names else background_worker())
+
+    def _answer(self) -> Iterator[None]:
+        try:
+            found = self._solve(*self.question)
+        except ValueError as error:  # the text may quote the file, which belongs into no log
+            found = error
+        if not self.cancelled:
+            self._on_result(self, found)
+        yield
+
+    def _fail(self, error: Exception) -> None:
+        self._on_result(self, error)
+
+    def _solve(self, file: MeasuredFile, setting: Setting, names: tuple[str, ...]) -> MeasuredComparison | Fit:
+        measurement, options = file.measurement(setting), {"cancelled": lambda: self.cancelled}
+        if names:
+            return fit(setting.system, setting.eta, measurement, names=names, **options)
+        options["reference"] = setting.reference
+        return compare_measured(setting.system, setting.eta, measurement, setting.penalty, **options)
+
+
+# ---- in words -------------------------------------------------------------------------------------------------------
+
+
+def headline(comparison: MeasuredComparison, scale: Units | None = None) -> str:
+    """How many samples there are, over how many periods, in which frame."""
+    measurement = comparison.measurement
+    eta = in_units(f"eta = {comparison.reference.response.eta:g}", scale)
+    return f"{eta}, {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} displacements"
+
+
+def measured_words(comparison: MeasuredComparison, scale: Units | None = None) -> str:
+    """Whether the measurement shows this motion, how close each solution is to it, and which one is nearer."""
+    return in_units(measured_verdict(comparison), scale)
+
+
+def plain_symbols(text: str) -> str:
+    """Words of the command line with the symbols of the page."""
+    return text.replace("eta", "η").replace("omega1", "ω₁").replace("at tau", "at τ")
+
+
+def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) -> list[list[str]]:
+    """A table of the measurement beside both solutions, its heads first; "-" for what is not known."""
+    recurrence, sensor = comparison.recurrence, comparison.recurrence.sensor
+    solved = comparison.reference, comparison.penalty
+
+    def shown(quantity: str, value: float, digits: int) -> str:
+        return f"{value:.{digits}g}" if scale is None else scale.text(quantity, value, digits)
+
+    def both(text: Callable) -> list[str]:
+        return ["-" if each.alignment is None else text(each.alignment) for each in solved]
+
+    def of_sensor(text: Callable) -> list[str]:
+        return [text(sensor) if sensor else "-", *both(lambda a: text(a.sensor))]
+
+    def closings(alignment) -> str:
+        return "-" if alignment.closing_error is None else f"{alignment.closing_error:.2%} of T"
+
+    return [
+        ["", "measured", "reference", "penalty"],
+        ["repeats after", *(str(each.period) for each in (recurrence, *solved))],
+        ["rms off", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: f"{a.rms:.2%}")],
+        ["begins at" if scale else "begins at tau", "", *both(lambda a: shown("time", a.phase, 4))],
+        ["sensor closes", *of_sensor(lambda one: f"{one.per_period:.3g}")],
+        ["sensor closed", *of_sensor(lambda one: f"{one.share:.2%}")],
+        ["closings off", "", *both(closings)],
+        ["mean off", "", *both(lambda a: ", ".join(shown("displacement", value, 2) for value in a.offset))],
+    ]
+
+
+def fit_rows(fitted: Fit) -> list[list[str]]:
+    """Each fitted constant with its standard error, and the residual."""
+    rows = []
+    for name, value in fitted.values.items():
+        error = fitted.errors[name]
+        accuracy = f" +- {error:.2g}" if math.isfinite(error) else ", not shown by the motion"
+        rows.append([name, f"{value:.6g}{accuracy}"])
+    agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
+    rows.append(["residual", f"{fitted.deviation:.3g}, noise {fitted.noise:.3g}; {agreeing}"])
+    return rows
+
+
+def fit_content(fitted: Fit) -> dict:
+    """What the page shows of a fit: ``rows``, ``remarks``, and ``use``: the constants as texts, which it may set."""
+    rows = [[FITTED_LABELS.get(name, name), text.replace("+-", "±")] for name, text in fit_rows(fitted)]
+    use = {name: print_number(float(f"{value:.6g}")) for name, value in fitted.values.items()}
+    return {"rows": rows, "remarks": [f"Note: {remark}." for remark in fitted.remarks], "use": use}
+
+
+def own_eta(comparison: MeasuredComparison) -> str:
+    """The excitation frequency of the measurement as a text, if it is another than that of the setting."""
+    found = comparison.other_eta
+    return "" if found is None else print_number(float(f"{found:.6g}"))
+
+
+# ---- in figures -----------------------------------------------------------------------------------------------------
+
+
+class Placed(NamedTuple):
+    """Columns of the measured points in the figures, empty where they have no place on the time axis."""
+
+    displacements: Columns
+    phase: Columns
+
+
+_TIME, _PHASE = ("t", "x1", "x2"), ("x1", "v1", "x2", "v2")
+NOWHERE = Placed(*({name: np.empty(0, np.float32) for name in names} for names in (_TIME, _PHASE)))
+
+
+def place(comparison: MeasuredComparison, setting: Setting, drawn: Columns) -> Placed:
+    """Place the samples on the time axis of the figures by the phase at which the measurement begins.
+
+    The phase is the reference's or, where that does not repeat itself, the penalty solution's. Samples of all periods
+    are drawn over each other. There are none where the measurement is not in step with the excitation. ``drawn`` is the
+    source "displacements" of the figures: where a motion repeats itself after several periods, it says with which of
+    them the figures begin.
+    """
+    own, eta = comparison.recurrence, setting.eta
+    solver = next((name for name in ("reference", "penalty") if getattr(comparison, name).alignment), "")
+    if not solver or own.period == 0 or comparison.other_eta is not None:
+        return NOWHERE
+    solved = getattr(comparison, solver)
+    share, values, velocity = _folded(comparison.measurement, eta, solved.alignment.phase, solved.period, own.period)
+    base = np.array([np.cos(2 * math.pi * share), -eta * np.sin(2 * math.pi * share)])
+    if comparison.measurement.frame == "absolute":
+        values, velocity = values - base[0], velocity - base[1]
+    phase = dict(zip(_PHASE, (values[0], velocity[0], values[1], velocity[1]), strict=True))
+    shown = values + base[0] if setting.frame == "absolute" else values
+    found = [convert_units(_in_window(share + shift, shown, solved.period), setting) for shift in range(solved.period)]
+    best = min(found, key=lambda columns: _distance(columns, drawn, solver))
+    columns = (
+        NOWHERE.displacements if setting.frame == "difference" else best,
+        convert_units(phase, setting),
+    )
+    return Placed(*({name: np.asarray(each, np.float32) for name, each in one.items()} for one in columns))
+
+
+def _folded(measurement: Measurement, eta: float, phase: float, *periods: int):
+    """Excitation periods since the beginning of the cycle, displacements and velocities of evenly chosen samples.
+
+    Neighbours in the folded order give the velocity, so that all periods take part in it.
+    """
+    length = 2 * math.pi / eta
+    time = np.mod(measurement.time + phase, length * math.lcm(*periods))
+    order = np.argsort(time, kind="stable")
+    folded = Measurement(time[order], measurement.displacement[:, order], None, measurement.frame)
+    chosen = np.unique(np.linspace(0, len(time) - 1, min(_MOST_POINTS, len(time))).astype(int))
+    velocity = folded.velocity(_SLOPE * length)
+    return folded.time[chosen] / length, folded.displacement[:, chosen], velocity[:, chosen]
+
+
+def _in_window(share: np.ndarray, values: np.ndarray, period: int) -> Columns:
+    """Samples at these excitation periods, folded into the window of the figures, each of them once."""
+    time = np.mod(share, period) + period * (np.arange(len(share)) % max(1, WINDOW // period))
+    order = np.argsort(time, kind="stable")
+    order = order[time[order] <= WINDOW]
+    return {"t": time[order], "x1": values[0, order], "x2": values[1, order]}
+
+
+def _distance(columns: Columns, drawn: Columns, solver: str) -> float:
+    return sum(
+        float(np.sum((columns[f"x{k}"] - np.interp(columns["t"], drawn["t"], drawn[f"{solver}{k}"])) ** 2))
+        for k in (1, 2)
+    ) / max(len(columns["t"]), 1)

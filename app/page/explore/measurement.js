@@ -1,0 +1,89 @@
+// A measurement: the verdict on it, its numbers beside both solutions, and the fit of constants to it.
+
+export function render({ model }) {
+  const root = element("section", "measurement-card");
+  root.setAttribute("aria-label", "Measurement");
+  const head = element("h2");
+  const name = element("span", "name");
+  head.append(element("span", "swatch"), name);
+  const facts = element("p", "facts");
+  const words = element("p", "words");
+  words.setAttribute("role", "status");
+  const setEta = button("", "Set the excitation frequency of the measurement", () => emit("set", { eta: setEta.value }));
+  const numbers = element("details", "numbers");
+  const table = element("table");
+  const note = "The points are placed by the phase of the reference (of the penalty solution, where the reference does "
+    + "not repeat itself), all periods over each other. Their velocities are slopes over a fiftieth of a period.";
+  numbers.append(element("summary", "", "Numbers"), table, element("p", "note", note));
+  const fit = fitBox(model);
+  const close = button("×", "Remove the measurement", () => model.send_msg({ remove: true }), "close");
+  const text = element("div", "text");
+  text.append(head, facts, words, setEta, numbers);
+  root.append(text, fit.element, close);
+  const draw = () => {
+    const { content } = model;
+    root.dataset.phase = content.phase;
+    root.dataset.pending = String(content.pending === true);
+    name.textContent = `Measurement: ${content.name ?? ""}`;
+    const done = content.phase === "done";
+    facts.textContent = done ? content.headline : "";
+    words.textContent = { reading: "reading …", failed: content.error, done: content.words }[content.phase] ?? "";
+    setEta.value = content.eta ?? "";
+    setEta.hidden = !content.eta;
+    setEta.textContent = `Set ${content.offer}`;
+    numbers.hidden = !done;
+    if (done) table.replaceChildren(...content.rows.map(tableRow));
+    fit.draw(content);
+    emit("figures-changed"); // with a measurement come points
+  };
+  model.on("content", draw);
+  draw();
+  return root;
+}
+
+function tableRow(cells, place) {
+  const row = element("tr");
+  row.append(...cells.map((text, column) => {
+    const made = element(text && (place === 0 || column === 0) ? "th" : "td", "", text);
+    if (made.tagName === "TH") made.scope = place === 0 ? "col" : "row";
+    return made;
+  }));
+  return row;
+}
+
+// Constants of the system, fitted to the measurement.
+function fitBox(model) {
+  const box = element("fieldset", "fit");
+  box.append(element("legend", "", "Fit to the measurement"));
+  const choices = element("div", "choices");
+  const boxes = Object.entries(model.names).map(([name, symbol]) => {
+    const label = element("label");
+    const check = element("input");
+    Object.assign(check, { type: "checkbox", checked: true, value: name });
+    label.append(check, symbol);
+    choices.append(label);
+    return check;
+  });
+  const wanted = () => boxes.filter((check) => check.checked).map((check) => check.value).join(" ");
+  const go = button("Fit", "Fit these constants to the measurement", () => model.send_msg({ fit: wanted() }));
+  choices.append(go);
+  const running = element("div", "running");
+  const bar = element("progress");
+  bar.setAttribute("aria-label", "The fit is being computed");
+  running.append(bar, button("Cancel", "Cancel the fit", () => model.send_msg({ cancel: true })));
+  const list = element("ul");
+  const use = button("Use these values", "Set the fitted constants", () => emit("set", use.texts));
+  box.append(choices, running, list, use);
+  return {
+    element: box,
+    draw: ({ phase, fit = {} }) => {
+      box.hidden = phase !== "done";
+      go.disabled = fit.phase === "running";
+      running.hidden = fit.phase !== "running";
+      const lines = [...(fit.rows ?? []).map(([name, value]) => `${name}: ${value}`), ...(fit.remarks ?? [])];
+      list.replaceChildren(...(fit.error ? [fit.error] : lines).map((line) => element("li", "", line)));
+      use.texts = fit.use;
+      use.hidden = !fit.use;
+    },
+  };
+}

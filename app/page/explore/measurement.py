@@ -1,0 +1,332 @@
+"""A measurement laid over both solutions: the upload of its file, the points in the figures, its verdict and its fit.
+
+The file stays in the memory of the session. No link holds it, and no log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import param
+from bokeh.models import LegendItem, Scatter
+from vibroscope.app.explorer.errors import error_text
+from vibroscope.app.explorer.measured import (
+    FITTED_LABELS,
+    LARGEST_FILE,
+    NOWHERE,
+    MeasuredFile,
+    MeasuredJob,
+    Placed,
+    comparison_rows,
+    fit_content,
+    headline,
+    measured_words,
+    own_eta,
+    place,
+    plain_symbols,
+)
+from vibroscope.app.explorer.present import Columns
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.words_in_units import words_of_change
+from vibroscope.app.page.explore.displacement import DisplacementView
+from vibroscope.app.page.explore.phase import PhaseView
+from vibroscope.app.page.files import script, style
+from vibroscope.app.page.shared.component import Component
+from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, write
+from vibroscope.app.page.tab import TabHost
+from vibroscope.engine import FITTED, Fit, MeasuredComparison
+
+_REST = 150  # ms without a new result before the measurement is compared with it
+_LONGEST_NAME = 80
+_IDLE = {"phase": "idle"}
+
+
+class MeasurementButton(Component):
+    """Chooses a file, or takes one that is dropped on the page, and sends it in parts: see `Overlay._receive`."""
+
+    largest = param.Integer(default=LARGEST_FILE, constant=True, doc="Bytes; of a larger file the name alone is sent")
+
+    _esm = script("shared/dom", "explore/measurement_button")
+    _stylesheets = [style("explore/measurement_button")]  # noqa: RUF012 - Panel reads it from the class
+
+
+class MeasurementPanel(Component):
+    """Verdict, numbers and fit; sends ``{"fit": names}``, ``{"cancel": true}`` and ``{"remove": true}``."""
+
+    names = param.Dict(default=FITTED_LABELS, constant=True, doc="Labels of the constants that can be fitted")
+    content = param.Dict(default=_IDLE, doc="phase: idle, reading, failed or done; see `Overlay._content`")
+
+    _esm = script("shared/dom", "explore/measurement")
+    _stylesheets = [style("explore/measurement")]  # noqa: RUF012 - Panel reads it from the class
+
+    def __init__(self, **params) -> None:
+        super().__init__(visible=False, **params)
+
+
+class Overlay:
+    """The measurement of one session, compared with what is shown. ``draw`` is called when its points have changed."""
+
+    def __init__(self, host: TabHost, draw: Callable[[], None]) -> None:
+        self.host = host
+        self._draw = draw
+        self.button, self.panel = MeasurementButton(), MeasurementPanel()
+        for component in (self.button, self.panel):
+            component.on_msg(lambda event: self._receive(event.data))
+        self._upload: list[str] = []
+        self._name = ""
+        self._file: MeasuredFile | None = None
+        self._setting: Setting | None = None
+        self._result = 0  # number of the result that is shown
+        self._job: MeasuredJob | None = None
+        self._compared: tuple[Setting, MeasuredComparison] | None = None
+        self._placed: tuple[object, Placed] = None, NOWHERE
+        self._fit_job: MeasuredJob | None = None
+        self._fit: dict = _IDLE
+
+    # -- the session's setting ---------------------------------------------------------
+
+    def follow(self, setting: Setting) -> None:
+        """The figures show this setting now: compare the measurement with it a moment later."""
+        before, self._setting = self._setting, setting
+        self._result += 1
+        if before is not None and _fit_key(before) != _fit_key(setting):
+            self._end_fit()
+        if self._file is None:
+            return
+        if self._compared is not None and _key(self._compared[0]) == _key(setting):
+            self._show()
+            return
+        self._show(pending=True)
+        self.host.doc.add_timeout_callback(partial(self._compare_if_shown, self._result), _REST)
+
+    def placed(self, setting: Setting, drawn: Columns) -> Placed:
+        """The points in the figures, which the reference alone places if it repeats itself; see `place`."""
+        if self._compared is None:
+            return NOWHERE
+        of, comparison = self._compared
+        if _key(of) != _key(setting) and (
+            comparison.reference.alignment is None or _reference_key(of) != _reference_key(setting)
+        ):
+            return NOWHERE
+        key = id(comparison), setting.frame, setting.scale
+        if self._placed[0] != key:
+            self._placed = key, place(comparison, setting, drawn)
+        return self._placed[1]
+
+    @property
+    def words(self) -> dict[str, str]:
+        """The verdict and the fit as paragraphs by their headings; empty without a measurement."""
+        content = self.panel.content
+        if content["phase"] != "done":
+            return {}
+        fitted = content["fit"]
+        rows = "; ".join(" ".join(row) for row in fitted.get("rows", []))
+        texts = [f"{content['headline']}.", content["words"], *([f"Fit: {rows}."] if rows else [])]
+        return {f"Measurement {content['name']}": " ".join([*texts, *fitted.get("remarks", [])])}
+
+    @property
+    def name(self) -> str:
+        """The name of the file; empty without a measurement."""
+        return "" if self._file is None else self._file.name
+
+    def withdraw(self) -> None:
+        """Another setting will be shown: stop."""
+        self._result += 1
+        if self._job is not None:
+            self._job.cancel()
+
+    def close(self) -> None:
+        """The session has ended."""
+        self.withdraw()
+        if self._fit_job is not None:
+            self._fit_job.cancel()
+
+    # -- from the browser --------------------------------------------------------------
+
+    def _receive(self, message: object) -> None:
+        for name, act in {
+            "file": self._begin,
+            "part": self._add,
+            "end": self._take,
+            "fit": self._begin_fit,
+            "cancel": lambda _: self._cancel_fit(),
+            "remove": lambda _: self._remove(),
+        }.items():
+            if isinstance(message, dict) and name in message:
+                act(message[name])
+
+    def _begin(self, file: object) -> None:
+        if not isinstance(file, dict):
+            return
+        self._remove()
+        self._name = "".join(c if c.isprintable() else "�" for c in str(file.get("name", "")))[:_LONGEST_NAME]
+        size = file.get("size")
+        if isinstance(size, int | float) and size > LARGEST_FILE:
+            self._fail(
+                f"The file has {size / 2**20:.1f} MiB, and the page takes {LARGEST_FILE // 2**20}: give fewer periods, "
+                "fewer samples of each, or fewer digits; `vibroscope compare --measured` takes 16 MiB."
+            )
+        else:
+            self._write(phase="reading", name=self._name)
+
+    def _add(self, parts: object) -> None:
+        texts = parts.values() if isinstance(parts, dict) else ()
+        self._upload += [text for text in texts if isinstance(text, str)]
+        if sum(map(len, self._upload)) > LARGEST_FILE:
+            self._upload.clear()
+
+    def _take(self, _: object) -> None:
+        """The file is complete; it is parsed in a worker thread."""
+        content, self._upload = "".join(self._upload).encode(errors="replace"), []
+        self._file = MeasuredFile(self._name, content)
+        if self._setting is not None:
+            self._compare()
+
+    def _remove(self) -> None:
+        self.withdraw()
+        self._end_fit()
+        self._upload, self._file, self._compared = [], None, None
+        self._write(**_IDLE)
+        self._draw()
+
+    def _fail(self, error: str) -> None:
+        self._write(phase="failed", name=self._name, error=error)
+
+    # -- the comparison ----------------------------------------------------------------
+
+    def _compare_if_shown(self, result: int) -> None:
+        if result == self._result and self._file is not None:
+            self._compare()
+
+    def _compare(self) -> None:
+        if self._job is not None:
+            self._job.cancel()
+        self._job = MeasuredJob(self._file, self._setting, self._deliver)
+
+    def _deliver(self, job: MeasuredJob, found: object) -> None:
+        """In a worker thread."""
+        self.host.call_later(partial(self._show_result, job, found))
+
+    def _show_result(self, job: MeasuredJob, found: MeasuredComparison | Fit | Exception) -> None:
+        """Show what a job has found, unless it was withdrawn."""
+        if job.cancelled:
+            return
+        if job is self._fit_job:
+            self._fit_job = None
+            failed = isinstance(found, Exception)
+            self._fit = {"phase": "failed", "error": _sentence(found)} if failed else {"phase": "done"}
+            self._fit |= {} if failed else fit_content(found)
+            self._show()
+        elif job is self._job:
+            if isinstance(found, Exception):
+                self._compared = None
+                self._fail(_sentence(found))
+            else:
+                self._compared = job.setting, found
+                self._show()
+            self._draw()
+
+    def _begin_fit(self, names: object) -> None:
+        names = tuple(name for name in FITTED if name in names) if isinstance(names, str) else ()
+        if self._compared is None or not names:
+            return
+        self._end_fit()
+        self._fit = {"phase": "running"}
+        self._show()
+        self._fit_job = MeasuredJob(self._file, self._setting, self._deliver, names)
+
+    def _cancel_fit(self) -> None:
+        self._end_fit()
+        if self._compared is not None:
+            self._show()
+
+    def _end_fit(self) -> None:
+        if self._fit_job is not None:
+            self._fit_job.cancel()
+        self._fit_job, self._fit = None, _IDLE
+
+    # -- to the browser ----------------------------------------------------------------
+
+    def _show(self, *, pending: bool = False) -> None:
+        if self._compared is None:
+            return
+        scale, comparison = self._setting.scale, self._compared[1]
+        self._write(
+            phase="done",
+            name=self._file.name,
+            pending=pending,
+            headline=plain_symbols(headline(comparison, scale)),
+            words=plain_symbols(measured_words(comparison, scale)),
+            rows=[[plain_symbols(cell) for cell in row] for row in comparison_rows(comparison, scale)],
+            eta=(eta := own_eta(comparison)),
+            offer=words_of_change({"eta": eta}, self._setting) if eta else "",
+            fit=self._fit,
+        )
+
+    def _write(self, **content) -> None:
+        if content != self.panel.content:
+            self.panel.param.update(content=content, visible=content["phase"] != "idle")
+            self.host.update_offers()
+
+
+def _fit_key(setting: Setting) -> object:
+    """What a fit depends on."""
+    return setting.system, setting.eta, setting.omega1, setting.amplitude
+
+
+def _reference_key(setting: Setting) -> object:
+    return *_fit_key(setting), setting.reference
+
+
+def _key(setting: Setting) -> object:
+    """What a comparison depends on."""
+    return *_reference_key(setting), setting.penalty
+
+
+def _sentence(error: Exception) -> str:
+    text = plain_symbols(error_text(error))
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
+
+
+class MeasuredPoints:
+    """The points of a measurement in the figures; they are added when the first measurement is drawn."""
+
+    def __init__(self, phase: PhaseView, displacement: DisplacementView) -> None:
+        self.on_legend: Callable[[str, str, LegendItem], None] = lambda *_: None  # called with each new legend entry
+        self._views = phase, displacement
+        self._sources: dict[str, object] = {}
+        self._items: list[tuple[str, LegendItem]] = []  # with the name of their source
+
+    def update(self, placed: Placed) -> None:
+        """Draw these points, and give them to the views, whose axes follow them."""
+        columns: Mapping[str, Columns] = {"measured_phase": placed.phase, "measured_time": placed.displacements}
+        for view, shown in zip(self._views, columns.values(), strict=True):
+            view.measured = shown
+        if not self._sources:
+            if not len(placed.phase["x1"]):
+                return
+            self._add(columns)
+        for name, source in self._sources.items():
+            write(source, columns[name])
+        for name, item in self._items:
+            item.visible = len(columns[name]["x1"]) > 0
+
+    def _add(self, columns: Mapping[str, Columns]) -> None:
+        self._sources = {name: empty_source(name, *each) for name, each in columns.items()}
+        phase, displacement = self._views
+        places = [(plot, "measured_phase", [(f"x{n}", f"v{n}")]) for n, plot in enumerate(phase.figures, 1)]
+        places.append((displacement.figure, "measured_time", [("t", "x1"), ("t", "x2")]))
+        for plot, name, axes in places:
+            renderers = [
+                add_glyph(
+                    plot,
+                    Scatter(x=x, y=y, size=3, fill_color=INK if n == 0 else None, line_color=INK, line_width=0.8),
+                    self._sources[name],
+                )
+                for n, (x, y) in enumerate(axes)
+            ]
+            item = LegendItem(label="measured", renderers=renderers, visible=len(columns[name]["x1"]) > 0)
+            plot.legend[0].items = [*plot.legend[0].items, item]
+            self.on_legend(plot.name, "measured", item)
+            self._items.append((name, item))

@@ -1,0 +1,165 @@
+"""A measurement on the page: its upload, its errors, its verdict and fit, and where its points lie."""
+
+import numpy as np
+import pytest
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.measured import LARGEST_FILE, MeasuredFile, own_eta, place
+from vibroscope.app.explorer.present import present
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.scripts import as_command
+from vibroscope.app.export.tables import measured_table
+from vibroscope.app.page.explore.measurement import Overlay
+from vibroscope.app.runtime.files import ASSETS
+from vibroscope.engine import (
+    Measurement,
+    Units,
+    compare_measured,
+    measured_verdict,
+    measurement_text,
+    read_measurement,
+    synthetic_measurement,
+)
+
+from .fakes import Document, QueueingHost, send
+
+EXAMPLE = ASSETS / "example-measurement.csv"
+SETTING = Setting(eta=2.76, K=12000.0, D=18.0, steps=2000)
+
+
+@pytest.fixture
+def overlay():
+    drawn = []
+    made = Overlay(QueueingHost(doc=Document()), lambda: drawn.append(True))
+    made.drawn = drawn
+    made.follow(SETTING)
+    yield made
+    made.close()
+
+
+def upload(overlay, text, name="own.csv", *, wait=True):
+    send(overlay.button, {"file": {"name": name, "size": len(text)}})
+    for i in range(0, len(text), 3000):
+        send(overlay.button, {"part": {"0": text[i : i + 1900], "1": text[i + 1900 : i + 3000]}})
+    send(overlay.button, {"end": True})
+    if wait:
+        overlay.host.catch_up_until(lambda: overlay.panel.content["phase"] != "reading")
+    return overlay.panel.content
+
+
+def test_the_page_says_what_the_command_line_says(overlay):
+    content = upload(overlay, EXAMPLE.read_text(encoding="utf-8"))
+    measurement = read_measurement(EXAMPLE)
+    found = compare_measured(SETTING.system, 2.76, measurement, SETTING.penalty, reference=SETTING.reference)
+    assert content["words"] == measured_verdict(found).replace("eta", "η")
+    assert content["headline"] == "η = 2.76, 481 samples over 4 periods, absolute displacements"
+    assert content["rows"][3][:3] == ["begins at τ", "", "0.6996"]
+    assert overlay.panel.visible
+    assert overlay.drawn
+    assert content["words"] in overlay.words["Measurement own.csv"]
+    send(overlay.panel, {"remove": True})
+    assert (overlay.panel.visible, overlay.words, overlay.name) == (False, {}, "")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time [s], x1 [mm], x2 [mm]\n0, 1, 2\n1, one, 2\n", "Line 3, column 2 (x1): 'one' is no finite number."),
+        ("t, x1, x2\n", "Line 1, column 1: unknown column 't'; known: time, x1, x2, xi1, xi2, contact, as in x1 [mm]."),
+        ("time, x1, x2\n0, 1, 2\n", "Line 3: the file ends after 1 samples; give at least 16."),
+        ("", "Line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]."),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_refused_with_its_line(overlay, text, words):
+    assert upload(overlay, text) == {"phase": "failed", "name": "own.csv", "error": words}
+    assert len(overlay.placed(SETTING, {}).phase["x1"]) == 0
+
+
+@pytest.mark.parametrize("message", [{"file": 5}, {"part": "x"}, {"fit": {"x": 1}}, {"fit": "mass"}, [], None])
+def test_a_message_of_another_form_changes_nothing(overlay, message):
+    send(overlay.button, message)
+    assert overlay.panel.content == {"phase": "idle"}
+
+
+def test_a_file_that_is_too_large_is_refused_before_it_is_sent(overlay):
+    send(overlay.button, {"file": {"name": "long.csv", "size": LARGEST_FILE + 1}})
+    assert "the page takes 2" in overlay.panel.content["error"]
+    assert overlay.button.largest == LARGEST_FILE
+
+
+def test_the_upload_ends_at_the_limit_whatever_the_browser_says(overlay):
+    send(overlay.button, {"file": {"name": "long.csv", "size": 5}})
+    for _ in range(LARGEST_FILE // 120_000 + 2):
+        send(overlay.button, {"part": {str(i): "1" * 1900 for i in range(64)}})
+        assert sum(map(len, overlay._upload)) <= LARGEST_FILE
+
+
+def test_a_move_of_the_sliders_keeps_the_points_that_the_reference_places(overlay):
+    upload(overlay, EXAMPLE.read_text(encoding="utf-8"))
+    drawn = present(compute_runs(SETTING))["displacements"]
+    points = overlay.placed(SETTING, drawn)
+    assert len(points.phase["x1"]) == 300
+    softer = SETTING._replace(K=6000.0)
+    overlay.follow(softer)
+    assert overlay.panel.content["pending"]
+    assert overlay.placed(softer, drawn) is points
+    assert len(overlay.placed(SETTING._replace(eta=2.7), drawn).phase["x1"]) == 0
+
+
+def test_a_fit_finds_the_constants_and_offers_them(overlay):
+    upload(overlay, EXAMPLE.read_text(encoding="utf-8"))
+    send(overlay.panel, {"fit": "restitution"})
+    assert overlay.panel.content["fit"] == {"phase": "running"}
+    overlay.host.catch_up_until(lambda: overlay.panel.content["fit"]["phase"] != "running")
+    found = overlay.panel.content["fit"]
+    assert float(found["use"]["restitution"]) == pytest.approx(0.5, abs=0.01)
+    assert found["rows"][0][0] == "e"
+    assert "±" in found["rows"][0][1]
+    overlay.follow(SETTING._replace(restitution=float(found["use"]["restitution"])))  # it is used
+    assert overlay.panel.content["fit"] == {"phase": "idle"}
+
+
+def placed(setting, eta, **made):
+    units = Units(setting.omega1, setting.m1, setting.amplitude)
+    text = measurement_text(synthetic_measurement(setting.system, eta, **made), units, "synthetic")
+    measurement = MeasuredFile("x", text.encode()).measurement(setting)
+    found = compare_measured(setting.system, setting.eta, measurement, setting.penalty, reference=setting.reference)
+    columns = present(compute_runs(setting))
+    return found, place(found, setting, columns["displacements"]), columns
+
+
+@pytest.mark.parametrize("frame", ["relative", "absolute"])
+@pytest.mark.parametrize("phase", [0.4, 2.6])
+def test_points_lie_on_the_curve_they_were_sampled_from(phase, frame):
+    """At η = 3.25 a cycle has two periods: the points must begin with the period that the figures begin with."""
+    setting = Setting(eta=3.25, K=5000.0, D=15.0, steps=500, frame=frame, units="mm-t-s", omega1=20.0, amplitude=2.0)
+    other = {"relative": "absolute", "absolute": "relative"}[frame]
+    found, points, columns = placed(setting, 3.25, noise=0.0, phase=phase, frame=other)
+    assert found.reference.period == 2
+    times, drawn = points.displacements["t"], columns["displacements"]
+    assert 0 <= times.min() < times.max() <= 2 * setting.period
+    for k in "12":
+        curve = np.interp(times, drawn["t"], drawn[f"reference{k}"])
+        assert np.abs(points.displacements[f"x{k}"] - curve).max() < 0.02 * np.ptp(curve)
+        orbit = columns["phase_reference"]
+        assert np.ptp(points.phase[f"v{k}"]) == pytest.approx(float(np.ptp(orbit[f"v{k}"])), rel=0.1)
+
+
+def test_a_measurement_of_another_frequency_has_no_place_and_its_own_is_offered():
+    setting = SETTING._replace(eta=2.8)
+    found, points, _ = placed(setting, 2.76, periods=8)
+    assert float(own_eta(found)) == pytest.approx(2.76, abs=1e-3)
+    assert len(points.phase["x1"]) == len(points.displacements["t"]) == 0
+
+
+def test_the_velocity_of_a_sine_is_its_slope():
+    time = np.sort(np.random.default_rng(1).uniform(0, 20, 2000))
+    found = Measurement(time, np.stack([np.sin(time), np.cos(2 * time)]), None, "relative").velocity(0.1)
+    assert np.abs(found - [np.cos(time), -2 * np.sin(2 * time)])[:, 20:-20].max() < 0.05
+
+
+def test_files_to_take_away_hold_the_measurement():
+    points = {"measured": {"displacements": {"t": [0.1], "x1": [1.0], "x2": [2.0]}, "phase": {}}}
+    (series,) = measured_table("displacement", points)
+    assert (series.label, dict(series.columns)) == ("measured", {"time": [0.1], "xi1": [1.0], "xi2": [2.0]})
+    assert measured_table("force", points) == measured_table("displacement", {}) == []
+    assert as_command(SETTING, "my run.csv").splitlines()[-1].endswith("--measured 'my run.csv'")
