@@ -154,7 +154,7 @@ def test_a_measurement_of_another_frequency_has_no_place_and_its_own_is_offered(
 def test_the_velocity_of_a_sine_is_its_slope():
     time = np.sort(np.random.default_rng(1).uniform(0, 20, 2000))
     found = Measurement(time, np.stack([np.sin(time), np.cos(2 * time)]), None, "relative").velocity(0.1)
-    assert np.abs(found - [np.cos(time), -2 * np.sin(2 * time)])[:, 20:-20].max() < 0.05
+    assert np.abs(found - [np.cos(time), -2 * np.sin(2 * time)])[:, 20:-20].max() < 0.1
 
 
 def test_files_to_take_away_hold_the_measurement():

@@ -91,7 +91,7 @@ def test_the_nearer_solution_is_named_unless_noise_hides_it():
     found = compare_measured(System(), 2.76, made, FINE, periods=300)
     near, other = (percent(each.alignment.rms) for each in (found.reference, found.penalty))
     assert f"The reference is nearer: {near} off against {other}." in measured_verdict(found)
-    noisy = synthetic_measurement(System(), 2.76, noise=0.6)
+    noisy = synthetic_measurement(System(), 2.76, noise=0.2)
     assert "Its noise hides which of the two is nearer." in verdict(2.76, noisy)
 
 
