@@ -14,7 +14,17 @@ from vibroscope.app.commands.options import (
 )
 from vibroscope.app.commands.output import progress_line
 from vibroscope.app.commands.physical_units import add_units_option, settings_text, unit_names, wanted_units
-from vibroscope.engine import Recommendation, Units, design_curve, percent, recommend
+from vibroscope.engine import (
+    Limits,
+    Newmark,
+    RangeRecommendation,
+    Recommendation,
+    Units,
+    design_curve,
+    percent,
+    recommend,
+    recommend_range,
+)
 
 ETAS_LIMIT = 1000
 
@@ -35,16 +45,24 @@ def add(commands) -> None:
     where = command.add_mutually_exclusive_group(required=True)
     where.add_argument("--eta", **ETA)
     where.add_argument("--eta-range", type=eta_range, metavar="A:B:N", help="N frequencies from A to B: a design curve")
+    add(
+        "--one-setting",
+        action="store_true",
+        help="with --eta-range: one K, D and time step for all of them and between them, and what limits the range",
+    )
     add("--tolerance", type=float, metavar="F", help="largest relative error (default %(default)s)")
     add("--located", action="store_true", help="steps cut at contact changes only; the least solves per period")
     add_joint_damping_option(command)
+    add("--K", type=float, metavar="F", help="hold K and look for the rest")
+    add("--D", type=float, metavar="F", help="hold D and look for the rest")
     add("--K-max", type=float, metavar="F", help="largest K to try (default %(default)g)")
     add("--steps-max", type=float, metavar="N", help="most steps per period to try (default %(default)s)")
     add_units_option(command)
     add_system_option(command)
     add("--json", action="store_true", help="print one JSON object (a list of them for --eta-range)")
-    names = {"tolerance": "tolerance", "K_max": "stiffness_max", "steps_max": "steps_max"}  # option: the engine's name
-    command.set_defaults(**{option: default_of(recommend, name) for option, name in names.items()})
+    names = {"K_max": "stiffness_max", "steps_max": "steps_max"}  # option: the engine's name
+    command.set_defaults(**{option: default_of(Limits, name) for option, name in names.items()})
+    command.set_defaults(tolerance=default_of(recommend, "tolerance"))
     command.set_defaults(run=run)
 
 
@@ -67,10 +85,17 @@ def run(options: argparse.Namespace) -> None:
         "reference": reference_of(options),
         "stiffness_max": options.K_max,
         "steps_max": options.steps_max,
+        "stiffness": options.K,
+        "damping": options.D,
         "progress": progress_line(lambda share: f"searching {100 * share:3.0f} %", 1),
     }
     system, units = system_of(options), wanted_units(options)
-    if options.eta_range:
+    if options.one_setting:
+        if not options.eta_range:
+            raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")
+        found = recommend_range(system, options.eta_range, located=options.located, **search)
+        print(json.dumps(range_json(found, units), allow_nan=False) if options.json else range_text(found, units))
+    elif options.eta_range:
         curve = design_curve(system, options.eta_range, located=options.located, **search)
         rows = [as_json(found, units) for found in curve]
         print(json.dumps(rows, allow_nan=False) if options.json else _curve_text(curve))
@@ -105,8 +130,44 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
         "reason": found.reason,
     }
     if units is not None and best:
-        report["physical"] = {"units": unit_names(units), **units.settings(found.eta, found.method)}
+        report["physical"] = _physical(units, found, found.method)
     return report
+
+
+def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
+    """One setting for a range as JSON for scripts; None for numbers that do not exist."""
+    best = found.best
+    k, d, n = best.setting if best else (None, None, None)
+    report = {
+        "tolerance": found.tolerance,
+        "located": found.located,
+        "K": k,
+        "D": d,
+        "steps": n,
+        "eta_of_steps": found.eta if best else None,
+        "time_step": found.time_step if best else None,
+        "error": best and best.error,
+        "robust": best and best.robust,
+        "met": found.met,
+        "etas": [vars(served) for served in found.served],
+        "left_out": list(found.left_out),
+        "front": [_front_row(trial) for trial in found.front],
+        "limit": found.limit,
+        "kind": found.kind,
+        "reason": found.reason,
+    }
+    if units is not None and best:
+        report["physical"] = _physical(units, found, found.method(found.eta))
+    return report
+
+
+def _physical(units: Units, found: Recommendation | RangeRecommendation, method: Newmark) -> dict:
+    """Setting and front in the units of an FE input file."""
+    front = [
+        [n, error, units.physical("stiffness", k), units.physical("damping", d)]
+        for n, error, k, d in map(_front_row, found.front)
+    ]
+    return {"units": unit_names(units), **units.settings(found.eta, method), "front": front}
 
 
 def _front_row(trial) -> list[float]:
@@ -140,19 +201,55 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
         )
     if units is not None:
         lines.append(f"physical          {settings_text(units, found.eta, found.method)}")
-    return "\n".join([*lines, *_front_lines(found)])
+    return "\n".join([*lines, *_front_lines(found, units)])
 
 
-def _beside(found: Recommendation, error: float) -> str:
+def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
+    """One setting for a range as text: the setting, what it does at each eta, what limits it, and the front."""
+    kind = "steps cut at contact changes" if found.located else "constant step"
+    lines = [f"one setting for a range of eta, {kind}, tolerance {percent(found.tolerance)}"]
+    if not found.met:
+        lines.append(f"not met           {found.reason}")
+    if found.left_out:
+        etas = ", ".join(f"{eta:.4g}" for eta in found.left_out)
+        lines.append(f"left out          eta = {etas}: the reference does not repeat itself there")
+    if found.best is None:
+        return "\n".join(lines)
+    k, d, n = found.best.setting
+    lines += [
+        f"{'set' if found.met else 'best found':18s}K = {k:g}, D = {d:g}, time step {found.time_step:.4g} "
+        f"({n} steps per period at eta = {found.eta:g})",
+        f"limit             {found.limit}",
+    ]
+    if found.kind:
+        lines.append(f"mind              another kind of motion: {found.kind}")
+    if units is not None:
+        lines.append(f"physical          {settings_text(units, found.eta, found.method(found.eta))}")
+    lines.append("eta               steps     error    robust")
+    for one in found.served:
+        error, robust = _beside(found, one.error), _beside(found, one.robust)
+        lines.append(f"{one.eta:<10.6g}{one.steps:13d} {error:>9s} {robust:>9s}")
+    return "\n".join([*lines, *_front_lines(found, units)])
+
+
+def _beside(found: Recommendation | RangeRecommendation, error: float) -> str:
     return percent(error, beside=found.tolerance)
 
 
-def _front_lines(found: Recommendation) -> list[str]:
-    lines = ["front             steps  solves     error    robust         K         D"]
+def _front_lines(found: Recommendation | RangeRecommendation, units: Units | None) -> list[str]:
+    """The front as a table, with spring and damper in units where they are asked for."""
+    heads = ["K", "D"]
+    if units is not None:
+        names = (units.unit(quantity).replace("·", ".") for quantity in ("stiffness", "damping"))
+        heads = [f"{head} / {name}" for head, name in zip(("K", "2D"), names, strict=True)]
+    wide = max(9, *map(len, heads))
+    lines = ["front             steps  solves     error    robust " + " ".join(f"{head:>{wide}s}" for head in heads)]
     for trial in found.front:
         k, d, n = trial.setting
+        if units is not None:
+            k, d = (float(f"{units.physical(*one):.4g}") for one in (("stiffness", k), ("damping", d)))
         error, robust = _beside(found, trial.error), _beside(found, trial.robust)
-        lines.append(f"{n:23d} {trial.cost:7.0f} {error:>9s} {robust:>9s} {k:9g} {d:9g}")
+        lines.append(f"{n:23d} {trial.cost:7.0f} {error:>9s} {robust:>9s} {k:{wide}g} {d:{wide}g}")
     return lines
 
 

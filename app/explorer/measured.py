@@ -101,11 +101,6 @@ def measured_words(comparison: MeasuredComparison, scale: Units | None = None) -
     return in_units(measured_verdict(comparison), scale)
 
 
-def plain_symbols(text: str) -> str:
-    """Words of the command line with the symbols of the page."""
-    return text.replace("eta", "η").replace("omega1", "ω₁").replace("at tau", "at τ")
-
-
 def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) -> list[list[str]]:
     """A table of the measurement beside both solutions, its heads first; "-" for what is not known."""
     recurrence, sensor = comparison.recurrence, comparison.recurrence.sensor

@@ -3,24 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from inspect import signature
 from typing import NamedTuple
 
+from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation, sentence
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.state import Setting, most_steps, print_number
+from vibroscope.app.explorer.state import Setting, bounds_of, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
-from vibroscope.app.explorer.words_in_units import in_units, words_of_change
+from vibroscope.app.explorer.words_in_units import in_units, plain_symbols, words_of_change
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.runtime.workers import Workers, lower_priority, pool
-from vibroscope.engine import Recommendation, Reference, System, percent, recommend, rounded
-from vibroscope.engine.recommendation.recommend import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE
+from vibroscope.engine import (
+    Limits,
+    RangeRecommendation,
+    Recommendation,
+    Reference,
+    System,
+    percent,
+    recommend,
+    recommend_range,
+    rounded,
+    steps_at,
+)
+from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE
 
 _THREADS = 2  # searches that run at the same time, of all sessions
 _PERCENT = (0.01, 100.0)  # range of a tolerance
-_DEFAULTS = signature(recommend).parameters
+_ETAS = 5  # of a range, at which settings are tried; between them what is found is tried, too
+Found = Recommendation | RangeRecommendation
 _OFFERED = (0.05, 0.1, 0.2, 0.5, 1.0)  # tolerances, of which the least that can be met is offered
 _ABOVE = 1.2  # times the part of the joint damping, which no K, D or step removes
 _FRONT_POINTS = 10  # shown, at most
@@ -28,31 +40,37 @@ CACHE = Cache(32)  # results by their question
 
 
 class Question(NamedTuple):
-    """What a search depends on; it does not depend on K, D and Δτ, which it looks for."""
+    """What a search depends on; it does not depend on K, D and Δτ, which it looks for, unless one of them is held.
+
+    One setting is asked for all ``etas``; there is one of them unless it is to serve a range.
+    """
 
     system: System
-    eta: float
+    etas: tuple[float, ...]
     reference: Reference
     located: bool
     tolerance: float
     stiffness_max: float
     steps_max: int
+    stiffness: float | None = None
+    damping: float | None = None
 
     def follow(self, setting: Setting) -> Question:
-        """The same tolerance and limits, asked for another setting."""
+        """The same tolerance, limits and range, asked for another setting."""
+        etas = self.etas if len(self.etas) > 1 else (setting.eta,)
         located = setting.located == "yes"
-        return self._replace(system=setting.system, eta=setting.eta, reference=setting.reference, located=located)
+        return self._replace(system=setting.system, etas=etas, reference=setting.reference, located=located)
 
 
 def default_limits(setting: Setting) -> dict[str, str]:
-    """Largest K and most steps per period of a search, as texts, and the unit of K, which is that of the setting.
+    """Largest K and most steps per period of a search, as texts, and symbol and unit of K and η as they are shown.
 
     They are the command line's, if this server allows them.
     """
-    stiffness_max, steps_max = (_DEFAULTS[name].default for name in ("stiffness_max", "steps_max"))
-    field = shown_field("K", setting)
-    steps = print_number(min(steps_max, most_steps()))
-    return {"K": field.number(stiffness_max), "steps": steps, "unit": field.unit}
+    usual, field, eta = Limits(), shown_field("K", setting), shown_field("eta", setting)
+    steps = print_number(min(usual.steps_max, most_steps()))
+    shown = {"unit": field.unit, "eta": eta.label, "eta_unit": eta.unit}
+    return {"K": field.number(usual.stiffness_max), "steps": steps, **shown}
 
 
 def make_question(setting: Setting, typed: object) -> Question:
@@ -62,7 +80,8 @@ def make_question(setting: Setting, typed: object) -> Question:
     ----------
     setting : Setting
     typed : mapping of str to str
-        ``tolerance`` in per cent, and the limits of the search ``K`` and ``steps`` by `default_limits`, as typed.
+        ``tolerance`` in per cent, and the limits of the search ``K`` and ``steps`` by `default_limits`, as typed; the
+        ends ``from`` and ``to`` of a range of η, or neither; and in ``hold`` which of K and D keep their present value.
 
     Raises
     ------
@@ -77,9 +96,33 @@ def make_question(setting: Setting, typed: object) -> Question:
     stiffness_max = float(read_typed_number("K allowed", asked["K"], STIFFNESS_MAX_RANGE, **K_options))
     steps_range = (STEPS_MAX_RANGE[0], min(STEPS_MAX_RANGE[1], most_steps()))
     steps_max = int(read_typed_number("T/Δτ allowed", asked["steps"], steps_range, whole=True))
+    held = str(asked.get("hold", ""))
     return Question(
-        setting.system, setting.eta, setting.reference, setting.located == "yes", tolerance, stiffness_max, steps_max
+        setting.system,
+        _read_etas(setting, asked.get("from", ""), asked.get("to", "")),
+        setting.reference,
+        setting.located == "yes",
+        tolerance,
+        stiffness_max,
+        steps_max,
+        setting.K if "K" in held else None,
+        setting.D if "D" in held else None,
     )
+
+
+def _read_etas(setting: Setting, first: object, last: object) -> tuple[float, ...]:
+    """The η of a range whose ends were typed, or that of the setting where neither was."""
+    if first == last == "":
+        return (setting.eta,)
+    field = shown_field("eta", setting)
+    options = {"units": field.typed, "shown": field.unit}
+    low, high = (
+        float(read_typed_number(f"{field.label} {name}", text, bounds_of("eta"), **options))
+        for name, text in (("from", first), ("to", last))
+    )
+    if not low < high:
+        raise Refused("eta", f"{field.label} from must be less than {field.label} to: give the ends of a range.")
+    return tuple(float(f"{low + (high - low) * i / (_ETAS - 1):.6g}") for i in range(_ETAS))
 
 
 def search_threads() -> Workers:
@@ -94,7 +137,7 @@ class Search(Job):
         self,
         question: Question,
         on_progress: Callable[[Search, float], None],
-        on_result: Callable[[Search, Recommendation | Exception], None],
+        on_result: Callable[[Search, Found | Exception], None],
     ) -> None:
         super().__init__(question)
         self._on_progress = on_progress
@@ -111,11 +154,13 @@ class Search(Job):
     def _fail(self, error: Exception) -> None:
         self._on_result(self, error)
 
-    def _recommend(self) -> Recommendation:
+    def _recommend(self) -> Found:
         asked = self.question._asdict()
-        return recommend(
-            asked.pop("system"),
-            asked.pop("eta"),
+        system, etas = asked.pop("system"), asked.pop("etas")
+        find, eta = (recommend, etas[0]) if len(etas) == 1 else (recommend_range, etas)
+        return find(
+            system,
+            eta,
             **asked,
             threads=current_settings().threads,
             progress=lambda share: self._on_progress(self, share),
@@ -123,12 +168,15 @@ class Search(Job):
         )
 
 
-def trial_texts(trial) -> dict[str, str]:
-    """K, D and n of a trial as texts for the controls."""
-    return dict(zip(("K", "D", "steps"), map(print_number, trial.setting), strict=True))
+def trial_texts(trial, found: Found, setting: Setting) -> dict[str, str]:
+    """K, D and n of a trial as texts for the controls; one Δτ for a range gives n at the η of the setting."""
+    K, D, steps = trial.setting
+    if isinstance(found, RangeRecommendation):
+        steps = steps_at(setting.eta, found.eta, steps)
+    return {"K": print_number(K), "D": print_number(D), "steps": print_number(steps)}
 
 
-def suggestion_content(found: Recommendation, setting: Setting) -> dict:
+def suggestion_content(found: Found, setting: Setting) -> dict:
     """What the page shows of a result, in the units of the setting.
 
     Returns
@@ -143,16 +191,16 @@ def suggestion_content(found: Recommendation, setting: Setting) -> dict:
     return {
         "met": found.met,
         "head": _head(found),
-        "lines": [in_units(line, setting.scale) for line in _lines(found)],
-        "use": trial_texts(best) if best is not None else {},
+        "lines": [plain_symbols(in_units(line, setting.scale)) for line in _lines(found, setting)],
+        "use": trial_texts(best, found, setting) if best is not None else {},
         "possible": percent(found.possible) if best is not None else "",
         "tolerance": found.tolerance,
         "front": [_point(trial, found, setting) for trial in _thin_front(found.front, best)],
     }
 
 
-def _point(trial, found: Recommendation, setting: Setting) -> list:
-    texts = trial_texts(trial)
+def _point(trial, found: Found, setting: Setting) -> list:
+    texts = trial_texts(trial, found, setting)
     words = words_of_change({name: texts[name] for name in "KD"}, setting)
     return [trial.setting.steps, trial.error, texts, percent(trial.error, beside=found.tolerance), words]
 
@@ -163,8 +211,8 @@ def offered_tolerance(explanation: Explanation) -> str:
     return rounded(100 * next((share for share in _OFFERED if share >= _ABOVE * floor), _OFFERED[-1]), 2)
 
 
-def _head(found: Recommendation) -> str:
-    asked = percent(found.tolerance)
+def _head(found: Found) -> str:
+    asked = percent(found.tolerance) + (" over the range" if isinstance(found, RangeRecommendation) else "")
     if found.met:
         return f"An error of {asked} is met" + (", by another kind of motion" if found.kind else "")
     if found.best is None:
@@ -172,9 +220,11 @@ def _head(found: Recommendation) -> str:
     return f"An error of {asked} is not met; {percent(found.possible, beside=found.tolerance)} is possible"
 
 
-def _lines(found: Recommendation) -> list[str]:
+def _lines(found: Found, setting: Setting) -> list[str]:
     if found.best is None:
         return [sentence(found.reason)]
+    if isinstance(found, RangeRecommendation):
+        return _range_lines(found, setting)
     (stiffness, damping, steps), best = found.best.setting, found.best
     error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
     result = (
@@ -192,6 +242,28 @@ def _lines(found: Recommendation) -> list[str]:
     elif 1e-4 <= found.joint_damping <= found.tolerance:  # a larger one is the reason, nan means that there is none
         lines.append(f"The joint damping alone causes {percent(found.joint_damping)} of it.")
     return lines
+
+
+def _range_lines(found: RangeRecommendation, setting: Setting) -> list[str]:
+    (stiffness, damping, steps), best = found.best.setting, found.best
+    error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
+    scale = setting.scale
+    step = f"{found.time_step:.4g}" if scale is None else scale.text("time", found.time_step)
+    result = (
+        f"K = {print_number(stiffness)}, D = {print_number(damping)}, Δτ = {step}, which is {steps:,} steps a period "
+        f"at η = {found.eta:.6g} and more below: error at most {error}; nine in ten neighbouring settings have at most "
+        f"{robust}."
+    )
+    lines = [result if found.met else f"Best found: {result}", sentence(found.limit)]
+    if not found.met:
+        lines.append(sentence(found.reason))
+    if found.kind:
+        lines.append(f"Mind: another kind of motion: {found.kind}.")
+    if found.left_out:
+        etas = ", ".join(f"η = {eta:.6g}" for eta in found.left_out)
+        lines.append(f"Left out, since the reference does not repeat itself there: {etas}.")
+    errors = (f"{percent(one.error, beside=found.tolerance)} at η = {one.eta:.6g}" for one in found.served)
+    return [*lines, f"Error: {', '.join(errors)}."]
 
 
 def _thin_front(front: tuple, best) -> list:

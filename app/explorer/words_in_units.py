@@ -49,6 +49,13 @@ def _frequencies(match: re.Match, scale: Units) -> tuple[str, str]:
     return f"f = {first.removesuffix(' Hz')}", last
 
 
+def plain_symbols(text: str) -> str:
+    """Words of the command line with the symbols of the page."""
+    for word, symbol in {"eta": "η", "omega1": "ω₁", "tau": "τ"}.items():
+        text = re.sub(rf"\b{word}\b", symbol, text)
+    return text
+
+
 def words_of_change(change: Mapping[str, str], setting: Setting) -> str:
     """Texts for the controls as a person reads them, as in "K = 2500, D = 8"; empty for none."""
     words = [

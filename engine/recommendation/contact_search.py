@@ -19,6 +19,8 @@ import numpy as np
 from ..divergence.contact import damping_for, damping_ratio, damping_ratio_for, stiffness_for
 from ..methods import STIFFNESS_RANGE
 from ..model import System
+from .limits import Limits
+from .range_trials import RangeTrials
 from .trials import NEIGHBOURS, NewmarkSetting, Trial, Trials
 
 CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
@@ -33,7 +35,7 @@ MOVES = ((1.4, 1.12), (1.15, 1.05))  # factors of K and D, round by round
 
 @dataclass
 class ContactSearch:
-    """Search for K and D for one system and η; it remembers what it has judged.
+    """Search for K and D for one system and η, or for several η; it remembers what it has judged.
 
     Of two settings that meet the tolerance the cheaper one is better; otherwise the one with the smaller error.
 
@@ -43,10 +45,9 @@ class ContactSearch:
         Settings that were judged with all their neighbours.
     """
 
-    trials: Trials
+    trials: Trials | RangeTrials
     system: System
-    eta: float
-    stiffness_max: float
+    limits: Limits
     tolerance: float
     judged: list[Trial] = field(default_factory=list)
     _best: dict[int, Trial] = field(default_factory=dict)
@@ -84,18 +85,23 @@ class ContactSearch:
 
     def _grid(self, steps: int) -> list[NewmarkSetting]:
         centre = max(damping_ratio_for(self.system.restitution), LEAST_DAMPING)
-        return [
+        grid = (
             self._setting(stiffness, factor * centre, steps)
             for stiffness in self._stiffnesses(steps)
             for factor in DAMPING_FACTORS
-        ]
+        )
+        return list(dict.fromkeys(grid))  # once each, where D is held
 
     def _stiffnesses(self, steps: int) -> np.ndarray:
-        softest, stiffest, ratio = SOFTEST, self.stiffness_max, LOCATED_RATIO
+        if self.limits.stiffness is not None:
+            return np.array([self.limits.stiffness])
+        softest, stiffest, ratio = SOFTEST, self.limits.stiffness_max, LOCATED_RATIO
         if not self.trials.located:
-            stiffest, softest = (stiffness_for(self.system, self.eta, steps, contact) for contact in CONTACT_STEPS)
+            stiffest, softest = (
+                stiffness_for(self.system, self.trials.eta, steps, contact) for contact in CONTACT_STEPS
+            )
             ratio = RATIO
-        stiffest = max(STIFFNESS_RANGE[0], min(stiffest, self.stiffness_max))
+        stiffest = max(STIFFNESS_RANGE[0], min(stiffest, self.limits.stiffness_max))
         softest = min(max(softest, SOFTEST), stiffest)
         return np.geomspace(softest, stiffest, 1 + round(math.log(stiffest / softest, ratio)))
 
@@ -116,17 +122,21 @@ class ContactSearch:
     def _around(self, setting: NewmarkSetting, stiffness_factor: float, damping_factor: float) -> list[NewmarkSetting]:
         """Return the eight settings with K and ζ changed by these factors, up or down."""
         ratio = damping_ratio(self.system, setting.stiffness, setting.damping)
-        return [
+        around = (
             self._setting(setting.stiffness * stiffness_factor**i, ratio * damping_factor**j, setting.steps)
             for i in (-1, 0, 1)
             for j in (-1, 0, 1)
-            if (i, j) != (0, 0)
-        ]
+        )
+        return [other for other in dict.fromkeys(around) if other != setting]
 
-    def _setting(self, stiffness: float, ratio: float, steps: int) -> NewmarkSetting:
-        """Return a setting with K and D of three digits: few enough to read, and exactly what is tried."""
-        stiffness = round_to_three_digits(min(max(stiffness, STIFFNESS_RANGE[0]), self.stiffness_max))
-        return NewmarkSetting(stiffness, round_to_three_digits(damping_for(self.system, stiffness, ratio)), steps)
+    def _setting(self, wanted: float, ratio: float, steps: int) -> NewmarkSetting:
+        """Return a setting with K and D of three digits, few enough to read, or with those that are held."""
+        stiffness, damping = self.limits.stiffness, self.limits.damping
+        if stiffness is None:
+            stiffness = round_to_three_digits(min(max(wanted, STIFFNESS_RANGE[0]), self.limits.stiffness_max))
+        if damping is None:
+            damping = round_to_three_digits(damping_for(self.system, stiffness, ratio))
+        return NewmarkSetting(stiffness, damping, steps)
 
 
 def _first(count: int, trials: list[Trial], key: Callable[[Trial], tuple]) -> list[NewmarkSetting]:

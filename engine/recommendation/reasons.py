@@ -12,6 +12,7 @@ from ..motions.steady import KEEP, LONG, Steady, steady
 from ..result import Record
 from ..simulate import simulate
 from ..wording import percent
+from .limits import Limits
 from .trials import Trial, Trials
 
 
@@ -50,7 +51,7 @@ def unmet_tolerance_reason(
     front: list[Trial],
     joint_damping: float,
     tolerance: float,
-    limits: tuple[float, int],
+    limits: Limits,
     cancelled: Callable[[], bool] | None = None,
 ) -> str:
     """Say what keeps the error above the tolerance, and what to do about it.
@@ -63,13 +64,14 @@ def unmet_tolerance_reason(
     joint_damping : float
         From :func:`joint_damping_error`.
     tolerance : float
-    limits : tuple
-        Largest K and largest n that the search was allowed.
+    limits : Limits
     """
-    (stiffness_max, steps_max), target = limits, trials.target
+    target = trials.target
+    stiffness_max = limits.stiffness_max if limits.stiffness is None else limits.stiffness
     if not front:
         return (
-            f"no K up to {stiffness_max:g} gave a run that reached its end within {steps_max} steps: allow more steps"
+            f"no K up to {stiffness_max:g} gave a run that reached its end within {limits.steps_max} steps: allow more "
+            "steps"
         )
     system, least = target.reference.system, front[-1]
     error = percent(least.robust, beside=tolerance)
@@ -81,11 +83,22 @@ def unmet_tolerance_reason(
             f"D and the step are not made to supply the rest; {found}. Allow a larger tolerance, or compare with the "
             "derived joint damping (d3 from d1 and d2)"
         )
-    stiffest = stiffness_max, float(equal_restitution_damping(system, stiffness_max))
+    damping = limits.damping
+    if damping is None:
+        damping = float(equal_restitution_damping(system, stiffness_max))
+    stiffest = stiffness_max, damping
     pairs = (least.setting.stiffness, least.setting.damping), stiffest
     if min(error_without_time_step(target, *pair, cancelled) for pair in pairs) <= tolerance:
         advice = "allow more steps" if trials.located else "allow more steps, or cut them where contact changes"
         return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
+    held = [
+        f"{name} = {value:g}" for name, value in (("K", limits.stiffness), ("D", limits.damping)) if value is not None
+    ]
+    if held:
+        return (
+            f"{' and '.join(held)}, which is held, is to blame: the error stays too large even without a time step; "
+            f"{found}: let the search choose"
+        )
     return (
         f"K is to blame: up to {stiffness_max:g} the contact stays too soft, even without a time step; {found}: "
         "allow a larger K"

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from ..drivers.threads import thread_count
 from ..methods import Newmark, Reference
-from ..model import System, check_eta, require, whole
+from ..model import System, check_eta, require
 from ..motions.description import describe
 from ..motions.motion import motion
 from ..motions.steady import Steady, steady
@@ -22,13 +22,13 @@ from ..motions.words import difference_in_kind
 from ..simulate import simulate
 from .contact_search import ContactSearch
 from .front import monotone_front
+from .limits import Limits
+from .range_trials import steps_at
 from .reasons import aperiodic_reference_reason, joint_damping_error, unmet_tolerance_reason
 from .step_search import StepSearch
 from .trials import Trial, Trials
 
 TOLERANCE_RANGE = (1e-6, 1.0)
-STIFFNESS_MAX_RANGE = (1.0, 1e11)
-STEPS_MAX_RANGE = (4, 1_000_000)
 KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes some tenths of a second
 ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
 
@@ -75,7 +75,7 @@ class Recommendation:
     @property
     def possible(self) -> float:
         """The least tolerance that ``best`` meets, rounded up to two digits; nan if there is no setting."""
-        return math.nan if self.best is None else _rounded_up(self.best.robust)
+        return math.nan if self.best is None else rounded_up(self.best.robust)
 
     @property
     def method(self) -> Newmark | None:
@@ -95,11 +95,10 @@ def recommend(
     tolerance: float = 0.05,
     located: bool = False,
     reference: Reference | None = None,
-    stiffness_max: float = 1e6,
-    steps_max: int = 65_536,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
+    **limits: float | None,
 ) -> Recommendation:
     """Find K, D and steps per period that meet the tolerance at the least cost.
 
@@ -114,16 +113,15 @@ def recommend(
         Cut the steps at contact changes; the cost counts solves per period. Otherwise the paper's constant step.
     reference : Reference, optional
         The reference that errors are measured from; by default the paper's.
-    stiffness_max : float
-        Largest K to try.
-    steps_max : int
-        Largest number of steps per period to try.
     threads : int, optional
         To try settings side by side; by default one for each core.
     progress : callable, optional
         Called in the calling thread with the fraction that is done at least, 0 to 1.
     cancelled : callable, optional
         Polled many times a second, by several threads; when it returns true the search is cancelled.
+    **limits
+        See :class:`.limits.Limits`: ``stiffness_max`` and ``steps_max``, the largest K and the most steps per period to
+        try; ``stiffness`` and ``damping``, K and D if they are given and only the rest is looked for.
 
     Returns
     -------
@@ -138,27 +136,25 @@ def recommend(
         If ``cancelled`` returned true.
     """
     eta = check_eta(eta)
-    tolerance = require("tolerance", tolerance, *TOLERANCE_RANGE, "give the relative rms error to keep to")
-    stiffness_max = require("stiffness_max", stiffness_max, *STIFFNESS_MAX_RANGE, "give the largest K to try")
-    steps_max = whole("steps_max", steps_max, *STEPS_MAX_RANGE, "give the most steps per period to try")
+    tolerance = check_tolerance(tolerance)
+    limited = Limits(**limits)
     threads = thread_count(threads)
     reference = reference or Reference()
-    progress = progress or _no_progress
+    progress = progress or no_progress
     found = steady(system, eta, reference, cancelled=cancelled)
     asked = (system, eta, reference, tolerance, located)
     if not found.periodic:
         return Recommendation(*asked, False, None, (), math.nan, aperiodic_reference_reason(found))
     with ThreadPoolExecutor(threads) as pool:
         trials = Trials(found, located, pool, cancelled)
-        contact = ContactSearch(trials, system, eta, stiffness_max, tolerance)
-        search = StepSearch(contact, tolerance, steps_max, progress)
+        contact = ContactSearch(trials, system, limited, tolerance)
+        search = StepSearch(contact, tolerance, limited.steps_max, progress)
         search.run()
         front, met = search.front(), search.met
-    best, kind = _of_same_kind(found, met or [_cheapest_near_least(front)], located, cancelled)
+    best, kind = of_same_kind([found], met or [cheapest_near_least(front)], located, cancelled)
     joint_damping, reason = joint_damping_error(trials.target, reference, cancelled), ""
     if not met:
-        limits = stiffness_max, steps_max
-        reason = unmet_tolerance_reason(trials, front, joint_damping, tolerance, limits, cancelled)
+        reason = unmet_tolerance_reason(trials, front, joint_damping, tolerance, limited, cancelled)
     if best is not None:
         front = monotone_front(front, best)
     progress(1.0)
@@ -174,43 +170,64 @@ def design_curve(
 ) -> list[Recommendation]:
     """Return a recommendation for each η, with the options of :func:`recommend`: how K, D and n change with η."""
     etas = [check_eta(eta) for eta in etas]
-    progress = progress or _no_progress
+    progress = progress or no_progress
     return [
         recommend(system, eta, progress=lambda fraction, i=i: progress((i + fraction) / len(etas)), **options)
         for i, eta in enumerate(etas)
     ]
 
 
-def _of_same_kind(
-    found: Steady, trials: list[Trial | None], located: bool, cancelled: Callable[[], bool] | None
+def check_tolerance(tolerance: float) -> float:
+    """Return a tolerance as float; raises ValueError if it is out of range."""
+    return require("tolerance", tolerance, *TOLERANCE_RANGE, "give the relative rms error to keep to")
+
+
+def of_same_kind(
+    found: Sequence[Steady],
+    trials: Sequence[Trial | None],
+    located: bool,
+    cancelled: Callable[[], bool] | None,
 ) -> tuple[Trial | None, str]:
-    """Return the first of a few trials whose motion is of the reference's kind, and ""; else the first, and why not."""
-    reference, run = describe(found.response, found.period), found.response
-    kinds = []
+    """Return the first of a few trials whose motion is of the reference's kind, and ""; else the first, and why not.
+
+    With several motions of the reference, the setting of a trial holds at the highest η, and is that of a range.
+    """
+    highest, kinds = max(one.response.eta for one in found), []
     for trial in trials[:KINDS]:
         if trial is None:
             return None, ""
-        method = Newmark(*trial.setting, located=located)
-        penalty = describe(simulate(run.system, run.eta, method, cancelled=cancelled))
-        if penalty.near_period != reference.near_period:  # a time step may scatter the section
-            penalty = motion(run.system, run.eta, method, cancelled=cancelled)
-        kinds.append(difference_in_kind(reference, penalty))
-        if not kinds[-1]:
+        setting = trial.setting
+        methods = (
+            Newmark(*setting._replace(steps=steps_at(one.response.eta, highest, setting.steps)), located=located)
+            for one in found
+        )
+        kinds.append([_kind(one, method, cancelled) for one, method in zip(found, methods, strict=True)])
+        if not any(kinds[-1]):
             return trial, ""
-    return trials[0], kinds[0]
+    different = [(one.response.eta, kind) for one, kind in zip(found, kinds[0], strict=True) if kind]
+    return trials[0], "; ".join(kind if len(found) == 1 else f"at eta = {eta:.4g} {kind}" for eta, kind in different)
 
 
-def _rounded_up(share: float) -> float:
+def _kind(found: Steady, method: Newmark, cancelled: Callable[[], bool] | None) -> str:
+    """How the motion of a setting differs from the reference's in kind, in words; empty if it does not."""
+    reference, run = describe(found.response, found.period), found.response
+    penalty = describe(simulate(run.system, run.eta, method, cancelled=cancelled))
+    if penalty.near_period != reference.near_period:  # a time step may scatter the section
+        penalty = motion(run.system, run.eta, method, cancelled=cancelled)
+    return difference_in_kind(reference, penalty)
+
+
+def rounded_up(share: float) -> float:
     """Round up to two significant digits."""
     unit = 10.0 ** (math.floor(math.log10(share)) - 1)
     return float(f"{math.ceil(share / unit - 1e-9) * unit:.2g}")
 
 
-def _no_progress(fraction: float) -> None:
+def no_progress(fraction: float) -> None:
     """Ignore the progress."""
 
 
-def _cheapest_near_least(front: list[Trial]) -> Trial | None:
+def cheapest_near_least(front: list[Trial]) -> Trial | None:
     """Return the cheapest trial whose robust error is hardly above the least."""
     least = min((trial.robust for trial in front), default=math.inf)
     return next((trial for trial in front if trial.robust <= ENOUGH * least), None)

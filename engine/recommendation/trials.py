@@ -91,6 +91,7 @@ class Trials:
 
     def __init__(self, found: Steady, located: bool, pool: Executor, cancelled: Callable[[], bool] | None = None):
         self.target = Target(found.response, found.period)
+        self.eta = found.response.eta
         self.located = located
         self._pool = pool
         self._cancelled = cancelled
@@ -100,11 +101,11 @@ class Trials:
 
     def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
         """Try settings by short runs that begin on the reference's motion, to choose by."""
-        return list(self._pool.map(lambda setting: self._screen(setting, neighbours, bound), settings))
+        return list(self._pool.map(lambda setting: self.screen_one(setting, neighbours, bound), settings))
 
     def confirm(self, settings: Iterable[NewmarkSetting], bound: float = math.inf) -> list[Trial]:
         """Try settings by a run of 2,050 periods from rest, with neighbours that they were not chosen by."""
-        return list(self._pool.map(lambda setting: self._confirm(setting, bound), settings))
+        return list(self._pool.map(lambda setting: self.confirm_one(setting, bound), settings))
 
     def error_of_every_step(self, setting: NewmarkSetting) -> float:
         """Return the error of the run from rest that computes every step, as an FE code must, and skips none.
@@ -113,14 +114,16 @@ class Trials:
         """
         return self._run(setting, REST, LONG, KEEP, PER_PERIOD, every_step=True)[0]
 
-    def _screen(self, setting: NewmarkSetting, neighbours: int, bound: float) -> Trial:
+    def screen_one(self, setting: NewmarkSetting, neighbours: int = 0, bound: float = math.inf) -> Trial:
+        """One setting as in :meth:`screen`, in the calling thread."""
         error, cost = self._run_short(setting)
         if neighbours == 0:
             return Trial(setting, error, math.inf, cost)
         around = (self._run_short(other)[0] for other in neighbourhood(setting, range(1, neighbours + 1)))
         return Trial(setting, error, self._robust(setting, error, around, neighbours, bound), cost)
 
-    def _confirm(self, setting: NewmarkSetting, bound: float) -> Trial:
+    def confirm_one(self, setting: NewmarkSetting, bound: float = math.inf) -> Trial:
+        """One setting as in :meth:`confirm`, in the calling thread."""
         error, cost = self._run_from_rest(setting, PER_PERIOD)
         others = neighbourhood(setting, range(NEIGHBOURS + 1, NEIGHBOURS + NEW_NEIGHBOURS + 1))
         around = (

@@ -90,3 +90,18 @@ def test_bad_input_is_one_line_and_status_2(capsys, arguments):
     assert (status, out) == (2, "")
     assert len(err.strip().splitlines()) == 1
     assert err.startswith("vibroscope recommend: ")
+
+
+def test_one_setting_for_a_range_in_units(capsys):
+    range_ = ["--eta-range", "2.7:2.76:2", "--one-setting", "--K", "5000", "--located", "--tolerance", "0.2", "--units"]
+    assert main(["recommend", *range_, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["met"], found["K"]) == (True, 5000)
+    assert [one["eta"] for one in found["etas"]] == pytest.approx([2.7, 2.73, 2.76])
+    assert found["physical"]["stiffness"] == 5000
+    assert found["physical"]["front"][0][2] == 5000
+    assert main(["recommend", *range_]) == 0
+    text = capsys.readouterr().out
+    assert "limit             the range is limited at eta = 2.7" in text
+    assert "K / N/m" in text
+    assert main(["recommend", "--eta", "2.76", "--one-setting"]) == 2

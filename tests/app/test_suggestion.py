@@ -20,7 +20,14 @@ from vibroscope.app.explorer.suggestion import (
 )
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.engine import Cancelled, Newmark, Recommendation, System, equal_restitution_damping, recommend
+from vibroscope.engine import (
+    Cancelled,
+    Limits,
+    Newmark,
+    Recommendation,
+    System,
+    equal_restitution_damping,
+)
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 
@@ -31,7 +38,7 @@ TRIAL = Trial(Chosen(10500.0, 15.8, 5793), 0.0486, 0.0494, 5793.0)
 
 
 def found_for(question, *, met=True, best=TRIAL, front=(TRIAL,), joint=0.0, reason=""):
-    system, eta, reference, located, tolerance, *_ = question
+    system, (eta, *_), reference, located, tolerance, *_ = question
     return Recommendation(system, eta, reference, tolerance, located, met, best, front, joint, reason)
 
 
@@ -155,7 +162,7 @@ def test_a_suggestion_is_in_the_units_that_are_shown(searches):
     suggester = Suggester(host)
     physical = SETTING._replace(units="mm-t-s", omega1=20.0, m1=3.0)  # K counts 1.2 N/mm, 2D 0.12 N·s/mm
     suggester.follow(physical)
-    assert suggester.view.limits == {"K": "1200000", "steps": "65536", "unit": "N/mm"}
+    assert suggester.view.limits == {"K": "1200000", "steps": "65536", "unit": "N/mm", "eta": "f", "eta_unit": "Hz"}
     send(suggester.view, {"suggest": {"tolerance": "5", "K": "600 000"}})
     _, asked, _, answer, _ = searches.get(timeout=5)
     assert asked["stiffness_max"] == 5e5
@@ -192,7 +199,7 @@ def test_a_front_is_thinned_to_ten_and_keeps_the_best():
 
 
 def test_the_limits_of_a_search_are_those_of_the_command_line_and_can_be_typed():
-    options = {name: default_of(recommend, name) for name in ("stiffness_max", "steps_max")}
+    options = {name: default_of(Limits, name) for name in ("stiffness_max", "steps_max")}
     asked = make_question(SETTING, {"tolerance": "5"})
     assert (asked.stiffness_max, asked.steps_max) == tuple(options.values())
     asked = make_question(SETTING, {"tolerance": "5", "K": "20 000 000", "steps": "20,000"})

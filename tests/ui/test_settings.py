@@ -38,7 +38,7 @@ def test_a_tolerance_that_is_none_is_told_where_it_was_typed(visit):
 
 def test_the_limits_of_a_search_can_be_typed_where_it_runs(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000&located=yes")
-    explorer.page.get_by_role("button", name="Limits").click()
+    explorer.page.get_by_role("button", name="Options").click()
     explorer.page.get_by_label("Most steps per period").fill("5 000 000")
     explorer.page.get_by_label("Most steps per period").press("Enter")
     explorer.page.locator(".suggest[data-phase=failed]").wait_for()
@@ -47,6 +47,16 @@ def test_the_limits_of_a_search_can_be_typed_where_it_runs(visit):
     explorer.page.get_by_label("Most steps per period").press("Enter")
     explorer.page.locator(".suggest[data-phase=done]").wait_for(timeout=60_000)
     assert int(explorer.typed("steps").input_value()) <= 1000
+    # one setting for a range, with K held
+    explorer.typed("K").fill("9000")
+    explorer.moved(lambda: explorer.typed("K").press("Enter"))
+    for label, text in (("lowest excitation", "2.7"), ("highest excitation", "2.76"), ("Tolerance", "20")):
+        explorer.page.get_by_label(label).fill(text)
+    explorer.page.get_by_label("Keep the present K").check()
+    explorer.page.get_by_role("button", name="Suggest K").click()
+    explorer.page.get_by_text("An error of 20 % over the range is met").wait_for(timeout=60_000)
+    assert explorer.typed("K").input_value() == "9000"
+    assert "The range is limited at η = 2.7" in explorer.page.locator(".suggest .found").text_content()
 
 
 def test_a_file_is_taken_whole_or_not_at_all(visit):

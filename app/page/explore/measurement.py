@@ -24,11 +24,10 @@ from vibroscope.app.explorer.measured import (
     measured_words,
     own_eta,
     place,
-    plain_symbols,
 )
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words_in_units import words_of_change
+from vibroscope.app.explorer.words_in_units import plain_symbols, words_of_change
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.files import script, style

@@ -33,7 +33,8 @@ export function render({ model }) {
   return root;
 }
 
-// What the search may try: fields below its result, so that a search that met a limit can be run again with another.
+// What is asked and what may be tried: a range of η, what is held, and limits. The fields lie below the result, so that a
+// search that met a limit can be run again with another.
 function searchLimits(model) {
   const row = element("div", "limits");
   const fields = [["K", "K up to", "Largest K that the search may try"],
@@ -48,19 +49,55 @@ function searchLimits(model) {
   });
   const unit = element("span");
   fields[0][2].append(unit);
+  const ends = [["from", "lowest"], ["to", "highest"]].map(([name, which]) => {
+    const label = element("label", "", name);
+    const field = element("input");
+    Object.assign(field, { type: "text", inputMode: "decimal", autocomplete: "off", maxLength: 24 });
+    field.setAttribute("form", "vibroscope-ask");
+    field.title = `One K, D and Δτ for a range: its ${which} excitation frequency; empty: the present one alone`;
+    field.setAttribute("aria-label", field.title);
+    label.append(field);
+    return [name, field, label];
+  });
+  const symbol = element("span");
+  const etaUnit = element("span");
+  ends[1][2].append(etaUnit);
+  const held = ["K", "D"].map((name) => {
+    const label = element("label", "", name);
+    const check = element("input");
+    Object.assign(check, { type: "checkbox", value: name, title: `Keep the present ${name}` });
+    check.setAttribute("aria-label", check.title);
+    label.prepend(check);
+    return [check, label];
+  });
   const fill = () => {
     for (const [name, field] of fields) field.value = model.limits[name];
     unit.textContent = model.limits.unit;
+    symbol.textContent = `Range of ${model.limits.eta}`;
+    if (etaUnit.textContent !== model.limits.eta_unit) for (const [, field] of ends) field.value = ""; // of other units
+    etaUnit.textContent = model.limits.eta_unit;
   };
   model.on("limits", fill);
   fill();
-  row.append(element("span", "", "Allow"), ...fields.map(([, , label]) => label));
+  const group = (head, labels, name = "") => {
+    const line = element("div", `group ${name}`);
+    line.append(head, ...labels);
+    return line;
+  };
+  row.append(
+    group(symbol, ends.map(([, , label]) => label), "range"),
+    group(element("span", "", "Hold"), held.map(([, label]) => label)),
+    group(element("span", "", "Allow"), fields.map(([, , label]) => label)),
+  );
   const made = { element: row, open: false, onToggle: () => {} };
   made.toggle = (open) => {
     made.open = open;
     made.onToggle();
   };
-  made.typed = () => Object.fromEntries(fields.map(([name, field]) => [name, field.value.trim()]));
+  made.typed = () => ({
+    ...Object.fromEntries([...fields, ...ends].map(([name, field]) => [name, field.value.trim()])),
+    hold: held.filter(([check]) => check.checked).map(([check]) => check.value).join(""),
+  });
   return made;
 }
 
@@ -73,7 +110,7 @@ function ask(model, limits) {
   const go = button("Suggest K, D, Δτ", "Search for the fewest steps with at most this error, and set them", () => {});
   go.type = "submit";
   label.append(field, element("span", "", "%"));
-  const more = button("Limits", "Limits of the search: the largest K, the most steps", () => limits.toggle(!limits.open), "quiet");
+  const more = button("More", "Options of the search: a range of η, K or D held, the largest K, the most steps", () => limits.toggle(!limits.open), "quiet");
   form.id = "vibroscope-ask";
   let typed = false; // from then on, no other tolerance is offered
   const offer = () => { if (!typed) field.value = model.offer; };

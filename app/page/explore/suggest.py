@@ -10,6 +10,7 @@ from vibroscope.app.explorer.explanation import Explanation
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import (
+    Found,
     Search,
     default_limits,
     make_question,
@@ -19,7 +20,6 @@ from vibroscope.app.explorer.suggestion import (
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.tab import TabHost
-from vibroscope.engine import Recommendation
 
 
 class SuggestPanel(Component):
@@ -47,7 +47,7 @@ class Suggester:
         self.view.on_msg(lambda event: self._receive(event.data))
         self._setting: Setting | None = None
         self._search: Search | None = None
-        self._found: Recommendation | None = None  # by the search, once it is done
+        self._found: Found | None = None  # by the search, once it is done
 
     def follow(self, setting: Setting) -> None:
         """Follow the setting: a search for another system, η or reference is withdrawn, and units are those shown."""
@@ -115,11 +115,11 @@ class Suggester:
         """In a worker thread."""
         self.host.call_later(partial(self._show_of, search, phase="running", share=round(share, 2)))
 
-    def _on_result(self, search: Search, found: Recommendation | Exception) -> None:
+    def _on_result(self, search: Search, found: Found | Exception) -> None:
         """In a worker thread."""
         self.host.call_later(partial(self._show_result, search, found))
 
-    def _show_result(self, search: Search, found: Recommendation | Exception) -> None:
+    def _show_result(self, search: Search, found: Found | Exception) -> None:
         if isinstance(found, Exception):
             error = f"The search failed ({found}). Ask for another tolerance, or move η."
             self._show_of(search, phase="failed", error=error)

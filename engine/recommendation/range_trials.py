@@ -1,0 +1,68 @@
+"""Trials of one K, D and Δτ at several excitation frequencies: what counts is the frequency with the largest error.
+
+A setting names the steps per period at the highest frequency, n, and so its time step Δτ = 2π/(η_max n). At a lower
+frequency a period takes more of these steps, n η_max/η, rounded up to a whole number: the step of a run is Δτ or less,
+by a fraction of a step per period.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+
+from .trials import NewmarkSetting, Trial, Trials
+
+
+class RangeTrials:
+    """The trials of a range, with the methods of :class:`.trials.Trials`.
+
+    Parameters
+    ----------
+    parts : sequence of Trials
+        One for each excitation frequency.
+    pool : Executor
+
+    Attributes
+    ----------
+    eta : float
+        The highest of the frequencies.
+    """
+
+    def __init__(self, parts: Sequence[Trials], pool: Executor):
+        self.parts = tuple(parts)
+        self.located = parts[0].located
+        self.eta = max(part.eta for part in parts)
+        self._pool = pool
+        self._order = list(parts)  # the part that a setting failed at last comes first: most fail there again
+
+    def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
+        """See :meth:`.trials.Trials.screen`."""
+        return list(self._pool.map(lambda one: self._worst(one, bound, "screen_one", neighbours, bound), settings))
+
+    def confirm(self, settings: Iterable[NewmarkSetting], bound: float = math.inf) -> list[Trial]:
+        """See :meth:`.trials.Trials.confirm`."""
+        return list(self._pool.map(lambda one: self._worst(one, bound, "confirm_one", bound), settings))
+
+    def error_of_every_step(self, setting: NewmarkSetting) -> float:
+        """See :meth:`.trials.Trials.error_of_every_step`."""
+        return max(self._pool.map(lambda part: part.error_of_every_step(self.at(part, setting)), self.parts))
+
+    def at(self, part: Trials, setting: NewmarkSetting) -> NewmarkSetting:
+        """Return the setting with its steps per period at the frequency of one part."""
+        return setting._replace(steps=steps_at(part.eta, self.eta, setting.steps))
+
+    def _worst(self, setting: NewmarkSetting, bound: float, method: str, *arguments) -> Trial:
+        """Return the largest error, robust error and cost; all infinite as soon as a robust error exceeds the bound."""
+        error = robust = cost = 0.0
+        for part in tuple(self._order):
+            trial = getattr(part, method)(self.at(part, setting), *arguments)
+            if math.isfinite(bound) and not trial.robust <= bound:
+                self._order = [part, *(other for other in self.parts if other is not part)]
+                return Trial(setting, math.inf, math.inf, math.inf)
+            error, robust = max(error, trial.error), max(robust, trial.robust)
+            cost = max(cost, trial.cost * part.eta / self.eta)
+        return Trial(setting, error, robust, cost if self.located else float(setting.steps))
+
+
+def steps_at(eta: float, highest: float, steps: int) -> int:
+    """Return the steps per period at η of the time step that has so many at the highest frequency."""
+    return math.ceil(steps * highest / eta * (1 - 1e-12))

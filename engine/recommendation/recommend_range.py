@@ -1,0 +1,289 @@
+"""Recommend one K, D and time step for a range of excitation frequencies.
+
+The search is that of :mod:`.recommend`. Each setting is tried at several η, and the one with the largest error counts
+(:mod:`.range_trials`). What meets the tolerance there is tried between them, too: an η that misses it joins the others,
+and the search begins again.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+
+from ..divergence.compare import compare
+from ..divergence.difference import PART_NAMES
+from ..drivers.threads import thread_count
+from ..methods import Newmark, Reference
+from ..model import System, check_eta
+from ..motions.steady import Steady, steady
+from ..wording import percent
+from .contact_search import ContactSearch
+from .front import monotone_front
+from .limits import STEPS_MAX_RANGE, Limits
+from .range_trials import RangeTrials, steps_at
+from .reasons import error_without_time_step, joint_damping_error, unmet_tolerance_reason
+from .recommend import cheapest_near_least, check_tolerance, no_progress, of_same_kind, rounded_up
+from .step_search import StepSearch
+from .trials import NewmarkSetting, Trial, Trials
+
+MOST_ETAS = 50
+SEARCHES = 3  # at most: after each but the last, an η between the others that misses the tolerance joins them
+_SHARES = (0.05, 0.6, 0.8, 0.95)  # of the progress, before each search and after the last
+
+
+@dataclass(frozen=True)
+class Served:
+    """What the recommended setting does at one η.
+
+    Attributes
+    ----------
+    eta : float
+    steps : int
+        Steps per period of the recommended time step, rounded up.
+    error, robust : float
+        See :class:`.trials.Trial`.
+    """
+
+    eta: float
+    steps: int
+    error: float
+    robust: float
+
+
+@dataclass(frozen=True)
+class RangeRecommendation:
+    """Outcome of :func:`recommend_range`.
+
+    Attributes
+    ----------
+    system, reference, tolerance, located
+        The arguments.
+    eta : float
+        The highest excitation frequency at which the reference repeats itself.
+    met : bool
+        Whether the tolerance is met at all ``served``; each is judged as by :func:`.recommend.recommend`.
+    best : Trial or None
+        The cheapest setting that meets the tolerance, its steps per period those at ``eta``, its errors the largest of
+        the range. If none does, the cheapest whose robust error is within 5 % of the least found.
+    front : tuple of Trial
+        Settings that no other one beats, cheapest first.
+    served : tuple of Served
+        What ``best`` does at each η, lowest first; those between the η asked for are here if the tolerance is met.
+    left_out : tuple of float
+        The η at which the reference does not repeat itself: no error exists there.
+    limit : str
+        At which η the error is largest, and which part of it: what limits the range.
+    reason : str
+        Why nothing meets the tolerance and what to do; empty if ``met``.
+    kind : str
+        At which η the motion of ``best`` and the reference's differ in kind, in words; empty if they do not.
+    """
+
+    system: System
+    reference: Reference
+    tolerance: float
+    located: bool
+    eta: float
+    met: bool
+    best: Trial | None
+    front: tuple[Trial, ...]
+    served: tuple[Served, ...]
+    left_out: tuple[float, ...]
+    limit: str
+    reason: str
+    kind: str
+
+    @property
+    def possible(self) -> float:
+        """The least tolerance that ``best`` meets, rounded up to two digits; nan if there is no setting."""
+        return math.nan if self.best is None else rounded_up(self.best.robust)
+
+    @property
+    def time_step(self) -> float:
+        """Δτ, in units of 1/ω₁; nan if there is no setting."""
+        return math.nan if self.best is None else 2 * math.pi / (self.eta * self.best.setting.steps)
+
+    def method(self, eta: float) -> Newmark | None:
+        """Return the recommended setting at an η as a method to simulate with; None if there is none."""
+        if self.best is None:
+            return None
+        setting = self.best.setting
+        return Newmark(*setting._replace(steps=steps_at(eta, self.eta, setting.steps)), located=self.located)
+
+
+def recommend_range(
+    system: System,
+    etas: Sequence[float],
+    *,
+    tolerance: float = 0.05,
+    located: bool = False,
+    reference: Reference | None = None,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    **limits: float | None,
+) -> RangeRecommendation:
+    """Find one K, one D and one time step that meet the tolerance at all these η, and between them, at the least cost.
+
+    Parameters
+    ----------
+    system : System
+    etas : sequence of float
+        Excitation frequencies at which settings are tried, at least two.
+    tolerance, located, reference, threads, progress, cancelled, **limits
+        As for :func:`.recommend.recommend`; ``steps_max`` holds for the lowest η, where a period has the most steps.
+
+    Returns
+    -------
+    RangeRecommendation
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or fewer than two or more than MOST_ETAS frequencies are given.
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    etas = sorted({check_eta(eta) for eta in etas})
+    if not 2 <= len(etas) <= MOST_ETAS:
+        raise ValueError(
+            f"{len(etas)} different eta are outside [2, {MOST_ETAS}]: give the ends of the range and some between"
+        )
+    asked = system, reference or Reference(), check_tolerance(tolerance), located
+    limited, progress = Limits(**limits), progress or no_progress
+    with ThreadPoolExecutor(thread_count(threads)) as pool:
+        search = _RangeSearch(asked, limited, pool, cancelled)
+        search.add(etas)
+        if not search.parts:
+            return RangeRecommendation(
+                *asked, math.nan, False, None, (), (), tuple(search.left_out), "", _nowhere_periodic(etas), ""
+            )
+        for begin, end in pairwise(_SHARES):
+            met = search.run(lambda share, b=begin, e=end: progress(b + share * (e - b)))
+            if not met or not (missed := search.missed_between(met[0])):
+                break
+            search.add(missed)
+        found = search.result(met)
+    progress(1.0)
+    return found
+
+
+class _RangeSearch:
+    """A search over the settings for a list of η that may grow."""
+
+    def __init__(self, asked: tuple, limits: Limits, pool: ThreadPoolExecutor, cancelled: Callable[[], bool] | None):
+        self.system, self.reference, self.tolerance, self.located = self._asked = asked
+        self.limits, self._pool, self._cancelled = limits, pool, cancelled
+        self.parts: list[Trials] = []
+        self.left_out: list[float] = []
+        self._found: dict[float, Steady] = {}
+        self._between: list[Trials] = []  # η between the others at which the last setting meets the tolerance
+
+    def add(self, etas: Sequence[float]) -> None:
+        """Try settings at these η, too, where the reference repeats itself."""
+        self.parts = sorted([*self.parts, *self._trials(etas)], key=lambda part: part.eta)
+
+    def run(self, progress: Callable[[float], None]) -> list[Trial]:
+        """Search; return the settings that meet the tolerance at all η, cheapest first."""
+        trials = RangeTrials(self.parts, self._pool)
+        most = math.floor(self.limits.steps_max * self.parts[0].eta / trials.eta)
+        contact = ContactSearch(trials, self.system, self.limits, self.tolerance)
+        search = StepSearch(contact, self.tolerance, max(most, STEPS_MAX_RANGE[0]), progress)
+        search.run()
+        self._trials_of_range, self._front = trials, search.front()
+        return search.met
+
+    def missed_between(self, best: Trial) -> list[float]:
+        """Return the η halfway between two others at which a setting misses the tolerance."""
+        etas = [part.eta for part in self.parts]
+        parts = self._trials([(one + other) / 2 for one, other in pairwise(etas)])
+        self._between = parts
+        return [one.eta for one in self._served(best.setting, parts) if one.robust > self.tolerance]
+
+    def result(self, met: list[Trial]) -> RangeRecommendation:
+        """Return what is recommended, with the η that limits it."""
+        candidates = met or [cheapest_near_least(self._front)]
+        founds = [self._found[part.eta] for part in self.parts]
+        best, kind = of_same_kind(founds, candidates, self.located, self._cancelled)
+        if best is None:
+            reason = unmet_tolerance_reason(self.parts[0], [], math.nan, self.tolerance, self.limits)
+            return self._recommendation(False, None, (), (), "", reason, "")
+        parts = [*self.parts, *(self._between if met else ())]
+        served = sorted(self._served(best.setting, parts), key=lambda one: one.eta)
+        worst = max(served, key=lambda one: one.robust)
+        is_met = worst.robust <= self.tolerance
+        largest = best._replace(error=max(one.error for one in served), robust=worst.robust)
+        front = [largest if trial is best else trial for trial in self._front]
+        if largest in front:
+            front = monotone_front(front, largest)
+        reason = "" if is_met else self._reason(worst, served, parts, best)
+        return self._recommendation(is_met, largest, front, served, self._limit(worst, parts, best), reason, kind)
+
+    def _recommendation(self, met, best, front, served, limit, reason, kind) -> RangeRecommendation:
+        system, reference, tolerance, located = self._asked
+        highest, left_out = self._trials_of_range.eta, tuple(sorted(self.left_out))
+        return RangeRecommendation(
+            system,
+            reference,
+            tolerance,
+            located,
+            highest,
+            met,
+            best,
+            tuple(front),
+            tuple(served),
+            left_out,
+            limit,
+            reason,
+            kind,
+        )
+
+    def _trials(self, etas: Sequence[float]) -> list[Trials]:
+        new = [eta for eta in etas if eta not in self._found]
+        found = self._pool.map(lambda eta: steady(self.system, eta, self.reference, cancelled=self._cancelled), new)
+        self._found |= dict(zip(new, found, strict=True))
+        self.left_out += [eta for eta in new if not self._found[eta].periodic]
+        periodic = [self._found[eta] for eta in etas if self._found[eta].periodic]
+        return [Trials(one, self.located, self._pool, self._cancelled) for one in periodic]
+
+    def _served(self, setting: NewmarkSetting, parts: Sequence[Trials]) -> list[Served]:
+        def serve(part: Trials) -> Served:
+            trial = part.confirm_one(self._trials_of_range.at(part, setting))
+            robust = trial.robust if self.located else max(trial.robust, part.error_of_every_step(trial.setting))
+            return Served(part.eta, trial.setting.steps, trial.error, robust)
+
+        return list(self._pool.map(serve, parts))
+
+    def _limit(self, worst: Served, parts: Sequence[Trials], best: Trial) -> str:
+        """Say at which η the error is largest, and what makes most of it."""
+        method = Newmark(*best.setting._replace(steps=worst.steps), located=self.located)
+        compared = compare(self.system, worst.eta, method, reference=self.reference, cancelled=self._cancelled)
+        difference = compared.difference if compared.parts is not None else None
+        where = (
+            f"the range is limited at eta = {worst.eta:.6g}: an error of {percent(worst.error, self.tolerance)} there"
+        )
+        if difference is not None and difference.parts:
+            name = difference.largest
+            return f"{where}, the largest part by {PART_NAMES[name]} ({percent(difference.parts[name])})"
+        part = next(part for part in parts if part.eta == worst.eta)  # the steps scatter the motion: no exact split
+        left = error_without_time_step(part.target, method.stiffness, method.damping, self._cancelled)
+        name = "time_step" if left < worst.error / 2 else "regularisation"
+        return f"{where}, most of it by {PART_NAMES[name]}: {percent(left)} are left without a time step"
+
+    def _reason(self, worst: Served, served: Sequence[Served], parts: Sequence[Trials], best: Trial) -> str:
+        """Say where the tolerance is met and where not, and why not at the worst η."""
+        part = next(part for part in parts if part.eta == worst.eta)
+        joint = joint_damping_error(part.target, self.reference, self._cancelled)
+        front = [Trial(best.setting._replace(steps=worst.steps), worst.error, worst.robust, best.cost)]
+        why = unmet_tolerance_reason(part, front, joint, self.tolerance, self.limits, self._cancelled)
+        good = [f"eta = {one.eta:.6g}" for one in served if one.robust <= self.tolerance]
+        where = f"met at {', '.join(good)} only" if good else "met at no eta of the range"
+        return f"{where}; at eta = {worst.eta:.6g} {why}"
+
+
+def _nowhere_periodic(etas: Sequence[float]) -> str:
+    return (
+        f"the reference repeats itself nowhere from eta = {etas[0]:.6g} to eta = {etas[-1]:.6g}, so no error exists "
+        "at each instant: give another range, and compare statistics (motion type, impacts per period, section)"
+    )

@@ -1,0 +1,53 @@
+"""One K, D and Δτ for a range of η: the question, and how the page shows the answer."""
+
+import math
+
+import pytest
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.suggestion import make_question, suggestion_content
+from vibroscope.engine import RangeRecommendation, Served, System
+from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
+from vibroscope.engine.recommendation.trials import Trial
+
+SETTING = Setting()
+RANGE = {"tolerance": "20", "from": "2.7", "to": "2.76", "hold": "K"}
+
+
+def test_one_setting_is_asked_for_a_range_and_follows_no_single_frequency():
+    asked = make_question(SETTING._replace(K=5000.0), RANGE)
+    assert asked.etas == (2.7, 2.715, 2.73, 2.745, 2.76)
+    assert (asked.stiffness, asked.damping) == (5000.0, None)
+    assert asked == asked.follow(SETTING._replace(eta=1.2))
+    hertz = make_question(SETTING._replace(units="si", omega1=20.0), RANGE | {"from": "8.6 Hz", "to": "8.8"})
+    assert hertz.etas[0] == pytest.approx(8.6 * 2 * math.pi / 20, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [({"from": ""}, "η from must be"), ({"to": "x"}, "η to must be"), ({"to": "2.6"}, "η from must be less than η to")],
+)
+def test_a_range_has_two_ends_in_order(typed, words):
+    with pytest.raises(Refused, match=words):
+        make_question(SETTING, RANGE | typed)
+
+
+def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequency():
+    served = (Served(2.0, 150, 0.04, 0.041), Served(3.0, 100, 0.05, 0.06))
+    trial = Trial(Chosen(5000.0, 12.0, 100), 0.05, 0.06, 100.0)
+    limit = "the range is limited at eta = 3: an error of 5 % there, the largest part by time step (4 %)"
+    found = RangeRecommendation(
+        System(), SETTING.reference, 0.1, False, 3.0, True, trial, (trial,), served, (2.5,), limit, "", ""
+    )
+    content = suggestion_content(found, SETTING._replace(eta=1.5))
+    assert content["head"] == "An error of 10 % over the range is met"
+    assert content["use"] == {"K": "5000", "D": "12", "steps": "200"}  # of the same time step
+    assert content["lines"][0].startswith("K = 5000, D = 12, Δτ = 0.02094, which is 100 steps a period at η = 3 and")
+    assert (
+        content["lines"][1]
+        == "The range is limited at η = 3: an error of 5 % there, the largest part by time step (4 %)."
+    )
+    assert content["lines"][2] == "Left out, since the reference does not repeat itself there: η = 2.5."
+    assert content["lines"][3] == "Error: 4 % at η = 2, 5 % at η = 3."
+    physical = suggestion_content(found, SETTING._replace(eta=1.5, units="si", omega1=20.0))
+    assert "Δτ = 0.001047 s, which is 100 steps a period at f = 9.55 Hz" in physical["lines"][0]

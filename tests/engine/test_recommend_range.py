@@ -1,0 +1,139 @@
+"""One setting for a range of η, checked at each η by a comparison of its own."""
+
+import math
+
+import pytest
+from vibroscope.engine import (
+    Cancelled,
+    ExactPenalty,
+    Record,
+    Reference,
+    System,
+    compare,
+    percent,
+    recommend,
+    recommend_range,
+    simulate,
+    steps_at,
+)
+from vibroscope.engine.divergence.difference import PART_NAMES
+from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.recommendation.range_trials import RangeTrials
+from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
+
+SYSTEM = System()
+QUICK = {"tolerance": 0.2, "steps_max": 2048}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return recommend_range(SYSTEM, [2.7, 2.76], **QUICK)
+
+
+def test_a_comparison_finds_the_tolerance_met_at_every_eta_of_the_range(found):
+    assert found.met
+    assert not found.reason
+    assert [served.eta for served in found.served] == pytest.approx([2.7, 2.73, 2.76])  # and between those asked for
+    for served in found.served:
+        difference = compare(SYSTEM, served.eta, found.method(served.eta)).difference
+        assert difference.total <= found.tolerance
+        assert difference.total == pytest.approx(served.error, rel=0.25)  # rounding changes the scatter of a step
+        assert served.error <= served.robust <= found.best.robust
+
+
+def test_the_time_step_is_one_and_the_same(found):
+    for served in found.served:
+        step = 2 * math.pi / (served.eta * served.steps)
+        assert step <= found.time_step * (1 + 1e-12)
+        assert step > found.time_step * (1 - 1 / served.steps)
+    assert found.best.cost == found.best.setting.steps
+
+
+def test_the_limit_names_the_worst_eta_and_its_largest_part(found):
+    worst = max(found.served, key=lambda served: served.robust)
+    difference = compare(SYSTEM, worst.eta, found.method(worst.eta), reference=Reference()).difference
+    assert found.limit.startswith(
+        f"the range is limited at eta = {worst.eta:g}: an error of {percent(worst.error, 0.2)}"
+    )
+    if difference.parts:
+        part = f"by {PART_NAMES[difference.largest]} ({percent(difference.parts[difference.largest])})"
+        assert part in found.limit
+    else:  # the steps scatter the motion
+        exact = simulate(SYSTEM, worst.eta, ExactPenalty(*found.best.setting[:2]), record=Record(50, 500))
+        left = Target.find(SYSTEM, worst.eta).error(exact)
+        name = "time step" if left < worst.error / 2 else "K and D"
+        assert f"most of it by {name}: {percent(left)} are left" in found.limit
+
+
+def test_a_range_needs_at_least_as_many_steps_as_its_worst_eta(found):
+    alone = [recommend(SYSTEM, eta, **QUICK).best.setting.steps * eta / found.eta for eta in (2.7, 2.76)]
+    assert found.best.setting.steps > 0.8 * max(alone)  # the search finds n to some per cent
+
+
+def test_what_is_held_is_kept_and_blamed_where_it_is_too_soft():
+    found = recommend_range(SYSTEM, [2.7, 2.76], **QUICK, stiffness=3333.3, damping=None)
+    assert found.best.setting.stiffness == 3333.3
+    assert {trial.setting.stiffness for trial in found.front} == {3333.3}
+    found = recommend(SYSTEM, 2.76, tolerance=0.02, steps_max=1024, stiffness=300.0, damping=4.0)
+    assert (found.met, found.best.setting[:2]) == (False, (300.0, 4.0))
+    assert "K = 300 and D = 4, which is held, is to blame" in found.reason
+
+
+def test_a_range_that_is_not_met_says_where_it_is_and_why_not():
+    found = recommend_range(SYSTEM, [1.08, 2.76], tolerance=0.05, located=True, steps_max=64)
+    assert not found.met
+    assert "at eta = 1.08 the joint damping alone makes an error of 7.7 %" in found.reason
+    assert "limited at eta = 1.08" in found.limit
+    assert [served.eta for served in found.served] == [1.08, 2.76]
+    assert found.possible > 0.05
+
+
+def test_eta_without_a_periodic_reference_are_left_out():
+    found = recommend_range(SYSTEM, [1.70, 1.705], **QUICK)
+    assert (found.met, found.best, found.served, found.left_out) == (False, None, (), (1.70, 1.705))
+    assert math.isnan(found.time_step)
+    assert "repeats itself nowhere from eta = 1.7 to eta = 1.705" in found.reason
+
+
+@pytest.mark.parametrize(
+    ("etas", "words"), [([2.7], "1 different eta"), ([2.7, 2.7], "1 different"), ([2.7, -1], "eta = -1")]
+)
+def test_a_range_has_two_valid_ends(etas, words):
+    with pytest.raises(ValueError, match=words):
+        recommend_range(SYSTEM, etas)
+
+
+def test_a_range_can_be_cancelled():
+    with pytest.raises(Cancelled):
+        recommend_range(SYSTEM, [2.7, 2.76], cancelled=lambda: True)
+
+
+class Part:
+    """Trials at one η that find an error of 1/n, times a factor."""
+
+    located = False
+
+    def __init__(self, eta, factor):
+        self.eta, self.factor, self.tried = eta, factor, []
+
+    def screen_one(self, setting, neighbours, bound):
+        self.tried.append(setting.steps)
+        error = self.factor / setting.steps
+        return Trial(setting, error, error, setting.steps)
+
+
+def test_the_worst_eta_counts_and_is_tried_first_once_it_has_failed():
+    easy, hard = Part(2.0, 1.0), Part(4.0, 3.0)
+    pool = type("Pool", (), {"map": staticmethod(map)})
+    trials = RangeTrials([easy, hard], pool)
+    setting = NewmarkSetting(1e3, 5.0, 100)
+    assert trials.screen([setting]) == [Trial(setting, 0.03, 0.03, 100.0)]
+    assert (easy.tried, hard.tried) == ([200], [100])
+    assert trials.screen([setting], 1, 0.02)[0].robust == math.inf
+    easy.tried.clear()
+    assert trials.screen([setting], 1, 0.02)[0].robust == math.inf
+    assert easy.tried == []
+
+
+def test_steps_of_a_time_step_at_another_eta_are_rounded_up():
+    assert [steps_at(eta, 3.0, 100) for eta in (3.0, 2.0, 1.0, 0.7)] == [100, 150, 300, 429]
