@@ -45,9 +45,15 @@ def physical_run(units: Units, response: Response) -> dict:
 
 
 def physical_motion(units: Units, motion: Motion) -> dict:
-    """A motion as JSON: section, closing speeds, peak force, impulse and energy lost per period; None if not known."""
+    """A motion as JSON: section, closing speeds, peak force, impulse and energy lost per period; None if not known.
+
+    Impacts have an impulse and no peak force: it is None, too, where there is no other contact.
+    """
     quantities = {"peak_force": "force", "impulse": "impulse", "energy_lost": "energy"}
+    if not motion.peak_force > 0 and motion.impacts_per_period > 0:
+        del quantities["peak_force"]
     return {
+        "peak_force": None,
         "section": _section(units, motion.section),
         "closing_speeds": units.physical("velocity", motion.closing_speeds).tolist(),
         **{

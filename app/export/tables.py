@@ -45,14 +45,22 @@ _SERIES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
 }
 
 
-def figure_table(figure: str, columns: Mapping[str, Columns], scale: Units | None = None) -> list[Series]:
+def figure_table(
+    figure: str, columns: Mapping[str, Columns], scale: Units | None = None, *, located: bool = False
+) -> list[Series]:
     """The data of one figure, a series for each curve.
 
     Times are counted from the beginning of the last two excitation periods, in periods. With a ``scale``, the columns
-    must be in its units already, and the name of each column in the file holds its unit.
+    must be in its units already, and the name of each column in the file holds its unit. With ``located`` steps the
+    force of a contact that is too short to sample is its mean, and the column says so.
     """
+
+    def title(name: str, column: str, source: str) -> str:
+        mean = located and source == "force_penalty" and name == "force"
+        return _column_title("force_or_mean" if mean else name, column, scale)
+
     return [
-        Series(label, {_column_title(name, column, scale): columns[source][column] for name, column in chosen.items()})
+        Series(label, {title(name, column, source): columns[source][column] for name, column in chosen.items()})
         for label, source, chosen in _SERIES[figure]
     ]
 

@@ -47,6 +47,13 @@ def test_a_motion_in_physical_units(printed, command):
     assert physical["closing_speeds"] == pytest.approx([speed * 1.5e-3 for speed in plain["closing_speeds"]])
 
 
+def test_an_impact_has_no_peak_force_and_a_permanent_contact_has(printed):
+    compared = printed("compare", *SETTING)["physical"]
+    assert compared["reference"]["peak_force"] is None
+    assert compared["penalty"]["peak_force"] > 0
+    assert printed("motion", "--solver", "reference", "--eta", "1.08")["physical"]["peak_force"] > 0
+
+
 def test_a_run_in_millimetres_and_tonnes(printed):
     arguments = "simulate", "--solver", "newmark", *SETTING, "--keep", "3"
     si, other = (printed(*arguments, system=system)["physical"] for system in ("si", "mm-t-s"))

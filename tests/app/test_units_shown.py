@@ -123,6 +123,13 @@ def test_the_files_name_their_units():
     assert "N." in describe(compute_runs(PHYSICAL, cache=CACHE)).lines(None)["penalty"]
 
 
+def test_a_force_that_may_be_a_mean_is_named_so():
+    columns = columns_of(PLAIN)
+    names = [list(series.columns) for series in figure_table("force", columns, UNITS, located=True)]
+    assert names[:2] == [["time [s]", "force [N]"], ["time [s]", "force_or_mean [N]"]]
+    assert "force [N]" in figure_table("force", columns, UNITS)[1].columns
+
+
 def parse_system_units(text):
     return replace(parse_system(text[text.index("[units]") :].encode()).units, system="mm-t-s")
 

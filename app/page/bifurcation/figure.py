@@ -62,6 +62,7 @@ _KIND_HATCHES = {
 _PLAIN = (" ", "")
 _DIRECTION = {"rest": "from rest", "own": "from an own start", "up": "upwards", "down": "downwards"}
 _ETA_LABEL = "excitation frequency η = Ω/ω₁"
+_SHOWN = ("shown_eta", "shown_value")  # columns of the hover with units; the others are those of the model
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
 
 
@@ -107,6 +108,7 @@ class BifurcationView:
         points.append(plot.scatter("eta", "value", source=self.artefacts, **hollow))
         rows = {"η": "@eta", "value": "@value", "period (0: none found)": "@period"}
         self.hover = hover_tool(points, rows, limit=1)
+        self.hover.formatters |= dict.fromkeys((f"@{name}" for name in _SHOWN), "printf")
         plot.add_tools(self.hover)
         self._scenes = [  # the paper's η, which mean nothing for another system
             Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted")
@@ -186,37 +188,42 @@ class BifurcationView:
         value, field = getattr(setting, self.over), shown_field(self.over, setting)
         self.cursor.location = self.label.x = value
         self.label.text = field.words(value) if field.unit else f"{field.label} = {value:.7g}"
-        self._label_axes(setting, field, coordinate)
+        factors = self._label_axes(setting, field, coordinate)
         if result is None:
             return
         for line in self._scenes:
             line.visible = self.over == "eta" and result.question.system == System()
         self._title(result, setting)
-        values, scattered = (_columns(result, coordinate, artefacts=chosen) for chosen in (False, True))
+        values, scattered = (_columns(result, coordinate, factors, artefacts=chosen) for chosen in (False, True))
         none = dict.fromkeys(values, values["eta"][:0])
         drawn = "reference" if isinstance(result.question.method, Reference) else "penalty"
         for solver, source in self.points.items():
-            write(source, values if solver == drawn else none)
-        write(self.artefacts, scattered)
-        write(self.other, none if other is None else _columns(other, coordinate, MOST_BESIDE))
+            _put(source, values if solver == drawn else none)
+        _put(self.artefacts, scattered)
+        _put(self.other, none if other is None else _columns(other, coordinate, factors, MOST_BESIDE))
         fresh = self._drawn != (drawn, coordinate, result.question.over)
         self.ranges["value"].follow([values["value"], scattered["value"]], fresh=fresh, complete=result.share >= 1)
         self._drawn = drawn, coordinate, result.question.over
         self._write_strip(result)
 
-    def _label_axes(self, setting: Setting, field: ShownField, coordinate: str) -> None:
+    def _label_axes(self, setting: Setting, field: ShownField, coordinate: str) -> tuple[float, float]:
+        """Label axes and hover; returns what one of the model's units is worth on both axes."""
         swept, symbol = SWEPT[self.over], SYMBOLS[coordinate]
         label = f"{field.hint} {field.label} / {divisor(field.unit)}" if field.unit else f"{swept.text}, {swept.symbol}"
         self._axes[0].show(_ETA_LABEL if label == f"{swept.text}, η" else label, field.factor)
         self.strip.xaxis[0].axis_label = ""
         where, quantity = "at τ ≡ 0 (mod T)", "velocity" if coordinate.startswith("v") else "displacement"
         plain, words = f"{symbol} {where} / base amplitude", f"{symbol.replace('ξ', 'x')} {where}"
-        self._axes[1].show(*quantity_axis(setting, plain, words, quantity))
-        # The columns are those of the model, in any units.
-        value = "value" if setting.scale is None else f"{symbol} / base amplitude"
-        rows = [(swept.symbol, "@eta"), (value, "@value"), *self.hover.tooltips[2:]]
+        shown = quantity_axis(setting, plain, words, quantity)
+        self._axes[1].show(*shown)
+        heads, columns = (swept.symbol, "value"), ("@eta", "@value")
+        if setting.scale is not None:
+            heads = field.column, f"{symbol.replace('ξ', 'x')} [{setting.scale.unit(quantity)}]"
+            columns = tuple(f"@{name}{{%.4g}}" for name in _SHOWN)
+        rows = [*zip(heads, columns, strict=True), *self.hover.tooltips[2:]]
         if rows != self.hover.tooltips:
             self.hover.tooltips = rows
+        return (1.0, 1.0) if setting.scale is None else (field.factor, shown[1])
 
     def _title(self, result: PartialDiagram, setting: Setting) -> None:
         question = result.question
@@ -269,12 +276,27 @@ def legend() -> list[list[str]]:
     return periods + [[colour, text, _KIND_HATCHES.get(kind, _PLAIN)[1]] for kind, (text, colour) in KINDS.items()]
 
 
+def _put(source: ColumnDataSource, columns: dict[str, np.ndarray]) -> None:
+    """Like `write`, also where units come or go, and with them columns."""
+    if source.data.keys() == columns.keys():
+        write(source, columns)
+    else:
+        source.data = dict(columns)
+
+
 def _columns(
-    result: PartialDiagram, coordinate: str, most: int = MOST_POINTS, artefacts: bool | None = None
+    result: PartialDiagram,
+    coordinate: str,
+    factors: tuple[float, float],
+    most: int = MOST_POINTS,
+    artefacts: bool | None = None,
 ) -> dict[str, np.ndarray]:
+    """The points of a diagram; where units are shown, their ``factors`` times the numbers, too."""
     eta, value = result.points(coordinate, most, artefacts)
     period = result.period[np.searchsorted(result.question.axis, eta)]
-    return {
+    pairs = zip(_SHOWN, factors, (eta, value), strict=True)
+    shown = {name: (factor * column).astype(np.float32) for name, factor, column in pairs if factors != (1.0, 1.0)}
+    return shown | {
         "eta": eta.astype(np.float32),
         "value": value.astype(np.float32),
         "period": np.nan_to_num(period).astype(np.uint8),  # at most half the kept periods

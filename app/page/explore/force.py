@@ -71,8 +71,9 @@ class ForceView:
                 5,
             )
         )
+        self._hover = hover_tool(lines, {"time": "@t", "force": "@force"})
         plot.add_tools(
-            hover_tool(lines, {"time": "@t", "force": "@force"}),
+            self._hover,
             hover_tool([stem[1] for stem in stems], {"time": "@t", "impulse": "@impulse"}),
         )
         return plot
@@ -97,6 +98,10 @@ class ForceView:
         """Fit ranges and labels to ``columns``, which the sources hold already; zero force is always in view."""
         self.figure.xaxis[0].axis_label = time_label(setting)
         self.figure.yaxis[0].axis_label = _label(setting, "contact force", "force", " λ")
+        # A located step resolves contacts that are shorter than the samples: their mean is drawn.
+        head = "force (mean, where a contact is too short to sample)" if setting.penalty.located else "force"
+        if self._hover.tooltips[1][0] != head:
+            self._hover.tooltips = [self._hover.tooltips[0], (head, self._hover.tooltips[1][1])]
         self.figure.right[0].axis_label = _label(setting, "impulse", "impulse", " ∫λ dτ")
         sources = [f"force_{solver}" for solver in ("reference", "penalty")]
         forces = [columns[source]["force"] for source in sources]

@@ -207,7 +207,8 @@ class Explore(Tab):
             return [Series(_SERIES_LABELS[name], columns[name])]
         if name == "displacement" and self._draws_difference:
             return difference_table(columns["difference"], setting.coordinate, setting.scale)
-        return [*figure_table(name, columns, setting.scale), *measured_table(name, columns, setting.scale)]
+        drawn = figure_table(name, columns, setting.scale, located=setting.penalty.located)
+        return [*drawn, *measured_table(name, columns, setting.scale)]
 
     def data(self) -> dict[str, object]:
         """The columns of all sources, the difference, the map and the front of a suggestion."""

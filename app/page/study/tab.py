@@ -17,6 +17,7 @@ from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.app.export.formats import Figure
+from vibroscope.app.export.tables import columns_in_units
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
@@ -190,8 +191,8 @@ class StudyTab(Tab):
         return list(self.pictures) if self.result is not None else []
 
     def data(self) -> dict[str, object]:
-        """What is known."""
-        return self.result.data()
+        """What is known, in the units that are shown."""
+        return dict(columns_in_units(self.result.data(), self._move.setting.scale))
 
     def words(self) -> dict[str, str]:
         """What stands in the panel."""
