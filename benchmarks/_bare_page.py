@@ -46,7 +46,7 @@ class Bare:
         time = Range1d(0, WINDOW)
         phase, displacement, force = PhaseView(), DisplacementView(time), ForceView(time)
         self.sources = {**phase.sources, **displacement.sources, **force.sources}
-        diagram = EtaMapView(phase.sections, lambda _: None)
+        diagram = EtaMapView(phase.sections)
         self.cursor = diagram.cursor
         columns = prepared[SETTING.eta]
         for name, source in self.sources.items():

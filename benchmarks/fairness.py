@@ -1,7 +1,8 @@
 """Prints how long a visitor waits beside others who ask for much: moves beside busy sliders, a plane beside planes.
 
 The busy ones move to a costly setting (32,000 located steps per period) three times a second, or keep a K–D plane under
-way. All use Bokeh's websocket protocol without a browser and share the machine with the server.
+way. Then one abuser keeps the server's loop busy: with large files, pings, or by opening sessions. All use Bokeh's
+websocket protocol without a browser and share the machine with the server.
 
 .venv/bin/python benchmarks/fairness.py
 """
@@ -13,11 +14,15 @@ import time
 
 import numpy as np
 from sessions import Visitor, serving, url_of
+from tornado.iostream import StreamClosedError
+from tornado.websocket import WebSocketClosedError
 
-from tests.browserless import Client, move, plain
+from tests.browserless import Client, mapped, move, plain
 
 BUSY, MOVES, EVERY = 8, 20, 1 / 3
 SLOWER, WORST, PICTURE = 10, 2.0, 5.0  # wanted: p95 against alone; s of a move at most; s to a first picture
+ABUSED = 3  # wanted: p95 of moves beside one abuser of the loop against alone
+OTHER = {"X-Forwarded-For": "192.0.2.1"}  # the abuser's address
 
 
 async def keep_moving(url, number):
@@ -64,6 +69,84 @@ async def grow_plane(url, number, pictures):
                 pictures.set_result(time.perf_counter() - begun)
 
 
+async def again(abuse):
+    """Abuse once more whenever the server has ended it."""
+    while True:
+        with contextlib.suppress(OSError, TypeError, StreamClosedError, WebSocketClosedError):
+            await abuse()
+
+
+async def upload(url):
+    """Load a file of 64 kB sixty times a second."""
+    parts = {str(number): "#" + "x" * 3999 for number in range(16)}
+    async with Client(url, headers=OTHER) as client:
+        file = client.message(mapped({"load": mapped(parts)}), "Header")
+        reading = asyncio.ensure_future(read(client))
+        try:
+            while not reading.done():
+                await client.send("PATCH-DOC", {"events": [file]})
+                await asyncio.sleep(1 / 60)
+        finally:
+            reading.cancel()
+
+
+async def ping(url):
+    """Send pings without pause."""
+    async with Client(url, headers=OTHER) as client:
+        while True:
+            for _ in range(100):
+                client.socket.ping()
+            await asyncio.sleep(0.001)
+
+
+async def come(url, pause):
+    """Open a session, and the next one after a pause, whether that one has opened or not."""
+    tasks = set()
+    try:
+        while True:
+            tasks.add(asyncio.ensure_future(visit(url)))
+            while pause is None and len(tasks) == BUSY:
+                _, tasks = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.sleep(pause or 0)
+    finally:
+        for task in tasks:
+            task.cancel()
+
+
+async def visit(url):
+    """Open a session and leave."""
+    with contextlib.suppress(OSError, TypeError, StreamClosedError, WebSocketClosedError):
+        async with Client(url, headers=OTHER):
+            pass
+
+
+async def opened(url):
+    """Seconds until a page is open."""
+    begun = time.perf_counter()
+    async with Client(url, "eta=1.9"):
+        return time.perf_counter() - begun
+
+
+ABUSES = {
+    "64 kB files at 60/s": lambda url: again(lambda: upload(url)),
+    "pings": lambda url: again(lambda: ping(url)),
+    "2 openings a second": lambda url: come(url, 0.5),
+    "openings without pause": lambda url: come(url, None),
+}
+
+
+async def abused(url, alone):
+    """Print a visitor's moves, and how long a page takes to open, beside each abuser of the loop."""
+    print(f"\n{'a move':40}{'median':>10}{'p95':>10}{'worst':>10}{'a page':>10}   ms")
+    for number, (name, abuse) in enumerate(ABUSES.items(), 92):
+        async with beside([abuse(url)]):
+            taken = await moves(url, number)
+            page = await opened(url)
+        figures = (np.median(taken), np.quantile(taken, 0.95), max(taken), page)
+        missed = "" if figures[1] <= ABUSED * np.quantile(alone, 0.95) else f"  missed: p95 ≤ {ABUSED}× alone"
+        print(f"beside {name:33}" + "".join(f"{1000 * figure:10.0f}" for figure in figures) + missed, flush=True)
+
+
 @contextlib.asynccontextmanager
 async def beside(jobs):
     """These jobs under way."""
@@ -100,6 +183,7 @@ async def measure(url):
     ratio = np.quantile(many, 0.95) / np.quantile(alone, 0.95)
     missed = "" if ratio <= SLOWER and max(many) <= WORST else "  missed"
     print(f"95th percentile against alone: {ratio:.2f}× (wanted ≤ {SLOWER}×, worst ≤ {WORST:g} s){missed}", flush=True)
+    await abused(url, alone)
     one = await first_picture(url, 0)
     async with beside(grow_plane(url, number, None) for number in range(1, BUSY + 1)):
         crowd = await first_picture(url, BUSY + 1)

@@ -147,6 +147,7 @@ def coming_and_going(port, process):
 def serving(count):
     """Servers that have loaded their kernels: processes by port."""
     environment = {"VIBROSCOPE_SESSIONS": "10000", "VIBROSCOPE_THREADS": "2", "VIBROSCOPE_LOG_LEVEL": "error"}
+    environment["VIBROSCOPE_PROXIED"] = "yes"  # so that some may come from another address
     with ExitStack() as stack:
         ports = [free_port() for _ in range(count)]
         servers = {port: stack.enter_context(explorer(port, environment=environment)) for port in ports}

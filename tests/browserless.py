@@ -34,8 +34,8 @@ def mapped(values):
 class Client:
     """One session, as a browser would hold it; after `open` it has the document of the page."""
 
-    def __init__(self, url, query=""):
-        self.url, self.query = url, query
+    def __init__(self, url, query="", headers=None):
+        self.url, self.query, self.headers = url, query, headers or {}
         self.answers = []  # in the order in which they came
 
     async def connect(self, token=None, origin=None):
@@ -43,7 +43,7 @@ class Client:
         token = token or await token_of(f"{self.url}/?{self.query}")
         address = f"{self.url.replace('http', 'ws', 1)}/ws?{self.query}"
         # A browser, too, waits while sessions are built for others.
-        request = HTTPRequest(address, headers={"Origin": origin or self.url}, request_timeout=100)
+        request = HTTPRequest(address, headers={"Origin": origin or self.url} | self.headers, request_timeout=100)
         self.socket = await websocket_connect(request, subprotocols=["bokeh", token])
         self.socket.protocol.stream.set_nodelay(True)  # else a message of three frames waits 40 ms for an answer
         assert (await self.receive())["msgtype"] == "ACK"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from concurrent.futures import Future
 from functools import partial
 from typing import ClassVar
 
@@ -24,7 +25,7 @@ from vibroscope.app.page.header.header import Header
 from vibroscope.app.page.messages import route
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS, TabArea
-from vibroscope.app.page.take_away import TakeAway, offered_figures, read_upload
+from vibroscope.app.page.take_away import TakeAway, offered_figures
 from vibroscope.app.page.updates import SessionLoop, UpdateChannel
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.engine import CompileProgress
@@ -138,8 +139,11 @@ class Session:
 
     def load(self, parts: object) -> None:
         """Set the parameters of an uploaded file; the whole file is accepted, or nothing of it."""
+        self._take_away.load(parts, self._loaded)
+
+    def _loaded(self, read: Future) -> None:
         try:
-            texts = read_upload(parts)
+            texts = read.result()
             read_setting(texts, self.setting)
         except ValueError as error:
             self.report_error(f"The file was not accepted: {error}")

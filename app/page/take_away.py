@@ -25,13 +25,13 @@ _PICTURES = {"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf
 
 
 class TakeAway:
-    """Writes the files of one session, one after the other, in a low-priority thread."""
+    """Writes and reads the files of one session, one after the other, in a low-priority thread."""
 
     def __init__(self, host: TabHost, send: Callable[[str, File], None]) -> None:
         """``send(what, file)`` sends a file to the browser; it is called on the session's loop."""
         self._host = host
         self._send = send
-        self._writing = False
+        self._writing = self._reading = False
 
     def request(self, what: str, tab: Tab, setting: Setting, address: str) -> None:
         """Write the file ``what`` of `file_writer` and send it, or report why not."""
@@ -42,9 +42,21 @@ class TakeAway:
             self._host.report_error("The last file is still being written: try again in a moment.")
         else:
             self._writing = True
-            pool("files", 1, lower_priority).submit(write).add_done_callback(
-                lambda done: self._host.call_later(partial(self._written, what, done))
-            )
+            _submit(write).add_done_callback(lambda done: self._host.call_later(partial(self._written, what, done)))
+
+    def load(self, parts: object, on_read: Callable[[Future], None]) -> None:
+        """Read an uploaded file; ``on_read`` is called on the session's loop with texts for `read_setting`."""
+        if self._reading:
+            self._host.report_error("The last file is still being read: try again in a moment.")
+            return
+        self._reading = True
+
+        def done(read: Future) -> None:
+            self._reading = False
+            if not read.cancelled():
+                on_read(read)
+
+        _submit(read_upload, parts).add_done_callback(lambda read: self._host.call_later(partial(done, read)))
 
     def _written(self, what: str, done: Future) -> None:
         self._writing = False
@@ -55,6 +67,11 @@ class TakeAway:
         else:
             logs.event("not written", logging.ERROR, error=done.exception(), what=what)
             self._host.report_error(f"This file could not be written ({error_text(done.exception())}): try again.")
+
+
+def _submit(job: Callable, *arguments) -> Future:
+    """Run a job of files in their thread, so that none delays the loop."""
+    return pool("files", 1, lower_priority).submit(job, *arguments, session=logs.session.get())
 
 
 def offered_figures(tab: Tab) -> list[list]:

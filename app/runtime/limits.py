@@ -1,8 +1,11 @@
-"""Limits on the cost of one request and on the rate of messages. No panel import."""
+"""Limits on the cost of one request, on the rate of messages, and on work that holds the loop up. No panel import."""
 
 from __future__ import annotations
 
 import time
+from asyncio import CancelledError, Future, get_running_loop
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 from vibroscope.app.runtime.settings import current_settings
 
@@ -50,3 +53,60 @@ class TokenBucket:
             return False
         self._tokens -= tokens
         return True
+
+
+class Turns:
+    """Work that holds up the loop, one piece at a time, in turn by owner, with rests in which the loop serves others.
+
+    The next piece is one of the owner that has had least of the loop's time lately, whatever came first. A rest is the
+    longer the more the owner has had, up to as long as the piece: the first ones are followed by none.
+    """
+
+    HALF_LIFE = 10.0  # s after which half of what an owner has had is forgotten
+    FULL_REST = 2.0  # s that an owner has had from which on a rest is as long as the piece
+
+    def __init__(self) -> None:
+        self._waiting: list[tuple[str, Future[None]]] = []
+        self._busy = False
+        self._had: dict[str, float] = {}
+        self._counted = time.monotonic()
+
+    @asynccontextmanager
+    async def turn(self, owner: str) -> AsyncIterator[None]:
+        """Wait for a turn, which the block then has."""
+        if self._busy:
+            waits = get_running_loop().create_future()
+            self._waiting.append((owner, waits))
+            try:
+                await waits
+            except CancelledError:
+                if waits.done() and not waits.cancelled():  # it was its turn
+                    self._next()
+                else:
+                    self._waiting.remove((owner, waits))
+                raise
+        self._busy, begun = True, time.monotonic()
+        try:
+            yield
+        finally:
+            seconds = time.monotonic() - begun
+            self._forget()
+            before = self._had.get(owner, 0.0)
+            self._had[owner] = before + seconds
+            get_running_loop().call_later(seconds * min(1.0, before / self.FULL_REST), self._next)
+
+    def _next(self) -> None:
+        self._waiting = [entry for entry in self._waiting if not entry[1].done()]
+        if not self._waiting:
+            self._busy = False
+            return
+        self._forget()
+        entry = min(self._waiting, key=lambda entry: self._had.get(entry[0], 0.0))
+        self._waiting.remove(entry)
+        entry[1].set_result(None)
+
+    def _forget(self) -> None:
+        now = time.monotonic()
+        kept = 0.5 ** ((now - self._counted) / self.HALF_LIFE)
+        self._counted = now
+        self._had = {name: had * kept for name, had in self._had.items() if had * kept > 1e-3}

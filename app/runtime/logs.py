@@ -4,6 +4,7 @@ The rest of the app calls only ``event("computed", seconds=0.02)``. In text form
 
     2026-01-31 12:00:00 INFO computed session=3f2a91cc seconds=0.020
 
+A traceback stands in the line of its event, its own lines separated by bars.
 With ``VIBROSCOPE_LOG_FORMAT=json`` it is one JSON object per line. A session appears as a digest, because its
 identifier gives access to the session.
 """
@@ -91,15 +92,20 @@ def _shorten(text: str) -> str:
     return text if len(text) <= _MOST_CHARACTERS else f"{text[:half]} … {text[-half:]}"
 
 
+def _one_line(text: str) -> str:
+    """The lines of a text in one, so that whoever reads a log line by line takes nothing for an event of its own."""
+    return " | ".join(line.strip() for line in text.splitlines())
+
+
 class Text(logging.Formatter):
-    """Format for people: one line, followed by the traceback if there is one."""
+    """Format for people: one line, with the traceback in it if there is one."""
 
     def format(self, record: logging.LogRecord) -> str:
         """See `logging.Formatter.format`."""
         created = time.strftime("%Y-%m-%d %H:%M:%S", time.gmtime(record.created))
         pairs = "".join(f" {name}={_printable(value)}" for name, value in _fields(record).items())
-        line = f"{created} {record.levelname} {_shorten(record.getMessage())}{pairs}"
-        return f"{line}\n{_shorten(self.formatException(record.exc_info))}" if record.exc_info else line
+        line = f"{created} {record.levelname} {_shorten(_one_line(record.getMessage()))}{pairs}"
+        return f"{line} | {_shorten(_one_line(self.formatException(record.exc_info)))}" if record.exc_info else line
 
 
 class Json(logging.Formatter):

@@ -20,6 +20,7 @@ from panel.io.state import set_curdoc
 from vibroscope.app.page.files import style
 from vibroscope.app.page.page import create_app
 from vibroscope.app.runtime import logs, metrics
+from vibroscope.app.runtime.limits import Turns
 from vibroscope.app.server.prewarmed import PLAIN_REQUEST, PrewarmedSession
 
 TOKEN_SECONDS = 300
@@ -40,6 +41,7 @@ class Admission:
     def __init__(self, most_sessions: int) -> None:
         self._most = most_sessions
         self._page = ""
+        self.openings = Turns()  # of the addresses that visitors come from
         self._tasks: set[asyncio.Task] = set()  # asyncio itself holds no strong reference to a task
         self.stopping = False
 

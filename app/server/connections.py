@@ -160,6 +160,17 @@ class Stream(IOStream):
     """
 
     _give_up: Callable[[], None] | None = None
+    _on_read: Callable[[int], None] | None = None
+
+    def report_reads(self, on_read: Callable[[int], None]) -> None:
+        """From now on call ``on_read`` with the number of bytes before each time that so many are read."""
+        self._on_read = on_read
+
+    def read_bytes(self, num_bytes: int, partial: bool = False) -> Awaitable[bytes]:
+        """See `tornado.iostream.IOStream`."""
+        if self._on_read is not None:
+            self._on_read(num_bytes)
+        return super().read_bytes(num_bytes, partial)
 
     def write_without_waiting(self, give_up: Callable[[], None]) -> None:
         """From now on report every write as done; call ``give_up`` once if too many bytes remain unread."""

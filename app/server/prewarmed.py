@@ -26,6 +26,7 @@ PLAIN_REQUEST = HTTPServerRequest(
     start_line=RequestStartLine("GET", "/", "HTTP/1.1"), headers=HTTPHeaders({"Host": "localhost"})
 )
 _CHECK_SECONDS = 0.5
+_ACTIVE_SECONDS = 1.0
 
 
 class PrewarmedSession:
@@ -62,6 +63,11 @@ class PrewarmedSession:
     def note_activity(self) -> None:
         """Record that a browser has sent a message."""
         self._active_at = time.monotonic()
+
+    @property
+    def active(self) -> bool:
+        """Whether a browser has sent something within the last second."""
+        return time.monotonic() - self._active_at < _ACTIVE_SECONDS
 
     def owns(self, session_id: str) -> bool:
         """Return whether this is a prewarmed session that no browser has opened yet."""

@@ -16,18 +16,24 @@ from bokeh.server.connection import ServerConnection
 from bokeh.server.session import ServerSession
 from bokeh.server.views.ws import WSHandler
 from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
+from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 from vibroscope.app.compat import stop_compressing, stream_of
+from vibroscope.app.page.explore.views import make_between
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import TokenBucket
 from vibroscope.app.server.hosts import is_allowed_origin, log_refused
 from vibroscope.app.server.protocol import PageProtocol
 from vibroscope.app.server.validation import cost_of, is_worth_logging, valid_events
 
-# Budget of one session over all its connections: `validation.cost_of` its messages, per second and at once. Connecting
-# again and sending the document cost as much as many moves. A drag costs 12 for each painted frame, and a screen shows
-# 60 frames per second.
-_RATE, _BURST, _RECONNECT, _PULL = 720, 1000, 100, 450
+# Budget of one session over all its connections, per second and at once: one for each frame that is read (a message has
+# three; pings and empty ones count, too) and for so many bytes, and `validation.cost_of` its messages. Connecting again
+# and sending the document cost as much as many moves. A drag costs 20 for each painted frame, and a screen shows 60
+# frames per second; a file of 64 kB costs 180.
+_RATE, _BURST, _RECONNECT, _PULL = 1200, 1700, 170, 750
+_BYTES = 400
+_HEADER_BYTES = 2  # that begin each frame, read for themselves
+_LEAVE_SECONDS = 0.5  # for a connection that was ended to close
 _MOST_CONNECTIONS = 3  # per session: a browser may reconnect before the server knows that it had gone
 _FAILED = "This could not be done. The fault is the server's, and it has been noted."
 _budgets: WeakKeyDictionary[ServerSession, TokenBucket] = WeakKeyDictionary()
@@ -46,7 +52,7 @@ class SessionSocket(WSHandler):
         offered = self.request.headers.get("Sec-WebSocket-Protocol", "").split(",")
         self._token_text = offered[1].strip() if len(offered) == 2 else ""
         self._stream = stream_of(self)
-        self._closed = False
+        self._closed = self._ended = False
         if not is_allowed_origin(self.request, self.application.settings["origins"]):
             self.send_error(403)
         elif not _is_valid_token(self._token_text, self.application.secret_key):
@@ -71,19 +77,18 @@ class SessionSocket(WSHandler):
         with logs.in_session(self._session_name):
             known = admission.session(session_id)
             if known is None and (reason := admission.refusal()):
-                metrics.REFUSED.add("session")
-                logs.event("refused", logging.WARNING, what="session", reason=reason)
-                self.close(1013, reason[:100])
+                self._refuse(reason)
                 return
             self._budget = (known and _budgets.get(known)) or TokenBucket(_RATE, _BURST)
             if known and (known.connection_count >= _MOST_CONNECTIONS or not self._budget.take(_RECONNECT)):
                 self._end("too many connections")
                 return
             admission.prewarmed.release(session_id)
-            session = await self.application_context.create_session_if_needed(session_id, self.request)
-            if self._closed:
+            session = await self._session(session_id)
+            if session is None:
                 return
             self._budget = _budgets.setdefault(session, self._budget)
+            self._stream.report_reads(self._price_read)
             await self._connect(session, PageProtocol(admission.prewarmed.take_json))
             if known is None:
                 seconds = time.monotonic() - begun
@@ -92,14 +97,40 @@ class SessionSocket(WSHandler):
                 logs.event("session opened", seconds=seconds, sessions=admission.sessions)
                 _log_end_of_session(session.document, self._session_name)
 
+    async def _session(self, session_id: str) -> ServerSession | None:
+        """The session, built in its turn; None if there is none and nobody waits for it any more, or no room."""
+        admission = self.application.settings["admission"]
+        context = self.application_context
+        if admission.session(session_id) is None:
+            async with admission.openings.turn(self.request.remote_ip or ""):
+                if self._stream.closed() or self._closed:
+                    return None
+                if admission.session(session_id) is None and (reason := admission.refusal()):
+                    self._refuse(reason)
+                    return None
+                if "tab=" not in self.request.query:  # opens with the figures of Explore
+                    await make_between(lambda: admission.prewarmed.active)
+                await context.create_session_if_needed(session_id, self.request)
+        session = await context.create_session_if_needed(session_id, self.request)
+        return None if self._closed else session
+
+    def _refuse(self, reason: str) -> None:
+        metrics.REFUSED.add("session")
+        logs.event("refused", logging.WARNING, what="session", reason=reason)
+        self.close(1013, reason[:100])
+
     async def _connect(self, session: ServerSession, protocol: PageProtocol) -> None:
         self.receiver = Receiver(protocol)
         self.connection = self.application.new_connection(protocol, self, self.application_context, session)
         await self.send_message(protocol.create("ACK"))
 
+    def _price_read(self, number: int) -> None:
+        if not self._ended and not self._budget.take((number == _HEADER_BYTES) + number / _BYTES):
+            self._end("too many messages")
+
     async def on_message(self, fragment: str | bytes) -> None:
         """Collect the frames of a message and answer it; all frames of the page are text."""
-        if self._closed or self.connection is None:
+        if self._closed or self._ended or self.connection is None:
             return
         self.application.settings["admission"].prewarmed.note_activity()
         if isinstance(fragment, bytes):
@@ -128,6 +159,9 @@ class SessionSocket(WSHandler):
             return None
         if not pull and not self._filter(message):
             return self.connection.ok(message)
+        if pull:  # takes as long as building a part of the page
+            async with self.application.settings["admission"].openings.turn(self.request.remote_ip or ""):
+                return await answer(message, self.connection, _handlers[message.msgtype])
         return await answer(message, self.connection, _handlers[message.msgtype])
 
     def _filter(self, message: Message) -> bool:
@@ -156,6 +190,8 @@ class SessionSocket(WSHandler):
         super().on_close()
 
     def _end(self, reason: str) -> None:
+        self._ended = True
+        IOLoop.current().call_later(_LEAVE_SECONDS, self._stream.close)  # else it may send on for some seconds
         metrics.REFUSED.add("message")
         logs.event("refused", logging.WARNING, what="connection", reason=reason)
         self.close(1008, reason)

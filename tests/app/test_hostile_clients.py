@@ -167,7 +167,7 @@ def test_a_flood_within_one_message_ends_the_connection(server):
             await client.ready()
             tabs = [client.message(mapped({"tab": tab}), "Header") for tab in ("help", "explore")]
             assert await client.patch(*tabs * 10) is not None
-            assert await client.patch(*tabs * 150) is None
+            assert await client.patch(*tabs * 250) is None
 
     run(steps())
 

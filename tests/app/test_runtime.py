@@ -46,6 +46,17 @@ def test_a_long_message_is_logged_in_part():
         assert "mend" in line
 
 
+def test_an_event_is_one_line_of_text_also_with_a_traceback_or_a_message_of_several_lines():
+    try:
+        raise RuntimeError("first\nsecond\u2028third")
+    except RuntimeError:
+        record = logging.makeLogRecord({"msg": "Uncaught\nGET /", "exc_info": sys.exc_info(), "levelname": "ERROR"})
+    line = logs.Text().format(record)
+    assert len(line.splitlines()) == 1
+    assert " ERROR Uncaught | GET / | Traceback (most recent call last): | File " in line
+    assert line.endswith("RuntimeError: first | second | third")
+
+
 def test_an_event_is_one_line_of_json_whatever_it_holds():
     written = io.StringIO()
     handler = logging.StreamHandler(written)

@@ -3,6 +3,7 @@
 import argparse
 import asyncio
 import random
+import re
 import subprocess
 from collections import Counter
 from itertools import cycle
@@ -12,10 +13,10 @@ import numpy as np
 import pytest
 from tornado.websocket import WebSocketClosedError
 from vibroscope.app.commands.cli import build_parser, main
-from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import Setting, read_setting
 from vibroscope.app.export.formats import as_toml, texts_from_toml
-from vibroscope.app.page.address import read_opening
+from vibroscope.app.page.address import Address
 from vibroscope.app.page.tabs import TABS
 from vibroscope.engine import read_measurement, read_system
 
@@ -23,22 +24,28 @@ from tests.browserless import Client, get
 from tests.release.odd import NO_NUMBERS, ODD, forged, random_json, random_query, random_request, run
 from tests.served import ROOT
 
+NOT_ACCEPTED = "The link was not accepted, so this is the opening scene[.]"
+
 
 def all_numbers_finite(setting):
     return all(isinstance(value, str) or np.isfinite(value) for value in setting)
 
 
 def test_addresses(server, inputs, report):
-    """Each is read as a session reads it; some are also requested as pages and opened as sessions."""
+    """Each is read as a session reads it, with what it then shows; some are also requested as pages and opened."""
     chance, refused = random.Random(1), {}
     # Escape each byte that an address cannot contain; what looks like an escape already stays one.
     queries = [quote(random_query(chance), safe="=&%+;:,") for _ in range(inputs)]
     for query in queries:
-        try:
-            asked = read_opening(query)
-        except Refused as error:
-            refused[query] = str(error)
-            assert refused[query]
+        address = Address(host=None, on_view_change=None)
+        asked, shown = address.open(query)  # never fails: what is refused opens as the opening scene, and says why
+        assert address.frozen == bool(shown)
+        if shown:
+            refused[query] = shown
+            assert re.fullmatch(
+                r"\S.{10,300}[.!?] The link was not accepted, so this is the opening scene\.", shown, re.S
+            ), shown
+            assert asked.setting == opening_setting()
             continue
         assert all_numbers_finite((*asked.setting, *(value for pinned in asked.pinned for value in pinned)))
         assert np.isfinite([*asked.view.zoom.values()]).all()
@@ -52,8 +59,7 @@ def test_addresses(server, inputs, report):
                 assert await client.ready()
                 (header,) = client.models("Header1")
                 shown = header["attributes"].get("error", "")
-                assert ("The link was not accepted" in shown) == (query in refused), query
-                assert shown.startswith(refused.get(query, ""))
+                assert shown == refused.get(query, ""), query
         return len(statuses), len(opened)
 
     asked, opened = run(ask())

@@ -30,15 +30,14 @@ _SHADES = ["#FFFFFF00"] + [f"#0072B2{alpha:02X}" for alpha in range(1, 256)]
 class EtaMapView:
     """The figure; its picture is drawn again when the zoom, the coordinate or the points change.
 
-    ``set_texts`` sets the η of a click.
+    Attributes
+    ----------
+    set_texts : callable
+        Sets the η of a click.
     """
 
-    def __init__(
-        self,
-        sections: dict[str, ColumnDataSource],
-        set_texts: Callable[[dict[str, str]], None],
-    ) -> None:
-        self._set_texts = set_texts
+    def __init__(self, sections: dict[str, ColumnDataSource]) -> None:
+        self.set_texts: Callable[[dict[str, str]], None] = lambda texts: None
         self._points = NOTHING
         self._shown: tuple[str, float] | None = None  # coordinate, and the value of one unit of it
         self._drawn: tuple | None = None  # points of the picture, and the ends of its axes
@@ -173,7 +172,7 @@ class EtaMapView:
 
     def _tap(self, event: Tap) -> None:
         if event.x is not None and np.isfinite(event.x):
-            self._set_texts({"eta": print_number(float(np.clip(round(event.x, 4), *ETA)))})
+            self.set_texts({"eta": print_number(float(np.clip(round(event.x, 4), *ETA)))})
 
     def _resize(self, attr: str, old: int, new: int) -> None:
         if self._shown is not None and old != new:

@@ -30,23 +30,19 @@ from vibroscope.app.export.tables import (
 )
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import Comparison
-from vibroscope.app.page.explore.displacement import DisplacementView
-from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.page.explore.findings import Findings
-from vibroscope.app.page.explore.force import ForceView
 from vibroscope.app.page.explore.map_source import MapPoints, MapSource
 from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.motion_judge import MotionJudge
-from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.explore.pinned import PinnedResults
 from vibroscope.app.page.explore.result import Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
+from vibroscope.app.page.explore.views import make_views
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
-from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
@@ -87,16 +83,13 @@ class Explore(Tab):
 
     def build(self) -> pn.viewable.Viewable:
         """Make mechanism, figures and findings; `explore.css` arranges them in a grid."""
-        self._time = OwnedRange(0, WINDOW)
+        self._time, self.phase, self.displacement, self.force, self.eta_map = make_views()
+        self.eta_map.set_texts = self.host.set
         self._sender = ColumnSender()
         self.mechanism = Mechanism()
         self.findings = Findings()
         self._suggester = Suggester(self.host)
-        self.phase = PhaseView()
-        self.displacement = DisplacementView(self._time.range)
-        self.force = ForceView(self._time.range)
         self._views = (self.phase, self.displacement, self.force)  # whose columns a move changes
-        self.eta_map = EtaMapView(self.phase.sections, self.host.set)
         self.ranges = {"time": self._time, **self.phase.ranges, "displacement": self.displacement.range}
         self.ranges |= {"force": self.force.force, "impulse": self.force.impulse, **self.eta_map.ranges}
         figures = [*self.phase.figures, self.displacement.figure, self.displacement.strip]

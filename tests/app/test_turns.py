@@ -1,0 +1,209 @@
+"""Openings take turns by address, and their budget has a price for every frame, byte and file."""
+
+import asyncio
+import json
+import re
+import struct
+from contextlib import suppress
+
+import pytest
+from bokeh.document import Document
+from panel.io.state import set_curdoc
+from tornado.iostream import StreamClosedError
+from tornado.websocket import WebSocketClosedError
+from vibroscope.app.page import take_away
+from vibroscope.app.page.explore.views import make_between
+from vibroscope.app.page.tabs import TABS
+from vibroscope.app.runtime import limits
+from vibroscope.app.runtime.limits import Turns
+
+from tests.browserless import Client, mapped
+from tests.served import served
+
+from .fakes import FakeHost
+
+
+@pytest.fixture
+def spend(monkeypatch):
+    """Pieces take no time but what they spend, and a rest is over once the loop has gone round."""
+    now, rests = 0.0, []
+
+    def spend(seconds):
+        nonlocal now
+        now += seconds
+
+    class Loop:
+        def __init__(self):
+            self.loop = asyncio.get_running_loop()
+            self.create_future = self.loop.create_future
+
+        def call_later(self, seconds, act):
+            rests.append(round(seconds, 3))
+            self.loop.call_soon(act)
+
+    monkeypatch.setattr(limits.time, "monotonic", lambda: now)
+    monkeypatch.setattr(limits, "get_running_loop", Loop)
+    spend.rests = rests
+    return spend
+
+
+def run_all(turns, spend, owners, seconds=1.0):
+    """The owners in the order in which they had their turn; all ask at once."""
+    had = []
+
+    async def piece(owner):
+        async with turns.turn(owner):
+            spend(seconds)
+            had.append(owner)
+
+    async def all_of_them():
+        await asyncio.gather(*map(piece, owners))
+
+    loop = asyncio.new_event_loop()
+    try:
+        loop.run_until_complete(all_of_them())
+    finally:
+        loop.close()
+    return "".join(had)
+
+
+def test_who_has_had_least_comes_next(spend):
+    assert run_all(Turns(), spend, "aaaaab", seconds=0.1) == "abaaaa"
+    assert run_all(Turns(), spend, "aaabbb", seconds=0.1) == "ababab"
+
+
+def test_the_first_piece_is_followed_by_no_rest_and_many_by_one_as_long_as_the_piece(spend):
+    run_all(Turns(), spend, "a" * 12)
+    assert spend.rests[0] == 0
+    assert spend.rests == sorted(spend.rests)
+    assert spend.rests[-1] == 1
+
+
+def test_who_gave_up_waiting_has_no_turn_and_holds_up_nobody():
+    async def steps():
+        turns, had = Turns(), []
+
+        async def piece(owner):
+            async with turns.turn(owner):
+                had.append(owner)
+                await asyncio.sleep(0)
+
+        first, gone, last = (asyncio.ensure_future(piece(owner)) for owner in "abc")
+        await asyncio.sleep(0)
+        gone.cancel()
+        await asyncio.gather(first, last)
+        await asyncio.sleep(0.01)
+        await asyncio.wait_for(piece("d"), 5)
+        assert had == ["a", "c", "d"]
+
+    asyncio.run(steps())
+
+
+def explore(prepare):
+    """What is sent of the tab Explore, with its models numbered in their order."""
+
+    async def steps():
+        if prepare:
+            await make_between(lambda: True)
+        doc = Document()
+        with set_curdoc(doc):
+            doc.add_root(TABS["explore"](FakeHost()).build().get_root(doc))
+        return json.dumps(doc.to_json().content, default=lambda buffer: bytes(buffer.data).hex())
+
+    text, numbers = asyncio.run(steps()), {}
+    return re.sub(r"\b[A-Za-z]+\d{4,}\b", lambda found: str(numbers.setdefault(found[0], len(numbers))), text)
+
+
+def test_figures_that_were_made_one_by_one_are_the_same():
+    assert explore(prepare=True) == explore(prepare=False)
+
+
+# --- what a client sends ----------------------------------------------------------------------------------------------
+
+MASKED, PING, CONTINUATION, TEXT, FINAL = 0x80, 0x9, 0x0, 0x1, 0x80
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    with served(tmp_path_factory.mktemp("turns") / "log.txt", VIBROSCOPE_LOG_FORMAT="json") as server:
+        yield server
+    lines = [json.loads(line) for line in server.log.read_text().splitlines() if line.startswith("{")]
+    assert not [line for line in lines if "traceback" in line or line["level"] == "error"]
+
+
+def frame(kind, text=b""):
+    assert len(text) < 126
+    return struct.pack("BB", kind, MASKED | len(text)) + bytes(4) + text
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [[frame(FINAL | PING)], [frame(TEXT, b"x"), *[frame(CONTINUATION)] * 50]],
+    ids=["pings", "fragments without content"],
+)
+def test_frames_without_content_are_not_free(server, frames):
+    async def steps():
+        client = await Client(server.url).open()
+        stream = client.socket.protocol.stream
+        begin, *more = frames
+        try:
+            await stream.write(begin)
+            for _ in range(200):
+                await stream.write(b"".join(more or [begin]) * 100)
+            while await client.receive() is not None:
+                pass
+        finally:
+            client.socket.close()
+
+    refused = server.metric('vibroscope_refused_total{what="message"}')
+    with suppress(StreamClosedError, WebSocketClosedError):  # the client still writes
+        asyncio.run(asyncio.wait_for(steps(), 60))
+    assert server.metric('vibroscope_refused_total{what="message"}') == refused + 1
+
+
+def upload(text):
+    parts = [text[begin : begin + 4000] for begin in range(0, len(text), 4000)]
+    return mapped({"load": mapped({str(number): part for number, part in enumerate(parts)})})
+
+
+def test_a_few_large_files_are_read_and_many_end_the_connection(server):
+    text = "# " + "x" * 60_000
+
+    async def steps():
+        async with Client(server.url) as client:
+            await client.ready()
+            assert await client.patch(client.message(upload(text), "Header")) is not None
+            for _ in range(40):
+                if await client.patch(client.message(upload(text), "Header")) is None:
+                    return
+            raise AssertionError("40 large files at once")
+
+    asyncio.run(asyncio.wait_for(steps(), 60))
+
+
+def test_a_file_is_read_in_a_thread_one_at_a_time(monkeypatch):
+    waiting, heard = [], []
+
+    class Host:
+        report_error = heard.append
+
+        def call_later(self, act):
+            act()
+
+    class Future:
+        def cancelled(self):
+            return False
+
+        def add_done_callback(self, act):
+            waiting.append(lambda: act(self))
+
+    monkeypatch.setattr(take_away, "_submit", lambda *job: Future())
+    files, read = take_away.TakeAway(Host(), None), []
+    files.load({"0": "x"}, read.append)
+    files.load({"0": "x"}, read.append)
+    assert heard == ["The last file is still being read: try again in a moment."]
+    assert read == []
+    waiting.pop()()
+    assert len(read) == 1
+    files.load({"0": "x"}, read.append)
+    assert len(waiting) == 1
