@@ -14,7 +14,7 @@ import re
 import panel as pn
 from bokeh.server.session import ServerSession
 from bokeh.server.tornado import BokehTornado
-from bokeh.util.token import generate_jwt_token, generate_session_id
+from bokeh.util.token import generate_session_id
 from panel.io.server import server_html_page_for_session
 from panel.io.state import set_curdoc
 from vibroscope.app.page.files import style
@@ -22,8 +22,8 @@ from vibroscope.app.page.page import create_app
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import Turns
 from vibroscope.app.server.prewarmed import PLAIN_REQUEST, PrewarmedSession
+from vibroscope.app.server.tokens import make_token
 
-TOKEN_SECONDS = 300
 _FULL = "This server holds as many sessions as it can. Please try again in a minute."
 _BROKEN = "This page could not be built. The fault is the server's, and it has been noted. Please load the page again."
 _STOPPING = "This server is being restarted. Please try again in a moment."
@@ -82,9 +82,7 @@ class Admission:
     def page(self, *, plain: bool) -> str:
         """Return the page for one visitor; a ``plain`` request, without a query, may get the prewarmed session."""
         session_id = (plain and self.prewarmed.hand_out()) or self._new_id()
-        key = self._app.secret_key
-        token = generate_jwt_token(session_id, secret_key=key, signed=True, expiration=TOKEN_SECONDS)
-        return self._page.replace(_PLACEHOLDER, token)
+        return self._page.replace(_PLACEHOLDER, make_token(session_id, self._app.secret_key))
 
     async def end_sessions(self) -> None:
         """Tell every session that it ends, so that it cancels what is still computed for it."""

@@ -30,11 +30,12 @@ from vibroscope.app.runtime.files import ASSETS
 from vibroscope.app.runtime.settings import Settings
 from vibroscope.app.runtime.workers import jobs, shut_down, workers
 from vibroscope.app.server import connections, endpoints
-from vibroscope.app.server.admission import TOKEN_SECONDS, Admission, page_or_apology
+from vibroscope.app.server.admission import Admission, page_or_apology
 from vibroscope.app.server.hosts import Misdirected, OtherHost, allowed_hosts, allowed_origins
 from vibroscope.app.server.housekeeping import limit_cache, trim_cache
 from vibroscope.app.server.security import SecurityHeaders
 from vibroscope.app.server.static_files import StaticFile
+from vibroscope.app.server.tokens import TOKEN_SECONDS
 from vibroscope.app.server.websocket import SessionSocket
 from vibroscope.engine import CompileProgress
 

@@ -15,7 +15,7 @@ from bokeh.protocol.receiver import Receiver
 from bokeh.server.connection import ServerConnection
 from bokeh.server.session import ServerSession
 from bokeh.server.views.ws import WSHandler
-from bokeh.util.token import check_token_signature, get_session_id, get_token_payload
+from bokeh.util.token import get_session_id
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 from vibroscope.app.compat import stop_compressing, stream_of
@@ -24,6 +24,7 @@ from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import TokenBucket
 from vibroscope.app.server.hosts import is_allowed_origin, log_refused
 from vibroscope.app.server.protocol import PageProtocol
+from vibroscope.app.server.tokens import is_valid_token
 from vibroscope.app.server.validation import cost_of, is_worth_logging, valid_events
 
 # Budget of one session over all its connections, per second and at once: one for each frame that is read (a message has
@@ -55,7 +56,7 @@ class SessionSocket(WSHandler):
         self._closed = self._ended = False
         if not is_allowed_origin(self.request, self.application.settings["origins"]):
             self.send_error(403)
-        elif not _is_valid_token(self._token_text, self.application.secret_key):
+        elif not is_valid_token(self._token_text, self.application.secret_key):
             log_refused("token", self.request)
             self.send_error(403)
 
@@ -208,17 +209,6 @@ async def answer(
     except Exception as error:
         logs.event("message failed", logging.ERROR, error=error)
     return connection.error(message, _FAILED)
-
-
-def _is_valid_token(token: str, key: bytes) -> bool:
-    """Return whether this server, or a replica with the same key, signed the token and it has not expired."""
-    try:
-        return (
-            check_token_signature(token, secret_key=key, signed=True)
-            and get_token_payload(token)["session_expiry"] > time.time()
-        )
-    except (ValueError, KeyError, TypeError):  # this is no token
-        return False
 
 
 def _log_end_of_session(doc: Document, name: str) -> None:

@@ -111,7 +111,7 @@ class BifurcationView:
         self.hover.formatters |= dict.fromkeys((f"@{name}" for name in _SHOWN), "printf")
         plot.add_tools(self.hover)
         self._scenes = [  # the paper's η, which mean nothing for another system
-            Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted")
+            Span(location=scene.eta, dimension="height", line_color="#808D99", line_dash="dotted")
             for scene in scenes().values()
             if scene.group == "motion"
         ]

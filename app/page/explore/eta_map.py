@@ -58,7 +58,7 @@ class EtaMapView:
         for scene in scenes().values():
             if scene.group == "motion":
                 self._scenes += [
-                    Span(location=scene.eta, dimension="height", line_color="#8A97A3", line_dash="dotted"),
+                    Span(location=scene.eta, dimension="height", line_color="#808D99", line_dash="dotted"),
                     Label(
                         x=scene.eta,
                         y=4,

@@ -138,7 +138,7 @@ def _(picture: Diagram, name: str) -> figure:
     shades = raster(picture.eta, values, x, y, *_PIXELS)
     _add_image(plot, shades, x, y, LinearColorMapper(palette=_SHADES, low=0, high=255))
     for key in "ABCD":
-        plot.add_layout(Span(location=scenes()[key].eta, dimension="height", line_color="#8A97A3", line_dash="dotted"))
+        plot.add_layout(Span(location=scenes()[key].eta, dimension="height", line_color="#808D99", line_dash="dotted"))
     return plot
 
 

@@ -21,7 +21,7 @@ GREY = "#76818C"  # of a study: another start
 OCHRE, MAGENTA = "#8F6A00", "#B0327A"
 FONT = "'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif"
 
-REFERENCE = {"line_color": BLUE, "line_width": 4, "line_alpha": 0.5}
+REFERENCE = {"line_color": BLUE, "line_width": 4, "line_alpha": 0.7}
 PENALTY = {"line_color": VERMILLION, "line_width": 1.3, "line_dash": "solid"}
 # The parts of the difference, in the order in which they arise.
 PARTS = {
@@ -65,11 +65,11 @@ THEME = Theme(
                 "axis_label_text_font_style": "normal",
                 "axis_label_text_color": INK,
                 "axis_label_standoff": 3,
-                "axis_line_color": "#8A97A3",
+                "axis_line_color": "#808D99",
                 "major_label_text_font": FONT,
                 "major_label_text_font_size": "11px",
                 "major_label_text_color": INK,
-                "major_tick_line_color": "#8A97A3",
+                "major_tick_line_color": "#808D99",
                 "major_tick_in": 0,
                 "major_tick_out": 4,
                 "minor_tick_line_color": None,

@@ -5,7 +5,7 @@ const DARK = {
   "#FFFFFF": "#171E26", // paper
   "#22303C": "#E4E9EE", // ink
   "#E4E8EC": "#2A343E", // grid
-  "#8A97A3": "#7F8C98", // axes
+  "#808D99": "#7F8C98", // axes
   "#C6CDD4": "#3C4854", // outline
   "#F1F3F5": "#222B34", // background of the strip
   "#76818C": "#A7B1BB", // another start

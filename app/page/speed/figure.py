@@ -72,7 +72,7 @@ class SpeedView:
                 line_color=colour,
                 line_dash=dash,
                 line_width=width,
-                line_alpha=0.6,
+                line_alpha=0.75,
             )
             items.append(LegendItem(label=_NAMES[kind], renderers=[drawn]))
         for kind, (colour, marker, dash) in _MARKS.items():

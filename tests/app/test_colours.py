@@ -1,0 +1,147 @@
+"""Figures can be read: curves that share one, also by colour-blind readers; what stands on their background."""
+
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bokeh.colors import named
+from bokeh.document import Document
+from bokeh.models import Plot
+from vibroscope.app.page.shared.figure import PINS, THEME
+from vibroscope.app.page.tabs import TABS
+
+from .fakes import FakeHost
+
+THEME_JS = Path(__file__).parents[2] / "app/page/shared/theme.js"
+DARK = dict(re.findall(r'"(#\w{6})": "(#\w{6})"', THEME_JS.read_text()))
+LEAST_DISTANCE = 20  # in CIELAB between two curves that differ in colour alone; about 2 is just noticeable side by side
+LEAST_WIDTH = 2  # pixels by which curves differ that are told apart by their width
+TEXT, GRAPHICS = 4.5, 3.0  # contrasts that WCAG 2.1 asks for (1.4.3, 1.4.11)
+
+# Machado, Oliveira and Fernandes (2009), severity 1, on linear RGB; sRGB to XYZ (IEC 61966-2-1).
+SEEN = {
+    "everyone": np.eye(3),
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+}
+XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def linear(colour):
+    values = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def lab(rgb):
+    ratio = XYZ @ rgb / XYZ.sum(axis=1)
+    x, y, z = np.where(ratio > 216 / 24389, np.cbrt(ratio), (24389 / 27 * ratio + 16) / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def distance(one, other, seen):
+    return np.linalg.norm(np.subtract(*(lab(np.clip(SEEN[seen] @ linear(each), 0, 1)) for each in (one, other))))
+
+
+def contrast(one, other):
+    low, high = sorted((XYZ @ linear(each))[1] for each in (one, other))
+    return (high + 0.05) / (low + 0.05)
+
+
+def over(colour, alpha, background):
+    """A colour with an opacity over a background, as the browser mixes them."""
+    pairs = zip(*map(parts, (colour, background)), strict=True)
+    return "#" + "".join(f"{round(alpha * int(c, 16) + (1 - alpha) * int(b, 16)):02X}" for c, b in pairs)
+
+
+def parts(colour):
+    return [colour[i : i + 2] for i in (1, 3, 5)]
+
+
+def in_theme(colour, theme):
+    return DARK.get(colour.upper(), colour) if theme == "dark" else colour
+
+
+@pytest.fixture(scope="module")
+def figures():
+    """Every figure of every tab, with all pins."""
+    found = {}
+    for key, kind in TABS.items():
+        tab = kind(FakeHost())
+        page = tab.build()
+        if key == "explore":
+            for view in (tab.phase, tab.displacement, tab.force):
+                view.pinned.update([{}] * len(PINS))
+        doc = Document(theme=THEME)
+        for plot in plots(page):
+            doc.add_root(plot)
+            found[f"{key}: {plot.name}"] = plot
+    return found
+
+
+def plots(view):
+    """The Bokeh figures in a view of Panel."""
+    if isinstance(getattr(view, "object", None), Plot):
+        yield view.object
+    for part in getattr(view, "objects", []):
+        yield from plots(part)
+
+
+def plain(value):
+    """A property's value, also where it is a specification that holds one."""
+    return getattr(value, "value", value)
+
+
+def looks(item):
+    """Colour, opacity, dash, marker and width of each curve that an entry of a legend names."""
+    for renderer in item.renderers:
+        glyph = {name: plain(value) for name, value in renderer.glyph.properties_with_values().items()}
+        colour = glyph.get("line_color") or glyph.get("fill_color")
+        colour = colour if colour.startswith("#") else getattr(named, colour).to_hex().upper()
+        shape = str(glyph.get("line_dash")), str(glyph.get("marker"))
+        yield colour, glyph.get("line_alpha") or 1.0, shape, glyph.get("line_width") or 0
+
+
+def entries(plot):
+    """Label and looks of each entry of the legends of a figure, and whether it is shown at first."""
+    return [(item.label.value, list(looks(item)), item.visible) for legend in plot.legend for item in legend.items]
+
+
+def differ_in_shape(one, other):
+    shapes = [[look[2] for look in each] for each in (one, other)]
+    widths = [max(look[3] for look in each) for each in (one, other)]
+    return shapes[0] != shapes[1] or abs(widths[0] - widths[1]) >= LEAST_WIDTH
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_curves_of_a_figure_are_told_apart_by_colour_blind_readers_too(figures, theme):
+    for name, plot in figures.items():
+        shown = {visible: [entry for entry in entries(plot) if entry[2] == visible] for visible in (True, False)}
+        for together in shown.values():  # the parts of the difference take the place of the displacements
+            for (one, a, _), (other, b, _) in itertools.combinations(together, 2):
+                for seen in () if differ_in_shape(a, b) else SEEN:
+                    found = distance(*(in_theme(each[0][0], theme) for each in (a, b)), seen)
+                    assert found >= LEAST_DISTANCE, (name, one, other, seen, found)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_text_axes_and_curves_stand_out_from_their_background(figures, theme):
+    for name, plot in figures.items():
+        background = in_theme(plot.background_fill_color, theme)
+        for label, curves, _ in entries(plot):
+            seen = [over(in_theme(colour, theme), alpha, background) for colour, alpha, *_ in curves]
+            assert max(contrast(each, background) for each in seen) >= GRAPHICS, (name, label)
+        for axis in plot.axis:
+            assert contrast(in_theme(axis.axis_line_color, theme), background) >= GRAPHICS, name
+            around = in_theme(plot.border_fill_color, theme)
+            for text in (axis.major_label_text_color, axis.axis_label_text_color, plot.title.text_color):
+                assert contrast(in_theme(text, theme), around) >= TEXT, name
+        for legend in plot.legend:
+            assert contrast(in_theme(legend.label_text_color, theme), background) >= TEXT, name
+
+
+def test_every_colour_of_the_figures_has_a_counterpart_in_the_dark():
+    assert len(set(DARK.values())) == len(DARK)  # so that the way back is known
+    assert {"#FFFFFF", "#22303C"} <= DARK.keys()
