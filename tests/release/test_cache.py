@@ -56,16 +56,23 @@ def test_nothing_can_be_stored(fault, tmp_path, report):
     report(f"cache folder {fault}: served, no traceback", faults=1, sessions=1)
 
 
-def test_every_tenth_file_is_damaged(tmp_path, report):
-    """Of the compiled kernels in the cache, some are damaged."""
+def test_every_tenth_kernel_and_every_other_file_of_a_study_is_damaged(tmp_path, report):
     chance, cache = random.Random(5), tmp_path / "cache"
-    kernels = f"kernels-{source_digest()}"
-    shutil.copytree(cache_root() / kernels, cache / kernels)
-    files = sorted(path for path in cache.rglob("*") if path.is_file())
-    hit = chance.sample(files, len(files) // 10)
+    kernels = cache / f"kernels-{source_digest()}"
+    shutil.copytree(cache_root() / kernels.name, kernels)
+    serves(tmp_path, cache)  # keeps the study of the time step
+    compiled, kept = (
+        sorted(path for path in folder.rglob("*") if path.is_file()) for folder in (kernels, cache / "studies")
+    )
+    assert len(kept) > 2
+    hit = chance.sample(compiled, len(compiled) // 10) + chance.sample(kept, len(kept) // 2)
     for path in hit:
         path.write_bytes(damaged(chance, path.read_bytes()))
-    serves(tmp_path, cache)
+    for _ in range(2):  # what was damaged does not stop it again
+        serves(tmp_path, cache)
     report(
-        f"{len(hit)} of {len(files)} kept kernels damaged: served, no traceback", faults=1, inputs=len(hit), sessions=1
+        f"{len(hit)} of {len(compiled)} kept kernels and {len(kept)} files of studies damaged: served, no traceback",
+        faults=1,
+        inputs=len(hit),
+        sessions=3,
     )

@@ -122,9 +122,12 @@ def test_the_summary_is_of_the_open_tab(visit):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_no_serious_fault_in_folded_parts(visit, scheme):
+def test_axe_finds_no_serious_fault_in_folded_parts_and_the_keys(visit, scheme):
     explorer = visit(color_scheme=scheme)
     explorer.page.evaluate(AXE)
     explorer.page.get_by_text("System and solver").click()
     explorer.page.locator("details.take-away summary").click()
+    assert serious(explorer.page) == []
+    explorer.page.keyboard.press("?")  # the other dialogs, tour and exercises: see `test_first_minute`
+    explorer.page.get_by_role("dialog", name="Keys").wait_for()
     assert serious(explorer.page) == []
