@@ -9,6 +9,7 @@ from textwrap import wrap
 from vibroscope.app.commands.compare_measured import add_measured_options, run_measured
 from vibroscope.app.commands.options import (
     ETA,
+    add_initial_option,
     add_joint_damping_option,
     add_penalty_options,
     add_system_option,
@@ -52,8 +53,8 @@ def add(commands) -> None:
         "compare",
         allow_abbrev=False,
         help="difference from the reference in three parts, and which number is to blame",
-        description="Run Newmark's penalty solution and the reference from rest, split their difference into what the "
-        "time step, K and D, and the joint damping do, and say in words what to change first.",
+        description="Run Newmark's penalty solution and the reference from rest (or --initial), split their difference "
+        "into what the time step, K and D, and the joint damping do, and say in words what to change first.",
         epilog="The difference is the rms of the displacements over the kept periods, relative to the reference, in "
         "parts where all motions repeat (pointwise: true). If the reference does not repeat, it is the distance of the "
         "Poincare sections (measure: sections).",
@@ -65,6 +66,7 @@ def add(commands) -> None:
     add("--keep", type=float, metavar="N", help=f"last periods to compare (default {_KEEP}, or all if fewer are run)")
     add_joint_damping_option(command)
     add_threshold_option(command)
+    add_initial_option(command)
     add_system_option(command)
     add_measured_options(command)
     add("--series", action="store_true", help="with --json: also the difference and its parts at every sample")
@@ -87,6 +89,7 @@ def run(options: argparse.Namespace) -> None:
         reference=reference_of(options),
         periods=options.periods,
         keep=min(_KEEP, options.periods) if options.keep is None else options.keep,
+        initial=options.initial,
     ).with_evidence()
     judgement = verdict(comparison)
     split = comparison.split() if comparison.complete else None

@@ -16,6 +16,7 @@ from vibroscope.engine import (
     SystemFile,
     Units,
     read_system,
+    simulate,
 )
 
 # The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
@@ -106,14 +107,19 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
         help=f"reference: coefficient of restitution (default: the system's; the paper's is {System().restitution:g})",
     )
     add_threshold_option(command)
-    add(
+    add_initial_option(command)
+    add_system_option(command)
+
+
+def add_initial_option(command: argparse.ArgumentParser) -> None:
+    """Add ``--initial``; a list that begins with a minus sign is given as ``--initial=-1,0,2,0``."""
+    command.add_argument(
         "--initial",
         type=numbers,
         metavar="x1,v1,x2,v2",
-        default=(0.0, 0.0, 0.0, 0.0),
-        help="state at tau = 0 (default rest); the reference needs x2 >= x1",
+        default=default_of(simulate, "initial"),
+        help="state at tau = 0 (default rest), as --initial=-1,0,2,0; the reference needs x2 >= x1",
     )
-    add_system_option(command)
 
 
 def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = False) -> None:

@@ -1,6 +1,6 @@
 """Comparison of a penalty solution with the reference: how far it is from it, and what the difference consists of."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,6 +11,7 @@ from ..model import System
 from ..motions.description import Motion, describe
 from ..motions.motion import motion
 from ..motions.poincare_map import without_penetration
+from ..motions.steady import REST
 from ..result import Record, Response
 from ..simulate import simulate
 from .difference import Difference, known
@@ -48,6 +49,8 @@ class Comparison:
         How contacts match impacts; None unless the reference repeats itself.
     grid : Record
         Of one period of the series.
+    initial : (4,) tuple of float
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, where all runs begin.
     """
 
     runs: PerSolution[Response]
@@ -63,6 +66,7 @@ class Comparison:
     residual: float
     encounters: Encounters | None
     grid: Record
+    initial: tuple[float, ...] = REST
 
     @property
     def complete(self) -> bool:
@@ -113,10 +117,11 @@ class Comparison:
             return self
         unclear = [name for name in plain if not plain[name] and getattr(self, name) is getattr(described, name)]
         runs = {name: getattr(self.runs, name) for name in unclear}
-        found = {
-            name: motion(run.system, run.eta, run.method, cancelled=cancelled) for name, run in runs.items() if run.ok
-        }
-        return self._with(**found)
+        return self._with(**{name: self._judge(run, cancelled) for name, run in runs.items() if run.ok})
+
+    def _judge(self, run: Response, cancelled) -> Motion:
+        """Return the motion of a run with its evidence."""
+        return motion(run.system, run.eta, run.method, initial=self.initial, cancelled=cancelled)
 
     def _with(self, **motions: Motion) -> "Comparison":
         """The same with other descriptions of its motions; what is known of the difference stays."""
@@ -135,9 +140,9 @@ class Comparison:
         Cancelled
             If ``cancelled`` returned true.
         """
-        runs = self.runs.reference, self.runs.penalty
-        reference, penalty = (motion(run.system, run.eta, run.method, cancelled=cancelled) for run in runs)
-        return self._with(reference=reference, penalty=penalty)
+        return self._with(
+            reference=self._judge(self.runs.reference, cancelled), penalty=self._judge(self.runs.penalty, cancelled)
+        )
 
     def split(self) -> Regularisation:
         """Split the regularisation into its own parts, by two more runs of the reference.
@@ -149,7 +154,7 @@ class Comparison:
         """
         if not self.complete:
             raise ValueError("a run ended early, so that there is no regularisation to split: see the runs' messages")
-        return split_regularisation(self.parts, self.runs.exact.method, self.runs.derived, self.grid)
+        return split_regularisation(self.parts, self.runs.exact.method, self.runs.derived, self.grid, self.initial)
 
 
 def compare(
@@ -160,11 +165,12 @@ def compare(
     reference: Reference | None = None,
     periods: int = 2050,
     keep: int = 50,
+    initial: Sequence[float] = REST,
     responses: Iterable[Response] = (),
     per_period: int = PER_PERIOD,
     cancelled: Callable[[], bool] | None = None,
 ) -> Comparison:
-    """Compare a penalty solution with the reference, both from rest, and split the difference into its parts.
+    """Compare a penalty solution with the reference, both from one start, and split the difference into its parts.
 
     Parameters
     ----------
@@ -176,8 +182,11 @@ def compare(
         By default the paper's. With derived joint damping the part of the joint damping vanishes.
     periods, keep : int
         Excitation periods to run, and the last of them to compare.
+    initial : (4,) sequence
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest.
     responses : iterable of Response
-        Those of the four runs that exist already, of the same system, η, periods and keep, with or without samples.
+        Those of the four runs that exist already, of the same system, η, periods, keep and start, with or without
+        samples.
     per_period : int
         Samples per period at most; they are Newmark's own steps.
     cancelled : callable, optional
@@ -193,7 +202,8 @@ def compare(
     if not isinstance(penalty, Newmark):
         raise ValueError(f"{penalty} has no time step: compare Newmark, whose limit it is")
     reference = reference or Reference()
-    runs = _four_runs(system, eta, penalty, reference, periods, keep, responses, cancelled)
+    options = {"periods": periods, "keep": keep, "initial": initial, "cancelled": cancelled}
+    runs = _four_runs(system, eta, penalty, reference, responses, options)
     motions = PerSolution(*(describe(run) for run in runs))
     # a reference that repeats itself only nearly has no time step that scatters it: nothing stays in phase with it
     pointwise = bool(motions.reference.period) and all(described.near_period for described in motions)
@@ -213,11 +223,13 @@ def compare(
         residual=series.residual if series else np.nan,
         encounters=encounters,
         grid=Record(1, per_period, penalty.steps),
+        initial=tuple(map(float, initial)),
     )
 
 
-def _four_runs(system, eta, penalty, reference, periods, keep, responses, cancelled) -> PerSolution[Response]:
-    """Return the four runs; those that exist already are not simulated again."""
+def _four_runs(system, eta, penalty, reference, responses, options) -> PerSolution[Response]:
+    """Return the four runs, with ``options`` of `simulate`; those that exist already are not simulated again."""
+    periods, keep = options["periods"], options["keep"]
     methods = PerSolution(
         penalty,
         penalty.limit,
@@ -234,7 +246,7 @@ def _four_runs(system, eta, penalty, reference, periods, keep, responses, cancel
             )
     for method in methods:
         if method not in known:
-            known[method] = simulate(system, eta, method, periods=periods, keep=keep, cancelled=cancelled)
+            known[method] = simulate(system, eta, method, **options)
     return PerSolution(*(known[method] for method in methods))
 
 

@@ -14,6 +14,7 @@ has no counterpart in an impact, such as contacts that follow each other before 
 press together.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,7 +60,7 @@ class Regularisation:
 
 
 def split_regularisation(
-    series: DifferenceSeries, exact: ExactPenalty, derived: Response, grid: Record
+    series: DifferenceSeries, exact: ExactPenalty, derived: Response, grid: Record, initial: Sequence[float]
 ) -> Regularisation:
     """Split the regularisation of a comparison, by two more runs of the reference.
 
@@ -71,13 +72,15 @@ def split_regularisation(
         Of the reference with derived joint damping; it is repeated with e(ζ) and e°(ζ).
     grid : Record
         Of one period of the series.
+    initial : (4,) sequence
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0 of all runs.
     """
     ratio = damping_ratio(derived.system, exact.stiffness, exact.damping)
     restitutions = restitution_of(ratio), restitution_without_pull(ratio)
     own = series.runs.derived.reshape(4, derived.keep, -1)
     rows, periods = [], {period_of(derived.section)}
     for restitution in restitutions:
-        run = _with_restitution(derived, restitution)
+        run = _with_restitution(derived, restitution, initial)
         period = period_of(run.section) if run.ok else 0
         periods.add(period)
         rows.append(samples_beside(run, period, own, grid)[0].reshape(4, -1))
@@ -92,6 +95,7 @@ def split_regularisation(
     )
 
 
-def _with_restitution(derived: Response, restitution: float) -> Response:
+def _with_restitution(derived: Response, restitution: float, initial: Sequence[float]) -> Response:
     system = replace(derived.system, restitution=restitution)
-    return simulate(system, derived.eta, derived.method, periods=derived.periods, keep=derived.keep)
+    options = {"periods": derived.periods, "keep": derived.keep, "initial": initial}
+    return simulate(system, derived.eta, derived.method, **options)

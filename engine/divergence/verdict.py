@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..motions.description import Motion
+from ..motions.steady import REST
 from ..motions.words import repetition
 from ..result import Status
 from ..simulate import simulate
@@ -110,9 +111,10 @@ def _scatter_sentence(comparison: Comparison, scatter: float) -> str:
 def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float) -> Verdict:
     """Return the verdict on a penalty solution that agrees with another motion of the reference."""
     total = percent(comparison.difference.total)
+    start = "rest" if comparison.initial == REST else "the same start"
     headline = (
         "The penalty solution shows another motion, yet no wrong one: started from its state, the reference moves "
-        f"so too, {percent(elsewhere)} apart. From rest they are {total} apart: mind the start."
+        f"so too, {percent(elsewhere)} apart. From {start} they are {total} apart: mind the start."
     )
     return Verdict(
         headline,
@@ -142,7 +144,7 @@ def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
 def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
     """Find by trying with how many steps the run reaches its end."""
     run = comparison.runs.penalty
-    options = {"periods": run.periods, "keep": run.keep, "cancelled": cancelled}
+    options = {"periods": run.periods, "keep": run.keep, "initial": comparison.initial, "cancelled": cancelled}
     for doubling in range(1, DOUBLINGS + 1):
         steps = run.method.steps * 2**doubling
         if steps > MOST_STEPS:
