@@ -30,7 +30,7 @@ _LATER = {
     "measurement.measurement_file": ("measurement_text", "parse_measurement", "read_measurement"),
     "measurement.synthetic": ("synthetic_measurement",),
     "measurement.verdict": ("measured_verdict",),
-    "motions.attractors": ("Attractor", "attractors"),
+    "motions.attractors": ("Attractor", "attractors", "search_attractors"),
     "motions.lyapunov": ("Lyapunov", "lyapunov"),
     "motions.motion": ("Motion", "motion"),
     "motions.steady": ("Steady", "steady"),

@@ -108,7 +108,7 @@ def _motion_lines(found: Motion) -> list[str]:
 
 
 def _attractor_line(found: Attractor) -> str:
-    start = ", ".join(f"{value:.4g}" for value in found.start)
+    start = ",".join(f"{value:.10g}" for value in found.start)  # as --initial takes it
     impacts = _number(found.motion.impacts_per_period)
     return (
         f"{100 * found.share:5.1f} % of starts  {_name(found.motion)}, {impacts} impacts per period; first from {start}"

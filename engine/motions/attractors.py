@@ -7,7 +7,7 @@ the pendulums apart. A share p of n starts has the standard error √(p(1 − p)
 may be missed.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,10 +24,13 @@ from .section import band_width
 from .steady import LONG, REST, steady
 
 REACH = 2.0  # of the starts, in amplitudes of the motion from rest
+STARTS = 64
+DECIMALS = 4  # of a start, so that its numbers can be read, typed and sent in full
 BATCHES = 16
 SIGMAS = 6.0  # standard errors that the averages of one motion may differ by
 SAME = 1e-6  # of the size: cycles of closed-form solvers that differ by less are the same
 NOISY = 3.0  # cycles of Newmark may differ by so many widths of their bands, and these widths by such a factor
+THIN = 0.01  # of the size: bands that the time step causes differ by any factor below this width
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ def attractors(
     eta: float,
     method: Method,
     *,
-    starts: int = 64,
+    starts: int = STARTS,
     seed: int = 0,
     progress: Callable[[int], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -88,6 +91,26 @@ def attractors(
     Cancelled
         If ``cancelled`` returned true.
     """
+    search = search_attractors(system, eta, method, starts=starts, seed=seed, cancelled=cancelled)
+    for done, found in enumerate(search, start=1):  # noqa: B007 - the last one is returned
+        if progress is not None:
+            progress(done)
+    return found
+
+
+def search_attractors(
+    system: System,
+    eta: float,
+    method: Method,
+    *,
+    starts: int = STARTS,
+    seed: int = 0,
+    cancelled: Callable[[], bool] | None = None,
+) -> Iterator[tuple[Attractor, ...]]:
+    """Yield the motions found so far after each start, with their shares of the starts so far.
+
+    Parameters and exceptions are those of :func:`attractors`, which returns the last of them.
+    """
     starts = whole("starts", starts, 1, 100_000, "give the number of starts")
     groups: list[_Group] = []
     for done, start in enumerate(_starts(system, eta, method, starts, seed, cancelled), start=1):
@@ -97,10 +120,8 @@ def attractors(
             group = _Group(motion(system, eta, method, initial=start, cancelled=cancelled), run, start)
             groups.append(group)
         group.count += 1
-        if progress is not None:
-            progress(done)
-    groups.sort(key=lambda group: -group.count)
-    return tuple(Attractor(group.motion, group.count / starts, group.start) for group in groups)
+        groups.sort(key=lambda group: -group.count)
+        yield tuple(Attractor(group.motion, group.count / done, group.start) for group in groups)
 
 
 def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
@@ -108,7 +129,7 @@ def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
     rows = simulate(system, eta, method, periods=LONG, cancelled=cancelled).section
     largest = np.abs(rows).max(axis=0, initial=0.0) if len(rows) else np.zeros(4)
     reach = REACH * np.maximum([largest[[0, 2]].max(), largest[[1, 3]].max()], 1.0)
-    states = np.random.default_rng(seed).uniform(-1, 1, (count, 4)) * reach[[0, 1, 0, 1]]
+    states = np.round(np.random.default_rng(seed).uniform(-1, 1, (count, 4)) * reach[[0, 1, 0, 1]], DECIMALS)
     states[:, [0, 2]] = np.sort(states[:, [0, 2]], axis=1)
     states[0] = REST
     return states
@@ -138,18 +159,20 @@ class _Group:
         if not (run.ok and self.run.ok):
             return run.status is self.run.status
         if self.motion.type is Kind.PERIODIC:
-            return _same_cycle(self.run.section, run.section, self.motion.period)
+            # a step may scatter one cycle from one start, and lock the scatter from another
+            thin = THIN if self.motion.step_noise > 0 else 0.0
+            return _same_cycle(self.run.section, run.section, self.motion.period, thin)
         return not period_of(run.section) and _same_averages(self.run.section, run.section)
 
 
-def _same_cycle(known: np.ndarray, section: np.ndarray, period: int) -> bool:
+def _same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float) -> bool:
     """Whether both sections are the same cycle of points but for time-step scatter, wherever they begin."""
     if len(section) < period or (len(section) < KEEP and len(section) != period):
         return False
     points, others = _cycle_points(known, period), _cycle_points(section, period)
     widths = band_width(known, period), band_width(section, period)
     size = np.abs(known).max()
-    if max(widths) > NOISY * min(widths) + TOLERANCE * size:
+    if max(widths) > max(NOISY * min(widths) + TOLERANCE * size, thin * size):
         return False
     allowed = SAME * size + NOISY * max(widths)
     return any(np.abs(points - np.roll(others, shift, axis=0)).max() <= allowed for shift in range(period))
