@@ -58,9 +58,8 @@ def run_measured(options: argparse.Namespace) -> None:
         system = fitted.system
     penalty = Newmark(options.K, options.D, options.steps, located=options.located)
     reference = reference_of(options)
-    comparison = compare_measured(
-        system, options.eta, measurement, penalty, reference=reference, periods=options.periods
-    )
+    chosen = {"reference": reference, "periods": options.periods, "initial": options.initial}
+    comparison = compare_measured(system, options.eta, measurement, penalty, **chosen)
     if options.json:
         print(json.dumps(as_json(comparison, fitted), allow_nan=False))
     else:

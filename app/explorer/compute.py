@@ -43,7 +43,8 @@ TRACE_PERIODS = 2
 _SAMPLES = {Reference: 1000, Newmark: 8000}
 _CACHED_RUNS = 48  # of up to 1.5 MB of samples
 
-Key = tuple[System, float, Reference | Newmark]  # what a run depends on
+Start = tuple[float, float, float, float]  # ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0
+Key = tuple[System, float, Reference | Newmark, Start]  # what a run depends on
 CancelCheck = Callable[[], bool]
 
 
@@ -96,7 +97,8 @@ def cached_runs(setting: Setting, cache: Cache = _CACHE) -> RunPair | None:
 
 
 def _keys(setting: Setting) -> list[Key]:
-    return [(setting.system, setting.eta, method) for method in (setting.reference, setting.penalty)]
+    methods = setting.reference, setting.penalty
+    return [(setting.system, setting.eta, method, setting.initial) for method in methods]
 
 
 def _cached_run(key: Key, cancelled: CancelCheck | None, cache: Cache) -> Run:
@@ -107,9 +109,11 @@ def _cached_run(key: Key, cancelled: CancelCheck | None, cache: Cache) -> Run:
     return run
 
 
-def _compute_run(system: System, eta: float, method: Reference | Newmark, cancelled: CancelCheck | None) -> Run:
+def _compute_run(
+    system: System, eta: float, method: Reference | Newmark, initial: Start, cancelled: CancelCheck | None
+) -> Run:
     record = Record(TRACE_PERIODS, _SAMPLES[type(method)])
-    response = simulate(system, eta, method, record=record, cancelled=cancelled)
+    response = simulate(system, eta, method, initial=initial, record=record, cancelled=cancelled)
     if not response.ok:
         return Run(response, None, None, None)
     found = motion(response)

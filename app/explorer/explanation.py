@@ -116,6 +116,7 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
         setting.eta,
         setting.penalty,
         reference=setting.reference,
+        initial=setting.initial,
         responses=[run.response for run in (runs.reference, runs.penalty)],
         cancelled=cancelled,
     )

@@ -13,8 +13,14 @@ from typing import NamedTuple
 from vibroscope.app.explorer.state import SHARES, Explorer, Setting, print_number
 from vibroscope.engine import Units
 
-_QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity"}
-_LABELS = {"eta": ("f", "excitation frequency"), "D": ("2D", "penalty damper")}  # in units: other quantities than η, D
+_STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
+_QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity", **_STARTS}
+# In units: other quantities than η and D, and other symbols than those without dimension.
+_LABELS = {"eta": ("f", "excitation frequency"), "D": ("2D", "penalty damper")}
+_LABELS |= {
+    name: (label, Explorer.param[name].doc.replace("τ", "t").replace("ξ", "x"))
+    for name, label in zip(_STARTS, ("x₁(0)", "x₁′(0)", "x₂(0)", "x₂′(0)"), strict=True)
+}
 _DEFINING = {"omega1": "angular_frequency", "m1": "mass", "amplitude": "displacement"}
 # Units that may be typed, in SI units; as `plain_unit` writes them.
 _TYPED = {

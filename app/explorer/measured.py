@@ -82,7 +82,7 @@ class MeasuredJob(Job):
         measurement, options = file.measurement(setting), {"cancelled": lambda: self.cancelled}
         if names:
             return fit(setting.system, setting.eta, measurement, names=names, **options)
-        options["reference"] = setting.reference
+        options |= {"reference": setting.reference, "initial": setting.initial}
         return compare_measured(setting.system, setting.eta, measurement, setting.penalty, **options)
 
 

@@ -12,14 +12,15 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.compute import Key
 from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, lower_priority, pool
-from vibroscope.engine import Cancelled, Method, Motion, System, motion
+from vibroscope.engine import Cancelled, Motion, motion
 
 SECONDS = 20.0  # for one motion
-_CACHE = Cache(200)  # by system, η and method
+_CACHE = Cache(200)  # by what the runs depend on
 ARTEFACT = "artefact"  # a periodic motion with scatter that the time step causes
 
 
@@ -71,15 +72,17 @@ def with_kinds(texts: dict[str, str], kinds: Kinds | None) -> dict[str, str]:
     return {head: text + added.get(head, "") for head, text in texts.items()}
 
 
-def _keys(setting: Setting) -> dict[str, tuple[System, float, Method]]:
+def _keys(setting: Setting) -> dict[str, Key]:
     methods = {"reference": setting.reference, "penalty": setting.penalty}
-    return {name: (setting.system, setting.eta, method) for name, method in methods.items()}
+    return {name: (setting.system, setting.eta, method, setting.initial) for name, method in methods.items()}
 
 
-def _judge(key: tuple[System, float, Method], cancelled: Callable[[], bool]) -> MotionKind:
+def _judge(key: Key, cancelled: Callable[[], bool]) -> MotionKind:
     end = time.monotonic() + SECONDS
+    *problem, initial = key
     try:
-        found = describe_kind(motion(*key, cancelled=lambda: cancelled() or time.monotonic() > end))
+        found = motion(*problem, initial=initial, cancelled=lambda: cancelled() or time.monotonic() > end)
+        found = describe_kind(found)
     except Cancelled:
         if cancelled():
             raise

@@ -19,10 +19,12 @@ from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import Newmark, Reference, System, Units, simulate
 from vibroscope.engine.methods import DAMPING_RANGE, STEPS_RANGE, STIFFNESS_RANGE, THRESHOLD_RANGE
 from vibroscope.engine.model import ETA_RANGE
+from vibroscope.engine.motions.motion import FARTHEST
 from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, UNIT_SYSTEMS
 
 _PAPER, _UNITS = System(), Units()
 _PERIODS = signature(simulate).parameters["periods"].default
+_START = {"bounds": (-FARTHEST, FARTHEST)}
 _RATIOS = (1e-3, 1e3)  # of frequencies, as `System` takes them
 _BELOW_ONE = {"bounds": (0.0, 1.0), "inclusive_bounds": (True, False)}  # damping ratios: underdamped pendulums
 
@@ -68,6 +70,10 @@ class Explorer(param.Parameterized):
     d2 = param.Number(_PAPER.d2, **_BELOW_ONE, label="d₂", doc="damping ratio of pendulum 2")
     kappa3 = param.Number(_PAPER.kappa3, bounds=_RATIOS, label="κ₃", doc="frequency ratio of both, joined")
     d3 = param.Number(_PAPER.d3, **_BELOW_ONE, label="d₃", doc="damping ratio of both, joined, as measured")
+    start_xi1 = param.Number(0.0, **_START, label="ξ₁(0)", doc="displacement of pendulum 1 at τ = 0, at most ξ₂(0)")
+    start_v1 = param.Number(0.0, **_START, label="ξ₁′(0)", doc="velocity of pendulum 1 at τ = 0")
+    start_xi2 = param.Number(0.0, **_START, label="ξ₂(0)", doc="displacement of pendulum 2 at τ = 0, at least ξ₁(0)")
+    start_v2 = param.Number(0.0, **_START, label="ξ₂′(0)", doc="velocity of pendulum 2 at τ = 0")
     frame = param.Selector(
         default="relative",
         objects=["relative", "absolute", "difference"],
@@ -95,9 +101,11 @@ class Explorer(param.Parameterized):
 FIELDS = tuple(name for name in Explorer.param if name != "name")
 MAIN_FIELDS = ("eta", "K", "D", "steps")
 SYSTEM_FIELDS = tuple(_PAPER.as_dict())
+START_FIELDS = ("start_xi1", "start_v1", "start_xi2", "start_v2")
 SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 _FORMER_CHOICES = {("units", "physical"): "si"}  # in older links and files
-PAPER_FIELDS = (*SYSTEM_FIELDS, "threshold", "located")  # a scene of the paper sets them to their defaults
+# A scene of the paper sets them to their defaults.
+PAPER_FIELDS = (*SYSTEM_FIELDS, *START_FIELDS, "threshold", "located")
 DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them
 
 
@@ -120,6 +128,11 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
     def penalty(self) -> Newmark:
         """The solver that an FE code would use."""
         return Newmark(self.K, self.D, self.steps, located=self.located == "yes")
+
+    @property
+    def initial(self) -> tuple[float, float, float, float]:
+        """Where both runs start: ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
+        return tuple(getattr(self, name) for name in START_FIELDS)
 
     def drawn_like(self, other: Setting) -> Setting:
         """The same results, drawn like ``other``: with its `DRAWING_FIELDS`."""
@@ -151,6 +164,7 @@ def read_setting(texts: Mapping[str, object], base: Setting | None = None) -> Se
     """
     setting = (base or Setting())._replace(**read_values(texts))
     _check_combination(setting)
+    _check_gap(setting, "start_xi1" if "start_xi1" in texts else "start_xi2")
     return setting
 
 
@@ -187,6 +201,22 @@ def _check_combination(setting: Setting) -> None:
             f"kappa3 must lie between 1 and kappa = {setting.kappa:g}, not {setting.kappa3:g}: the natural frequency "
             "of the joined pendulums lies between those of the separate ones, and the mass ratio follows from it.",
         ) from None
+
+
+def _check_gap(setting: Setting, name: str) -> None:
+    """Raise `Refused` for the parameter ``name`` where the pendulums would overlap at the start."""
+    if setting.start_xi1 <= setting.start_xi2:
+        return
+    symbol, values = "ξ", (setting.start_xi1, setting.start_xi2)
+    texts = map(print_number, values)
+    if setting.scale is not None:
+        symbol, texts = "x", (setting.scale.text("displacement", value, 6) for value in values)
+    first, second = texts
+    raise Refused(
+        name,
+        f"{symbol}₁(0) must be at most {symbol}₂(0), not {first} with {second}: at the start the pendulums may touch, "
+        f"but not overlap. Set {symbol}{'₂' if name == 'start_xi1' else '₁'}(0) first.",
+    )
 
 
 def most_steps() -> int:

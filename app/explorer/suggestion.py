@@ -191,7 +191,8 @@ def suggestion_content(found: Found, setting: Setting) -> dict:
     return {
         "met": found.met,
         "head": _head(found),
-        "lines": [plain_symbols(in_units(line, setting.scale)) for line in _lines(found, setting)],
+        "lines": [plain_symbols(in_units(line, setting.scale)) for line in _lines(found, setting)]
+        + _start_lines(setting),
         "use": trial_texts(best, found, setting) if best is not None else {},
         "possible": percent(found.possible) if best is not None else "",
         "tolerance": found.tolerance,
@@ -264,6 +265,10 @@ def _range_lines(found: RangeRecommendation, setting: Setting) -> list[str]:
         lines.append(f"Left out, since the reference does not repeat itself there: {etas}.")
     errors = (f"{percent(one.error, beside=found.tolerance)} at η = {one.eta:.6g}" for one in found.served)
     return [*lines, f"Error: {', '.join(errors)}."]
+
+
+def _start_lines(setting: Setting) -> list[str]:
+    return ["Mind: the search runs from rest, not from the own start."] if any(setting.initial) else []
 
 
 def _thin_front(front: tuple, best) -> list:

@@ -5,7 +5,7 @@ Tests run them and compare their numbers with those of the page.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from shlex import quote
 
 from vibroscope.app.explorer.state import Setting, print_number
@@ -20,19 +20,21 @@ def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
     p, r = setting.penalty, setting.reference
     located = ", located=True" if p.located else ""
+    start = "" if setting.initial == Setting().initial else f", initial={setting.initial}"
     return f"""from vibroscope.engine import Newmark, Reference, System, compare, motion, simulate, verdict
 
 system = {_system(setting.system)}
-reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}))
+reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}){start})
 penalty = simulate(
-    system, {setting.eta!r}, Newmark(stiffness={p.stiffness!r}, damping={p.damping!r}, steps={p.steps}{located})
+    system, {setting.eta!r}, Newmark(stiffness={p.stiffness!r}, damping={p.damping!r}, steps={p.steps}{located}){start}
 )
 
 for response in (reference, penalty):
     print(motion(response) if response.ok else response.message)
     print("xi1, xi1', xi2, xi2' at the end:", *response.section[-1:])
 
-found = compare(system, {setting.eta!r}, penalty.method, reference=reference.method, responses=(reference, penalty))
+runs = {{"reference": reference.method, "responses": (reference, penalty)}}
+found = compare(system, {setting.eta!r}, penalty.method, **runs{start})
 answer = verdict(found)
 print(answer.headline, *answer.details, sep="\\n")
 if found.parts:
@@ -50,6 +52,7 @@ def as_command(setting: Setting, measured: str = "") -> str:
     """
     file, options = _system_file(setting.system, units_table(setting) if setting.scale or measured else [])
     options += f" --units {setting.scale.system}" if setting.scale else ""
+    options += initial_option(setting.initial)
     eta = print_number(setting.eta)
     reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
     compared = f"vibroscope compare --eta {eta}{newmark}{reference}{options}"
@@ -103,6 +106,11 @@ def sweep_command(study: str, system: System, *options: str) -> str:
         f"vibroscope sweep {study}{each}{system_option} --out {store}\n"
         for each, store in zip(options, stores, strict=True)
     )
+
+
+def initial_option(initial: Sequence[float]) -> str:
+    """``--initial`` where a run does not start from rest."""
+    return f" --initial={','.join(map(print_number, initial))}" if any(initial) else ""
 
 
 def method_options(method: Method) -> str:

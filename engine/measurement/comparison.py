@@ -1,11 +1,12 @@
 """Comparison of a measurement with the reference and a penalty solution."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ..methods import Newmark, Reference
 from ..model import System, check_eta
 from ..motions.description import describe
+from ..motions.steady import REST
 from ..result import Response
 from .alignment import Alignment, align
 from .cycle import SettledRun, penalty_cycle, reference_cycle
@@ -81,9 +82,10 @@ def compare_measured(
     *,
     reference: Reference | None = None,
     periods: int = 2050,
+    initial: Sequence[float] = REST,
     cancelled: Callable[[], bool] | None = None,
 ) -> MeasuredComparison:
-    """Compare a measurement with both solutions, each from rest and aligned by its own phase.
+    """Compare a measurement with both solutions, both from one start and each aligned by its own phase.
 
     Parameters
     ----------
@@ -95,6 +97,8 @@ def compare_measured(
     reference : Reference, optional
     periods : int
         Excitation periods that Newmark runs.
+    initial : (4,) sequence
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest.
     cancelled : callable, optional
         Polled many times a second; when it returns true the comparison is cancelled.
 
@@ -111,8 +115,8 @@ def compare_measured(
     """
     eta = check_eta(eta)
     own = recurrence(measurement, eta)
-    exact = reference_cycle(system, eta, reference or Reference(), cancelled=cancelled)
-    newmark = penalty_cycle(system, eta, penalty, periods=periods, cancelled=cancelled)
+    exact = reference_cycle(system, eta, reference or Reference(), initial=initial, cancelled=cancelled)
+    newmark = penalty_cycle(system, eta, penalty, periods=periods, initial=initial, cancelled=cancelled)
     other_frame = None
     if exact.cycle is not None:
         other_frame = align(exact.cycle, measurement, OTHER_FRAME[measurement.frame]).rms

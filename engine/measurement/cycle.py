@@ -110,12 +110,19 @@ def reference_cycle(
 
 
 def penalty_cycle(
-    system: System, eta: float, method: Newmark, *, periods: int = 2050, cancelled: Callable[[], bool] | None = None
+    system: System,
+    eta: float,
+    method: Newmark,
+    *,
+    periods: int = 2050,
+    initial: Sequence[float] = REST,
+    cancelled: Callable[[], bool] | None = None,
 ) -> SettledRun:
     """Return the last cycle of Newmark's run, where scatter is ignored; raises as :func:`engine.simulate`."""
     keep = min(NEWMARK_KEEP, periods)
     record = Record(min(LONGEST_NEAR_PERIOD, keep), SAMPLES)
-    response = simulate(system, eta, method, periods=periods, keep=keep, record=record, cancelled=cancelled)
+    options = {"periods": periods, "keep": keep, "initial": initial, "record": record, "cancelled": cancelled}
+    response = simulate(system, eta, method, **options)
     # not Motion.near_period: an artefact of the time step may repeat itself exactly, after many periods
     period = near_period_of(response.section) if response.ok else 0
     return SettledRun(response, _last_cycle(response, period) if period else None)

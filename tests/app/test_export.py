@@ -26,7 +26,16 @@ from .settings_strategy import settings
 CACHE = Cache(48)
 PLAIN = Setting()
 OTHER = PLAIN._replace(
-    eta=2.3, K=9000.0, steps=400, located="yes", restitution=0.7, joint_damping="derived", threshold=0.01
+    eta=2.3,
+    K=9000.0,
+    steps=400,
+    located="yes",
+    restitution=0.7,
+    joint_damping="derived",
+    threshold=0.01,
+    start_xi1=-0.5,
+    start_xi2=0.25,
+    start_v2=-1.5,
 )
 
 

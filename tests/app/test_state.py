@@ -10,6 +10,7 @@ from vibroscope.app.explorer.errors import Refused, error_text
 from vibroscope.app.explorer.link import parse_address
 from vibroscope.app.explorer.state import FIELDS, MAIN_FIELDS, Explorer, Setting, bounds_of, read_setting, read_values
 from vibroscope.engine.model import check_eta
+from vibroscope.engine.simulate import starting_checkpoint
 
 from .settings_strategy import settings
 
@@ -27,7 +28,7 @@ def test_a_setting_has_the_parameters_and_the_defaults_of_the_explorer():
 def test_every_number_has_finite_bounds():
     rules = [Explorer.param[name] for name in FIELDS]
     bounds = [end for rule in rules if isinstance(rule, param.Number) for end in rule.bounds]
-    assert len(bounds) == 28
+    assert len(bounds) == 36
     assert all(map(math.isfinite, bounds))
 
 
@@ -38,6 +39,7 @@ def engine_takes(name, value):
         setting = setting._replace(kappa3=(1 + value) / 2)
     try:
         check_eta(setting.eta)
+        starting_checkpoint(setting.initial, setting.system, setting.eta, setting.penalty)
         return all((setting.system, setting.reference, setting.penalty, setting._replace(units="si").scale))
     except ValueError:
         return False
@@ -49,7 +51,7 @@ NUMBERS = [name for name in FIELDS if isinstance(Explorer.param[name], param.Num
 @pytest.mark.parametrize("name", [name for name in NUMBERS if name != "kappa3"])  # which κ limits
 def test_the_page_takes_what_the_engine_and_the_command_line_take(name):
     low, high = bounds_of(name)
-    below, above = (low - 1, high + 1) if name == "steps" else (low - 1e-12, 1.000001 * high)
+    below, above = (low - 1, high + 1) if name == "steps" else (low - 1e-12 - 1e-9 * abs(low), 1.000001 * high)
     assert [engine_takes(name, value) for value in (below, low, high, above)] == [False, True, True, False]
 
 

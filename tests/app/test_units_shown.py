@@ -64,7 +64,8 @@ def test_the_runs_do_not_depend_on_the_units():
 def shown_of(setting):
     controls = Controls()
     controls.show_setting(setting)
-    return controls.shown
+    numbers = controls.shown["numbers"]
+    return controls.shown | {"fields": {name: controls.fields[name] | {"text": numbers[name]} for name in numbers}}
 
 
 def notes_of(setting):
@@ -105,6 +106,18 @@ def test_a_number_that_is_typed_as_it_is_shown_stays(system, name):
     text = shown_of(setting)["fields"][name]["text"]
     typed = read_setting(plain_texts({name: {"typed": text}}, setting), setting)
     assert getattr(typed, name) == pytest.approx(getattr(setting, name), rel=1e-5)
+
+
+def test_a_move_sends_its_numbers_and_not_what_the_fields_are_called():
+    controls, sent = Controls(), []
+    controls.show_setting(PLAIN)
+    controls.param.watch(sent.append, ["fields", "shown"])
+    controls.show_setting(PLAIN._replace(eta=1.5, start_xi2=2.0))
+    assert [event.name for event in sent] == ["shown"]
+    assert "pendulum" not in str(sent[0].new)
+    assert sent[0].new["numbers"]["start_xi2"] == "2"
+    controls.show_setting(PHYSICAL)
+    assert [event.name for event in sent] == ["shown", "fields", "shown"]
 
 
 def test_joint_damping_that_follows_from_the_dampers_is_shown_and_locked():

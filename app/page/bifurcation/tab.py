@@ -8,9 +8,9 @@ import numpy as np
 import panel as pn
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR, View
-from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.explorer.state import START_FIELDS, Explorer, Setting, bounds_of, print_number
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
+from vibroscope.app.export.scripts import initial_option, method_options, sweep_command, sweep_python
 from vibroscope.app.page.bifurcation.figure import SYMBOLS, BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.study.tab import StudyTab
@@ -34,7 +34,6 @@ _DIRECTION_NAMES = {
     "up": "continued upwards",
     "down": "continued downwards",
 }
-_STARTS = {"start_xi1": "ξ₁(0)", "start_v1": "ξ₁′(0)", "start_xi2": "ξ₂(0)", "start_v2": "ξ₂′(0)"}
 _OF_METHOD = {"K": "stiffness", "D": "damping", "steps": "steps"}
 MOST_VALUES, MOST_TRANSIENT = 2000, 20_000  # that can be typed: with more, a diagram outlasts its time
 _SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
@@ -53,7 +52,7 @@ class Bifurcation(StudyTab):
         "over": "eta",
         "count": COUNT,
         "transient": TRANSIENT,
-        **dict.fromkeys(_STARTS, 0.0),
+        **dict.fromkeys(START_FIELDS, 0.0),
     }
     axes = {"eta": LINEAR, "value": LINEAR}  # noqa: RUF012 - read only
     pictures = (
@@ -87,7 +86,10 @@ class Bifurcation(StudyTab):
                 _number("to", "To", LINEAR, linked=False),
                 _number("count", "Values", (2, MOST_VALUES), whole=True),
                 _number("transient", "Transient (T)", (0, MOST_TRANSIENT), whole=True),
-                *(_number(name, text, (-1e6, 1e6), when={"direction": "own"}) for name, text in _STARTS.items()),
+                *(
+                    _number(name, Explorer.param[name].label, bounds_of(name), when={"direction": "own"})
+                    for name in START_FIELDS
+                ),
             ],
             "hint": "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its "
             "own range. Hollow points are scatter that the time step causes. In grey, once computed: the other "
@@ -161,7 +163,7 @@ class Bifurcation(StudyTab):
             1.0 if over == "eta" else setting.eta,
             chosen["count"],
             chosen["transient"],
-            tuple(chosen[name] for name in _STARTS) if own else REST,
+            tuple(chosen[name] for name in START_FIELDS) if own else REST,
         )
 
     def draw(self, setting: Setting, result: PartialDiagram | None) -> None:
@@ -206,8 +208,7 @@ class Bifurcation(StudyTab):
         options = f" --from {low!r} --to {high!r} --count {question.count}{method_options(question.method)}"
         options += "" if question.over == "eta" else f" --over {question.over} --eta {question.eta!r}"
         options += f" --direction {question.direction} --coordinates {','.join(COORDINATES)}"
-        if question.initial != REST:
-            options += f" --initial {','.join(map(print_number, question.initial))}"
+        options += initial_option(question.initial)
         return sweep_command("eta", question.system, f"{options} --transient {question.transient} --sample {SAMPLE}")
 
     def _set(self, value: float) -> None:

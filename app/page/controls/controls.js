@@ -14,23 +14,27 @@ export function render({ model }) {
   const sliders = model.spec.sliders.map((slider) => sliderRow(slider, link));
   const view = [...model.spec.viewSwitches.map((choice) => switchRow(choice, link)), key()];
   const ofMotions = view.filter((part) => part.name !== "units"); // the units apply to the notes of the sliders, too
-  const parts = [...first, ...sliders, ...solver.parts, ...view];
+  const start = startDetails(model.spec, link);
+  const folds = element("div", "folds");
+  folds.append(start.element, solver.box);
+  const parts = [...first, ...sliders, ...start.parts, ...solver.parts, ...view];
   const elements = (some) => some.map((part) => part.element);
   root.append(
     link.busyMark(),
     group("first", ...elements(first)),
     group("sliders", ...elements(sliders)),
-    group("rest", solver.box, foldedIfNarrow("What is shown", ...elements(view))),
+    group("rest", folds, foldedIfNarrow("What is shown", ...elements(view))),
   );
   const hide = () => {
     root.hidden = !model.visible; // on a narrow page the component has no box of its own that could be hidden
-    for (const { element } of ofMotions) element.hidden = !model.motions;
+    for (const { element } of [start, ...ofMotions]) element.hidden = !model.motions;
   };
   for (const name of ["visible", "motions"]) model.on(name, hide);
   hide();
   const draw = () => {
-    const shown = model.shown;
-    if (!shown.texts) return;
+    if (!model.shown.texts) return;
+    const fields = Object.entries(model.shown.numbers).map(([name, text]) => [name, { ...model.fields[name], text }]);
+    const shown = { ...model.shown, fields: Object.fromEntries(fields) };
     const isLatest = link.receive(shown);
     parts.forEach((part) => part.draw(shown, isLatest));
     solver.draw(shown);

@@ -12,7 +12,7 @@ import math
 import param
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
-from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, print_end
+from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting, print_end
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 
@@ -34,6 +34,7 @@ class Controls(Component):
 
     spec = param.Dict(doc="Limits, labels and scenes; fixed")
     motions = param.Boolean(default=True, doc="Whether the open tab draws motions, and the switches for that are shown")
+    fields = param.Dict(default={}, doc="How the number of each field is shown: another one in other units")
     shown = param.Dict(default={}, doc="The accepted setting, see `show_setting`")
 
     _esm = script("shared/dom", "controls/parts", "controls/controls")
@@ -54,26 +55,41 @@ class Controls(Component):
             refused value. ``undo``, ``redo``: whether there is something to undo or redo. ``pinned``: whether this
             setting is pinned.
         """
+        fields = {name: _field(name, setting) for name in (*MAIN_FIELDS, *_NUMBERS, *START_FIELDS)}
+        if fields != self.fields:  # a move changes none of them
+            self.fields = fields
         self.shown = {
             "texts": setting.texts(),
-            "fields": {name: _shown(name, setting) for name in (*MAIN_FIELDS, *_NUMBERS)},
+            "numbers": {name: _number_text(name, setting) for name in fields},
             "notes": _notes(setting),
             "scene": scene_key(setting),
             **answer,
         }
 
 
-def _shown(name: str, setting: Setting) -> dict:
-    """A number as its field shows it; ``locked``: why it cannot be changed, empty if it can."""
-    field, value, locked = shown_field(name, setting), getattr(setting, name), ""
-    if name == "d3" and setting.joint_damping == "derived":
-        value, locked = setting.system.derived_joint_damping, "follows from d₁ and d₂; choose “as measured” to type it"
-    text = field.number(value) if not locked else f"{value:.4g}"
-    rule = Explorer.param[name]
+def _field(name: str, setting: Setting) -> dict:
+    """How a number is shown; ``locked``: why it cannot be changed, empty if it can."""
+    field, rule = shown_field(name, setting), Explorer.param[name]
     low, high = (print_end(field.factor * end) for end in rule.bounds)
-    below = "" if rule.inclusive_bounds[1] else "below "
-    shown = {"label": field.label, "hint": field.hint, "unit": field.unit, "factor": field.factor}
-    return shown | {"text": text, "range": f"{low} to {below}{high}", "locked": locked}
+    return {
+        "label": field.label,
+        "hint": field.hint,
+        "unit": field.unit,
+        "factor": field.factor,
+        "range": f"{low} to {'' if rule.inclusive_bounds[1] else 'below '}{high}",
+        "locked": "follows from d₁ and d₂; choose “as measured” to type it" if _is_derived(name, setting) else "",
+    }
+
+
+def _number_text(name: str, setting: Setting) -> str:
+    """A number as its field shows it."""
+    if _is_derived(name, setting):
+        return f"{setting.system.derived_joint_damping:.4g}"
+    return shown_field(name, setting).number(getattr(setting, name))
+
+
+def _is_derived(name: str, setting: Setting) -> bool:
+    return name == "d3" and setting.joint_damping == "derived"
 
 
 def _notes(setting: Setting) -> dict[str, str]:
@@ -94,6 +110,7 @@ def _spec() -> dict:
     return {
         "sliders": [_slider(name) for name in MAIN_FIELDS],
         "numbers": [_number(name) for name in _NUMBERS],
+        "starts": [_number(name) for name in START_FIELDS],
         "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
         "scenes": [_button(scene) for scene in buttons()],

@@ -51,6 +51,29 @@ function actions(link) {
   return { element: row, draw };
 }
 
+// Where both runs start: folded while that is rest.
+function startDetails(spec, link) {
+  const box = element("details", "more");
+  const head = element("summary");
+  const grid = element("div", "numbers starts");
+  const parts = spec.starts.map((number) => numberRow(number, link));
+  const names = spec.starts.map(({ name }) => name);
+  const rest = button("From rest", "Start both runs from rest, as a scene does",
+    () => link.set(Object.fromEntries(names.map((name) => [name, spec.defaults[name]]))), "rest");
+  grid.append(...parts.map((part) => part.element));
+  box.append(head, grid, rest);
+  let own = false;
+  const draw = (shown) => {
+    const was = own;
+    own = names.some((name) => shown.texts[name] !== spec.defaults[name]);
+    head.textContent = `Start: ${own ? "own" : "rest"}`;
+    head.title = `Both runs start from ${own ? "an own start" : "rest"}`;
+    rest.disabled = !own;
+    if ((own && !was) || names.includes(shown.refused.name)) box.open = true;
+  };
+  return { element: box, parts: [...parts, { draw }] };
+}
+
 // System and solver: folded, since they are seldom changed; open if one is not the default, or is refused.
 function solverDetails(spec, link) {
   const box = element("details", "more");
@@ -71,13 +94,16 @@ function solverDetails(spec, link) {
 
 function numberRow(number, link) {
   const box = element("div", "number");
-  const label = element("label", "", number.label);
+  const label = element("label");
   label.htmlFor = `vibroscope-${number.name}-typed`;
-  label.title = number.hint;
   const under = element("div", "under");
   const field = typedField(number, link, under);
   box.append(label, field.typed, field.unit, under);
-  return { element: box, draw: field.draw };
+  const draw = (shown, isLatest) => {
+    ({ label: label.textContent, hint: label.title } = shown.fields[number.name]);
+    field.draw(shown, isLatest);
+  };
+  return { element: box, draw };
 }
 
 function switchRow(choice, link) {

@@ -85,7 +85,7 @@ def known_explanation(setting: Setting) -> Explanation | None:
 
 def _key(setting: Setting) -> object:
     """What an explanation depends on."""
-    return setting.system, setting.eta, setting.penalty, setting.reference
+    return setting.system, setting.eta, setting.penalty, setting.reference, setting.initial
 
 
 def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> tuple[Setting, Explanation]:

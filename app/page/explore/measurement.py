@@ -275,7 +275,7 @@ def _fit_key(setting: Setting) -> object:
 
 
 def _reference_key(setting: Setting) -> object:
-    return *_fit_key(setting), setting.reference
+    return *_fit_key(setting), setting.reference, setting.initial
 
 
 def _key(setting: Setting) -> object:

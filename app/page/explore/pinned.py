@@ -110,9 +110,13 @@ class PinnedResults:
         self._continue()
 
 
+def _reference_run(setting: Setting) -> tuple:
+    return setting.system, setting.eta, setting.reference, setting.initial
+
+
 def _without_reference(result: Result, live: Setting) -> dict[str, Columns]:
     setting = result.setting
-    if (setting.system, setting.eta, setting.reference) != (live.system, live.eta, live.reference):
+    if _reference_run(setting) != _reference_run(live):
         return result.columns
     return {
         source: {

@@ -51,12 +51,11 @@ class Suggester:
 
     def follow(self, setting: Setting) -> None:
         """Follow the setting: a search for another system, η or reference is withdrawn, and units are those shown."""
-        other_units = self._setting is None or setting.scale != self._setting.scale
-        self._setting = setting
-        if other_units:
+        before, self._setting = self._setting, setting
+        if before is None or setting.scale != before.scale:
             self.view.limits = default_limits(setting)
-            if self._found is not None:
-                self._show(phase="done", **suggestion_content(self._found, setting))
+        if self._found is not None and (setting.scale, setting.initial) != (before.scale, before.initial):
+            self._show(phase="done", **suggestion_content(self._found, setting))
         if self._search is not None:
             question = self._search.question
             if question != question.follow(setting):

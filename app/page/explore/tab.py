@@ -28,6 +28,7 @@ from vibroscope.app.export.tables import (
     figure_table,
     measured_table,
 )
+from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import Comparison
 from vibroscope.app.page.explore.explainer import Explainer
@@ -89,6 +90,8 @@ class Explore(Tab):
         self.mechanism = Mechanism()
         self.findings = Findings()
         self._suggester = Suggester(self.host)
+        self._coexisting = CoexistingMotions(self.host)
+        self._followers = (self._suggester, self._coexisting)
         self._views = (self.phase, self.displacement, self.force)  # whose columns a move changes
         self.ranges = {"time": self._time, **self.phase.ranges, "displacement": self.displacement.range}
         self.ranges |= {"force": self.force.force, "impulse": self.force.impulse, **self.eta_map.ranges}
@@ -111,6 +114,7 @@ class Explore(Tab):
             _cell(self.mechanism, "mechanism"),
             *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
             _cell(self.findings, "findings"),
+            _cell(self._coexisting.view, "coexisting"),
             _cell(self._suggester.view, "suggest"),
             self._measured.button,
         ]
@@ -144,12 +148,12 @@ class Explore(Tab):
         self._visible = True
         runs = cached_runs(move.setting)
         if runs is not None:
-            self._suggester.follow(move.setting)
+            self._follow(move.setting)
             self._push(move.number, prepare(runs))
             return True
         ready = self._push_shipped(move)
         if ready:
-            self._suggester.follow(move.setting)
+            self._follow(move.setting)
             self._queue.submit(move.number, move.setting)
         return ready
 
@@ -160,9 +164,13 @@ class Explore(Tab):
         self._explainer.withdraw()
         self._judge.withdraw()
         self._measured.withdraw()
-        self._suggester.follow(move.setting)
+        self._follow(move.setting)
         self._push_shipped(move)
         self._queue.submit(move.number, move.setting)
+
+    def _follow(self, setting: Setting) -> None:
+        for part in self._followers:
+            part.follow(setting)
 
     def summary(self, setting: Setting) -> str:
         """The text of the findings, once it is complete."""
@@ -174,12 +182,13 @@ class Explore(Tab):
         self._visible = False
         self._judge.withdraw()
         self._suggester.withdraw()
+        self._coexisting.hide()
         self._map.withdraw()
 
     def close(self) -> None:
         """The session has ended."""
         self._map.withdraw()
-        for part in (self._queue, self._explainer, self._judge, self._pinned, self._measured, self._suggester):
+        for part in (self._queue, self._explainer, self._judge, self._pinned, self._measured, *self._followers):
             part.close()
 
     # -- files to take away ------------------------------------------------------------

@@ -1,0 +1,51 @@
+// The motions that coexist at the setting: a button that searches, the progress, and a list. A click on a motion sets
+// the start of the run to one that leads to it. The server searches; nothing is sent until the button is pressed.
+
+export function render({ model }) {
+  const root = element("section", "coexisting");
+  root.setAttribute("aria-label", "Coexisting motions");
+  const find = button("Coexisting motions", "Search for the motions that exist at these numbers, from many starts",
+    () => model.send_msg({ find: true }), "find");
+  const box = element("div", "box");
+  const status = element("p", "status");
+  status.setAttribute("role", "status");
+  const bar = element("progress");
+  bar.max = 1;
+  bar.setAttribute("aria-label", "Share of the starts that are done");
+  const running = element("div", "running");
+  running.append(bar, button("Stop", "Stop the search; what it has found stays", () => model.send_msg({ stop: true })));
+  const close = button("×", "Close the list of motions", () => model.send_msg({ close: true }), "close");
+  const list = element("div", "list");
+  box.append(close, status, running, list);
+  root.append(box, find);
+  const draw = () => {
+    const { phase, head, share, error, solvers = [] } = model.content;
+    root.dataset.phase = phase;
+    box.hidden = phase === "idle";
+    find.hidden = !box.hidden;
+    running.hidden = phase !== "running";
+    bar.value = share ?? 0;
+    const found = head ? `${head}${phase === "stopped" ? " (stopped)" : ""}.` : "searching …";
+    status.textContent = phase === "failed" ? error : found;
+    fill(list, solvers);
+  };
+  model.on("content", draw);
+  draw();
+  return root;
+}
+
+// Draws the list again, and keeps the focus on the motion that has it.
+function fill(list, solvers) {
+  const focused = list.getRootNode().activeElement?.dataset?.start;
+  list.replaceChildren(...solvers.flatMap(([title, motions]) => [element("h3", "", title), ...motions.map(row)]));
+  if (focused) list.querySelector(`[data-start="${focused}"]`)?.focus();
+}
+
+function row({ name, share, text, why, use, shown }) {
+  const made = button("", "", () => emit("set", use), "motion");
+  made.append(element("strong", "", name), element("span", "share", `${share} of starts`), element("small", "", text));
+  made.setAttribute("aria-pressed", String(shown));
+  made.dataset.start = Object.values(use).join(",");
+  made.title = `Run from ξ₁, ξ₁′, ξ₂, ξ₂′ = ${Object.values(use).join(", ")}, which leads to this motion. ${why}`;
+  return made;
+}

@@ -1,0 +1,126 @@
+"""The motions that coexist at one setting, while they are searched for. No panel import.
+
+Both solvers are run from many starts, in turn, and each motion that starts end in is listed once
+(:mod:`engine.motions.attractors`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from vibroscope.app.explorer.motion_kind import describe_kind
+from vibroscope.app.explorer.state import START_FIELDS, Setting, print_number
+from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.engine import (
+    Attractor,
+    Method,
+    Motion,
+    Newmark,
+    Reference,
+    System,
+    Units,
+    counted,
+    percent,
+    search_attractors,
+)
+from vibroscope.engine.motions.attractors import STARTS
+
+_TITLES = {"reference": "Reference", "penalty": "Penalty (Newmark)"}
+
+
+class CoexistingQuestion(NamedTuple):
+    """What the motions depend on; they do not depend on the start of the setting."""
+
+    system: System
+    eta: float
+    reference: Reference
+    penalty: Newmark
+
+    @classmethod
+    def of(cls, setting: Setting) -> CoexistingQuestion:
+        """The question for a setting."""
+        return cls(setting.system, setting.eta, setting.reference, setting.penalty)
+
+    @property
+    def methods(self) -> dict[str, Method]:
+        """The solvers by their names."""
+        return {name: getattr(self, name) for name in _TITLES}
+
+
+@dataclass(frozen=True, eq=False)
+class Coexisting:
+    """The motions of each solver that were found so far, after ``done`` starts; the largest share first."""
+
+    question: CoexistingQuestion
+    done: int
+    found: dict[str, tuple[Attractor, ...]]
+
+    @property
+    def share(self) -> float:
+        """Of all starts that are done."""
+        return self.done / STARTS
+
+    def data(self) -> dict[str, object]:
+        """What is known, for a file."""
+        return {
+            name: [{"share": each.share, "start": each.start, **each.motion.as_dict()} for each in motions]
+            for name, motions in self.found.items()
+        }
+
+
+def search_coexisting(
+    question: CoexistingQuestion, last: Coexisting | None, cancelled: Callable[[], bool]
+) -> Iterator[Coexisting]:
+    """The motions so far, after each start; those of ``last`` if it is complete. Raises `Cancelled`."""
+    if last is not None and last.share == 1:
+        yield last
+        return
+    methods, problem = question.methods, (question.system, question.eta)
+    searches = (search_attractors(*problem, method, cancelled=cancelled) for method in methods.values())
+    for done, found in enumerate(zip(*searches, strict=True), start=1):
+        yield Coexisting(question, done, dict(zip(methods, found, strict=True)))
+
+
+def coexisting_content(result: Coexisting, setting: Setting) -> dict:
+    """What the page shows of a result, in the units of the setting.
+
+    Returns
+    -------
+    dict
+        ``head`` (str), and ``solvers``: title and motions of each. A motion has ``name``, ``share`` and ``text``, the
+        evidence for its kind ``why``, the texts of its start ``use``, and ``shown``: whether the setting starts there.
+    """
+    solvers = [
+        [title, [_motion(each, setting, "impact" if name == "reference" else "contact") for each in result.found[name]]]
+        for name, title in _TITLES.items()
+    ]
+    counts = (counted(len(result.found[name]), "motion") for name in _TITLES)
+    words = [f"{count} of the {name}" for name, count in zip(("reference", "penalty model"), counts, strict=True)]
+    return {"head": f"From {counted(result.done, 'start')}: {' and '.join(words)}", "solvers": solvers}
+
+
+def _motion(each: Attractor, setting: Setting, event: str) -> dict:
+    kind = describe_kind(each.motion)
+    return {
+        "name": kind.name,
+        "share": percent(each.share),
+        "text": _strength(each.motion, setting.scale, event),
+        "why": in_units(kind.evidence, setting.scale),
+        "use": dict(zip(START_FIELDS, map(print_number, each.start.tolist()), strict=True)),
+        "shown": tuple(each.start.tolist()) == setting.initial,
+    }
+
+
+def _strength(found: Motion, scale: Units | None, event: str) -> str:
+    """How often and how hard the pendulums meet; empty if the run ended early."""
+    if not found.impacts_per_period >= 0:
+        return ""
+
+    def text(quantity: str, value: float) -> str:
+        return f"{value:.3g}" if scale is None else scale.text(quantity, value, 3)
+
+    peak = f", peak force {text('force', found.peak_force)}" if found.peak_force > 0 else ""
+    impulse = f", impulse {text('impulse', found.impulse)}" if found.impulse > 0 else ""
+    return f"{counted(found.impacts_per_period, event)}{impulse} per period{peak}"

@@ -1,0 +1,104 @@
+"""An own start travels with the setting: computed, explained, judged, linked, shown in units, taken away."""
+
+import numpy as np
+import pytest
+from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.explanation import describe, explain
+from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.link import parse_address, print_address
+from vibroscope.app.explorer.motion_kind import judge_motions
+from vibroscope.app.explorer.scenes import scene_key, scenes
+from vibroscope.app.explorer.state import START_FIELDS, Setting, read_setting
+from vibroscope.app.explorer.typed import plain_texts
+from vibroscope.app.export.scripts import as_command
+from vibroscope.app.page.explore.explainer import _key
+from vibroscope.app.page.explore.measurement import _key as _measured_key
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.engine import compare_measured, simulate, synthetic_measurement
+
+START = (1.2232, 4.5444, 3.5934, 2.5268)  # leads the reference to a motion of six periods; rest, to one of two
+REST = Setting(eta=3.2, K=12000.0, D=18.0, steps=2000)
+OWN = REST._replace(**dict(zip(START_FIELDS, START, strict=True)))
+
+
+@pytest.fixture(scope="module")
+def runs():
+    cache = Cache(8)
+    return compute_runs(OWN, cache=cache), compute_runs(REST, cache=cache)
+
+
+def test_both_runs_begin_there_and_are_kept_apart_from_those_from_rest(runs):
+    own, rest = runs
+    for name in ("reference", "penalty"):
+        response = getattr(own, name).response
+        alone = simulate(OWN.system, OWN.eta, response.method, initial=START)
+        np.testing.assert_array_equal(response.section, alone.section)
+    assert (own.reference.motion.period, rest.reference.motion.period) == (6, 2)
+    assert _key(OWN) != _key(REST)
+
+
+def test_explanation_and_kinds_speak_of_the_motions_that_are_shown(runs):
+    own, _ = runs
+    explained = explain(own)
+    assert "every 6 periods" in explained.kinds["reference"]
+    assert "every 6 periods" in describe(own).reference[0]
+    assert "From the same start" in explained.headline
+    kinds = judge_motions(OWN, lambda: False)
+    assert (kinds["reference"].name, judge_motions(REST, lambda: False)["reference"].name) == ("period 6", "period 2")
+
+
+def test_a_link_comes_back_to_the_start_and_holds_none_from_rest():
+    address = print_address(OWN)
+    assert read_setting(parse_address(address)) == OWN
+    assert "start_" not in print_address(REST)
+    pinned = print_address(REST, pins=[OWN])
+    assert "start_xi1" in pinned
+
+
+def test_pendulums_that_overlap_at_the_start_are_refused_with_what_to_do():
+    with pytest.raises(Refused, match=r"ξ₁\(0\) must be at most ξ₂\(0\), not 2 with 0: .*Set ξ₂\(0\) first") as refusal:
+        read_setting({"start_xi1": "2"}, REST)
+    assert refusal.value.name == "start_xi1"
+    with pytest.raises(Refused, match=r"Set ξ₁\(0\) first") as refusal:
+        read_setting({"start_xi2": "-1"}, REST)
+    assert refusal.value.name == "start_xi2"
+    assert read_setting({"start_xi1": "-2", "start_xi2": "-1"}, REST).initial == (-2, 0, -1, 0)
+    with pytest.raises(Refused, match="start_v1 must be a number from -1e6 to 1e6, not “2e6”"):
+        read_setting({"start_v1": "2e6"}, REST)
+
+
+def test_a_start_is_typed_and_shown_in_units():
+    setting = REST._replace(units="mm-t-s", omega1=20.0, amplitude=2.5)
+    texts = plain_texts({"start_xi2": {"typed": "5 mm"}, "start_v2": {"typed": "-0,1 m/s"}}, setting)
+    found = read_setting(texts, setting)
+    assert found.initial == pytest.approx((0, 0, 2, -2))  # by hand: 5/2.5 and -100/(2.5·20)
+    field = shown_field("start_v2", found)
+    assert (field.label, field.number(found.start_v2), field.unit) == ("x₂′(0)", "-100", "mm/s")
+    with pytest.raises(Refused, match=r"x₁\(0\) must be at most x₂\(0\), not 7.5 mm with 5 mm"):
+        read_setting({"start_xi1": "3"}, found)
+
+
+def test_a_scene_starts_from_rest():
+    scene = scenes()["A"]
+    there = read_setting(scene.texts(), OWN)
+    assert there.initial == Setting().initial
+    assert scene_key(there) == "A"
+    assert scene_key(there._replace(start_v2=1.0)) == ""
+
+
+def test_the_commands_take_a_start_that_begins_with_a_minus_sign(capsys):
+    setting = REST._replace(start_xi1=-1.5, steps=200)
+    first, *_, last = as_command(setting).splitlines()
+    assert "--initial=-1.5,0,0,0" in first
+    assert "--initial=-1.5,0,0,0" in last
+    assert main(first.split()[1:]) == 0
+    assert "xi1, xi1', xi2, xi2'" in capsys.readouterr().out
+
+
+def test_a_measurement_is_compared_with_the_motions_that_are_shown():
+    measured = synthetic_measurement(OWN.system, 3.2, periods=30)
+    found = compare_measured(OWN.system, 3.2, measured, OWN.penalty, initial=START)
+    assert found.reference.period == 6
+    assert _measured_key(OWN) != _measured_key(REST)
