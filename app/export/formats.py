@@ -42,6 +42,7 @@ class Series(NamedTuple):
     columns: Mapping[str, np.ndarray]
 
 
+MEASURED = "measured"  # label of the series of a measurement
 _LONGEST_FILE = 65_536  # characters
 _UNITS = {"omega1": "omega1", "m1": "m1", "amplitude": "base_amplitude"}  # name of the parameter: name in `Units`
 

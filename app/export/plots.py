@@ -8,13 +8,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from vibroscope.app.export.formats import Series
+from vibroscope.app.export.formats import MEASURED, Series
 
 _SUBSCRIPTS = str.maketrans("123", "₁₂₃")
 _AXES = {  # name of a column without its unit: label of an axis
     "time": "time τ/T",
     "tau": "time τ",
     "force": "contact force λ",
+    "force_or_mean": "contact force λ, or its mean",
     "impulse": "impulse",
     "eta": "excitation frequency η",
     "f": "excitation frequency f",
@@ -143,9 +144,14 @@ def _kind(series: Series, table: Sequence[Series]) -> _Kind:
         return "stems", columns[first], [columns["impulse"]]
     drawn = next((pair for pair in _PHASE if columns.keys() >= set(pair)), None)
     if drawn and (first != "tau" or any("section" in each.label for each in table)):
-        return "dots" if "section" in series.label else "curve", columns[drawn[0]], [columns[drawn[1]]]
+        kind = "dots" if "section" in series.label or series.label == MEASURED else "curve"
+        return kind, columns[drawn[0]], [columns[drawn[1]]]
     if first in ("time", "tau"):
-        return "curve", columns[first], [columns[n] for n in others if n == others[0] or n[0] == others[0][0]]
+        return (
+            "dots" if series.label == MEASURED else "curve",
+            columns[first],
+            [columns[n] for n in others if n == others[0] or n[0] == others[0][0]],
+        )
     return "points", columns[first], [columns[others[-1]]]
 
 
@@ -166,9 +172,13 @@ def _curve(series: Series, x: str, ys: list[str], place: int) -> Iterator[str]:
 
 def _dots(series: Series, x: str, ys: list[str], place: int) -> Iterator[str]:
     colour = next((f"C{i}" for i, solver in enumerate(_LOOKS) if solver in series.label), "C1")
-    mark = "o" if colour == "C0" else "D"
-    look = f'"{mark}", color="{colour}", markersize=4, fillstyle="none"'
-    yield f"axes.plot(table[{x!r}], table[{ys[0]!r}], {look}, label={series.label!r})"
+    mark, size = ("o" if colour == "C0" else "D"), 4
+    if series.label == MEASURED:
+        colour, mark, size = "0.15", "o", 1.5
+    look = f'"{mark}", color="{colour}", markersize={size}, fillstyle="none"'
+    for y in ys:
+        more = f" {_symbol(y)}" if len(ys) > 1 else ""
+        yield f"axes.plot(table[{x!r}], table[{y!r}], {look}, label={series.label + more!r})"
 
 
 def _points(series: Series, x: str, ys: list[str], place: int) -> Iterator[str]:

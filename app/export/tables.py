@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from vibroscope.app.explorer.present import Columns, quantity_of
-from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export.formats import MEASURED, Figure, Series
 from vibroscope.engine import Units
 
 FIGURES = {
@@ -76,7 +76,7 @@ def measured_table(figure: str, columns: Mapping[str, Columns], scale: Units | N
     if placed is None or figure not in chosen:
         return []
     source, names = chosen[figure]
-    return [Series("measured", {_column_title(n, c, scale): placed[source][c] for n, c in names.items()})]
+    return [Series(MEASURED, {_column_title(n, c, scale): placed[source][c] for n, c in names.items()})]
 
 
 def difference_table(columns: Columns, coordinate: str, scale: Units | None = None) -> list[Series]:

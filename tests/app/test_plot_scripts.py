@@ -54,3 +54,12 @@ def test_axes_and_texts_have_the_units_of_the_page():
     assert "set_xlabel('time t / s')" in script
     assert "set_ylabel('contact force λ / N')" in script
     assert "K = 1.2e+08 N/m" in script
+
+
+def test_a_measurement_is_drawn_as_dots():
+    time = {"time": [0.0, 1.0], "xi1": [1.0, 2.0], "xi2": [3.0, 4.0]}
+    phase = {"xi1": [1.0, 2.0], "velocity1": [3.0, 4.0]}
+    for columns, lines in ((time, 2), (phase, 1)):
+        table = [Series("reference", columns), Series("measured", columns)]
+        script = plot_script("vibroscope-x", table, {"title": "t", "description": "d"})
+        assert script.count('"o", color="0.15"') == lines
