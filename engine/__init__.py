@@ -2,16 +2,22 @@
 
 What one run needs is imported with the package; everything else when its name is first asked for, since a command that
 solves one problem would otherwise spend a third of its time with importing studies, searches and measurements.
+
+What is wrong with an argument is a ValueError in one line, its kind included (:mod:`.arguments`).
 """
 
 from importlib import import_module
+from inspect import isfunction
 
+from .arguments import checked
 from .methods import CONTACT_LAWS, ExactPenalty, Method, Newmark, Reference
 from .model import System
 from .result import STATUSES, Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 
 # The module has the name of the function: imported later, it would take the function's place here.
-from .simulate import simulate
+from .simulate import simulate as _simulate
+
+simulate = checked(_simulate)
 
 # By module: the names that are imported when they are first asked for.
 _LATER = {
@@ -72,7 +78,8 @@ __all__ += sorted(_HOME)
 def __getattr__(name: str):
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f".{_HOME[name]}", __name__), name)
+    value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+    globals()[name] = value = checked(value) if isfunction(value) else value
     return value
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .arguments import shown
 from .drivers.parameters import parameter_rows, parameters_of
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System, check_eta, require
@@ -49,8 +50,16 @@ class Cells:
 
     def __post_init__(self):
         self._keep("eta", self.eta, float)
+        if not isinstance(self.method, Method):
+            raise ValueError(f"method = {shown(self.method)} is no method: give Reference, ExactPenalty or Newmark")
         if not isinstance(self.system, System):
-            object.__setattr__(self, "system", tuple(self.system))
+            try:
+                systems = tuple(self.system)
+            except TypeError:
+                systems = (None,)
+            if not all(isinstance(system, System) for system in systems):
+                raise ValueError(f"system = {shown(self.system)} is no System: give one, or a sequence of them")
+            object.__setattr__(self, "system", systems)
             self._same_length("system")
         for name, methods in _OWN.items():
             if getattr(self, name) is None:
@@ -67,7 +76,13 @@ class Cells:
 
     def _keep(self, name: str, values, kind: type) -> None:
         """Keep a copy as an array, with an entry (``initial``: four) for each cell."""
-        values = np.array(values, dtype=kind)
+        try:
+            numbers = np.array(values, dtype=float)
+            if kind is np.int64 and not (np.isfinite(numbers) & (numbers == np.round(numbers))).all():
+                raise ValueError
+            values = numbers.astype(kind)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueError(f"{name} = {shown(values)} are not numbers: give one a cell, of initial four") from None
         wanted = (len(values), 4) if name == "initial" and values.ndim > 0 else (values.size,)
         if values.shape != wanted:
             raise ValueError(f"{name} has the shape {values.shape}: give one entry a cell, of initial four")

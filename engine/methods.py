@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .kernels.equations.contact_law import LAWS as CONTACT_LAWS
-from .model import require, whole
+from .model import flag, one_of, require, whole
 
 JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)
@@ -37,8 +37,7 @@ class Reference:
     name: ClassVar[str] = "reference"
 
     def __post_init__(self):
-        if self.joint_damping not in JOINT_DAMPINGS:
-            raise ValueError(f"joint_damping = {self.joint_damping!r} is not one of {', '.join(JOINT_DAMPINGS)}")
+        one_of("joint_damping", self.joint_damping, JOINT_DAMPINGS)
         advice = "give a parting speed, or 0 for its limit; the paper uses 0.002"
         object.__setattr__(self, "threshold", require("threshold", self.threshold, *THRESHOLD_RANGE, advice))
 
@@ -109,8 +108,9 @@ class Newmark:
 
     def __post_init__(self):
         _check_contact(self)
-        if self.law not in CONTACT_LAWS:
-            raise ValueError(f"law = {self.law!r} is not one of {', '.join(CONTACT_LAWS)}")
+        one_of("law", self.law, CONTACT_LAWS)
+        for name in ("every_step", "located"):
+            object.__setattr__(self, name, flag(name, getattr(self, name)))
         if self.located and self.law != CONTACT_LAWS[0]:
             raise ValueError(f"law = {self.law!r} has no located steps: leave located at False")
         n = whole("steps", self.steps, *STEPS_RANGE, "give steps per excitation period; the paper uses 2000 to 8000")

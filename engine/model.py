@@ -6,6 +6,8 @@ Everything is non-dimensional: τ = ω₁t, lengths in base amplitudes, ξ′ = 
 import math
 from dataclasses import dataclass, fields
 
+from .arguments import shown
+
 ETA_RANGE = (1e-3, 1e3)
 
 
@@ -25,7 +27,7 @@ def require(name: str, value: float, low: float, high: float, advice: str, *, op
     below = number < high if open_high else number <= high
     if not (math.isfinite(number) and above and below):
         span = f"{'(' if open_low else '['}{low:g}, {high:g}{')' if open_high else ']'}"
-        raise ValueError(f"{name} = {value!r} is outside {span}: {advice}")
+        raise ValueError(f"{name} = {shown(value)} is outside {span}: {advice}")
     return number
 
 
@@ -39,8 +41,22 @@ def whole(name: str, value: float, low: int, high: int, advice: str) -> int:
     """
     number = require(name, value, low, high, advice)
     if number != int(number):
-        raise ValueError(f"{name} = {value!r} is not a whole number: {advice}")
+        raise ValueError(f"{name} = {shown(value)} is not a whole number: {advice}")
     return int(number)
+
+
+def one_of(name: str, value: str, allowed: tuple[str, ...]) -> str:
+    """``value`` if it is one of the texts allowed; else a ValueError names them."""
+    if not isinstance(value, str) or value not in allowed:
+        raise ValueError(f"{name} = {shown(value)} is not one of {', '.join(allowed)}")
+    return value
+
+
+def flag(name: str, value: bool) -> bool:
+    """``value`` as bool if it is True or False, NumPy's included; else a ValueError."""
+    if type(value).__name__ not in ("bool", "bool_"):
+        raise ValueError(f"{name} = {shown(value)} is not True or False")
+    return bool(value)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from .arguments import shown
 from .drivers.base import Driver
 from .drivers.event_driven import EventDriver
 from .drivers.located import LocatedDriver
@@ -121,10 +122,10 @@ def starting_checkpoint(
         return initial
     try:
         state = tuple(float(value) for value in initial)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         state = ()
     if len(state) != 4:
-        raise ValueError(f"initial = {initial!r} is not four numbers: give ξ₁, ξ₁′, ξ₂, ξ₂′")
+        raise ValueError(f"initial = {shown(initial)} is not four numbers: give ξ₁, ξ₁′, ξ₂, ξ₂′")
     for name, value in zip(("ξ₁", "ξ₁′", "ξ₂", "ξ₂′"), state, strict=True):
         require(f"initial {name}", value, -1e6, 1e6, "start within a million base amplitudes")
     return Checkpoint(system, eta, method, 0, state)

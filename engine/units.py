@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from .methods import Method, Newmark, Reference
-from .model import System, check_eta, require
+from .model import System, check_eta, one_of, require
 from .result import Impacts, Trajectory
 
 Numbers = TypeVar("Numbers", float, np.ndarray)
@@ -89,8 +89,7 @@ class Units:
     system: str = "si"
 
     def __post_init__(self):
-        if self.system not in UNIT_SYSTEMS:
-            raise ValueError(f"system = {self.system!r} is not one of {', '.join(UNIT_SYSTEMS)}")
+        one_of("system", self.system, tuple(UNIT_SYSTEMS))
         for name, allowed, advice in (
             ("omega1", OMEGA1_RANGE, "give the angular frequency ω₁ in 1/s"),
             ("m1", M1_RANGE, "give the mass m₁ in kg"),
@@ -201,6 +200,4 @@ class Units:
 
 
 def _quantity(name: str) -> Quantity:
-    if name not in QUANTITIES:
-        raise ValueError(f"quantity = {name!r} is not one of {', '.join(QUANTITIES)}")
-    return QUANTITIES[name]
+    return QUANTITIES[one_of("quantity", name, tuple(QUANTITIES))]

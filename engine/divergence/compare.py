@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..methods import Newmark, Reference
+from ..methods import Method, Newmark, Reference
 from ..model import System
 from ..motions.description import Motion, describe
 from ..motions.motion import motion
@@ -76,7 +76,21 @@ class Comparison:
     @cached_property
     def statistics(self) -> Statistics | None:
         """Differences of the sections over another 1,000 periods; None if ``pointwise``, or without ``parts``."""
-        return statistics(self.runs) if self.parts and not self.pointwise else None
+        return self._measured(None)
+
+    def measure(self, cancelled: Callable[[], bool] | None = None) -> None:
+        """Compute ``statistics`` now, some seconds of runs that can be cancelled; asked for later, they cannot be.
+
+        Raises
+        ------
+        Cancelled
+            If ``cancelled`` returned true.
+        """
+        if "statistics" not in vars(self):
+            vars(self)["statistics"] = self._measured(cancelled)
+
+    def _measured(self, cancelled) -> Statistics | None:
+        return statistics(self.runs, cancelled) if self.parts and not self.pointwise else None
 
     @cached_property
     def difference(self) -> Difference:
@@ -144,7 +158,7 @@ class Comparison:
             reference=self._judge(self.runs.reference, cancelled), penalty=self._judge(self.runs.penalty, cancelled)
         )
 
-    def split(self) -> Regularisation:
+    def split(self, cancelled: Callable[[], bool] | None = None) -> Regularisation:
         """Split the regularisation into its own parts, by two more runs of the reference.
 
         Raises
@@ -154,13 +168,14 @@ class Comparison:
         """
         if not self.complete:
             raise ValueError("a run ended early, so that there is no regularisation to split: see the runs' messages")
-        return split_regularisation(self.parts, self.runs.exact.method, self.runs.derived, self.grid, self.initial)
+        exact = self.runs.exact.method
+        return split_regularisation(self.parts, exact, self.runs.derived, self.grid, self.initial, cancelled)
 
 
 def compare(
     system: System,
     eta: float,
-    penalty: Newmark,
+    penalty: Method,
     *,
     reference: Reference | None = None,
     periods: int = 2050,
@@ -178,6 +193,7 @@ def compare(
     eta : float
         Excitation frequency η = Ω/ω₁.
     penalty : Newmark
+        Another method is refused: it has no time step.
     reference : Reference, optional
         By default the paper's. With derived joint damping the part of the joint damping vanishes.
     periods, keep : int
@@ -208,7 +224,7 @@ def compare(
     # a reference that repeats itself only nearly has no time step that scatters it: nothing stays in phase with it
     pointwise = bool(motions.reference.period) and all(described.near_period for described in motions)
     comparable = runs.penalty.ok and runs.reference.ok
-    series = difference_series(runs, motions, per_period) if comparable else None
+    series = difference_series(runs, motions, per_period, cancelled) if comparable else None
     period = motions.reference.period
     shift = series.shifts.reference if series else 0
     encounters = match_encounters(runs.reference, runs.penalty, period, shift) if series and period else None
@@ -268,4 +284,4 @@ def error_from_penalty_state(comparison: Comparison, cancelled: Callable[[], boo
     options = {"periods": run.periods, "keep": run.keep, "initial": start, "cancelled": cancelled}
     there = simulate(run.system, run.eta, run.method, **options)
     target = Target(there) if there.ok else None
-    return target.error(comparison.runs.penalty) if target and target.periodic else np.inf
+    return target.error(comparison.runs.penalty, cancelled) if target and target.periodic else np.inf

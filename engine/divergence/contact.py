@@ -29,6 +29,7 @@ import math
 
 import numpy as np
 
+from ..arguments import shown
 from ..model import System
 
 
@@ -67,7 +68,19 @@ def damping_ratio(system: System, stiffness: float, damping: float) -> float:
 
 
 def equal_restitution_damping(system: System, stiffness: float | np.ndarray) -> float | np.ndarray:
-    """Return the D with which a contact of stiffness K has the system's restitution: e(ζ) = e."""
+    """Return the D with which a contact of stiffness K has the system's restitution: e(ζ) = e.
+
+    Raises
+    ------
+    ValueError
+        If K is no number, negative or infinite.
+    """
+    try:
+        known = np.isfinite(stiffness) & (np.asarray(stiffness) >= 0)
+    except (TypeError, OverflowError):
+        known = np.array(False)
+    if not known.all():
+        raise ValueError(f"K = {shown(stiffness)} is no contact stiffness: give positive numbers")
     return damping_ratio_for(system.restitution) * np.sqrt(stiffness * system.mass_share)
 
 

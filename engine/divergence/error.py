@@ -75,7 +75,7 @@ class Target:
         """Whether the reference repeats itself: only then a difference at each instant is meaningful."""
         return self.period > 0
 
-    def error(self, penalty: Response) -> float:
+    def error(self, penalty: Response, cancelled: Callable[[], bool] | None = None) -> float:
         """Return the rms difference of the displacements over all sampled periods, relative to the reference.
 
         Parameters
@@ -106,14 +106,14 @@ class Target:
             return np.inf
         if penalty.trajectory is None:
             steps = penalty.method.steps if isinstance(penalty.method, Newmark) else None
-            penalty = simulate_samples(penalty, Record(penalty.keep, PER_PERIOD, steps))
-        cycle, size = self.cycle(grid_of(penalty))
+            penalty = simulate_samples(penalty, Record(penalty.keep, PER_PERIOD, steps), cancelled)
+        cycle, size = self.cycle(grid_of(penalty), cancelled)
         displacement = samples_by_period(penalty)[:2]
         return rms(displacement - closest_repetition(cycle, displacement)) / size
 
-    def cycle(self, grid: Record) -> tuple[np.ndarray, float]:
+    def cycle(self, grid: Record, cancelled: Callable[[], bool] | None = None) -> tuple[np.ndarray, float]:
         """Return one cycle of ξ₁ and ξ₂ on the grid, (2, period, m), and its rms; both are cached."""
         if grid not in self._cycles:
-            cycle = samples_on_grid(self.reference, replace(grid, periods=self.period))[:2]
+            cycle = samples_on_grid(self.reference, replace(grid, periods=self.period), cancelled)[:2]
             self._cycles[grid] = cycle, rms(cycle)
         return self._cycles[grid]

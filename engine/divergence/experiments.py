@@ -105,5 +105,5 @@ def _remaining_with(comparison: Comparison, method: Newmark, cancelled) -> float
     options = {"periods": run.periods, "keep": run.keep, "initial": comparison.initial, "record": record}
     changed = simulate(run.system, run.eta, method, **options, cancelled=cancelled)
     if period:
-        return Target(comparison.runs.reference, period).error(changed)
-    return comparison.statistics.total_of(long_section(changed))
+        return Target(comparison.runs.reference, period).error(changed, cancelled)
+    return comparison.statistics.total_of(long_section(changed, cancelled))

@@ -5,6 +5,7 @@ are evaluated there: nothing is interpolated. No run is repeated for that. The k
 checkpoint, with the same bits, and are sampled; of a motion that repeats itself one cycle is enough.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +22,7 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def simulate_samples(response: Response, record: Record) -> Response:
+def simulate_samples(response: Response, record: Record, cancelled: Callable[[], bool] | None = None) -> Response:
     """Simulate the first ``record.periods`` of the kept periods again, all of them sampled.
 
     Raises
@@ -39,12 +40,13 @@ def simulate_samples(response: Response, record: Record) -> Response:
         keep=record.periods,
         initial=response.checkpoint,
         record=record,
+        cancelled=cancelled,
     )
 
 
-def samples_on_grid(response: Response, record: Record) -> np.ndarray:
+def samples_on_grid(response: Response, record: Record, cancelled: Callable[[], bool] | None = None) -> np.ndarray:
     """Return ξ₁, ξ₂, ξ₁′, ξ₂′ of the first ``record.periods`` kept periods, (4, periods, m), at the record's phases."""
-    return samples_by_period(simulate_samples(response, record))
+    return samples_by_period(simulate_samples(response, record, cancelled))
 
 
 def samples_by_period(response: Response) -> np.ndarray:
@@ -99,7 +101,13 @@ def closest_repetition(cycle: np.ndarray, displacement: np.ndarray) -> np.ndarra
     return repeat_cycle(cycle, displacement.shape[1], best_shift(cycle, displacement))
 
 
-def samples_beside(response: Response, period: int, other: np.ndarray, grid: Record) -> tuple[np.ndarray, int]:
+def samples_beside(
+    response: Response,
+    period: int,
+    other: np.ndarray,
+    grid: Record,
+    cancelled: Callable[[], bool] | None = None,
+) -> tuple[np.ndarray, int]:
     """Sample a run on the grid of another solution, shifted by whole periods to be closest to it.
 
     Parameters
@@ -122,6 +130,6 @@ def samples_beside(response: Response, period: int, other: np.ndarray, grid: Rec
     if not response.ok:
         return np.full_like(other, np.nan), 0
     periods = other.shape[1]
-    cycle = samples_on_grid(response, replace(grid, periods=period or periods))
+    cycle = samples_on_grid(response, replace(grid, periods=period or periods), cancelled)
     shift = best_shift(cycle[:2], other[:2]) if period else 0
     return repeat_cycle(cycle, periods, shift), shift

@@ -15,6 +15,7 @@ with a neighbour in the chain. (Aligned with a reference of one period, the exac
 would have two equally good shifts, and could end up one period off Newmark's.)
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic, NamedTuple, TypeVar
@@ -95,7 +96,12 @@ class DifferenceSeries:
         return self.relative(self.total - getattr(self, name))
 
 
-def difference_series(runs: PerSolution[Response], motions: PerSolution[Motion], per_period: int) -> DifferenceSeries:
+def difference_series(
+    runs: PerSolution[Response],
+    motions: PerSolution[Motion],
+    per_period: int,
+    cancelled: Callable[[], bool] | None = None,
+) -> DifferenceSeries:
     """Sample the kept periods of four runs on one grid, at most ``per_period`` times a period.
 
     Of closed-form solutions that repeat themselves one cycle is sampled and repeated.
@@ -107,12 +113,12 @@ def difference_series(runs: PerSolution[Response], motions: PerSolution[Motion],
     """
     penalty = runs.penalty
     keep, steps = penalty.keep, penalty.method.steps
-    newmark = samples_on_grid(penalty, Record(keep, per_period, steps))
+    newmark = samples_on_grid(penalty, Record(keep, per_period, steps), cancelled)
 
     grid = Record(1, per_period, steps)
-    reference, reference_shift = samples_beside(runs.reference, motions.reference.period, newmark, grid)
-    exact, exact_shift = samples_beside(runs.exact, motions.exact.period, newmark, grid)
-    derived, derived_shift = samples_beside(runs.derived, motions.derived.period, reference, grid)
+    reference, reference_shift = samples_beside(runs.reference, motions.reference.period, newmark, grid, cancelled)
+    exact, exact_shift = samples_beside(runs.exact, motions.exact.period, newmark, grid, cancelled)
+    derived, derived_shift = samples_beside(runs.derived, motions.derived.period, reference, grid, cancelled)
     instants = np.arange(keep)[:, None] + grid.phases(steps)
     return DifferenceSeries(
         time=penalty.window[0] + instants.ravel() * penalty.period,

@@ -14,7 +14,7 @@ has no counterpart in an impact, such as contacts that follow each other before 
 press together.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,7 +60,12 @@ class Regularisation:
 
 
 def split_regularisation(
-    series: DifferenceSeries, exact: ExactPenalty, derived: Response, grid: Record, initial: Sequence[float]
+    series: DifferenceSeries,
+    exact: ExactPenalty,
+    derived: Response,
+    grid: Record,
+    initial: Sequence[float],
+    cancelled: Callable[[], bool] | None = None,
 ) -> Regularisation:
     """Split the regularisation of a comparison, by two more runs of the reference.
 
@@ -80,10 +85,10 @@ def split_regularisation(
     own = series.runs.derived.reshape(4, derived.keep, -1)
     rows, periods = [], {period_of(derived.section)}
     for restitution in restitutions:
-        run = _with_restitution(derived, restitution, initial)
+        run = _with_restitution(derived, restitution, initial, cancelled)
         period = period_of(run.section) if run.ok else 0
         periods.add(period)
-        rows.append(samples_beside(run, period, own, grid)[0].reshape(4, -1))
+        rows.append(samples_beside(run, period, own, grid, cancelled)[0].reshape(4, -1))
     delivered, without_pull = rows
     return Regularisation(
         ratio,
@@ -95,7 +100,7 @@ def split_regularisation(
     )
 
 
-def _with_restitution(derived: Response, restitution: float, initial: Sequence[float]) -> Response:
+def _with_restitution(derived: Response, restitution: float, initial: Sequence[float], cancelled) -> Response:
     system = replace(derived.system, restitution=restitution)
-    options = {"periods": derived.periods, "keep": derived.keep, "initial": initial}
+    options = {"periods": derived.periods, "keep": derived.keep, "initial": initial, "cancelled": cancelled}
     return simulate(system, derived.eta, derived.method, **options)

@@ -12,6 +12,7 @@ divided by √2 because the compared sections are twice as long, is the floor: a
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -59,9 +60,9 @@ class Statistics:
         return wasserstein_distance(section, self.sections.reference) / rms(self.sections.reference)
 
 
-def statistics(runs: PerSolution[Response]) -> Statistics:
+def statistics(runs: PerSolution[Response], cancelled: Callable[[], bool] | None = None) -> Statistics:
     """Compare the sections of four runs, each continued from its checkpoint for SECTION periods."""
-    sections = PerSolution(*(long_section(run) for run in runs))
+    sections = PerSolution(*(long_section(run, cancelled) for run in runs))
     size = rms(sections.reference)
     halves = np.split(sections.reference, 2)
     return Statistics(
@@ -79,10 +80,11 @@ def wasserstein_distance(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.mean(np.abs(np.sort(one, axis=0) - np.sort(other, axis=0))))
 
 
-def long_section(run: Response) -> np.ndarray:
+def long_section(run: Response, cancelled: Callable[[], bool] | None = None) -> np.ndarray:
     """Return ξ₁ and ξ₂ of the section of a long run from the checkpoint, (SECTION, 2); nan if it ends early."""
     if run.ok:
-        run = simulate(run.system, run.eta, run.method, periods=SECTION, keep=SECTION, initial=run.checkpoint)
+        how = {"periods": SECTION, "keep": SECTION, "initial": run.checkpoint, "cancelled": cancelled}
+        run = simulate(run.system, run.eta, run.method, **how)
     if not run.ok:
         return np.full((SECTION, 2), np.nan)
     return run.section[:, [0, 2]]

@@ -76,6 +76,7 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
     if comparison.parts is None:
         return _of_early_end(comparison, cancelled)
     comparison = comparison.decided(cancelled)
+    comparison.measure(cancelled)
     difference, scatter = comparison.difference, time_step_scatter(comparison.penalty)
     if not np.isfinite(difference.total):
         return Verdict(
@@ -144,7 +145,7 @@ def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
 def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
     """Find by trying with how many steps the run reaches its end."""
     run = comparison.runs.penalty
-    options = {"periods": run.periods, "keep": run.keep, "initial": comparison.initial, "cancelled": cancelled}
+    options = {"periods": run.periods, "keep": 1, "initial": comparison.initial, "cancelled": cancelled}
     for doubling in range(1, DOUBLINGS + 1):
         steps = run.method.steps * 2**doubling
         if steps > MOST_STEPS:

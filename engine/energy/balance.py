@@ -21,6 +21,8 @@ discrete solution (:mod:`.steps`), which balances exactly within each step: its 
 time-stepping creates where contact changes.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..methods import Newmark
@@ -30,7 +32,11 @@ from .result import EnergyBalance
 from .steps import balance_of_steps
 
 
-def energy_balance(response: Response, start: tuple[float, float, float, float] | None = None) -> EnergyBalance:
+def energy_balance(
+    response: Response,
+    start: tuple[float, float, float, float] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> EnergyBalance:
     """Compute the energy balance of the kept periods of a response.
 
     Parameters
@@ -40,6 +46,8 @@ def energy_balance(response: Response, start: tuple[float, float, float, float] 
     start : (4,) sequence, optional
         ξ₁, ξ₁′, ξ₂, ξ₂′ at the beginning of the kept periods: the initial state, if all periods are kept. Without it
         the balance begins with the second kept period, since the section is sampled at the end of each period.
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the balance is cancelled.
 
     Returns
     -------
@@ -51,6 +59,8 @@ def energy_balance(response: Response, start: tuple[float, float, float, float] 
     ------
     ValueError
         If the run ended early, if too few periods are kept, or if not every step of Newmark was recorded.
+    Cancelled
+        If ``cancelled`` returned true.
     """
     if not response.ok:
         raise ValueError(response.ending)
@@ -59,4 +69,4 @@ def energy_balance(response: Response, start: tuple[float, float, float, float] 
     rows = response.section if start is None else np.vstack([np.asarray(start, dtype=float), response.section])
     if len(rows) < 2:
         raise ValueError("the balance of one kept period needs its initial state: keep two periods, or give the start")
-    return balance_between_events(response, rows)
+    return balance_between_events(response, rows, cancelled)

@@ -5,27 +5,32 @@ quarters of the period, where the stored energy is evaluated as well. On each se
 (:mod:`.quadratic_forms`). The state starts anew from each row of the section, so that errors do not add up.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from ..methods import Reference
-from ..result import Response
+from ..result import Cancelled, Response
 from .quadratic_forms import EnergyForms, energy_forms, phase_integrals
 from .result import EnergyBalance
 
 FLIGHT, CONTACT, CHATTER = range(3)  # phases, in the order of `EnergyForms.generators`
 QUARTERS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 EPSILON = np.finfo(float).eps
-_SEGMENTS_AT_ONCE = 2048
+_SEGMENTS_AT_ONCE = 1024
 
 
-def balance_between_events(response: Response, rows: np.ndarray) -> EnergyBalance:
+def balance_between_events(
+    response: Response, rows: np.ndarray, cancelled: Callable[[], bool] | None = None
+) -> EnergyBalance:
     """Balance the energy between consecutive rows of the section, (n + 1, 4): n periods."""
     forms, segments = energy_forms(response), _segments(response, len(rows) - 1)
     walk = _Walk(response, forms, rows)
     for first in range(0, len(segments), _SEGMENTS_AT_ONCE):
+        if cancelled is not None and cancelled():
+            raise Cancelled
         part = segments[first : first + _SEGMENTS_AT_ONCE]
         changes, integrals = _all_integrals(forms, part)
         # events of coarse located steps may lead beyond all numbers: then the sums are nan, see below

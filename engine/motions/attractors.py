@@ -129,6 +129,7 @@ def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
     rows = simulate(system, eta, method, periods=LONG, cancelled=cancelled).section
     largest = np.abs(rows).max(axis=0, initial=0.0) if len(rows) else np.zeros(4)
     reach = REACH * np.maximum([largest[[0, 2]].max(), largest[[1, 3]].max()], 1.0)
+    seed = whole("seed", seed, 0, 2**63 - 1, "give any whole number")
     states = np.round(np.random.default_rng(seed).uniform(-1, 1, (count, 4)) * reach[[0, 1, 0, 1]], DECIMALS)
     states[:, [0, 2]] = np.sort(states[:, [0, 2]], axis=1)
     states[0] = REST

@@ -140,7 +140,7 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     record = Record(SAMPLED, SAMPLES)
     run = simulate(system, eta, method, periods=KEEP, keep=KEEP, initial=state, record=record, cancelled=cancelled)
     return replace(
-        _with_energy(describe(run, 0), run),
+        _with_energy(describe(run, 0), run, cancelled),
         type=kind,
         reason=reason,
         lyapunov=followed.exponent,
@@ -181,7 +181,7 @@ def _periodic_motion(once: Response, period: int, values: np.ndarray, cancelled)
     record = Record(period, _samples_per_period(once))
     start, twice = once.checkpoint, {"periods": 2 * period, "keep": 2 * period}
     run = simulate(once.system, once.eta, once.method, initial=start, record=record, cancelled=cancelled, **twice)
-    described = _with_energy(describe(run, period), run)
+    described = _with_energy(describe(run, period), run, cancelled)
     fate = "die away" if np.abs(values).max(initial=0.0) < 1 else "do not die away"
     reason = f"a cycle of {counted(period, 'period')} closes, and disturbances of it {fate}"
     return _with_multipliers(replace(described, reason=reason, section=run.section[-period:]), values)
@@ -199,11 +199,11 @@ def _with_multipliers(described: Motion, values: np.ndarray) -> Motion:
     return replace(described, multipliers=values, lyapunov=rate, lyapunov_error=0.0, bifurcation=name, margin=margin)
 
 
-def _with_energy(described: Motion, run: Response) -> Motion:
+def _with_energy(described: Motion, run: Response, cancelled) -> Motion:
     """Add the energy lost per period, averaged over the last cycle or all periods of the balance."""
     if run.trajectory is None:
         return described
-    balance = energy_balance(run)
+    balance = energy_balance(run, cancelled=cancelled)
     # the balance follows located steps in closed form; coarse steps deviate from it, and the balance does not close
     located = isinstance(run.method, Newmark) and run.method.located
     if located and not np.abs(balance.residual).max() <= UNBALANCED * balance.size:
@@ -227,7 +227,7 @@ def _newmark_motion(system: System, eta, method: Newmark, initial, cancelled) ->
     limit = _closed_form_motion(system, eta, without_step, state, cancelled)
     judged = judge_newmark_section(run, limit, cancelled)
     scattered = judged.step_noise > 0
-    described = _with_energy(describe(run, 0 if scattered else judged.period), run)
+    described = _with_energy(describe(run, 0 if scattered else judged.period), run, cancelled)
     described = replace(
         described,
         type=judged.type,

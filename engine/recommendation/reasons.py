@@ -34,7 +34,7 @@ def joint_damping_error(target: Target, reference: Reference, cancelled: Callabl
     """
     run = target.reference
     derived = steady(run.system, run.eta, replace(reference, joint_damping="derived"), cancelled=cancelled)
-    return target.error(derived.response) if derived.periodic else math.nan
+    return target.error(derived.response, cancelled) if derived.periodic else math.nan
 
 
 def error_without_time_step(
@@ -43,7 +43,7 @@ def error_without_time_step(
     """Return the error of the exact penalty solution, which K and D alone cause."""
     run, method = target.reference, ExactPenalty(stiffness, damping)
     options = {"periods": LONG, "keep": KEEP, "record": Record(KEEP, PER_PERIOD), "cancelled": cancelled}
-    return target.error(simulate(run.system, run.eta, method, **options))
+    return target.error(simulate(run.system, run.eta, method, **options), cancelled)
 
 
 def unmet_tolerance_reason(

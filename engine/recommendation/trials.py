@@ -160,7 +160,7 @@ class Trials:
             record=Record(keep, per_period, setting.steps),
             cancelled=self._cancelled,
         )
-        return self.target.error(response), response.cost.steps / periods
+        return self.target.error(response, self._cancelled), response.cost.steps / periods
 
 
 def neighbourhood(setting: NewmarkSetting, numbers: Iterable[int]) -> Iterator[NewmarkSetting]:

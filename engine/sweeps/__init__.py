@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..arguments import shown
 from ..methods import ExactPenalty, Method, Newmark
 from ..model import System
 from .axis import ascending_values
@@ -117,7 +118,10 @@ def sweep_eta(
     if initial is not None:
         if direction != "rest" or refine:
             raise ValueError("an initial state is for each value its own start: give direction='rest' and no refine")
-        start = np.asarray(initial, float)
+        try:
+            start = np.asarray(initial, float)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueError(f"initial = {shown(initial)} are no numbers: give the four of the state") from None
         if start.shape != (4,):
             raise ValueError(f"initial has {start.size} numbers: give the four of the state, ξ₁, ξ₁′, ξ₂, ξ₂′")
         more["initial"] = np.tile(start, (len(values), 1))

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..model import require, whole
 
+LARGEST_END = 1e300  # of a range
 VALUES_LIMIT = 10_000_000  # along one axis, which is held in memory
 
 
@@ -19,7 +20,7 @@ def ascending_values(name: str, values: Sequence[float]) -> np.ndarray:
     """
     try:
         array = np.array(values, dtype=float).reshape(-1)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"the values of {name} are not numbers: give at least one") from None
     if not len(array):
         raise ValueError(f"no value of {name}: give at least one")
@@ -39,9 +40,12 @@ def spaced(name: str, low: float, high: float, count: float, *, logarithmic: boo
         If the range is empty, not positive where it is logarithmic, or the count is no number of values.
     """
     n = whole(f"count of {name}", count, 1, VALUES_LIMIT, "give the number of values")
-    if not (np.isfinite([low, high]).all() and (low < high or (low == high and n == 1))):
+    low, high = (
+        require(name, end, -LARGEST_END, LARGEST_END, "give the ends of the range as numbers") for end in (low, high)
+    )
+    if not (low < high or (low == high and n == 1)):
         raise ValueError(f"{name} from {low:g} to {high:g} is an empty range: give the smaller number first")
     if logarithmic:
-        require(name, low, 0, np.inf, "a logarithmic axis begins above 0", open_low=True)
+        require(name, low, 0, LARGEST_END, "a logarithmic axis begins above 0", open_low=True)
     values = (np.geomspace if logarithmic else np.linspace)(low, high, n)
     return np.unique(np.round(values)) if name == "steps" else values

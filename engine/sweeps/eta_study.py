@@ -14,6 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..arguments import shown
 from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..methods import ExactPenalty, Newmark, Reference
@@ -77,7 +78,7 @@ class EtaStudy(Study):
     def _check_choices(self) -> None:
         over, method = self.over, self.method
         if over not in OVER:
-            raise ValueError(f"over = {over!r} is no parameter that can be swept: give one of {', '.join(OVER)}")
+            raise ValueError(f"over = {shown(over)} is no parameter that can be swept: give one of {', '.join(OVER)}")
         if over in CELL_PARAMETERS and not isinstance(method, Newmark if over == "steps" else (Newmark, ExactPenalty)):
             raise ValueError(f"the {method.name} method has no {over}: sweep another parameter, or give another solver")
         if over == "restitution" and not isinstance(method, Reference):
@@ -85,7 +86,7 @@ class EtaStudy(Study):
         if self.direction not in DIRECTIONS:
             raise ValueError(f"direction = {self.direction!r} is not one of {', '.join(DIRECTIONS)}")
         if unknown := [name for name in self.coordinates if name not in COORDINATES]:
-            raise ValueError(f"coordinate {unknown[0]!r} is not one of {', '.join(COORDINATES)}")
+            raise ValueError(f"coordinate {shown(unknown[0])} is not one of {', '.join(COORDINATES)}")
         if over != "eta" and self.eta is None:
             raise ValueError(f"a sweep over {over} needs an eta: give the excitation frequency")
 

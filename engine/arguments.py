@@ -1,0 +1,88 @@
+"""The border of the engine: the arguments of its public functions are what the annotations say, or refused in words.
+
+Within the engine nothing is checked twice. Ranges are checked where the numbers are used (`model.require`).
+"""
+
+import functools
+import inspect
+import numbers
+import types
+import typing
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+LARGEST = 1e308  # what a float can hold; nan and inf are refused with the range
+_SEQUENCES = (Iterable, Sequence)
+
+
+def checked(function: Callable) -> Callable:
+    """The function with its arguments checked; numbers and flags of NumPy become those of Python.
+
+    Raises
+    ------
+    ValueError
+        If an argument is of another kind than annotated.
+    """
+    signature = inspect.signature(function)
+    known = {
+        name: parameter.annotation
+        for name, parameter in signature.parameters.items()
+        if parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
+    }
+
+    @functools.wraps(function)
+    def call(*positional, **by_name):
+        bound = signature.bind(*positional, **by_name)
+        for name in bound.arguments.keys() & known.keys():
+            bound.arguments[name] = _checked(name, known[name], bound.arguments[name])
+        return function(*bound.args, **bound.kwargs)
+
+    return call
+
+
+def _checked(name: str, kind: object, value: object) -> object:
+    if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
+        value = value.item()
+    if not _fits(kind, value):
+        raise ValueError(f"{name} = {shown(value)} is not {_described(kind)}")
+    return bool(value) if kind is bool else value
+
+
+def _fits(kind: object, value: object) -> bool:
+    arms = typing.get_args(kind) if isinstance(kind, types.UnionType) else (kind,)
+    return any(_fits_one(arm, value) for arm in arms)
+
+
+def _fits_one(kind: object, value: object) -> bool:
+    if kind is float or kind is int:
+        return isinstance(value, numbers.Real) and (isinstance(value, float) or abs(value) < LARGEST)
+    if kind is bool:
+        return isinstance(value, int) and value in (0, 1)
+    if typing.get_origin(kind) in _SEQUENCES:
+        return hasattr(value, "__iter__") and _fit_elements(typing.get_args(kind)[0], value)
+    return isinstance(value, kind) if isinstance(kind, type) and kind is not inspect.Parameter.empty else True
+
+
+def _fit_elements(kind: object, values: Iterable) -> bool:
+    """Whether the elements are of the class that is wanted; numbers and texts are checked where they are used."""
+    if kind in (float, int, str) or not isinstance(kind, type) or isinstance(values, Iterator):
+        return True
+    return all(isinstance(value, kind) for value in values)
+
+
+def _described(kind: object) -> str:
+    arms = typing.get_args(kind) if isinstance(kind, types.UnionType) else (kind,)
+    names = {float: "a number", int: "a number", bool: "True or False", str: "a text", type(None): "None"}
+    words = [
+        "a sequence" if typing.get_origin(arm) in _SEQUENCES else names.get(arm, getattr(arm, "__name__", str(arm)))
+        for arm in arms
+    ]
+    return " or ".join(dict.fromkeys(words))
+
+
+def shown(value: object) -> str:
+    """A value in a message: one line, and short however long it is."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # whole numbers beyond some thousand digits
+        return "a number of thousands of digits"
+    return text if len(text) <= 60 else f"{text[:40]} … {text[-15:]}"

@@ -1,0 +1,144 @@
+"""Odd arguments of every public name: a result, or a ValueError in one clear line; nothing else."""
+
+import inspect
+import warnings
+
+import numpy as np
+import pytest
+import vibroscope.engine as engine
+from vibroscope.engine import (
+    Cells,
+    ExactPenalty,
+    Measurement,
+    Newmark,
+    Record,
+    Reference,
+    System,
+    Units,
+    compare,
+    motion,
+    simulate,
+)
+
+ODD = (
+    *(None, "abc", "", b"x", {}, {"a": 1}, object(), 1j, [], [1, 2, 3], ["abc"], [10**400], [[1, 2], [3]], [None]),
+    *(float("nan"), float("inf"), -float("inf"), -1, 0, 10**400, -(10**400), 10**5000, True, range(3), len),
+    *(np.float64(2.0), np.float32(1.5), np.int64(3), np.bool_(True), np.array(2.0), np.datetime64("2020-01-01")),
+    *(np.array([]), np.array([1.0, 2.0]), np.array(["x"]), np.full(4, np.nan), (1, 2, 3, 4)),
+)
+# What NumPy and Python say of what they cannot convert: no words for a user.
+UNCLEAR = ("ambiguous", "could not convert", "inhomogeneous", "broadcast", "string conversion", "unpack", "zero-size")
+
+SYSTEM, NEWMARK, REFERENCE = System(), Newmark(1000, 18, 100), Reference()
+MOTION = motion(simulate(SYSTEM, 2.76, REFERENCE, periods=20, keep=4))
+PROBLEM = {"system": SYSTEM, "eta": 2.76, "method": REFERENCE}
+SHORT = {"transient": 2, "sample": 4}
+
+
+def run_cells(**arguments):
+    return engine.run_cells(Cells(**arguments), transient=2, sample=2, threads=1)
+
+
+# Name: what is called, good arguments, and which of them become odd (by default all).
+CALLS = {
+    "System": (System, SYSTEM.as_dict(), None),
+    "Reference": (Reference, {"joint_damping": "table", "threshold": 0.002}, None),
+    "ExactPenalty": (ExactPenalty, {"stiffness": 1.0, "damping": 1.0}, None),
+    "Newmark": (
+        Newmark,
+        {"stiffness": 1, "damping": 1, "steps": 100, "every_step": False, "located": False, "law": "kelvin-voigt"},
+        None,
+    ),
+    "Units": (Units, {"omega1": 1.0, "m1": 1.0, "base_amplitude": 1.0, "system": "si"}, None),
+    "Measurement": (Measurement, {"time": [0.0, 1.0]}, ()),
+    "Record": (lambda **record: simulate(**PROBLEM, periods=4, record=Record(**record)), {"periods": 2}, None),
+    "simulate": (simulate, PROBLEM | {"periods": 4, "keep": 2, "initial": (0, 0, 0, 0), "record": None}, None),
+    "simulate newmark": (simulate, PROBLEM | {"method": NEWMARK, "periods": 4, "keep": 2}, ("initial", "periods")),
+    "Cells": (run_cells, {"system": SYSTEM, "eta": [2.7, 2.8], "method": NEWMARK}, None),
+    "Cells, each": (
+        run_cells,
+        {"system": SYSTEM, "eta": [2.7, 2.8], "method": NEWMARK},
+        ("stiffness", "damping", "steps", "initial", "chain"),
+    ),
+    "run_cells": (engine.run_cells, {"cells": Cells(SYSTEM, [2.7], REFERENCE), "threads": 1, **SHORT}, None),
+    "compare": (
+        compare,
+        {"system": SYSTEM, "eta": 2.76, "penalty": NEWMARK, "periods": 20, "keep": 4},
+        ("system", "eta", "penalty", "reference", "keep", "responses", "per_period"),
+    ),
+    "verdict": (engine.verdict, {}, ("comparison",)),
+    "equal_restitution_damping": (engine.equal_restitution_damping, {"system": SYSTEM, "stiffness": 100.0}, None),
+    "steady": (engine.steady, PROBLEM, ("system", "method", "initial", "record")),
+    "motion": (motion, {"subject": SYSTEM, "eta": 2.76, "method": REFERENCE}, ("subject", "method", "initial")),
+    "lyapunov": (engine.lyapunov, PROBLEM, ("system", "method", "initial")),
+    "attractors": (engine.attractors, PROBLEM | {"starts": 1}, ("system", "method", "seed")),
+    "recommend": (engine.recommend, {"system": SYSTEM, "eta": 2.76}, ("system", "tolerance", "reference")),
+    "design_curve": (engine.design_curve, {"system": SYSTEM, "etas": []}, ("system",)),
+    "repetition": (engine.repetition, {}, ("found",)),
+    "difference_in_kind": (engine.difference_in_kind, {"reference": MOTION, "penalty": MOTION}, None),
+    "sweep_eta": (
+        engine.sweep_eta,
+        {"system": SYSTEM, "method": REFERENCE, "values": [2.7, 2.8], **SHORT},
+        ("system", "method", "over", "eta", "direction", "coordinates", "lyapunov", "initial", "sample"),
+    ),
+    "sweep_plane": (
+        engine.sweep_plane,
+        {"system": SYSTEM, "eta": 2.76, "K": [100.0], "D": [1.0], "steps": 100, "parts": False, **SHORT},
+        ("system", "eta", "K", "D", "steps", "located", "sample"),
+    ),
+    "sweep_step": (
+        engine.sweep_step,
+        {"system": SYSTEM, "eta": 2.76, "K": 100.0, "D": 5.0, "steps": [100], **SHORT},
+        ("system", "K", "D", "sample"),
+    ),
+    "spaced": (engine.spaced, {"name": "eta", "low": 1.0, "high": 2.0, "count": 3, "logarithmic": False}, None),
+    "parse_system": (engine.parse_system, {}, ("content",)),
+    "counted": (engine.counted, {"count": 1, "noun": "turn"}, None),
+    "many": (engine.many, {"count": 1}, None),
+    "percent": (engine.percent, {"fraction": 0.1, "beside": 0.2}, None),
+    "rounded": (engine.rounded, {"value": 0.1}, ("value",)),
+}
+
+
+def fault(function, arguments, odd):
+    """What is wrong with what the call raises; None if it gives a result or refuses in words."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            warnings.simplefilter("ignore", np.exceptions.ComplexWarning)
+            function(**arguments)
+    except ValueError as error:
+        text = str(error)
+        if not text or "\n" in text or len(text) > 400 or any(words in text for words in UNCLEAR):
+            return f"{odd}: unclear: {text[:80]}"
+    except Exception as error:
+        return f"{odd}: {type(error).__name__}: {str(error)[:80]}"
+    return None
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_odd_arguments_are_refused_in_words(name):
+    function, good, chosen = CALLS[name]
+    good = {"digits": 2, **good} if name == "rounded" else good
+    found = [fault(function, good | {odd: value}, odd) for odd in (good if chosen is None else chosen) for value in ODD]
+    assert not list(filter(None, found))
+
+
+def test_every_public_function_is_at_the_border():
+    for name in engine.__all__:
+        value = getattr(engine, name)
+        if inspect.isfunction(value):
+            assert hasattr(value, "__wrapped__"), name
+
+
+def test_the_restitution_of_no_stiffness_is_refused():
+    for stiffness in (-1, float("nan"), np.array([1.0, -1.0])):
+        with pytest.raises(ValueError, match="no contact stiffness"):
+            engine.equal_restitution_damping(SYSTEM, stiffness)
+
+
+def test_numbers_of_numpy_give_the_same_result():
+    here = {"values": [2.7, 2.8], **SHORT}
+    one = engine.sweep_eta(SYSTEM, NEWMARK, eta=None, **here)
+    other = engine.sweep_eta(SYSTEM, Newmark(np.int64(1000), np.float32(18), np.int32(100), located=np.False_), **here)
+    assert one.attrs["key"] == other.attrs["key"]
