@@ -11,6 +11,7 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 LARGEST = 1e308  # what a float can hold; nan and inf are refused with the range
+_METHODS = f"{__package__}.methods"  # a function that cannot take every method says itself why
 _SEQUENCES = (Iterable, Sequence)
 
 
@@ -59,7 +60,9 @@ def _fits_one(kind: object, value: object) -> bool:
         return isinstance(value, int) and value in (0, 1)
     if typing.get_origin(kind) in _SEQUENCES:
         return hasattr(value, "__iter__") and _fit_elements(typing.get_args(kind)[0], value)
-    return isinstance(value, kind) if isinstance(kind, type) and kind is not inspect.Parameter.empty else True
+    if not isinstance(kind, type) or kind is inspect.Parameter.empty:
+        return True
+    return isinstance(value, kind) or kind.__module__ == type(value).__module__ == _METHODS
 
 
 def _fit_elements(kind: object, values: Iterable) -> bool:

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..methods import Method, Newmark, Reference
+from ..methods import Newmark, Reference
 from ..model import System
 from ..motions.description import Motion, describe
 from ..motions.motion import motion
@@ -175,7 +175,7 @@ class Comparison:
 def compare(
     system: System,
     eta: float,
-    penalty: Method,
+    penalty: Newmark,
     *,
     reference: Reference | None = None,
     periods: int = 2050,
@@ -193,7 +193,6 @@ def compare(
     eta : float
         Excitation frequency η = Ω/ω₁.
     penalty : Newmark
-        Another method is refused: it has no time step.
     reference : Reference, optional
         By default the paper's. With derived joint damping the part of the joint damping vanishes.
     periods, keep : int

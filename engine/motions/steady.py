@@ -124,8 +124,6 @@ def steady(
     if not isinstance(method, Reference | ExactPenalty):
         raise ValueError(f"{method} has a time step: steady motion needs a closed form, Reference or ExactPenalty")
     eta = check_eta(eta)
-    if isinstance(initial, Checkpoint):
-        raise ValueError("the search for steady motion starts at τ = 0: give a state of four numbers, not a checkpoint")
     max_period = whole("max_period", max_period, 1, MAX_PERIOD_LIMIT, "give the longest cycle to look for")
     start = starting_checkpoint(initial, system, eta, method)
     driver = EventDriver(system, eta, method, start, ATTEMPTS_AFTER[-1], 0, None)

@@ -219,7 +219,7 @@ def test_the_samples_span_one_cycle():
         ({"max_period": 1.5}, "not a whole number"),
         ({"initial": (1, 2)}, "four numbers"),
         ({"initial": (1, 0, 0, 0)}, "gap"),
-        ({"initial": simulate(SYSTEM, 2.76, Reference(), periods=1, keep=1).checkpoint}, "not a checkpoint"),
+        ({"initial": simulate(SYSTEM, 2.76, Reference(), periods=1, keep=1).checkpoint}, "not a sequence"),
     ],
 )
 def test_bad_input_is_refused(arguments, words):
