@@ -8,8 +8,8 @@ the files.
 Which code is numerical follows from the imports: the three studies and every module of the engine that they import,
 directly or not. These are the compiled kernels with their drivers, the model, the methods, `simulate`, `run_cells`, and
 of `motions` and `divergence` the modules that describe a motion or measure an error. `NOT_NUMERICAL` are imported by
-the studies as well, but hold words and refusals alone. Everything else is left out, since no study imports it: chunks, stores,
-places, the cluster, progress, verdicts, searches, measurements.
+the studies as well, but hold words and refusals alone. Everything else is left out, since no study imports it: chunks,
+stores, places, the cluster, progress, verdicts, searches, measurements.
 """
 
 import ast
