@@ -144,6 +144,19 @@ def test_points_lie_on_the_curve_they_were_sampled_from(phase, frame):
         assert np.ptp(points.phase[f"v{k}"]) == pytest.approx(float(np.ptp(orbit[f"v{k}"])), rel=0.1)
 
 
+def test_points_begin_with_the_period_that_the_figures_begin_with():
+    setting = Setting(eta=3.25, K=5000.0, D=15.0, steps=500)
+    found, points, columns = placed(setting, 3.25, noise=0.0, phase=0.4)
+    drawn = columns["displacements"]
+    later = {name: drawn[name] if name == "t" else np.roll(drawn[name][:-1], 200) for name in drawn}
+    later = {name: column[:400] for name, column in later.items()}  # the same cycle from its second period on
+    moved = place(found, setting, later)
+    curve = np.interp(moved.displacements["t"], later["t"], later["reference1"])
+    inside = moved.displacements["t"] < 1.99
+    assert np.abs(moved.displacements["x1"] - curve)[inside].max() < 0.02 * np.ptp(curve)
+    assert not np.allclose(moved.displacements["x1"], points.displacements["x1"])
+
+
 def test_a_measurement_of_another_frequency_has_no_place_and_its_own_is_offered():
     setting = SETTING._replace(eta=2.8)
     found, points, _ = placed(setting, 2.76, periods=8)

@@ -125,7 +125,7 @@ class Part:
 def test_the_worst_eta_counts_and_is_tried_first_once_it_has_failed():
     easy, hard = Part(2.0, 1.0), Part(4.0, 3.0)
     pool = type("Pool", (), {"map": staticmethod(map)})
-    trials = RangeTrials([easy, hard], pool)
+    trials = RangeTrials([easy, hard, Part(3.0, 0.5)], pool)
     setting = NewmarkSetting(1e3, 5.0, 100)
     assert trials.screen([setting]) == [Trial(setting, 0.03, 0.03, 100.0)]
     assert (easy.tried, hard.tried) == ([200], [100])
