@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from asyncio import CancelledError, Future, get_running_loop
+from asyncio import CancelledError, Future, get_running_loop, sleep
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -64,16 +64,26 @@ class Turns:
 
     HALF_LIFE = 10.0  # s after which half of what an owner has had is forgotten
     FULL_REST = 2.0  # s that an owner has had from which on a rest is as long as the piece
+    PENALTY = 5.0  # s for which an owner that asked for too much waits before it may ask again
 
     def __init__(self) -> None:
         self._waiting: list[tuple[str, Future[None]]] = []
         self._busy = False
         self._had: dict[str, float] = {}
+        self._barred: dict[str, float] = {}  # until when
         self._counted = time.monotonic()
+
+    def penalise(self, owner: str) -> None:
+        """Let an owner wait before its next turn."""
+        now = time.monotonic()
+        self._barred = {name: until for name, until in self._barred.items() if until > now}
+        self._barred[owner] = now + self.PENALTY
 
     @asynccontextmanager
     async def turn(self, owner: str) -> AsyncIterator[None]:
         """Wait for a turn, which the block then has."""
+        while (wait := self._barred.get(owner, 0.0) - time.monotonic()) > 0:
+            await sleep(wait)
         if self._busy:
             waits = get_running_loop().create_future()
             self._waiting.append((owner, waits))

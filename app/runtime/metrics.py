@@ -85,13 +85,14 @@ REQUESTS = Count("vibroscope_requests_total", "HTTP requests answered", "status"
 REFUSED = Count("vibroscope_refused_total", "Refused values, messages, sessions and connections", "what")
 OPENED = Count("vibroscope_sessions_total", "Sessions opened and closed", "what")
 SESSIONS = Gauge("vibroscope_sessions", "Sessions that exist now")
+TASKS = Gauge("vibroscope_tasks", "Tasks of the server's loop that have not ended")
 QUEUE = Gauge("vibroscope_queue", "Jobs that wait or run: figures, studies, searches", "pool")
 WAITED = Durations("vibroscope_wait_seconds", "Time from submitting a job to its start")
 SOLVED = Durations("vibroscope_solve_seconds", "Time of both solvers for one setting, cached results included")
 EXPLAINED = Durations("vibroscope_explain_seconds", "Time to explain one difference, cached explanations included")
 JUDGED = Durations("vibroscope_judge_seconds", "Time to find the kinds of both motions of one setting")
 BUILT = Durations("vibroscope_open_seconds", "Time to open a session")
-_ALL = (REQUESTS, REFUSED, OPENED, SESSIONS, QUEUE, WAITED, SOLVED, EXPLAINED, JUDGED, BUILT)
+_ALL = (REQUESTS, REFUSED, OPENED, SESSIONS, TASKS, QUEUE, WAITED, SOLVED, EXPLAINED, JUDGED, BUILT)
 
 
 def exposition() -> str:

@@ -59,6 +59,7 @@ class Admission:
         run = self.prewarmed.run(lambda: not self.refusal())
         self._tasks.add(asyncio.get_running_loop().create_task(run))
         metrics.SESSIONS.read = lambda: self.sessions
+        metrics.TASKS.read = lambda: len(asyncio.all_tasks())
 
     def _new_id(self) -> str:
         return generate_session_id(secret_key=self._app.secret_key, signed=True)

@@ -127,7 +127,7 @@ class SessionSocket(WSHandler):
 
     def _price_read(self, number: int) -> None:
         if not self._ended and not self._budget.take((number == _HEADER_BYTES) + number / _BYTES):
-            self._end("too many messages")
+            self._end_flood()
 
     async def on_message(self, fragment: str | bytes) -> None:
         """Collect the frames of a message and answer it; all frames of the page are text."""
@@ -153,7 +153,7 @@ class SessionSocket(WSHandler):
     async def _answer(self, message: Message) -> Message | None:
         pull = message.msgtype == "PULL-DOC-REQ"
         if not self._budget.take(_PULL if pull else cost_of(message.content)):
-            self._end("too many messages")
+            self._end_flood()
             return None
         if message.msgtype not in _handlers:
             self._end("a message that is not the page's")
@@ -189,6 +189,11 @@ class SessionSocket(WSHandler):
             with logs.in_session(self._session_name):
                 logs.event("connection closed", logging.DEBUG, code=self.close_code)
         super().on_close()
+
+    def _end_flood(self) -> None:
+        """End the connection, and let its address wait before it opens the next session."""
+        self._end("too many messages")
+        self.application.settings["admission"].openings.penalise(self.request.remote_ip or "")
 
     def _end(self, reason: str) -> None:
         self._ended = True

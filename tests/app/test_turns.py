@@ -17,7 +17,7 @@ from vibroscope.app.page.tabs import TABS
 from vibroscope.app.runtime import limits
 from vibroscope.app.runtime.limits import Turns
 
-from tests.browserless import Client, mapped
+from tests.browserless import Client, mapped, token_of
 from tests.served import served
 
 from .fakes import FakeHost
@@ -77,6 +77,22 @@ def test_the_first_piece_is_followed_by_no_rest_and_many_by_one_as_long_as_the_p
     assert spend.rests[0] == 0
     assert spend.rests == sorted(spend.rests)
     assert spend.rests[-1] == 1
+
+
+def test_who_asked_for_too_much_waits_and_nobody_else(spend, monkeypatch):
+    waited = []
+
+    async def sleep(seconds):
+        waited.append(round(seconds, 3))
+        spend(seconds)
+
+    monkeypatch.setattr(limits, "sleep", sleep)
+    turns = Turns()
+    turns.penalise("a")
+    assert run_all(turns, spend, "b") == "b"
+    assert waited == []
+    assert run_all(turns, spend, "aa") == "aa"
+    assert waited == [Turns.PENALTY - 1]
 
 
 def test_who_gave_up_waiting_has_no_turn_and_holds_up_nobody():
@@ -207,3 +223,22 @@ def test_a_file_is_read_in_a_thread_one_at_a_time(monkeypatch):
     assert len(read) == 1
     files.load({"0": "x"}, read.append)
     assert len(waiting) == 1
+
+
+def test_a_browser_that_closes_right_after_the_upgrade_causes_no_traceback(server):
+    async def steps():
+        for number in range(12):
+            token = await token_of(server.url)
+            reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+            head = f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nOrigin: {server.url}\r\n"
+            head += "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            head += f"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: bokeh, {token}\r\n\r\n"
+            writer.write(head.encode())
+            await writer.drain()
+            if number % 2:
+                assert (await reader.readline()).startswith(b"HTTP/1.1 101")
+            writer.transport.abort()
+        async with Client(server.url) as client:  # by now the server has dealt with the others
+            await client.ready()
+
+    asyncio.run(asyncio.wait_for(steps(), 60))  # the fixture reads the log
