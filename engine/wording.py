@@ -6,6 +6,7 @@ that one number has the same digits wherever it stands.
 
 import math
 
+NOT_KNOWN = "not known"  # no sentence holds nan or inf
 MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
 WRITTEN_OUT = 1e6  # counts from here on are given in millions
 
@@ -20,7 +21,7 @@ def percent(fraction: float, beside: float | None = None) -> str:
         A limit that stands beside it: it gets as many digits more as show on which side of the limit it lies.
     """
     if not math.isfinite(fraction):
-        return "not known"
+        return NOT_KNOWN
     if fraction < 1e-7:
         return "0 %"
     digits = 2
@@ -33,8 +34,10 @@ def percent(fraction: float, beside: float | None = None) -> str:
 
 def rounded(value: float, digits: int) -> str:
     """A number with so many significant digits, never with an exponent and without zeros at the end."""
-    if value == 0 or not math.isfinite(value):
-        return f"{value:g}"
+    if not math.isfinite(value):
+        return NOT_KNOWN
+    if value == 0:
+        return "0"
     decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     text = f"{value:.{decimals}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
@@ -48,6 +51,8 @@ def counted(count: float, noun: str) -> str:
 
 def many(count: int) -> str:
     """A large whole number, such as "55", "410,000" or "16.4 million"."""
+    if not math.isfinite(count):
+        return NOT_KNOWN
     return f"{count:,}" if count < WRITTEN_OUT else f"{rounded(count / 1e6, 3)} million"
 
 

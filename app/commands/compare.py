@@ -215,7 +215,7 @@ def _part_lines(comparison: Comparison, split: Regularisation | None) -> list[st
         return [f"{'difference':22}not known: a run ended early"]
     found = comparison.difference
     head = {"displacements": "difference (rms)", "sections": "sections differ by"}[found.measure]
-    chance = f" (chance explains up to {percent(found.chance)})" if found.measure == "sections" else ""
+    chance = f" (chance explains up to {percent(found.chance)})" if found.chance and math.isfinite(found.total) else ""
     lines = [f"{head:22}{percent(found.total)}{chance}"]
     for name, share in found.parts.items():
         lines.append(f"{'  ' + PART_NAMES[name]:22}{percent(share)}")

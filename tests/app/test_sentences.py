@@ -1,0 +1,62 @@
+"""No sentence holds nan or inf, and no JSON: comparisons of random settings, extremes included, and every wording."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from vibroscope.app.commands.cli import main
+from vibroscope.app.commands.compare import as_json, as_text
+from vibroscope.engine import Newmark, Reference, System, compare, counted, many, percent, rounded, verdict
+
+NO_NUMBER = re.compile(r"(?<![\w/])[+-]?(?:nan|inf|infinity)\b", re.IGNORECASE)
+COUNT = 24
+UNBOUNDED = "--eta 4 --K 404.83321196363283 --D 15.8693146741185 --steps 11 --joint-damping derived --threshold 0"
+
+
+def extreme(rng, low, high, edges):
+    """A number between the limits, evenly in the logarithm; every third time one of the edges."""
+    return float(rng.choice(edges)) if rng.random() < 1 / 3 else float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def random_case(rng):
+    """A system, η, Newmark and the reference, from where nothing moves to where everything blows up."""
+    kappa = rng.uniform(1.2, 6)
+    restitution = extreme(rng, 1e-2, 0.9, (0, 0.5))
+    damping = {name: extreme(rng, 1e-3, 0.5, (0.001, 0.9)) for name in ("d1", "d2")}
+    system = System(kappa=kappa, kappa3=rng.uniform(1.01, kappa - 0.01), restitution=restitution, **damping)
+    contact = extreme(rng, 1, 1e7, (0.01, 404.8, 1e9)), extreme(rng, 1e-1, 1e3, (0, 15.87))
+    method = Newmark(*contact, int(extreme(rng, 8, 2000, (8, 11))), located=bool(rng.random() < 0.2))
+    reference = Reference(str(rng.choice(("table", "derived"))), extreme(rng, 1e-4, 0.1, (0, 0.002)))
+    return system, extreme(rng, 0.4, 8, (0.5, 4, 20)), method, reference
+
+
+def test_comparisons_hold_numbers_or_words():
+    rng, found = np.random.default_rng(7), []
+    for _ in range(COUNT):
+        system, eta, method, reference = random_case(rng)
+        comparison = compare(system, eta, method, reference=reference, periods=60, keep=8)
+        told = comparison, verdict(comparison), comparison.split() if comparison.complete else None
+        json.dumps(as_json(*told), allow_nan=False)
+        text = as_text(*told)
+        found += [(eta, method, text)] if NO_NUMBER.search(text) else []
+    assert not found
+
+
+@pytest.mark.parametrize("more", [["--units"], ["--json"]])
+def test_sections_of_a_solution_that_does_not_stay_bounded(capsys, more):
+    assert main(["compare", *UNBOUNDED.split(), *more]) == 0
+    out = capsys.readouterr().out
+    assert not NO_NUMBER.search(out)
+    assert "there is nothing to compare" in out
+    assert "not known (chance" not in out
+
+
+@given(st.floats(), st.floats() | st.none(), st.integers(1, 6))
+def test_wordings_of_any_number(value, beside, digits):
+    texts = [percent(value, beside), rounded(value, digits), counted(value, "turn"), many(value)]
+    assert not [text for text in texts if NO_NUMBER.search(text)]
+    assert ("not known" in texts[1]) == (not math.isfinite(value))
