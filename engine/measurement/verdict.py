@@ -24,13 +24,13 @@ def _sentences(compared: MeasuredComparison) -> Iterator[str]:
     if own.period == 0:
         yield (
             f"The measurement is not in step with an excitation at eta = {eta:g}; its strongest frequency is "
-            f"{own.strongest:.4g}. Check eta, the unit of time and omega1; if they are right, the motion is not "
+            f"eta = {own.strongest:.4g}. Check eta, the unit of time and omega1; if they are right, the motion is not "
             "periodic, or noise hides it, and only statistics can be compared."
         )
         return
     if compared.other_eta is not None:
         yield (
-            f"The measurement was excited at eta = {own.eta:.6g}, not {eta:g}: it runs out of step by "
+            f"The measurement was excited at eta = {own.eta:.6g}, not at eta = {eta:g}: it runs out of step by "
             f"{compared.drift:.2g} rad. Give that eta before anything else is judged."
         )
         return
