@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+
 import panel as pn
 from bokeh.document import Document
 from panel.io.resources import LOCAL_DIST
 from vibroscope.app import QUESTION
+from vibroscope.app.explorer.glossary import glossary
 from vibroscope.app.page.files import script, style, template
 from vibroscope.app.page.session import Session
 from vibroscope.app.page.shared.figure import THEME
@@ -20,7 +23,8 @@ def create_app() -> pn.Column:
     """The page of the session that is being opened."""
     doc = pn.state.curdoc
     html = template("shared/page.html").replace("TOKENS", style("shared/tokens")).replace("QUESTION", QUESTION)
-    doc.template = html.replace("FIRST", script("shared/compat"))
+    terms = json.dumps(glossary(), ensure_ascii=False).replace("<", "\\u003c")
+    doc.template = html.replace("FIRST", script("shared/compat")).replace("GLOSSARY", terms)
     # Panel sets this only where the session is built with the page; otherwise its style sheets come from another host.
     doc.template_variables["dist_url"] = LOCAL_DIST
     doc.theme = THEME

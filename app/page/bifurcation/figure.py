@@ -106,7 +106,11 @@ class BifurcationView:
             points.append(plot.scatter("eta", "value", source=source, **glyph))
         hollow = {"marker": "circle", "size": 4.2, "fill_color": None, "line_color": VERMILLION, "line_alpha": 0.45}
         points.append(plot.scatter("eta", "value", source=self.artefacts, **hollow))
-        rows = {"η": "@eta", "value": "@value", "period (0: none found)": "@period"}
+        rows = {
+            "η": "@eta",
+            "value": "@value",
+            "repeats after so many excitation periods (0: does not repeat)": "@period",
+        }
         self.hover = hover_tool(points, rows, limit=1)
         self.hover.formatters |= dict.fromkeys((f"@{name}" for name in _SHOWN), "printf")
         plot.add_tools(self.hover)

@@ -41,6 +41,7 @@ export function render({ model }) {
   };
   model.on("shown", draw);
   draw();
+  explainTerms(root);
   cueScroll(root, true);
   return root;
 }

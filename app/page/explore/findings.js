@@ -38,6 +38,7 @@ export function render({ model }) {
   listen("report-findings", () => emit("findings", model.content));
   model.on("content", draw);
   draw();
+  explainTerms(root);
   cueScroll(root);
   return root;
 }

@@ -17,7 +17,7 @@ export function render({ model }) {
       : button("?", "Keys and help (?)", () => keys.open()),
   );
   bar.append(title, tabList(model), tools);
-  root.append(bar, question(model), compilationLine(model), errorLine(model), summary(model), keys.element);
+  root.append(bar, question(model), compilationLine(model), errorLine(model), summary(model), keys.element, glossaryNote());
   shortcuts(keys, takeAway);
   const adaptFigures = () => { darken(); adaptToTouch(); fitFigures(); };
   for (const name of ["tab", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
@@ -144,6 +144,36 @@ function summary(model) {
   model.on("summary", draw);
   draw();
   return text;
+}
+
+// ---- an entry of the glossary, beside the term that was chosen ---------------------------------------------------------
+
+function glossaryNote() {
+  const note = element("div", "entry");
+  note.popover = "auto"; // Escape and a click elsewhere close it
+  note.setAttribute("role", "dialog");
+  const head = element("strong");
+  const text = element("p");
+  const help = button("All terms", "All terms, in Help", () => { note.hidePopover(); emit("tab", { value: "help" }); });
+  const close = button("Close", "", () => note.hidePopover());
+  const row = element("div", "row");
+  row.append(help, close);
+  note.append(head, text, row);
+  let from = null;
+  listen("explain", ({ entry: [title, meaning], term }) => {
+    from = term;
+    head.textContent = title;
+    text.textContent = meaning;
+    note.setAttribute("aria-label", `${title}: ${meaning}`);
+    note.showPopover();
+    const at = term.getBoundingClientRect();
+    const below = at.bottom + 6 + note.offsetHeight < innerHeight;
+    note.style.left = `${Math.max(8, Math.min(at.left, innerWidth - note.offsetWidth - 8))}px`;
+    note.style.top = `${below ? at.bottom + 6 : Math.max(8, at.top - 6 - note.offsetHeight)}px`;
+    close.focus();
+  });
+  note.addEventListener("toggle", ({ newState }) => { if (newState === "closed" && from?.isConnected) from.focus({ preventScroll: true }); });
+  return note;
 }
 
 // ---- keys -----------------------------------------------------------------------------------------------------------

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from html import escape
+
 import panel as pn
+from vibroscope.app.explorer.glossary import glossary
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.files import style, template
 from vibroscope.app.page.tab import Tab
@@ -18,7 +21,7 @@ class Help(Tab):
     def build(self) -> pn.viewable.Viewable:
         """Make the text."""
         return pn.pane.HTML(
-            template("help/help.html"),
+            template("help/help.html").replace("GLOSSARY", glossary_rows()),
             stylesheets=[style("shared/text")],
             sizing_mode="stretch_width",
             sanitize_html=False,
@@ -27,3 +30,10 @@ class Help(Tab):
     def summary(self, setting: Setting) -> str:
         """Contents of the tab."""
         return "The model and its equations, how to read each figure, and a glossary."
+
+
+def glossary_rows() -> str:
+    """The glossary as rows of a table."""
+    return "\n".join(
+        f'<tr><th scope="row">{escape(entry.head)}</th><td>{escape(entry.text)}</td></tr>' for entry in glossary()
+    )

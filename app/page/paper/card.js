@@ -38,6 +38,7 @@ export function render({ model }) {
   };
   model.on("found", draw);
   draw();
+  explainTerms(root);
   // Until the page is laid out, all cards lie in view.
   whenIdle(() => whenSeen(root, () => model.send_msg({ seen: true })));
   return root;

@@ -94,3 +94,61 @@ const viewOf = (name) => {
 const LOCAL = { sync: false };
 // Columns of a source; Bokeh keeps them as a Map or as an object.
 const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : data);
+
+// ---- terms of the glossary ----------------------------------------------------------------------------------------------
+
+const glossary = JSON.parse(document.getElementById("glossary")?.textContent ?? "[]"); // head, text, words that open it
+const entryOf = new Map(glossary.flatMap((entry) => entry[2].map((word) => [word.toLowerCase(), entry])));
+const TERM = new RegExp(`(?<![\\p{L}\\p{N}-])(?:${[...entryOf.keys()].sort((a, b) => b.length - a.length).join("|")})(?![\\p{L}\\p{N}-])`, "iu");
+const NOT_MARKED = "button, a, summary, select, output, svg, strong, [role], [aria-hidden]";
+const termStyle = new CSSStyleSheet();
+termStyle.replaceSync(`.term { text-decoration: underline dotted; text-decoration-color: var(--line); text-underline-offset: 3px; cursor: help; }
+.term:hover { text-decoration-style: solid; }
+.term:focus-visible { outline: 2px solid var(--focus); outline-offset: 1px; }`);
+
+// Makes the first mention of each term in a box a button that opens its entry, also when the texts change.
+function explainTerms(box) {
+  if (!entryOf.size) return;
+  let styled = false;
+  const mark = (changed) => {
+    if (!styled && box.isConnected) {
+      const root = box.getRootNode();
+      root.adoptedStyleSheets = [...root.adoptedStyleSheets, termStyle];
+      styled = true;
+    }
+    const known = new Set([...box.querySelectorAll(".term")].map((term) => entryOf.get(term.dataset.term)));
+    for (const part of changed) {
+      const texts = document.createTreeWalker(part, NodeFilter.SHOW_TEXT);
+      const found = [];
+      while (texts.nextNode()) if (!texts.currentNode.parentElement.closest(NOT_MARKED)) found.push(texts.currentNode);
+      for (const text of found) markTerm(text, known);
+    }
+    changes.takeRecords();
+  };
+  const changes = new MutationObserver((records) => mark(new Set(records.map(({ target }) => target.parentElement ?? box))));
+  changes.observe(box, { childList: true, subtree: true, characterData: true });
+  setTimeout(() => mark([box]));
+}
+
+function markTerm(text, known) {
+  let rest = text;
+  for (let match = TERM.exec(rest.data); match; match = TERM.exec(rest.data)) {
+    const word = rest.splitText(match.index);
+    rest = word.splitText(match[0].length);
+    const entry = entryOf.get(match[0].toLowerCase());
+    if (known.has(entry)) continue;
+    known.add(entry);
+    const term = element("span", "term");
+    term.dataset.term = match[0].toLowerCase();
+    Object.assign(term, { role: "button", tabIndex: 0, ariaHasPopup: "dialog" });
+    word.replaceWith(term);
+    term.append(word);
+    const open = (event) => {
+      event.preventDefault(); // a label would hand the click on to its field
+      event.stopPropagation();
+      emit("explain", { entry, term });
+    };
+    term.addEventListener("click", open);
+    term.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") open(event); });
+  }
+}

@@ -17,6 +17,7 @@ export function render({ model }) {
   const draw = () => shows.forEach((show) => show(model));
   for (const name of ["chosen", "refused", "status", "key", "statements"]) model.on(name, draw);
   draw();
+  explainTerms(root);
   cueScroll(root);
   whenThere(model.spec.figures, () => {
     if (model.spec.cursor) dragged(model);

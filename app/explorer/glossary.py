@@ -1,0 +1,24 @@
+"""The words and symbols of the page, each explained once: ``assets/glossary.toml``."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from typing import NamedTuple
+
+from vibroscope.app.runtime.files import asset
+
+
+class Entry(NamedTuple):
+    """One entry: its head, what it means, and the words on the page that open it."""
+
+    head: str
+    text: str
+    opens: tuple[str, ...]
+
+
+@cache
+def glossary() -> tuple[Entry, ...]:
+    """All entries, in the order of Help."""
+    tables = tomllib.loads(asset("glossary.toml"))
+    return tuple(Entry(one["head"], one["text"], tuple(one["opens"])) for one in tables["entry"])

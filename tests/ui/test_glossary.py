@@ -1,0 +1,46 @@
+"""A term on the page opens its entry of the glossary, by click and by key."""
+
+from vibroscope.app.explorer.glossary import glossary
+
+from .axe import AXE, serious
+
+MEANING = {word.lower(): entry for entry in glossary() for word in entry.opens}
+
+
+def test_a_term_opens_its_entry(visit):
+    explorer = visit().explained()
+    page, note = explorer.page, explorer.page.locator(".entry")
+    found = page.locator(".lines .term")
+    words = [word.lower() for word in found.all_text_contents()]
+    assert len(words) >= 5
+    assert len({MEANING[word].head for word in words}) == len(words)  # each entry once
+    said = explorer.line("verdict")
+    term = page.locator(".line.verdict .term").first
+    entry = MEANING[term.text_content().lower()]
+    term.click()
+    assert note.is_visible()
+    assert note.locator("strong").text_content() == entry.head
+    assert note.locator("p").text_content() == entry.text
+    page.evaluate(AXE)
+    assert serious(page) == []
+    page.keyboard.press("Escape")
+    assert note.is_hidden()
+    assert explorer.line("verdict") == said
+    page.keyboard.press("Enter")  # the term has the focus again
+    assert note.is_visible()
+    note.get_by_role("button", name="Close").click()
+    label = page.locator("label", has_text="penalty stiffness").locator(".term")
+    label.press(" ")
+    assert note.locator("strong").text_content() == "K"
+    note.get_by_role("button", name="All terms").click()
+    page.locator("[role=tab][aria-selected=true]:text-is('Help')").wait_for()
+
+
+def test_the_terms_of_the_next_verdict_are_marked_too(visit):
+    explorer = visit().explained()
+    explorer.moved(lambda: explorer.type("eta", "1.4"))
+    explorer.explained()
+    words = [word.lower() for word in explorer.page.locator(".lines .term").all_text_contents()]
+    assert {"blurred", "repeats every period"} <= set(words)
+    assert len({MEANING[word].head for word in words}) == len(words)
+    assert explorer.page.locator(".term .term").count() == 0
