@@ -14,7 +14,7 @@ MUTED = """() => Bokeh.documents[0].get_model_by_name("displacement").center.fin
 
 
 def test_a_file_is_dropped_laid_over_both_solutions_and_removed(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=8000")
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=8000&theme=dark")
     page = explorer.page
     page.evaluate(DROP, ["broken.csv", "time, x1, x2\n0, 1\n"])
     card = page.locator(".measurement-card")
@@ -24,6 +24,8 @@ def test_a_file_is_dropped_laid_over_both_solutions_and_removed(visit):
     assert "The reference is nearer: 0.7 % off against 2.9 %." in card.locator(".words").text_content()
     explorer.until(f"({MUTED})()[0] === true")
     assert len(explorer.source("measured_time")["t"]) == 300
+    colour = MUTED.replace("item.renderers[0].visible", "item.renderers[0].glyph.line_color.value")
+    explorer.until(f"({colour})()[0] === '#E4E9EE'")  # the points are dark on a light page only
     bottom = card.bounding_box()["y"] + card.bounding_box()["height"]
     assert bottom <= page.locator(".cell.displacement").bounding_box()["y"]
     page.get_by_text("Take away", exact=True).click()

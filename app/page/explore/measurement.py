@@ -218,13 +218,13 @@ class Overlay:
             self._fit |= {} if failed else fit_content(found)
             self._show()
         elif job is self._job:
-            if isinstance(found, Exception):
-                self._compared = None
+            failed = isinstance(found, Exception)
+            self._compared = None if failed else (job.setting, found)
+            self._draw()  # first: the browser recolours the figures when it shows the words
+            if failed:
                 self._fail(_sentence(found))
             else:
-                self._compared = job.setting, found
                 self._show()
-            self._draw()
 
     def _begin_fit(self, names: object) -> None:
         names = tuple(name for name in FITTED if name in names) if isinstance(names, str) else ()
