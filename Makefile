@@ -23,7 +23,7 @@ help:
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
 	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx, curl; openssl)"
-	@echo "make release    image and proxy where they can run, fuzz, faults, load, soak: half an hour, prints its figures"
+	@echo "make release    image and proxy where they can run, fuzz, faults, load, soak: an hour and a half, prints its figures"
 	@echo "make clean      remove .venv and the files of tools"
 
 run: $(VENV)/run
