@@ -54,6 +54,12 @@ class TokenBucket:
         self._tokens -= tokens
         return True
 
+    def owe(self, tokens: float) -> float:
+        """Take ``tokens`` in any case; return the seconds until there are none owed."""
+        self.take(0.0)
+        self._tokens -= tokens
+        return max(0.0, -self._tokens / self._rate)
+
 
 class Turns:
     """Work that holds up the loop, one piece at a time, in turn by owner, with rests in which the loop serves others.

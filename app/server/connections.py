@@ -8,6 +8,7 @@ silent longest. Websockets do not count as silent: Bokeh checks with pings wheth
 
 from __future__ import annotations
 
+import asyncio
 import errno
 import logging
 import resource
@@ -160,17 +161,20 @@ class Stream(IOStream):
     """
 
     _give_up: Callable[[], None] | None = None
-    _on_read: Callable[[int], None] | None = None
+    _price: Callable[[int], float] | None = None
 
-    def report_reads(self, on_read: Callable[[int], None]) -> None:
-        """From now on call ``on_read`` with the number of bytes before each time that so many are read."""
-        self._on_read = on_read
+    def price_reads(self, price: Callable[[int], float]) -> None:
+        """From now on wait for ``price(number of bytes)`` seconds before each time that so many are read."""
+        self._price = price
 
     def read_bytes(self, num_bytes: int, partial: bool = False) -> Awaitable[bytes]:
         """See `tornado.iostream.IOStream`."""
-        if self._on_read is not None:
-            self._on_read(num_bytes)
-        return super().read_bytes(num_bytes, partial)
+        seconds = self._price(num_bytes) if self._price is not None else 0.0
+        return self._read_later(seconds, num_bytes, partial) if seconds else super().read_bytes(num_bytes, partial)
+
+    async def _read_later(self, seconds: float, num_bytes: int, partial: bool) -> bytes:
+        await asyncio.sleep(seconds)
+        return await super().read_bytes(num_bytes, partial)
 
     def write_without_waiting(self, give_up: Callable[[], None]) -> None:
         """From now on report every write as done; call ``give_up`` once if too many bytes remain unread."""

@@ -28,11 +28,10 @@ from vibroscope.app.server.tokens import is_valid_token
 from vibroscope.app.server.validation import cost_of, is_worth_logging, valid_events
 
 # Budget of one session over all its connections, per second and at once: one for each frame that is read (a message has
-# three; pings and empty ones count, too) and for so many bytes, and `validation.cost_of` its messages. Connecting again
-# and sending the document cost as much as many moves. A drag costs 20 for each painted frame, and a screen shows 60
-# frames per second; a file of 64 kB costs 180.
+# three; pings and empty ones count, too), and `validation.cost_of` its messages. Connecting again and sending the
+# document cost as much as many moves. A drag costs 18 for each painted frame, and a screen shows 60 frames per second.
 _RATE, _BURST, _RECONNECT, _PULL = 1200, 1700, 170, 750
-_BYTES = 400
+_BYTES, _BYTES_AT_ONCE = 400_000, 1_000_000  # a second of one connection: larger files are read more slowly
 _HEADER_BYTES = 2  # that begin each frame, read for themselves
 _LEAVE_SECONDS = 0.5  # for a connection that was ended to close
 _MOST_CONNECTIONS = 3  # per session: a browser may reconnect before the server knows that it had gone
@@ -89,7 +88,8 @@ class SessionSocket(WSHandler):
             if session is None:
                 return
             self._budget = _budgets.setdefault(session, self._budget)
-            self._stream.report_reads(self._price_read)
+            self._bytes = TokenBucket(_BYTES, _BYTES_AT_ONCE)
+            self._stream.price_reads(self._price_read)
             await self._connect(session, PageProtocol(admission.prewarmed.take_json))
             if known is None:
                 seconds = time.monotonic() - begun
@@ -125,9 +125,11 @@ class SessionSocket(WSHandler):
         self.connection = self.application.new_connection(protocol, self, self.application_context, session)
         await self.send_message(protocol.create("ACK"))
 
-    def _price_read(self, number: int) -> None:
-        if not self._ended and not self._budget.take((number == _HEADER_BYTES) + number / _BYTES):
+    def _price_read(self, number: int) -> float:
+        """Take the price of a frame; return how long to wait before so many bytes are read."""
+        if not self._ended and not self._budget.take(number == _HEADER_BYTES):
             self._end_flood()
+        return self._bytes.owe(number)
 
     async def on_message(self, fragment: str | bytes) -> None:
         """Collect the frames of a message and answer it; all frames of the page are text."""
