@@ -69,7 +69,6 @@ def test_steady_motion_adds_to_the_contract(capsys):
     assert "0.5 per period" in out
 
 
-@pytest.mark.slow
 def test_where_no_motion_is_steady_the_long_run_is_shown(capsys):
     arguments = ["--solver", "reference", "--eta", "1.70", "--steady"]
     status, out, _ = run(capsys, *arguments, "--json")

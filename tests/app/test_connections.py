@@ -82,7 +82,6 @@ def listening(**options):
         server.stop()
 
 
-@pytest.mark.slow
 def test_the_listener_pauses_while_the_system_has_no_descriptors(monkeypatch, caplog):
     async def steps():
         tried, again = [], asyncio.Event()

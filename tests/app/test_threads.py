@@ -21,7 +21,6 @@ def threads(server):
     return len(os.listdir(f"/proc/{server.process.pid}/task"))
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="counts threads in /proc")
 def test_a_server_with_two_threads_starts_few_on_a_machine_with_many_cores(tmp_path):
     (tmp_path / "sitecustomize.py").write_text(f"import os\nos.cpu_count = lambda: {CORES}\n")

@@ -36,8 +36,10 @@ def error_of(eta, stiffness, damping, steps, located=False):
     return np.sqrt(np.mean((run.trajectory.displacement - reference) ** 2) / np.mean(reference**2))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("eta", "paper"), [(2.76, (12000, 18, 8000)), (1.08, (2500, 8, 2000))])
+@pytest.mark.parametrize(
+    ("eta", "paper"),
+    [pytest.param(2.76, (12000, 18, 8000), marks=pytest.mark.slow), (1.08, (2500, 8, 2000))],
+)
 def test_the_recommendation_needs_fewer_steps_than_the_paper_for_less_error(eta, paper):
     papers_error = error_of(eta, *paper)
     found = recommend(SYSTEM, eta, tolerance=papers_error)
@@ -61,10 +63,9 @@ def check_front(found):
     assert all(trial.error <= trial.robust for trial in found.front)
 
 
-@pytest.mark.slow
 def test_random_neighbours_of_the_recommendation_meet_the_tolerance():
     """Of 40, at most 4 may miss it: with a probability of 0.016 only if a quarter of the neighbourhood missed it."""
-    found = recommend(SYSTEM, 3.25, tolerance=0.1)
+    found = recommend(SYSTEM, 3.25, tolerance=0.2)
     k, d, n = found.best.setting
     rng = np.random.default_rng(20)
     missed = 0
@@ -77,7 +78,7 @@ def test_random_neighbours_of_the_recommendation_meet_the_tolerance():
         penalty = run.trajectory.displacement[:, :-1].reshape(2, 25, -1)
         shifted = cycle.reshape(2, 2, -1)[:, ::-1].reshape(2, -1)
         error = min(np.mean((penalty - one[:, None]) ** 2) for one in (cycle, shifted)) / np.mean(cycle**2)
-        missed += math.sqrt(error) > 0.1
+        missed += math.sqrt(error) > 0.2
     assert missed <= 4
 
 
@@ -92,9 +93,9 @@ def test_located_steps_need_fewer_than_a_hundred_solves():
     check_front(found)
 
 
-@pytest.mark.slow
 def test_the_joint_damping_is_the_reason_if_it_alone_exceeds_the_tolerance():
-    found = recommend(SYSTEM, 1.08, tolerance=0.05)
+    options = {"tolerance": 0.05, "steps_max": 64}
+    found = recommend(SYSTEM, 1.08, **options)
     runs = [simulate(SYSTEM, 1.08, Reference(kind), record=Record(1)) for kind in ("derived", "table")]
     one, other = (run.trajectory.displacement for run in runs)
     assert found.joint_damping == pytest.approx(np.sqrt(np.mean((one - other) ** 2) / np.mean(other**2)), rel=0.01)
@@ -103,7 +104,7 @@ def test_the_joint_damping_is_the_reason_if_it_alone_exceeds_the_tolerance():
     assert found.best.error > 0.05
     check_front(found)
     # against a reference without that part the same tolerance is met
-    assert recommend(SYSTEM, 1.08, tolerance=0.05, reference=Reference("derived")).met
+    assert recommend(SYSTEM, 1.08, reference=Reference("derived"), **options).met
 
 
 @pytest.mark.parametrize(
@@ -154,10 +155,9 @@ def test_a_search_can_be_cancelled_within_half_a_second():
     assert late < 0.5  # 0.1 s where nothing else runs
 
 
-@pytest.mark.slow
 def test_a_design_curve_is_a_recommendation_for_each_eta():
     reported = []
-    options = {"tolerance": 0.5, "steps_max": 32}
+    options = {"tolerance": 0.5, "steps_max": 16}
     curve = design_curve(SYSTEM, [3.2, 3.25], progress=reported.append, **options)
     assert [one.eta for one in curve] == [3.2, 3.25]
     assert curve[1] == recommend(SYSTEM, 3.25, **options)

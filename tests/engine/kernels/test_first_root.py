@@ -38,8 +38,7 @@ def check(table, z, order, noise=1e-13):
     return s
 
 
-@pytest.mark.slow
-@settings(max_examples=1000, deadline=None)
+@settings(max_examples=400, deadline=None)
 @given(kinds, states)
 def test_the_first_root_is_not_passed(kind, z):
     table = TABLES[kind]
@@ -53,8 +52,7 @@ def moved_exactly(table, z, s):
         return mp.expm(mp.matrix(table.a.tolist()) * mp.mpf(s)) * mp.matrix([mp.mpf(x) for x in z])
 
 
-@pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.floats(0.05, 3.5), st.sampled_from([1e-14, 1e-12, 1e-9, 1e-6, 1e-3]), st.floats(-3, 3), angles)
 def test_a_dip_is_a_root_if_it_goes_below_zero(when, depth, speed, turn):
     """The gap turns near ``when``, ± the depth from zero: found below, passed over above."""
