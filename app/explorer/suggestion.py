@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
@@ -131,17 +132,18 @@ def search_threads() -> Workers:
 
 
 class Search(Job):
-    """One search; ``on_progress(search, share)``, then ``on_result(search, result)``, are called in a worker thread."""
+    """One search; a worker thread calls ``on_progress(search, share, front)``, then ``on_result(search, result)``."""
 
     def __init__(
         self,
         question: Question,
-        on_progress: Callable[[Search, float], None],
+        on_progress: Callable[[Search, float, list], None],
         on_result: Callable[[Search, Found | Exception], None],
     ) -> None:
         super().__init__(question)
         self._on_progress = on_progress
         self._on_result = on_result
+        self._front: list = []
         self._begin(search_threads())
 
     def _answer(self) -> Iterator[None]:
@@ -157,15 +159,18 @@ class Search(Job):
     def _recommend(self) -> Found:
         asked = self.question._asdict()
         system, etas = asked.pop("system"), asked.pop("etas")
-        find, eta = (recommend, etas[0]) if len(etas) == 1 else (recommend_range, etas)
+        find, eta = (partial(recommend, partial=self._keep), etas[0]) if len(etas) == 1 else (recommend_range, etas)
         return find(
             system,
             eta,
             **asked,
             threads=current_settings().threads,
-            progress=lambda share: self._on_progress(self, share),
+            progress=lambda share: self._on_progress(self, share, self._front),
             cancelled=lambda: self.cancelled,
         )
+
+    def _keep(self, front: list) -> None:
+        self._front = front
 
 
 def trial_texts(trial, found: Found, setting: Setting) -> dict[str, str]:
@@ -200,7 +205,27 @@ def suggestion_content(found: Found, setting: Setting) -> dict:
     }
 
 
-def _point(trial, found: Found, setting: Setting) -> list:
+def partial_content(question: Question, front: list, setting: Setting) -> dict:
+    """What the page shows of a search that goes on: ``lines``, ``tolerance`` and ``front`` of `suggestion_content`."""
+    if not front:
+        return {}
+    met = next((trial for trial in front if trial.robust <= question.tolerance), None)
+    end = "; fewer steps may do." if met else "."
+    line = f"So far: {_trial_words(met or front[-1], question.tolerance)}{end}"
+    return {
+        "lines": [in_units(line, setting.scale)],
+        "tolerance": question.tolerance,
+        "use": {},
+        "front": [_point(trial, question, setting) for trial in _thin_front(front, met)],
+    }
+
+
+def _trial_words(trial, tolerance: float) -> str:
+    (stiffness, damping, steps), error = trial.setting, percent(trial.error, beside=tolerance)
+    return f"K = {print_number(stiffness)}, D = {print_number(damping)}, T/Δτ = {steps:,} steps a period: error {error}"
+
+
+def _point(trial, found: Found | Question, setting: Setting) -> list:
     texts = trial_texts(trial, found, setting)
     words = words_of_change({name: texts[name] for name in "KD"}, setting)
     return [trial.setting.steps, trial.error, texts, percent(trial.error, beside=found.tolerance), words]
@@ -226,12 +251,8 @@ def _lines(found: Found, setting: Setting) -> list[str]:
         return [sentence(found.reason)]
     if isinstance(found, RangeRecommendation):
         return _range_lines(found, setting)
-    (stiffness, damping, steps), best = found.best.setting, found.best
-    error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
-    result = (
-        f"K = {print_number(stiffness)}, D = {print_number(damping)}, T/Δτ = {steps:,} steps a period: error {error}; "
-        f"nine in ten neighbouring settings have at most {robust}."
-    )
+    best, robust = found.best, percent(found.best.robust, beside=found.tolerance)
+    result = f"{_trial_words(best, found.tolerance)}; nine in ten neighbouring settings have at most {robust}."
     if found.located:
         result += f" It costs {best.cost:.0f} solves per period, since steps are cut where contact changes."
     lines = [result] if found.met else [f"Best found: {result}", sentence(found.reason)]

@@ -52,6 +52,11 @@ class ContactSearch:
     judged: list[Trial] = field(default_factory=list)
     _best: dict[int, Trial] = field(default_factory=dict)
 
+    @property
+    def best(self) -> list[Trial]:
+        """The best setting found with each number of steps."""
+        return list(self._best.values())
+
     def best_with(self, steps: int, cost: float = math.inf) -> Trial | None:
         """Return the best setting found with so many steps; None if all diverge.
 

@@ -97,6 +97,7 @@ def recommend(
     reference: Reference | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
+    partial: Callable[[list[Trial]], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     **limits: float | None,
 ) -> Recommendation:
@@ -117,6 +118,9 @@ def recommend(
         To try settings side by side; by default one for each core.
     progress : callable, optional
         Called in the calling thread with the fraction that is done at least, 0 to 1.
+    partial : callable, optional
+        Called in the calling thread with the front of the settings found so far, whenever some were tried with another
+        n. Those that meet the tolerance are confirmed.
     cancelled : callable, optional
         Polled many times a second, by several threads; when it returns true the search is cancelled.
     **limits
@@ -140,7 +144,7 @@ def recommend(
     limited = Limits(**limits)
     threads = thread_count(threads)
     reference = reference or Reference()
-    progress = progress or no_progress
+    progress, partial = progress or no_progress, partial or no_progress
     found = steady(system, eta, reference, cancelled=cancelled)
     asked = (system, eta, reference, tolerance, located)
     if not found.periodic:
@@ -148,7 +152,7 @@ def recommend(
     with ThreadPoolExecutor(threads) as pool:
         trials = Trials(found, located, pool, cancelled)
         contact = ContactSearch(trials, system, limited, tolerance)
-        search = StepSearch(contact, tolerance, limited.steps_max, progress)
+        search = StepSearch(contact, tolerance, limited.steps_max, progress, partial)
         search.run()
         front, met = search.front(), search.met
     best, kind = of_same_kind([found], met or [cheapest_near_least(front)], located, cancelled)
@@ -223,8 +227,8 @@ def rounded_up(share: float) -> float:
     return float(f"{math.ceil(share / unit - 1e-9) * unit:.2g}")
 
 
-def no_progress(fraction: float) -> None:
-    """Ignore the progress."""
+def no_progress(_: object) -> None:
+    """Ignore the progress, or a partial result."""
 
 
 def cheapest_near_least(front: list[Trial]) -> Trial | None:

@@ -33,9 +33,18 @@ class StepSearch:
         Largest n.
     progress : callable
         Called with the fraction of the levels that are done.
+    partial : callable
+        Called before it, with the front so far.
     """
 
-    def __init__(self, contact: ContactSearch, tolerance: float, steps_max: int, progress: Callable[[float], None]):
+    def __init__(
+        self,
+        contact: ContactSearch,
+        tolerance: float,
+        steps_max: int,
+        progress: Callable[[float], None],
+        partial: Callable[[list[Trial]], None],
+    ):
         self.contact = contact
         self.tolerance = tolerance
         located = contact.trials.located
@@ -45,7 +54,7 @@ class StepSearch:
             self.levels.append(steps_max)
         self._meaningful = MEANINGFUL_LOCATED if located else MEANINGFUL
         self._confirmed: dict[NewmarkSetting, Trial] = {}
-        self._progress, self._done = progress, 0
+        self._progress, self._partial, self._done = progress, partial, 0
 
     @property
     def met(self) -> list[Trial]:
@@ -116,8 +125,13 @@ class StepSearch:
         promising = [trial for trial in self._judged_with(n) if trial.robust <= self.tolerance]
         self._confirm(promising[:CONFIRMED], self.tolerance)
         self._done += 1
+        self._partial(self._front_so_far())
         self._progress(self._done / (len(self.levels) + BISECTIONS + 1))
         return best
+
+    def _front_so_far(self) -> list[Trial]:
+        """Return the front of the best settings of each n; of those that seem to meet the tolerance, the confirmed."""
+        return pareto_front([*self.met, *(trial for trial in self.contact.best if trial.robust > self.tolerance)])
 
     def _judged_with(self, n: int) -> list[Trial]:
         """Return the judged settings with n steps, best first."""

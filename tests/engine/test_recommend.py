@@ -130,10 +130,14 @@ def test_a_chaotic_reference_gives_no_recommendation():
 
 
 def test_a_search_is_repeatable_and_reports_progress():
-    reported = []
+    reported, fronts = [], []
     options = {"tolerance": 0.5, "steps_max": 64}
-    once = recommend(SYSTEM, 3.25, progress=reported.append, **options)
+    once = recommend(SYSTEM, 3.25, progress=reported.append, partial=fronts.append, **options)
     assert once.met
+    assert (len(fronts[0]), len(fronts)) == (1, len(reported) - 1)
+    within = [trial for front in fronts for trial in front if trial.robust <= 0.5]
+    assert once.best in within
+    assert once.best.cost == min(trial.cost for trial in within)
     assert recommend(SYSTEM, 3.25, **options) == once
     assert reported == sorted(reported)
     assert 0 < reported[0] < reported[-1] == 1

@@ -150,7 +150,7 @@ function result() {
   return {
     element: box,
     draw: (content) => {
-      box.hidden = content.phase !== "done";
+      box.hidden = !content.lines; // also what a search has found so far
       if (box.hidden) return;
       list.replaceChildren(...content.lines.map((line) => element("li", "", line)));
       use.texts = content.use;

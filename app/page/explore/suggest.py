@@ -15,6 +15,7 @@ from vibroscope.app.explorer.suggestion import (
     default_limits,
     make_question,
     offered_tolerance,
+    partial_content,
     suggestion_content,
 )
 from vibroscope.app.page.files import script, style
@@ -29,7 +30,8 @@ class SuggestPanel(Component):
 
     content = param.Dict(
         default={"phase": "idle"},
-        doc="phase: idle, running, done or failed; share; error; and `app.explorer.suggestion.suggestion_content`",
+        doc="phase: idle, running, done or failed; share; error; and `app.explorer.suggestion.suggestion_content`, "
+        "while running `partial_content`",
     )
 
     offer = param.String(default="5", doc="the tolerance in the field until one is typed")
@@ -78,8 +80,8 @@ class Suggester:
 
     @property
     def front(self) -> dict[str, list[float]]:
-        """Columns of the drawn front; empty if none is drawn."""
-        points = self.view.content.get("front", [])
+        """Columns of the front that was found; empty if none is drawn, or while it grows."""
+        points = self.view.content.get("front", []) if self._found is not None else []
         if len(points) < 2:
             return {}
         steps, errors, texts, *_ = zip(*points, strict=True)
@@ -110,13 +112,17 @@ class Suggester:
         elif "cancel" in message:
             self.withdraw()
 
-    def _on_progress(self, search: Search, share: float) -> None:
+    def _on_progress(self, search: Search, share: float, front: list) -> None:
         """In a worker thread."""
-        self.host.call_later(partial(self._show_of, search, phase="running", share=round(share, 2)))
+        self.host.call_later(partial(self._show_progress, search, share, front))
 
     def _on_result(self, search: Search, found: Found | Exception) -> None:
         """In a worker thread."""
         self.host.call_later(partial(self._show_result, search, found))
+
+    def _show_progress(self, search: Search, share: float, front: list) -> None:
+        found = partial_content(search.question, front, self._setting)
+        self._show_of(search, phase="running", share=round(share, 2), **found)
 
     def _show_result(self, search: Search, found: Found | Exception) -> None:
         if isinstance(found, Exception):
