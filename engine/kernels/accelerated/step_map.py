@@ -4,13 +4,13 @@ As long as contact does not change, a step maps
 
     z = (p₁, Q₁, p₂ − p₁, Q₂ − Q₁, C, S),    C = cos ητ,  S = sin ητ,
 
-the predictors of :mod:`..time_stepping.newmark`, linearly, z → M z, and the gap at its end is a row ρ times z. So the
-gaps at the ends of the next ENTRIES steps are rows ρ Mʲ⁻¹ times one state, and Mʲ carries the state there.
+the predictors of :mod:`..time_stepping.newmark`, linearly, z → Φ z, and the gap at its end is a row ρ times z. So the
+gaps at the ends of the next ENTRIES steps are rows ρ Φʲ⁻¹ times one state, and Φʲ carries the state there.
 
 **Levels.** The same at every s-th step reaches s times as far. Between two entries of such a level the gaps keep to a
 bound: where the second differences of a sequence, gⱼ₊₁ − 2gⱼ + gⱼ₋₁, are at most B, it lies at the share u of s steps
 no more than 4u(1 − u) b below its chord, b = B s²/8, as a parabola would. So where it exceeds b at both ends, it has no
-zero inside. The second differences are rows too, ρ (M − 1)² Mʲ⁻², of which the supremum over all steps of a level is
+zero inside. The second differences are rows too, ρ (Φ − 1)² Φʲ⁻², of which the supremum over all steps of a level is
 taken, element by element. The entries of a level are made from those of the level below.
 
 **Signed gap.** In contact the gap's negative is tabulated, so that for both contact states what is tabulated is
@@ -33,7 +33,7 @@ from ..time_stepping.newmark import Scheme, scheme_of
 FREE, PRESSED = 0, 1  # contact states
 LEVELS = 3
 ENTRIES = 128  # of a level
-REACHES = 0.15, 1.0  # |λ| times the longest stride, free and pressed: bounds are tight enough for most flights …
+REACHES = 0.15, 1.0  # |ν| times the longest stride, free and pressed: bounds are tight enough for most flights …
 SAMPLED = 0.25  # … if suprema are taken over steps no further apart than this
 LONGEST = ENTRIES * ENTRIES // 2  # longest stride: every step is then one entry of each level away
 
@@ -41,7 +41,7 @@ LONGEST = ENTRIES * ENTRIES // 2  # longest stride: every step is then one entry
 class StepMap(NamedTuple):
     """One step with one contact state; rows to be multiplied by the z before it."""
 
-    matrix: np.ndarray  # (6, 6) M
+    matrix: np.ndarray  # (6, 6) Φ
     accelerations: np.ndarray  # (2, 6) Δτ² ξ″ at its end
     force: np.ndarray  # (6,) λ at its end
     gap: np.ndarray  # (6,) ρ
@@ -51,7 +51,7 @@ class StepTables(NamedTuple):
     """What many steps do; first index: FREE or PRESSED, second: the level, from single steps on."""
 
     signed_gaps: np.ndarray  # (2, LEVELS, 6, ENTRIES) ±g after 1 … ENTRIES strides
-    matrices: np.ndarray  # (2, LEVELS, ENTRIES, 6, 6) Mˢ, M²ˢ, …
+    matrices: np.ndarray  # (2, LEVELS, ENTRIES, 6, 6) Φˢ, Φ²ˢ, …
     curvatures: np.ndarray  # (2, LEVELS, 6) bound of b between entries
     accelerations: np.ndarray  # (2, 2, 6) Δτ² ξ″ at the end of the next step
     impulses: np.ndarray  # (LEVELS, ENTRIES, 6) Δτ Σλ over the steps up to each entry, pressed
@@ -142,7 +142,7 @@ def fill_curvature(tables, state, level, one):
     """Write the bound b of a level.
 
     The supremum is taken over some steps of each stride, entries of the level below. It is extended to the steps that
-    follow by powers of 1 + |M − 1|, since M = 1 + (M − 1).
+    follow by powers of 1 + |Φ − 1|, since Φ = 1 + (Φ − 1).
     """
     below, matrices, strides = tables.matrices[state, level - 1], tables.matrices[state, level], tables.strides[state]
     bound = tables.curvatures[state, level]
@@ -172,7 +172,7 @@ def choose_strides(longest):
 
 @jit
 def fill_tables(tables, m, eta, state, rate):
-    """Write all levels of one contact state; ``rate`` bounds |λ| of its motion, the excitation included."""
+    """Write all levels of one contact state; ``rate`` bounds |ν| of its motion, the excitation included."""
     one, sign = step_map(m, eta, state == PRESSED), -1.0 if state == PRESSED else 1.0
     tables.accelerations[state] = one.accelerations
     strides, matrices, signed_gaps = tables.strides[state], tables.matrices[state], tables.signed_gaps[state]

@@ -1,4 +1,4 @@
-"""How fast a motion can be: bounds of the eigenvalues |λ| by which tables choose their spacing and steps their size."""
+"""How fast a motion can be: bounds of the eigenvalues |ν| by which tables choose their spacing and steps their size."""
 
 from ..compile.options import jit
 from .contact_law import contact_rate
@@ -6,15 +6,15 @@ from .contact_law import contact_rate
 
 @jit
 def free_rate(p):
-    """Largest |λ| of the separated bodies and the excitation."""
+    """Largest |ν| of the separated bodies and the excitation."""
     return max(1.0, p.kappa, p.eta)
 
 
 @jit
 def pressed_rate(p):
-    """A bound of the largest |λ| of the bodies pressed together.
+    """A bound of the largest |ν| of the bodies pressed together.
 
     The bodies' own springs, and the coupling of the relative to the common motion, add to the contact mode at most the
-    largest |λ| of the separated bodies.
+    largest |ν| of the separated bodies.
     """
     return free_rate(p) + contact_rate(p.stiffness, p.damping, 1.0 / p.mass_share)

@@ -1,22 +1,28 @@
 """The end of a chatter, infinitely many impacts in a finite time, summed in closed form.
 
-Impacts conserve momentum, so the common motion ξ̄ = ξ₁ + s g, s = μ/(1 + μ), is smooth, and the bodies bounce on each
-other in it. With the coefficients of :mod:`..equations.motion`, to first order in g,
+Impacts conserve momentum, so the common motion ξ̄ = ξ₁ + μ̂ g, μ̂ = μ/(1 + μ), is smooth, and the bodies bounce on
+each other in it. With the coefficients of :mod:`..equations.motion`, to first order in g,
 
-    g″ = −A + J t − γ g′,    γ = c₂ − s (c₂ − c₁),    A = −g″ and J = g‴ − γA of the free motion from g = g′ = 0.
+    g″ = −a_g + J_g t − γ g′,    γ = c₂ − μ̂ (c₂ − c₁),
+
+where a_g = −g″ and J_g = g‴ − γa_g belong to the free motion from g = g′ = 0.
 
 (γ matters: an impact reverses g′, and so changes the acceleration at once.) After a parting rate r the flight
 
-    g = r t − (A + γr) t²/2 + (J + γA + …) t³/6      ends after    t = 2r/A · [1 + r (2J/(3A²) − γ/(3A)) + …]
+    g = r t − (a_g + γr) t²/2 + (J_g + γa_g + …) t³/6
+
+ends after
+
+    t = 2r/a_g · [1 + r (2J_g/(3a_g²) − γ/(3a_g)) + …]
 
 and the next one begins with e times the rate at which it ends. Summed over the whole sequence, the chatter lasts
 
-    t∞ = 2r / (A(1 − e)) · [1 + r (2J/(3A²) − γ/(3A)) / (1 − e)] + O(r³).
+    t∞ = 2r / (a_g(1 − e)) · [1 + r (2J_g/(3a_g²) − γ/(3a_g)) / (1 − e)] + O(r³).
 
-The common motion feels a gap of order r² over a time of order r. Its series is taken from g = g′ = 0 as free motion, in
-which g falls to −At²/2 instead of bouncing back to zero. What ξ̄″ = … − s(1 − s)(c₂ − c₁) g′ makes of this is of order
-r² in ξ̄′ and is subtracted. So everything is exact to O(r³), while the threshold ε that permanent contact needs without
-this sum enters in the first power.
+The common motion feels a gap of order r² over a time of order r. Its series is taken from g = g′ = 0 as free motion,
+in which g falls to −a_g t²/2 instead of bouncing back to zero. What ξ̄″ = … − μ̂(1 − μ̂)(c₂ − c₁) g′ makes of this is
+of order r² in ξ̄′ and is subtracted. So everything is exact to O(r³), while the threshold ε that permanent contact
+needs without this sum enters in the first power.
 
 Plain twin: the impacts one by one, with a small threshold (tests/engine/kernels/test_chatter.py).
 """
@@ -37,7 +43,7 @@ def gap_acceleration_and_jerk(phase, z, scratch):
 def can_sum(phase, z, restitution, limit, scratch):
     """Whether the chatter that begins at z is sure to end in contact and short enough to be summed.
 
-    The expansion is in powers of r |g‴| / (A²(1 − e)) and of t∞/h, with h, the spacing of the tables, a share of the
+    The expansion is in powers of r |g‴| / (a_g²(1 − e)) and of t∞/h, with h, the spacing of the tables, a share of the
     fastest oscillation's time; both must be at most ``limit``.
     """
     r = z[3]

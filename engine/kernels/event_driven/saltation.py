@@ -6,10 +6,10 @@ a tabulated transition, then the polynomials of ξ₁ and g, and of their rates,
 
 An event takes place where the watched quantity f = w·y falls to zero, so the change moves its time and the state there:
 
-    dτ = −w·δ / f′,        d = δ + y′ dτ        the change *along the event*, y′ before it,
+    dτ = −w·δ / f′,        δ_e = δ + y′ dτ        the change *along the event*, y′ before it,
 
-and after it, with the y′ of the phase that follows, δ = d − y′ dτ. Between the two lies the reset y⁺ = R(y⁻), d⁺ = R
-d⁻:
+and after it, with the y′ of the phase that follows, δ = δ_e − y′ dτ. Between the two lies the reset y⁺ = R(y⁻),
+δ_e⁺ = R δ_e⁻:
 
     δ⁺ = [R + (y′⁺ − R y′⁻) (−wᵀ/f′)] δ⁻,
 
@@ -21,12 +21,13 @@ which is known as the saltation matrix. Only the resets have to be written down:
 - *Release*: no reset. If the joined bodies feel no other damping than the free ones, y′ does not jump either (the force
   is zero); with the measured joint damping ξ₁″ jumps by the rest of it.
 - *Contact of the exact penalty*: no reset, but the damper's 2D g′ sets in, and ends, at once: y′ jumps.
-- *End of a chatter*, which moves by dτ + dt∞. In the names of :mod:`.chatter`, with b = 2J/(3A²) − γ/(3A) =
-  2g‴/(3A²) − γ/A, it lasts t∞ = 2r(1 + rb/(1 − e)) / ((1 − e)A), and
+- *End of a chatter*, which moves by dτ + dt∞. In the names of :mod:`.chatter`, with B_c = 2J_g/(3a_g²) − γ/(3a_g) =
+  2g‴/(3a_g²) − γ/a_g, it lasts t∞ = 2r(1 + rB_c/(1 − e)) / ((1 − e)a_g), and
 
-      dt∞ = t∞ (dr/r − dA/A) + 2r (b dr + r db) / ((1 − e)²A),    db = 2 dg‴/(3A²) − (4g‴/(3A) − γ) dA/A²,
+      dt∞ = t∞ (dr/r − da_g/a_g) + 2r (B_c dr + r dB_c) / ((1 − e)²a_g),
+      dB_c = 2 dg‴/(3a_g²) − (4g‴/(3a_g) − γ) da_g/a_g²,
 
-  A = −g″ and g‴ being those of the common motion: with the rows w of the gap's derivatives dA = −w₂·δ − g‴ dτ and
+  a_g = −g″ and g‴ being those of the common motion: with the rows w of the gap's derivatives da_g = −w₂·δ − g‴ dτ and
   dg‴ = w₃·δ + g⁗ dτ. The common motion is a solution of the free equations, and has a δ of its own.
 - *The fast part of a contact is dropped*: δ is projected as the state is.
 
@@ -51,7 +52,7 @@ COURSES = 2**61 - 1  # a prime
 class Variation(NamedTuple):
     """What each unit change of the start changes; columns belong to the start, rows to what is changed."""
 
-    state: np.ndarray  # (4, 4) δ within a phase, d at an event
+    state: np.ndarray  # (4, 4) δ within a phase, δ_e at an event
     time: np.ndarray  # (4,) dτ of the event; zero within a phase
     end: np.ndarray  # (4,) the motion (ξ₁, ξ₁′, g, g′) at the end of the run
     course: np.ndarray  # (1,) int64: differs between different sequences of phases
@@ -96,7 +97,7 @@ def carry_to_end(p, phase, d, z, s):
 
 @jit_no_alloc
 def multiply(matrix, d):
-    """Multiply δ, or d, by the upper left part of a matrix."""
+    """Multiply δ, or δ_e, by the upper left part of a matrix."""
     for k in range(4):
         old = d.state[0, k], d.state[1, k], d.state[2, k], d.state[3, k]
         for i in range(4):
@@ -107,14 +108,14 @@ def multiply(matrix, d):
 
 @jit_no_alloc
 def add_row(d, i, factor, j):
-    """Add so many times row j of δ, or d, to row i."""
+    """Add so many times row j of δ, or δ_e, to row i."""
     for k in range(4):
         d.state[i, k] += factor * d.state[j, k]
 
 
 @jit_no_alloc
 def scale_row(d, i, factor):
-    """Scale row i of δ, or d."""
+    """Scale row i of δ, or δ_e."""
     for k in range(4):
         d.state[i, k] = factor * d.state[i, k] if factor != 0.0 else 0.0
 
@@ -143,7 +144,7 @@ def shift(d, slope, sign):
 
 @jit_no_alloc
 def meet_event(phase, d, z, slope):
-    """From δ to d at the event z that ends a phase, f′ = ``slope``."""
+    """From δ to δ_e at the event z that ends a phase, f′ = ``slope``."""
     for k in range(4):
         value = 0.0
         for i in range(4):
@@ -154,7 +155,7 @@ def meet_event(phase, d, z, slope):
 
 @jit_no_alloc
 def leave_event(phase, d, z):
-    """From d to δ at the beginning z of a phase."""
+    """From δ_e to δ at the beginning z of a phase."""
     if d is None:
         return
     shift(d, slope_of(phase, z), -1.0)
@@ -173,7 +174,7 @@ def start_variation(p, d, a):
 
 @jit_no_alloc
 def carry_to_event(p, phase, d, a, slope):
-    """From δ to d at the event a that ends a phase, which adds to the course of events."""
+    """From δ to δ_e at the event a that ends a phase, which adds to the course of events."""
     if d is None:
         return
     meet_event(phase, d, linear_state(p, a), slope)

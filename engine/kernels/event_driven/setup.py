@@ -62,12 +62,12 @@ def contact_phase(p, rigid):
 
 @jit
 def slow_contact_phase(p, fast, slow_rate):
-    """Tables of penalty contact once its fast part has decayed: z′ = A (1 − F) z, F the fast projector."""
+    """Tables of penalty contact once its fast part has decayed: z′ = A (1 − P_f) z, P_f the fast projector."""
     generator = pressed_generator(p)
     rest = generator.copy()
     for i in range(4):
         for j in range(6):
-            for k in range(4):  # the lower rows of F are zero
+            for k in range(4):  # the lower rows of P_f are zero
                 rest[i, j] -= generator[i, k] * fast[k, j]
     return tabulate(rest, p.eta, watched_in_contact(p, False), REACH / max(slow_rate, free_rate(p)))
 

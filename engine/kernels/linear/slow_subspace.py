@@ -2,13 +2,13 @@
 
 Pressed together, the bodies have modes of very different speed: that of the contact spring and damper, and those of
 their own springs. The fast modes decay, and then the solver need not follow them at their pace: what is left of the
-state lies in the invariant subspace of the slow eigenvalues and obeys z′ = A P z, P the spectral projector on it,
+state lies in the invariant subspace of the slow eigenvalues and obeys z′ = A P_s z, P_s the spectral projector on it,
 
-    P = 1/(2πi) ∮ (ζ − A)⁻¹ dζ
+    P_s = 1/(2πi) ∮ (ν − A)⁻¹ dν
 
 around a circle between the two groups. The trapezoidal rule on the circle converges as the q-th power of the ratio of a
 radius and an eigenvalue, q the number of its nodes, whether or not eigenvalues within a group coincide. With the
-bodies' B and the excitation's R, A = [B C; 0 R], the upper rows of (ζ − A)⁻¹ are (ζ − B)⁻¹ [1  C (ζ − R)⁻¹].
+bodies' B and the excitation's R, A = [B C; 0 R], the upper rows of (ν − A)⁻¹ are (ν − B)⁻¹ [1  C (ν − R)⁻¹].
 
 Plain twin: integration without the separation, which gives the same motion and takes longer
 (tests/engine/kernels/test_slow_subspace.py).
@@ -48,7 +48,7 @@ def eliminate(m):
 
 @jit
 def fast_projector(generator, eta, radius):
-    """Upper rows of 1 − P, (4, 6), which give the fast part of a state; the other rows are zero.
+    """Upper rows of P_f = 1 − P_s, (4, 6), which give the fast part of a state; the other rows are zero.
 
     Parameters
     ----------

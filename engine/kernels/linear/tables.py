@@ -11,7 +11,7 @@ and its excitation resonant, are never formed.
 
 A block of a phase is POINTS intervals of length h. Its tables hold the rows w·E(jh) and the transitions E(jh) at the
 POINTS instants s = jh, and for the interval between two instants the coefficients of f, ξ₁ and g as polynomials in
-u = s/h. With |λ|h ≤ REACH for every eigenvalue λ of A, TERMS terms of the series are exact to rounding, derivatives
+u = s/h. With |ν|h ≤ REACH for every eigenvalue ν of A, TERMS terms of the series are exact to rounding, derivatives
 included.
 
 Between two instants f″ is bounded: |f″| ≤ Σᵢ sup|(w A² E)ᵢ| |zᵢ|. The supremum is taken over the instants and extended
