@@ -120,7 +120,7 @@ class System:
 
     @property
     def mass_ratio(self) -> float:
-        """μ = m₂/m₁ = (κ₃² − 1)/(κ² − κ₃²): two springs joined on one mass (theory: model)."""
+        """μ = m₂/m₁ = (κ₃² − 1)/(κ² − κ₃²): two springs joined on one mass (docs/theory/model.md)."""
         # products, not squares: they keep their digits where the frequencies lie close together
         k, k3 = self.kappa, self.kappa3
         return (k3 - 1) * (k3 + 1) / ((k - k3) * (k + k3))

@@ -34,11 +34,11 @@ class Impacts:
     time : (n,) ndarray
         τ since the start of the run.
     position : (n,) ndarray
-        Common displacement ξ (Newmark: ξ₁).
+        Common displacement ξ (penalty solutions: ξ₁).
     velocity_before, velocity_after : (n, 2) ndarray
-        ξ₁′ and ξ₂′; for Newmark at the beginning and the end of the contact.
+        ξ₁′ and ξ₂′; for penalty solutions at the beginning and the end of the contact.
     impulse : (n,) ndarray
-        Impulse between the pendulums; for Newmark the time integral of the contact force over the contact.
+        Impulse between the pendulums; for penalty solutions the time integral of the contact force over the contact.
     closing_speed : (n,) ndarray
         −g′ before the impact, > 0; for Newmark the mean over the step in which the gap closes, or there if located.
     """

@@ -1,6 +1,6 @@
 """Numbers as they appear in sentences: percentages, counts with their noun, periods of recurrence.
 
-Every share that the explorer, the command line and the engine's own sentences print passes through :func:`percent`, so
+Every share in the sentences, bars and tables of a comparison and a recommendation passes through :func:`percent`, so
 that one number has the same digits wherever it stands.
 """
 

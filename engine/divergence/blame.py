@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..methods import STEPS_RANGE
 from ..wording import percent
 from .agreement import SAME, is_visible
 from .compare import Comparison
@@ -10,8 +11,7 @@ from .experiments import Experiment
 
 HELPS = 0.75  # an experiment that leaves more than this of the difference is no help
 NEARLY = 1.3  # times as much may remain without the time step, if the step scatters the section
-THIRD = 3.0  # a time-step part of a third of the rest adds 5 % to the root of the sum of squares
-MOST_STEPS = 10_000_000
+STEPS_FACTOR = 3.0  # a time-step part of a third of the rest adds 5 % to the root of the sum of squares
 PART_OF = {"steps": "time_step", "K": "regularisation", "D": "regularisation", "joint damping": "joint_damping"}
 _NAMES = {"steps": "The time step", "joint damping": "The joint damping"}
 
@@ -77,7 +77,7 @@ def _part_text(difference: Difference) -> str:
 def _time_step_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     method = comparison.runs.penalty.method
     part = comparison.difference.parts.get("time_step", comparison.difference.total)
-    steps = _rounded_up(method.steps * max(2.0, THIRD * part / max(best.remaining, 1e-6)))
+    steps = _rounded_up(method.steps * max(2.0, STEPS_FACTOR * part / max(best.remaining, 1e-6)))
     many = f"about {steps:,} steps a period"
     way = many if method.located else f"cut the steps where contact changes, or take {many}"
     change = {"steps": steps} if method.located else {"located": True}
@@ -104,4 +104,4 @@ def _damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, di
 def _rounded_up(steps: float) -> int:
     """Round up to one significant digit."""
     digit = 10 ** np.floor(np.log10(steps))
-    return int(min(np.ceil(steps / digit) * digit, MOST_STEPS))
+    return int(min(np.ceil(steps / digit) * digit, STEPS_RANGE[1]))

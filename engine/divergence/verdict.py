@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..methods import STEPS_RANGE
 from ..motions.description import Motion
 from ..motions.steady import REST
 from ..motions.words import repetition
@@ -16,7 +17,7 @@ from ..result import Status
 from ..simulate import simulate
 from ..wording import percent, rounded
 from .agreement import CLOSE, agreement, is_visible, time_step_scatter
-from .blame import MOST_STEPS, best_experiment, blame_sentence
+from .blame import best_experiment, blame_sentence
 from .compare import Comparison, error_from_penalty_state
 from .details import detail_sentences
 from .experiments import run_experiments
@@ -114,8 +115,8 @@ def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float) -
     total = percent(comparison.difference.total)
     start = "rest" if comparison.initial == REST else "the same start"
     headline = (
-        "The penalty solution shows another motion, yet no wrong one: started from its state, the reference moves "
-        f"so too, {percent(elsewhere)} apart. From {start} they are {total} apart: mind the start."
+        "The penalty solution shows a different but valid motion: started from its state, the reference moves "
+        f"so too, {percent(elsewhere)} apart. From {start} they are {total} apart: the result depends on the start."
     )
     return Verdict(
         headline,
@@ -148,7 +149,7 @@ def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
     options = {"periods": run.periods, "keep": 1, "initial": comparison.initial, "cancelled": cancelled}
     for doubling in range(1, DOUBLINGS + 1):
         steps = run.method.steps * 2**doubling
-        if steps > MOST_STEPS:
+        if steps > STEPS_RANGE[1]:
             break
         if simulate(run.system, run.eta, replace(run.method, steps=steps), **options).ok:
             return f"{steps:,} steps are enough for that.", {"steps": steps}

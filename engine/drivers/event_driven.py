@@ -30,7 +30,6 @@ from .parameters import parameters_of
 from .slow_subspace import separating_circles
 
 PERIODS_PER_CALL = 2000
-MOST_PAUSES = 8  # in one period
 _NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
 COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
 
@@ -102,14 +101,14 @@ class EventDriver(Driver):
         if code == PAUSED:
             self._pauses = self._pauses + 1 if self._now.period == self._paused_in else 0
             self._paused_in = self._now.period
-            if self._pauses > MOST_PAUSES:
+            if self._pauses > kernel.MOST_PAUSES:
                 return Status.UNRESOLVED, False
         again = code in (FULL, PAUSED)
         return Status.OK if again else STATUSES[code], again
 
     def explain(self, status: Status) -> str:
         period = int(self._now.period) + 1
-        if status is Status.UNRESOLVED and self._pauses > MOST_PAUSES:
+        if status is Status.UNRESOLVED and self._pauses > kernel.MOST_PAUSES:
             return (
                 f"following period {period} was given up: what is fast in it does not die away; "
                 "take a smaller K or a larger D, or a higher eta"

@@ -34,6 +34,7 @@ SETTLING = 64  # periods in which a disturbance turns into the direction of fast
 # Regular motions fall below this within thousands of periods, unless their tori are about to break up. Of a chaotic
 # motion eight averages would have to agree this well by chance.
 REGULAR = 1e-5
+DRIFT = 5.0  # standard errors that the averages over the two halves of a run may differ by
 PERIODS_RANGE = (BATCHES * 8, 10_000_000)
 
 
@@ -72,6 +73,16 @@ class Lyapunov:
         """Sign of the exponent, 0 unless it exceeds 3 standard errors and a growth by e over the whole run."""
         least = max(3 * self.error, 1 / max(len(self.section), 1))
         return int(self.exponent > least) - int(self.exponent < -least)
+
+    @property
+    def is_quasi_periodic(self) -> bool:
+        """Whether a motion that does not repeat itself is regular, with neighbours that stay near it."""
+        return self.regular and self.sign == 0
+
+    @property
+    def is_chaotic(self) -> bool:
+        """Whether the motion is irregular and its neighbours separate, in both halves of the run."""
+        return not self.regular and self.sign == 1 and self.drift < DRIFT
 
 
 def lyapunov(

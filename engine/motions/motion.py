@@ -37,7 +37,6 @@ from .time_step_scatter import judge_newmark_section
 LONGEST = 64  # periods of a cycle that Newton's method looks for
 LONGEST_SEEN = 512  # periods of a cycle that the section shows
 FOLLOWED = (8192, 4 * 8192)  # periods with the Jacobian; the second number only if the first does not decide
-DRIFT = 5.0  # standard errors that the exponents of the two halves of a run may differ by
 KEEP = 256  # described periods of a motion that does not repeat itself
 SAMPLES, SAMPLED = 2000, 50  # samples per period; sampled periods
 MOST_SAMPLES = 100_000
@@ -96,13 +95,13 @@ def classify(followed: Lyapunov) -> tuple[Kind, str]:
     """Return the type of a motion that is not known to be periodic, and the reason in words."""
     rate = f"largest Lyapunov exponent {followed.exponent:+.3g} ± {followed.error:.2g} per period"
     over = f"over {len(followed.section)} periods"
-    if followed.regular and followed.sign == 0:
+    if followed.is_quasi_periodic:
         return Kind.QUASI_PERIODIC, (
             f"{rate} {over}, zero within its uncertainty, and averages over the section converge as only those of "
             f"regular motion do (to {followed.irregularity:.1g}); the other frequency is "
             f"{rotation_number(followed.section):.6f} of the first"
         )
-    if not followed.regular and followed.sign == 1 and followed.drift < DRIFT:
+    if followed.is_chaotic:
         return Kind.CHAOTIC, f"{rate} {over}"
     if followed.sign == -1:
         return Kind.UNDECIDED, f"{rate}: it contracts, but has not come to a cycle {over}"

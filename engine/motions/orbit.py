@@ -1,7 +1,7 @@
 """Search for the periodic orbit that a run converges to, by Newton's method on the Poincaré map.
 
 From the end of the run, Newton's method solves P(y*) = y* for the map P over p periods. It also finds unstable orbits,
-and orbits that the run does not approach. So an orbit y* is accepted only if the run provably converges to it: let DP
+and orbits that the run does not approach. So an orbit y* is accepted only if the run is seen to converge to it: let DP
 be the Jacobian at y* and |·| a norm in which DP shrinks every vector at least by a factor ψ < 1. A state y whose image
 differs from the linear prediction by at most
 

@@ -37,10 +37,10 @@ KEEP_LOCATED = 12  # periods of a short run that are kept: located steps leave n
 SHORTEST = 50  # periods of transient
 COARSE = 64  # samples per period, sufficient to choose by
 STEPS_AROUND, AROUND = 0.02, 0.01  # half the width of the neighbourhood: of n, and of K and D
-MISSES = 10  # one in so many neighbours may miss
+ONE_MISS_IN = 10  # one in so many neighbours may miss
 NEIGHBOURS = 10  # to choose by
 NEW_NEIGHBOURS = 29  # to confirm by …
-FROM_REST = 7  # … of which every seventh begins at rest
+EVERY_NTH_FROM_REST = 7  # … of which every seventh begins at rest
 # Multiples of this vector, modulo 1, fill the unit cube evenly, however many are taken (M. Roberts's R₃; ρ⁴ = ρ + 1)
 _RHO = 1.2207440846057596
 _EVENLY = np.array([_RHO**-1, _RHO**-2, _RHO**-3])
@@ -127,7 +127,8 @@ class Trials:
         error, cost = self._run_from_rest(setting, PER_PERIOD)
         others = neighbourhood(setting, range(NEIGHBOURS + 1, NEIGHBOURS + NEW_NEIGHBOURS + 1))
         around = (
-            (self._run_short if i % FROM_REST else self._run_from_rest)(other)[0] for i, other in enumerate(others)
+            (self._run_short if i % EVERY_NTH_FROM_REST else self._run_from_rest)(other)[0]
+            for i, other in enumerate(others)
         )
         return Trial(setting, error, self._robust(setting, error, around, NEW_NEIGHBOURS, bound), cost)
 
@@ -186,7 +187,7 @@ def tolerant_maximum(errors: Iterable[float], count: int, bound: float = math.in
 
     ``errors`` is consumed no further than needed.
     """
-    allowed, seen, missed = count // MISSES, [], 0
+    allowed, seen, missed = count // ONE_MISS_IN, [], 0
     for error in errors:
         seen.append(error)
         missed += error > bound

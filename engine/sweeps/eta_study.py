@@ -229,8 +229,6 @@ def kind_of_motion(period: int, exponent: Lyapunov) -> int:
     """The kind of a motion by its period and its Lyapunov exponent, as in `MOTIONS`."""
     if period:
         return MOTIONS["periodic"]
-    if exponent.sign > 0 and not exponent.regular:
+    if exponent.is_chaotic:
         return MOTIONS["chaotic"]
-    if exponent.sign == 0 and exponent.regular:
-        return MOTIONS["quasi-periodic"]
-    return MOTIONS["aperiodic"]
+    return MOTIONS["quasi-periodic" if exponent.is_quasi_periodic else "aperiodic"]

@@ -38,8 +38,8 @@ def test_300_settings_end_and_make_sense():
 def most_solves(response):
     """What the kernel's module says that a run costs; steps that are cut have one piece more each, at most."""
     m = scheme(response.eta, response.method)
-    half = 1 / m.growth  # N/2, the solves for half a cycle
-    halves = np.diff(response.contacts).ravel() * m.growth / m.first  # 2t/T_c
+    half = 1 / m.step_per_age  # N/2, the solves for half a cycle
+    halves = np.diff(response.contacts).ravel() * m.step_per_age / m.shortest_step  # 2t/T_c
     solves = half * (np.minimum(halves, 1) + np.log(np.maximum(halves, 1))) + 40
     return 2 * response.periods * m.steps + 1.1 * solves.sum()
 

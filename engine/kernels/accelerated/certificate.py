@@ -5,7 +5,7 @@ which the processor forms side by side. Where the bound of a coarse level exclud
 entries, its strides are skipped. Where that ends, the next finer level takes over. At last single steps find the step
 with which contact changes, by the sign of the gap, as the plain loop does.
 
-A skip ends with that step or, where the gap there is so near to zero that rounding could change its sign, before it.
+A skip ends with that step or, before it, where a gap is so near to zero that rounding could change its sign.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,6 @@ from ..linear.tables import apply_transition, dot
 from ..time_stepping.newmark import LIMIT
 from .step_map import ENTRIES
 
-TINY = -5e-324  # the first number below zero: a gap of zero is contact
 FAR = 1e-3 * LIMIT  # beyond it no step is skipped
 
 # What follows a skip: another one; a step that may change contact and is taken as in the plain loop; nothing, since
@@ -31,7 +30,7 @@ class Skip(NamedTuple):
     coarse: int
     middle: int
     fine: int
-    then: int  # SKIP_ON, TAKE_STEP or CHANGE
+    outcome: int  # SKIP_ON, TAKE_STEP or CHANGE
     before: float  # signed gap before the last step
     signed_gap: float  # and after it
     beginning: tuple  # z before the single steps
@@ -65,7 +64,7 @@ def certified_entries(t, pressed, level, z):
         return 0
     b = t.curvatures[pressed, level]
     bound = dot(b, (abs(z[0]), abs(z[1]), abs(z[2]), abs(z[3]), abs(z[4]), abs(z[5])))
-    # From a small signed gap to m₁ at the first entry: the chord lies above u m₁, the curve at most 4u(1 − u) · bound
+    # From a small signed gap to g₁ at the first entry: the chord lies above u g₁, the curve at most 4u(1 − u) · bound
     # below the chord.
     near = signed_gap_at(t, pressed, 0, z, 1)
     if not (near > bound or (near > 0.0 and signed_gap_at(t, pressed, level, z, 1) > 4.0 * bound)):
@@ -80,17 +79,20 @@ def certified_entries(t, pressed, level, z):
 
 @jit_inlined
 def single_steps(t, pressed, z, signed_gap):
-    """Steps up to the first with which contact changes by the sign of the gap; what follows; the last signed gaps."""
-    limit, count = (TINY if pressed else 0.0), ENTRIES
+    """Steps up to the first with which contact changes by the sign of the gap; what follows; the last signed gaps.
+
+    A gap whose sign is not certain ends them as well, so that a graze within rounding is left to the plain step.
+    """
+    uncertain, count = CERTAIN * (abs(z[0]) + abs(z[2])), ENTRIES
     for begin in range(0, ENTRIES, CHUNK):
-        count = entries_above(t, pressed, 0, z, limit, begin)
+        count = entries_above(t, pressed, 0, z, uncertain, begin)
         if count < begin + CHUNK:
             break
     before = signed_gap_at(t, pressed, 0, z, count) if count > 0 else signed_gap
     if count == ENTRIES:
         return count, SKIP_ON, before, before
     change = signed_gap_at(t, pressed, 0, z, count + 1)
-    if min(before, -change) > CERTAIN * (abs(z[0]) + abs(z[2])):
+    if min(before, -change) > uncertain:
         return count + 1, CHANGE, before, change
     fine = max(count - 1, 0)
     before = signed_gap_at(t, pressed, 0, z, fine) if fine > 0 else signed_gap
@@ -115,8 +117,8 @@ def certify_skip(p, pressed, z, signed_gap):
         z = apply_transition(t.matrices[pressed, 1], z, middle)
     if middle == ENTRIES:
         return Skip(coarse, middle, 0, SKIP_ON, signed_gap, signed_gap, z)
-    fine, then, before, signed_gap = single_steps(t, pressed, z, signed_gap)
-    return Skip(coarse, middle, fine, then, before, signed_gap, z)
+    fine, outcome, before, signed_gap = single_steps(t, pressed, z, signed_gap)
+    return Skip(coarse, middle, fine, outcome, before, signed_gap, z)
 
 
 @jit_inlined

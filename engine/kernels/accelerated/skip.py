@@ -53,13 +53,13 @@ def excitation_at(k, n):
 
 
 @jit_inlined
-def state_after_skip(p, now, skip, then):
-    """The discrete solution after a skip up to step ``then``; its accelerations stay those of the last step taken."""
+def state_after_skip(p, now, skip, reached):
+    """The discrete solution after a skip to step ``reached``; accelerations stay those of the last step taken."""
     pressed = int(now.pressed)
     p1, q1, apart, drift, _, _ = apply_transition(p.tables.matrices[pressed, 0], skip.beginning, skip.fine)
     gap = -skip.signed_gap if now.pressed else skip.signed_gap
-    after = now.pressed != (skip.then == CHANGE)
-    return StepState(p1, q1, p1 + apart, q1 + drift, now.a1, now.a2, gap, after, then, now.contact)
+    after = now.pressed != (skip.outcome == CHANGE)
+    return StepState(p1, q1, p1 + apart, q1 + drift, now.a1, now.a2, gap, after, reached, now.contact)
 
 
 @jit_inlined
@@ -124,22 +124,22 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
         z = (now.p1, now.q1, now.p2 - now.p1, now.q2 - now.q1, at.cosine, at.sine)
         pressed = int(now.pressed)
         skip = certify_skip(p, pressed, z, -now.gap if now.pressed else now.gap)
-        then = now.step + steps_of(p.tables, pressed, skip)
-        if then > now.step:
-            if sampled or (kept and at.k + then - now.step >= p.steps):
-                change = then if skip.then == CHANGE else -1
-                write_skipped(p, pressed, z, now.step, min(then, stop), change, window, buffers)
-            if then >= stop:
+        reached = now.step + steps_of(p.tables, pressed, skip)
+        if reached > now.step:
+            if sampled or (kept and at.k + reached - now.step >= p.steps):
+                change = reached if skip.outcome == CHANGE else -1
+                write_skipped(p, pressed, z, now.step, min(reached, stop), change, window, buffers)
+            if reached >= stop:
                 break
-            before, k = now, at.k + then - now.step
-            now = state_after_skip(p, before, skip, then)
+            before, k = now, at.k + reached - now.step
+            now = state_after_skip(p, before, skip, reached)
             at = excitation_at(k if k < p.steps else k % p.steps, p.steps)
             if kept and full and before.pressed:
                 now = with_contact(now, with_impulse(now.contact, now.contact.impulse + impulse_of(p.tables, z, skip)))
-            if skip.then == CHANGE:
-                there = motion_after(p, pressed, z, before.step, then) if kept and full else NOT_ASKED
+            if skip.outcome == CHANGE:
+                there = motion_after(p, pressed, z, before.step, reached) if kept and full else NOT_ASKED
                 now = change_contact(p.scheme, now, there, skip.before - skip.signed_gap, kept, buffers)
-        if skip.then == TAKE_STEP:
+        if skip.outcome == TAKE_STEP:
             before, at = now, excitation_at(at.k + 1 if at.k + 1 < p.steps else 0, p.steps)
             now = state_after_step(p, before, at.cosine)
             there = motion(p.scheme, now.p1, now.q1, now.a1, now.p2, now.q2, now.a2) if kept else NOT_ASKED

@@ -7,14 +7,13 @@ from ..accelerated import skip
 from ..compile.options import jit, jit_no_alloc
 from ..compile.record import unpack_buffers
 from ..event_driven import output
-from ..event_driven.integrate import integrate
+from ..event_driven.integrate import MOST_PAUSES, integrate
 from ..event_driven.state import unpack_state, unpack_system
 from ..status import FULL, OK, PAUSED, UNRESOLVED, WITHDRAWN
 from ..time_stepping.newmark import unpack_state as unpack_step_state
 from .recurrence import CYCLE, event_state_recurs, step_state_recurs
 
 REFERENCE, EXACT, SKIPPING = range(3)  # how a cell is solved
-MOST_PAUSES = 8  # in one period, after which it is given up
 
 
 @jit_no_alloc

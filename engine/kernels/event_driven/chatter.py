@@ -28,7 +28,7 @@ Plain twin: the impacts one by one, with a small threshold (tests/engine/kernels
 """
 
 from ..compile.options import jit_no_alloc
-from ..linear.tables import GAP, find_gap, first_at, gap_at
+from ..linear.tables import GAP, find_gap, gap_at, position_at
 
 
 @jit_no_alloc
@@ -71,6 +71,6 @@ def sum_up(phase, z, restitution, mass_share, scratch):
     difference, gamma = damper_terms(phase, mass_share)
     second = 2.0 * (j - gamma * a) / (3.0 * a * a) - gamma / (3.0 * a)
     s = 2.0 * r / (a * (1.0 - restitution)) * (1.0 + r * second / (1.0 - restitution))
-    x, v = first_at(phase, together, s / h, scratch)
+    x, v = position_at(phase, together, s / h, scratch)
     g, rate = gap_at(phase, together, s / h, scratch)
     return s, x + mass_share * g, v + mass_share * rate + mass_share * (1.0 - mass_share) * difference * g

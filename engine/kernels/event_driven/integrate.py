@@ -12,7 +12,7 @@ loop (:mod:`.saltation`): with ``variation`` = None Numba compiles the loop with
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import no_contact, no_room, unpack_buffers
 from ..linear.first_root import first_root
-from ..linear.tables import POINTS, dot, first_at, state_after
+from ..linear.tables import POINTS, dot, position_at, state_after
 from ..status import FULL, OK, PAUSED, PILED_UP, UNRESOLVED
 from .events import can_separate, release, resolve_collision, resolve_flight_start
 from .output import add_impulse, record_collision, record_contact_end, write_chatter, write_output
@@ -41,6 +41,7 @@ from .state import (
 )
 
 MOST_EFFORT = 300_000  # intervals examined in one call, which then takes some hundredths of a second
+MOST_PAUSES = 8  # in one period, after which it is given up
 MOST_EVENTS = 100_000  # in one period; chatter at e = 0.99 down to a closing speed of 1e-12 has 2,750
 LOST = 2.0**-44  # a fast part below this share of the penetration is lost in its rounding
 
@@ -61,7 +62,7 @@ def drop_fast_part(p, a):
 @jit_inlined
 def end_of_phase(p, phase, a, z, i, u, slope):
     """The hybrid state where a phase ends, u into interval i."""
-    x1, v1 = first_at(phase, state_after(phase, z, i), u, p.scratch)
+    x1, v1 = position_at(phase, state_after(phase, z, i), u, p.scratch)
     s = (i + u) * phase.spacing
     if in_contact(a):
         return release(p, a, s, x1, v1, slope)
@@ -146,18 +147,17 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
         begin = a
         a = end_of_block(p, phase, a, z) if i == POINTS else end_of_phase(p, phase, a, z, i, u, slope)
         a = add_impulse(p, phase, begin, a, z, buffers)
-        if i == POINTS:
-            if examined > MOST_EFFORT:
-                status = PAUSED
+        if i < POINTS:
+            # 3. The event
+            carry_to_event(p, phase, variation, a, slope)
+            record_contact_end(p, begin, a, window, buffers)
+            events += 1
+            a = count_event(a)
+            if a.events > MOST_EVENTS:
+                status = PILED_UP
                 break
-            continue
-        # 3. The event
-        carry_to_event(p, phase, variation, a, slope)
-        record_contact_end(p, begin, a, window, buffers)
-        events += 1
-        a = count_event(a)
-        if a.events > MOST_EVENTS:
-            status = PILED_UP
+        if examined > MOST_EFFORT:
+            status = PAUSED
             break
     write_state(state, a)
     return status, events, examined

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import record_contact, record_impact, with_impulse
-from ..linear.tables import INTEGRAL, POINTS, first_at, gap_at, state_after
+from ..linear.tables import INTEGRAL, POINTS, gap_at, position_at, state_after
 from .state import COLLISION, SLOW_CONTACT, HybridState, in_contact, later_state, linear_state, time_of
 
 # An event on the section itself: rounding must not make both of its phases leave the row to the other one.
@@ -24,7 +24,7 @@ def evaluate(p, phase, z, s):
     i = min(max(int(s / h), 0), POINTS - 1)
     u = s / h - i
     z = state_after(phase, z, i)
-    x1, v1 = first_at(phase, z, u, p.scratch)
+    x1, v1 = position_at(phase, z, u, p.scratch)
     gap, rate = gap_at(phase, z, u, p.scratch)
     return x1, v1, gap, rate
 

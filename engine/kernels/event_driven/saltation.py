@@ -41,7 +41,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.options import jit_no_alloc
-from ..linear.tables import CURVATURE, FIRST, GAP, POINTS, POWERS, first_at, gap_at, polynomial_at
+from ..linear.tables import CURVATURE, GAP, POINTS, POSITION, POWERS, gap_at, polynomial_at, position_at
 from .chatter import damper_terms, gap_acceleration_and_jerk
 from .output import evaluate
 from .state import COLLISION, CONTACT, SLOW_CONTACT, in_contact, linear_state, time_of
@@ -76,7 +76,7 @@ def carry(phase, d, i, u):
         return
     rest = d.matrix
     for j in range(4):
-        rest[0, j], rate = polynomial_at(phase.rows[j, FIRST:GAP], u)
+        rest[0, j], rate = polynomial_at(phase.rows[j, POSITION:GAP], u)
         rest[1, j] = rate / phase.spacing
         rest[2, j], rate = polynomial_at(phase.rows[j, GAP:CURVATURE], u)
         rest[3, j] = rate / phase.spacing
@@ -129,7 +129,7 @@ def slope_of(phase, z):
     square = 2.0 / (phase.spacing * phase.spacing)
     first, gap = 0.0, 0.0
     for i in range(6):
-        first += phase.rows[i, FIRST + 2] * z[i]
+        first += phase.rows[i, POSITION + 2] * z[i]
         gap += phase.rows[i, GAP + 2] * z[i]
     return z[1], first * square, z[3], gap * square
 
@@ -265,7 +265,7 @@ def carry_over_chatter(p, d, before, after, stop):
     leave_event(p.flight, d, z)
     u = length / p.flight.spacing
     carry(p.flight, d, 0, u)
-    x, v = first_at(p.flight, z, u, p.scratch)
+    x, v = position_at(p.flight, z, u, p.scratch)
     g, rate = gap_at(p.flight, z, u, p.scratch)
     _, _, _, _, c, s = linear_state(p, after)
     for i in range(4):

@@ -1,7 +1,7 @@
 """From the numbers of a run to the tables of its motion in closed form.
 
 Tables are made anew only where a number that they depend on has changed since the run before: cells that differ in K
-and D alone share those of the flight. A table that is kept has the bits of one that is made.
+and D alone share those of the flight. A reused table is bit-identical to a new one.
 """
 
 import math

@@ -20,9 +20,9 @@ from ..compile.options import jit_inlined, jit_no_alloc
 from .tables import (
     BERNSTEIN,
     DEEPEST,
-    FIRST,
     LOW,
     POINTS,
+    POSITION,
     POWERS,
     SPAN,
     TERMS,
@@ -174,7 +174,7 @@ def first_zero_in_interval(phase, z, order, scratch):
     ``order``: of the first derivative that is not zero at the beginning; f is positive just after it.
     """
     find_watched(phase, z, scratch)
-    b, powers = scratch.products[BERNSTEIN:POWERS], scratch.products[POWERS:FIRST]
+    b, powers = scratch.products[BERNSTEIN:POWERS], scratch.products[POWERS:POSITION]
     low = 0
     for k in range(TERMS):
         low += not (b[k] > 0.0)

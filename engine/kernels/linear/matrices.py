@@ -1,7 +1,8 @@
 """Small matrices, written out as loops: at this size a library call costs more than the sums.
 
-All of them act on z = (ξ₁, ξ₁′, g, g′, cos ητ, sin ητ). The excitation does not depend on the motion, so they are
-(6, 6) with zeros in the lower left, [B C; 0 R]. Products leave the zeros out, and with them nearly half of the sums.
+All of them act on z: a state of four numbers, then cos ητ and sin ητ. The excitation does not depend on the motion, so
+they are (6, 6) with zeros in the lower left, [B C; 0 R]. Products leave the zeros out, and with them nearly half of
+the sums.
 """
 
 import numpy as np

@@ -37,8 +37,8 @@ _SERIES = 16  # terms of exp(Ah): what is left out is far below rounding
 VALUES = 0  # f at jh, j = 1 … POINTS
 BERNSTEIN = VALUES + POINTS  # f over (0, h) as a polynomial in u = s/h: its Bernstein coefficients …
 POWERS = BERNSTEIN + TERMS  # … and its powers
-FIRST = POWERS + TERMS  # ξ₁ in powers of u
-GAP = FIRST + TERMS  # g in powers of u
+POSITION = POWERS + TERMS  # ξ₁ in powers of u
+GAP = POSITION + TERMS  # g in powers of u
 CURVATURE = GAP + TERMS  # sup|(w A² E)| h²/8
 INTEGRAL = CURVATURE + 1  # ∫f dτ = row·Δz, where it is asked for
 WORK = INTEGRAL + 1  # (of the products only) room for a polynomial
@@ -124,7 +124,7 @@ def tabulate(generator, eta, row, h):
     transitions = transitions_of(a, eta, h)
     rows = np.zeros((6, INTEGRAL + 1))
     fill_polynomial(rows, POWERS, row, a, h)
-    fill_polynomial(rows, FIRST, unit(0), a, h)
+    fill_polynomial(rows, POSITION, unit(0), a, h)
     fill_polynomial(rows, GAP, unit(2), a, h)
     for i in range(6):
         for j in range(TERMS):
@@ -165,8 +165,8 @@ def _product(begin, end):
 
 
 find_values = _product(VALUES, BERNSTEIN)
-find_watched = _product(BERNSTEIN, FIRST)
-find_first = _product(FIRST, GAP)
+find_watched = _product(BERNSTEIN, POSITION)
+find_position = _product(POSITION, GAP)
 find_gap = _product(GAP, CURVATURE)
 
 
@@ -223,10 +223,10 @@ def polynomial_at(terms, u):
 
 
 @jit_inlined
-def first_at(phase, z, u, scratch):
+def position_at(phase, z, u, scratch):
     """ξ₁ and ξ₁′ at s = uh."""
-    find_first(phase, z, scratch)
-    x, v = polynomial_at(scratch.products[FIRST:GAP], u)
+    find_position(phase, z, scratch)
+    x, v = polynomial_at(scratch.products[POSITION:GAP], u)
     return x, v / phase.spacing
 
 

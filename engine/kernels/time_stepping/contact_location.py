@@ -50,8 +50,8 @@ class LocatedScheme(NamedTuple):
     eta: float
     h: float  # T/n
     steps: int  # n
-    first: float  # Δτ T_c/T_f, the step with which a contact begins (see located.py)
-    growth: float  # 2Δτ/T_f, by how much the next ones grow with the time since then
+    shortest_step: float  # Δτ T_c/T_f, the step with which a contact begins (see located.py)
+    step_per_age: float  # 2Δτ/T_f, by how much the next ones grow with the time since then
 
 
 @jit

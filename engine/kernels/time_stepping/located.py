@@ -4,11 +4,11 @@ At the change displacement and velocity continue, the acceleration starts anew f
 what is left of the step follows. So the grid stays as it is, whatever happens between its steps.
 
 **Resolution of a contact.** Locating the changes is not enough if a contact then lasts two steps: average acceleration
-gives its restitution only where it resolves the contact mode, of fastest rate r (Eq. (7) of
+gives its restitution only where it resolves the contact mode, of fastest rate |s| (Eq. (7) of
 :mod:`..equations.contact_law`). On the grid the fastest of what moves without contact, T_f = 2π/max(1, κ, η), has
-T_f/Δτ steps to the cycle. A contact begins with as many to its own cycle T_c = 2π/r. After half a cycle it was no
-impact; what the beginning of contact excited decays, and the step s grows with the time t since then, so that every
-time scale has the same number of steps:
+T_f/Δτ steps to the cycle. A contact begins with as many to its own cycle T_c = 2π/|s|. A contact longer than half a
+cycle is not an impact; what the beginning of contact excited decays, and the step s grows with the time t since then,
+so that every time scale has the same number of steps:
 
     s = Δτ · min(1, max(T_c, 2t) / T_f)                                                                     (13)
 
@@ -70,8 +70,8 @@ def located_scheme(p):
     h, fastest = 2 * math.pi / p.eta / p.steps, free_rate(p)
     rate = contact_rate(p.stiffness, p.damping, coefficients(p).inverse_mass)
     sides = side_of(separated_generator(p)), side_of(pressed_generator(p))
-    first, growth = h * fastest / rate, h * fastest / math.pi
-    return LocatedScheme(sides[0], sides[1], p.stiffness, p.damping, p.eta, h, int(p.steps), first, growth)
+    shortest, per_age = h * fastest / rate, h * fastest / math.pi
+    return LocatedScheme(sides[0], sides[1], p.stiffness, p.damping, p.eta, h, int(p.steps), shortest, per_age)
 
 
 @jit
@@ -129,7 +129,7 @@ def write_output(m, i, k, z, pressed, window, buffers):
 @jit_inlined
 def next_piece(m, pressed, since, left):
     """Into how many pieces what is ``left`` of a step is cut, Eq. (13), and their length."""
-    longest = min(m.h, max(m.first, m.growth * since)) if pressed else m.h
+    longest = min(m.h, max(m.shortest_step, m.step_per_age * since)) if pressed else m.h
     # a contact that begins at a step of the grid gives whole ratios, which rounding must not decide
     pieces = math.ceil(left / longest - 1e-6) if left > longest else 1
     return pieces, left / pieces

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import Newmark, Record, Status, System, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
+from vibroscope.engine.kernels.accelerated.certificate import SKIP_ON, TAKE_STEP, single_steps
 from vibroscope.engine.kernels.accelerated.step_map import (
     ENTRIES,
     FREE,
@@ -219,3 +220,19 @@ def test_the_discrete_flight_is_newmarks():
     for n in (1000, 3000):
         plain, skipped = both(0.7, 10, 0.1, n, 21, keep=21, initial=(0.0, 0.0, 500.0, 0.0))
         np.testing.assert_allclose(skipped.section, plain.section, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(("depth", "outcome"), [(1e-9, SKIP_ON), (1e-14, TAKE_STEP), (-1e-14, TAKE_STEP)])
+def test_a_graze_within_rounding_is_left_to_the_plain_step(depth, outcome):
+    eta, j = 1.08, 50
+    tables, _, _ = tables_of(scheme(eta, Newmark(2500.0, 8.0, 2000)), eta, 2.41, 90.0)
+    gaps = tables.signed_gaps[FREE, 0].T
+    # of p₂ − p₁ and Q₂ − Q₁, so that the gap has its minimum, ``depth``, after j steps
+    conditions = np.array([gaps[j - 1], gaps[j] - gaps[j - 2]])
+    for p1 in (1.0, -1.0):
+        z = np.array([p1, 0.0, *np.linalg.solve(conditions[:, 2:4], (depth, 0.0) - conditions[:, 0] * p1), 0.0, 0.0])
+        if (gaps @ z)[0] > 0:
+            break
+    assert np.argmin(gaps @ z) == j - 1
+    steps, found, _, _ = single_steps(tables, FREE, tuple(z), 1.0)
+    assert (steps, found) == ((ENTRIES, SKIP_ON) if outcome == SKIP_ON else (j - 2, TAKE_STEP))
