@@ -21,7 +21,8 @@ TABS = ("explore", "bifurcation", "plane", "step", "speed", "paper", "help")
 # Texts and controls that an ancestor clips or that lie outside the page; boxes that scroll sideways, or scroll without
 # a cue; texts and legends of figures that are wider than their canvas. All of what is open, wherever it is scrolled to.
 CUT = """() => {
-  const cut = [];
+  const cut = [], ARROW = 17; // px, of a list
+  const pen = document.createElement("canvas").getContext("2d");
   const parentOf = (node) => node.assignedSlot ?? node.parentElement ?? node.getRootNode().host ?? null;
   const nameOf = (node) => `${node.tagName.toLowerCase()}.${node.className.baseVal ?? node.className}`;
   const check = (rect, from, what) => {
@@ -53,6 +54,11 @@ CUT = """() => {
     if (node.closest(".equation, pre, .cue")) return;
     if (["BUTTON", "INPUT", "SELECT", "PROGRESS", "svg"].includes(node.tagName)) {
       check(node.getBoundingClientRect(), parentOf(node), `${nameOf(node)} ${node.textContent.slice(0, 20)}`);
+    }
+    if (node.tagName === "SELECT") {
+      const chosen = node.selectedOptions[0]?.textContent ?? "";
+      pen.font = getComputedStyle(node).font;
+      if (pen.measureText(chosen).width + ARROW > node.clientWidth) cut.push(`${chosen}: in its list`);
     }
     for (const text of node.childNodes) {
       if (text.nodeType !== 3 || !text.textContent.trim()
