@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from vibroscope.app import QUESTION
-from vibroscope.app.commands.numba_start import shorten_start
+from vibroscope.app.commands.compat import shorten_start
 from vibroscope.app.commands.output import open_streams
 from vibroscope.app.commands.parser import OneLineParser
 

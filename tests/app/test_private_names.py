@@ -1,4 +1,4 @@
-"""Private names of the libraries are used in ``app/compat.py`` and ``page/shared/compat.js`` alone."""
+"""Private names of the libraries are used in modules called ``compat`` and in ``page/shared/compat.js`` alone."""
 
 import ast
 import functools
@@ -36,7 +36,7 @@ def test_no_private_attribute_of_another_object_is_used(path):
         and not (isinstance(node.value, ast.Name) and node.value.id in ("self", "cls"))
         and ast.unparse(node.value) != "super()"
     ]
-    assert not found, f"move it to app/compat.py: {found}"
+    assert not found, f"move it to a module compat.py: {found}"
 
 
 def classes_above_library_classes():
@@ -80,7 +80,7 @@ def test_no_class_uses_or_redefines_a_private_name_of_its_library_base():
         for base in bases
         for name in own_names(cls) & names_of_library(base)
     }
-    assert not found, f"rename it, or move it to app/compat.py: {found}"
+    assert not found, f"rename it, or move it to a module compat.py: {found}"
 
 
 @pytest.mark.parametrize("path", sources("*.js") + sources("*.html"), ids=lambda path: str(path.relative_to(ROOT)))

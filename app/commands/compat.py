@@ -1,7 +1,7 @@
 """What the command line leaves out of Numba's start, which takes most of the time of a short run.
 
 The parts use private or undocumented names of Numba and do nothing where a version has others
-(`tests/app/test_numba_start.py`). With them ``vibroscope simulate`` takes a seventh less processor time.
+(`tests/app/test_start_of_commands.py`). With them ``vibroscope simulate`` takes a seventh less processor time.
 """
 
 import contextlib
