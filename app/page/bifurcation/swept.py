@@ -29,6 +29,11 @@ class Swept(NamedTuple):
     parts: int
     solvers: tuple[str, ...]
 
+    @property
+    def choice(self) -> str:
+        """As it is offered: symbol and name, without its definition."""
+        return f"{self.symbol}, {self.text.removesuffix(' Ω/ω₁')}"
+
     def rounded(self, value: float) -> float:
         """The nearest value that the line can be dragged to."""
         low, high = self.bounds

@@ -74,7 +74,7 @@ class Bifurcation(StudyTab):
                 {
                     "name": "over",
                     "label": "Swept",
-                    "choices": {name: f"{swept.symbol}, {swept.text}" for name, swept in SWEPT.items()},
+                    "choices": {name: swept.choice for name, swept in SWEPT.items()},
                 },
                 {"name": "solver", "label": "Solver", "choices": _SOLVERS},
                 {"name": "direction", "label": "Start", "choices": _DIRECTION_NAMES},

@@ -121,8 +121,12 @@ class EtaMapView:
     def _label(self, setting: Setting) -> None:
         for mark in self._marks:
             mark.glyph.y = "x1" if setting.coordinate == "xi1" else "x2"
-        unit = "base amplitude" if setting.scale is None else setting.scale.unit("displacement")
-        self.figure.yaxis[0].axis_label = f"{_SYMBOL[setting.coordinate]} at τ ≡ 0 (mod T) / {unit}"
+        label = f"{_SYMBOL[setting.coordinate]} at τ ≡ 0 (mod T) / "
+        if setting.scale is None:
+            label += "base amplitude"
+        else:
+            label = label.replace("ξ", "x").replace("τ", "t") + setting.scale.unit("displacement")
+        self.figure.yaxis[0].axis_label = label
 
     @property
     def _view(self) -> tuple[tuple[float, float], ...]:
