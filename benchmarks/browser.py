@@ -238,6 +238,16 @@ def far_away(table, ours, bare):
     table.row("lag after a drag of 3 s, ms", *drags[2], most=200)
 
 
+def slowly(table, browser, port):
+    """Print when a first visit over a slow line can be read, and when it has its first figure."""
+    table.head("First visit at 75 ms each way, 1.6 Mbit/s")
+    visit = Visit(browser, port, EXPLORER)
+    readable = "performance.getEntriesByName('first-contentful-paint')[0].startTime / 1000"
+    table.row("something to read, s", visit.ask(readable), most=1, digits=2)
+    table.row("first figure, s", visit.ask("probe.first / 1000"), most=8, digits=2)
+    visit.close()
+
+
 def main():
     """Print every figure beside its target."""
     table = Table()
@@ -245,9 +255,8 @@ def main():
         playwright = stack.enter_context(sync_playwright())
         browser = launch(playwright)
         stack.callback(browser.close)
-        ports = [free_port() for _ in range(4)]
-        port, far, bare_port, bare_far = ports
-        stack.enter_context(explorer(port, far))
+        port, far, slow, bare_port, bare_far = (free_port() for _ in range(5))
+        stack.enter_context(explorer(port, far, slow))
         wait_until(lambda: alive(port), "the explorer answers")
         ours = Visit(browser, port, EXPLORER)
         sizes = ours.page.evaluate(BOXES, [*FIGURES, "strip", "diagram"])
@@ -263,6 +272,8 @@ def main():
         for here, there in ((far, port), (bare_far, bare_port)):
             stack.enter_context(script("_wan_proxy.py", here, there))
         far_away(table, Visit(browser, far, EXPLORER), Visit(browser, bare_far, BARE))
+        stack.enter_context(script("_wan_proxy.py", slow, port, 75, 1.6))
+        slowly(table, browser, slow)
     print(f"\n{table.missed or 'no'} target{'s' * (table.missed != 1)} missed; window {VIEWPORT}")
 
 
