@@ -1,8 +1,11 @@
 """Muted legend entries: their curves are hidden, and a link holds them."""
 
+import numpy as np
 import pytest
 from bokeh.models import HoverTool
+from vibroscope.app.explorer.measured import NOWHERE, Placed
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.explore.measurement import MeasuredPoints
 from vibroscope.app.page.shared.figure import PINS
 from vibroscope.app.page.tabs import TABS
 
@@ -17,17 +20,21 @@ def press(item):
         renderer.visible = not renderer.visible
 
 
-def pin_all(tab):
-    """Add the entries of all pins, which come with the first of them."""
-    for view in (tab.phase, tab.displacement, tab.force) if tab.key == "explore" else ():
-        view.pinned.update([{}] * len(PINS))
+def add_all(tab):
+    """Add the entries of all pins and of a measurement, which come with the first of them."""
+    if tab.key == "explore":
+        for view in (tab.phase, tab.displacement, tab.force):
+            view.pinned.update([{}] * len(PINS))
+        points = MeasuredPoints(tab.phase, tab.displacement)
+        points.on_legend = tab.muting.watch
+        points.update(Placed(*(dict.fromkeys(columns, np.zeros(1)) for columns in NOWHERE)))
 
 
 @pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.legends and tab.key != "paper"])
 def test_an_entry_that_is_muted_goes_into_the_link_and_comes_back(tab):
     made = tab(FakeHost())
     page = made.build()
-    pin_all(made)
+    add_all(made)
     figures = {pane.object.name: pane.object for pane in page.objects if hasattr(getattr(pane, "object", None), "name")}
     heard = []
     made.muting.on_mute = lambda: heard.append(made.view_texts()["mute"])

@@ -119,7 +119,7 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
     assert statements(SETTING, nothing)
     tab = Speed(None)
     tab.result = nothing
-    assert set(json.loads(as_json(tab.data()))["error"]) == {None}
+    assert set(json.loads(as_json(nothing.data()))["error"]) == {None}
     assert [series.label for series in tab.table("speed")] == list(KINDS)
 
 

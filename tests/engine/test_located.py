@@ -101,7 +101,7 @@ def test_location_alone_is_not_enough():
     """With contacts of two steps the location is exact and the rebound is not: contacts need steps of their own."""
     case, n, periods = "pen|2.76|12000,18", 200, 10
     m = scheme(2.76, Newmark(12000, 18, n, located=True))
-    coarse = m._replace(first=m.h)
+    coarse = m._replace(shortest_step=m.h)
     assert coarse.shortest_step * math.sqrt(-m.pressed.bg) > 1.5  # ω_c Δτ
     cosines, nothing, ends = np.cos(2 * np.pi * np.arange(n + 1) / n), make_buffers(0, np.zeros(1), 0, 0), []
     for chosen in (m, coarse):

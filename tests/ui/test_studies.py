@@ -75,7 +75,7 @@ def test_a_study_is_cancelled_and_goes_on(visit):
     explorer = visit("?tab=plane&eta=1.08&K=2500&D=8&steps=1000")
     explorer.page.locator("summary", has_text="System and solver").click()
     explorer.page.get_by_text("cut at contact", exact=True).click()
-    stop = panel(explorer).get_by_role("button")
+    stop = panel(explorer).locator("button[data-stop]")
     wait_until(lambda: 0 < share(explorer) < 1, what="a first picture")
     stop.click()
     panel(explorer).get_by_role("button", name="Go on").wait_for()
@@ -170,12 +170,12 @@ def test_range_resolution_and_swept_number_are_typed(visit):
 def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(counted, visit):
     explorer = opened(visit, "bifurcation")
     for choice in ("up", "down"):
-        explorer.page.get_by_label("Start").select_option(choice)
+        panel(explorer).get_by_label("Start").select_option(choice)
         wait_until(lambda choice=choice: f"{choice}wards" in explorer.figure("bifurcation")["title"])
         complete(explorer)
     assert len(explorer.source("bifurcation_other")["eta"]) > 400
     explorer.page.evaluate(UPDATES)
-    explorer.page.get_by_label("Start").select_option("up")  # both are kept, and change places
+    panel(explorer).get_by_label("Start").select_option("up")  # both are kept, and change places
     wait_until(lambda: "upwards" in explorer.figure("bifurcation")["title"])
     assert max(explorer.page.evaluate("window.updates")) < 50_000
     panel(explorer).get_by_label("Solver").select_option("exact")

@@ -100,7 +100,8 @@ const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : dat
 const glossary = JSON.parse(document.getElementById("glossary")?.textContent ?? "[]"); // head, text, words that open it
 const entryOf = new Map(glossary.flatMap((entry) => entry[2].map((word) => [word.toLowerCase(), entry])));
 const TERM = new RegExp(`(?<![\\p{L}\\p{N}-])(?:${[...entryOf.keys()].sort((a, b) => b.length - a.length).join("|")})(?![\\p{L}\\p{N}-])`, "iu");
-const NOT_MARKED = "button, a, summary, select, output, svg, strong, [role], [aria-hidden]";
+// Headings stand before the texts come, which would decide by chance where a first mention is.
+const NOT_MARKED = "h2, button, a, summary, select, output, svg, strong, [role], [aria-hidden]";
 const termStyle = new CSSStyleSheet();
 termStyle.replaceSync(`.term { text-decoration: underline dotted; text-decoration-color: var(--line); text-underline-offset: 3px; cursor: help; }
 .term:hover { text-decoration-style: solid; }
