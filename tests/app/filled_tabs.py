@@ -41,6 +41,8 @@ def _fill(tab):
         compute_runs(SETTING)
         assert tab.show_if_ready(Move(1, SETTING))
         return tab
+    if tab.key == "bifurcation":
+        tab.restore(type(tab).read_view("", "count:60;transient:200", ""))
     tab.show(Move(1, SETTING))
     if tab.key == "paper":
         names = [CLAIMS[key].name for key in PAPER]
