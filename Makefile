@@ -1,4 +1,4 @@
-# Everything starts here: `make run` opens the explorer, `make check` tests it in a minute, `make test` wholly. Each sets
+# Everything starts here: `make run` opens the explorer, `make check` tests it in some two minutes, `make test` wholly. Each sets
 # up what it needs in .venv, once; a stamp in there is touched last, so that a broken set-up is repeated.
 
 PYTHON ?= python3
@@ -14,7 +14,7 @@ INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --re
 
 help:
 	@echo "make run        open the explorer in the browser"
-	@echo "make check      check style, run the tests that need no browser and no process of their own: a minute and a half"
+	@echo "make check      check style, run the tests that need no browser and no process of their own: some two minutes"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
 	@echo "make bench      measure costs and errors"
 	@echo "make lint       check style and who may import whom"
