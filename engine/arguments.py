@@ -9,6 +9,7 @@ import numbers
 import types
 import typing
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 
 LARGEST = 1e308  # what a float can hold; nan and inf are refused with the range
 _METHODS = f"{__package__}.methods"  # a function that cannot take every method says itself why
@@ -30,14 +31,38 @@ def checked(function: Callable) -> Callable:
         if parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
     }
 
+    plain = {name: _plain_types(kind) for name, kind in known.items()}
+    names = tuple(signature.parameters)
+
     @functools.wraps(function)
     def call(*positional, **by_name):
+        # Most arguments are plainly what is wanted, which costs a hundredth of a short run to see.
+        if all(map(partial(_is_plain, plain), names, positional)) and all(
+            map(partial(_is_plain, plain), by_name.keys(), by_name.values())
+        ):
+            return function(*positional, **by_name)
         bound = signature.bind(*positional, **by_name)
         for name in bound.arguments.keys() & known.keys():
             bound.arguments[name] = _checked(name, known[name], bound.arguments[name])
         return function(*bound.args, **bound.kwargs)
 
     return call
+
+
+def _plain_types(kind: object) -> frozenset[type]:
+    """Types of arguments that are taken as they are."""
+    arms = typing.get_args(kind) if isinstance(kind, types.UnionType) else (kind,)
+    found = set()
+    for arm in arms:
+        if typing.get_origin(arm) in _SEQUENCES and typing.get_args(arm)[0] in (float, int, str):
+            found |= {tuple, list}
+        elif isinstance(arm, type) and typing.get_origin(arm) is None and arm is not inspect.Parameter.empty:
+            found |= {float, int} if arm in (float, int) else {arm}
+    return frozenset(found)
+
+
+def _is_plain(plain: dict[str, frozenset[type]], name: str, value: object) -> bool:
+    return type(value) in plain.get(name, ()) and (type(value) is not int or -LARGEST < value < LARGEST)
 
 
 def _checked(name: str, kind: object, value: object) -> object:
