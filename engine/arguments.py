@@ -36,7 +36,7 @@ def checked(function: Callable) -> Callable:
 
     @functools.wraps(function)
     def call(*positional, **by_name):
-        # Most arguments are plainly what is wanted, which costs a hundredth of a short run to see.
+        # Most arguments are plainly what is wanted, which is seen within some microseconds.
         if all(map(partial(_is_plain, plain), names, positional)) and all(
             map(partial(_is_plain, plain), by_name.keys(), by_name.values())
         ):

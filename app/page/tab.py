@@ -18,6 +18,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.runtime.job import Job
 
 COMPUTING = "Computing."
 
@@ -61,6 +62,15 @@ class TabHost(Protocol):
     @property
     def pinned(self) -> tuple[Setting, ...]:
         """The settings that the user has pinned, to compare others with."""
+
+
+def on_loop(host: TabHost, take: Callable[[Job, object], None]) -> Callable[[Job, object], None]:
+    """For the worker thread of a job: ``take`` is called on the session's loop unless the job is cancelled by then."""
+
+    def deliver(job: Job, result: object) -> None:
+        host.call_later(lambda: None if job.cancelled else take(job, result))
+
+    return deliver
 
 
 class Tab(ABC):

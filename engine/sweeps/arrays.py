@@ -20,7 +20,7 @@ def study_files(
 ) -> dict[str, bytes]:
     """Every file of a store but the chunks of its variables, as Zarr writes them.
 
-    They follow from the study, so that a file that is lost or changed can be told and written anew.
+    They follow from the study, so that a file that is lost or changed can be found and written anew.
 
     Parameters
     ----------

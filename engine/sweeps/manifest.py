@@ -1,4 +1,4 @@
-"""What belongs where in a store: digests of its numbers and its files, by which damage is told from results.
+"""What belongs where in a store: digests of its numbers and its files, by which damage is found.
 
 A checksum within a chunk cannot tell that the chunk is another one's, and none protects a description. So the folder
 `FOLDER` of a store holds a manifest: one file of the study (`StudyManifest`), and one for each chunk, its *seal*, with

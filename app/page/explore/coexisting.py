@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import param
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.tab import TabHost
+from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.studies.coexisting import Coexisting, CoexistingQuestion, coexisting_content, search_coexisting
 from vibroscope.app.studies.study_job import StudyJob
 
@@ -71,7 +69,9 @@ class CoexistingMotions:
         if "find" in message:
             self.close()
             self._phase = "running"
-            self._job = StudyJob(CoexistingQuestion.of(self._setting), search_coexisting, self._deliver)
+            self._job = StudyJob(
+                CoexistingQuestion.of(self._setting), search_coexisting, on_loop(self.host, self._take)
+            )
             self._show()
         elif "stop" in message and self._phase == "running":
             self._job.cancel()
@@ -80,13 +80,7 @@ class CoexistingMotions:
         elif "close" in message:
             self.withdraw()
 
-    def _deliver(self, job: StudyJob, result: Coexisting | Exception) -> None:
-        """In a worker thread."""
-        self.host.call_later(partial(self._take, job, result))
-
     def _take(self, job: StudyJob, result: Coexisting | Exception) -> None:
-        if job is not self._job or job.cancelled:
-            return
         if isinstance(result, Exception):
             self._phase = "failed"
             self._show(error=f"The search failed ({error_text(result)}). Move a slider, or try again.")

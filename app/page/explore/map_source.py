@@ -13,7 +13,7 @@ import numpy as np
 from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Explorer, Setting
-from vibroscope.app.page.tab import TabHost
+from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.studies.bifurcation import DiagramQuestion, PartialDiagram, grow_diagram
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import Reference, System
@@ -100,15 +100,9 @@ class MapSource:
 
     def _start(self, request: int) -> None:
         if request == self._asked and self._job is None:
-            self._job = StudyJob(self._question, grow_diagram, self._deliver)
-
-    def _deliver(self, job: StudyJob, result: PartialDiagram | Exception) -> None:
-        """In a worker thread."""
-        self._host.call_later(partial(self._take, job, result))
+            self._job = StudyJob(self._question, grow_diagram, on_loop(self._host, self._take))
 
     def _take(self, job: StudyJob, result: PartialDiagram | Exception) -> None:
-        if job is not self._job or job.cancelled:
-            return
         if isinstance(result, Exception):
             self._host.report_error(f"The map over η could not be computed ({error_text(result)}).")
             return

@@ -33,7 +33,7 @@ from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, write
-from vibroscope.app.page.tab import TabHost
+from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.engine import FITTED, Fit, MeasuredComparison
 
 _REST = 150  # ms without a new result before the measurement is compared with it
@@ -201,16 +201,10 @@ class Overlay:
     def _compare(self) -> None:
         if self._job is not None:
             self._job.cancel()
-        self._job = MeasuredJob(self._file, self._setting, self._deliver)
-
-    def _deliver(self, job: MeasuredJob, found: object) -> None:
-        """In a worker thread."""
-        self.host.call_later(partial(self._show_result, job, found))
+        self._job = MeasuredJob(self._file, self._setting, on_loop(self.host, self._show_result))
 
     def _show_result(self, job: MeasuredJob, found: MeasuredComparison | Fit | Exception) -> None:
-        """Show what a job has found, unless it was withdrawn."""
-        if job.cancelled:
-            return
+        """Show what a job has found."""
         if job is self._fit_job:
             self._fit_job = None
             failed = isinstance(found, Exception)
@@ -233,7 +227,7 @@ class Overlay:
         self._end_fit()
         self._fit = {"phase": "running"}
         self._show()
-        self._fit_job = MeasuredJob(self._file, self._setting, self._deliver, names)
+        self._fit_job = MeasuredJob(self._file, self._setting, on_loop(self.host, self._show_result), names)
 
     def _cancel_fit(self) -> None:
         self._end_fit()

@@ -7,7 +7,6 @@ and the end of the session. A move that changes no question only moves the marks
 from __future__ import annotations
 
 from abc import abstractmethod
-from functools import partial
 from typing import ClassVar
 
 import panel as pn
@@ -21,7 +20,7 @@ from vibroscope.app.export.tables import columns_in_units
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
-from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
+from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost, on_loop
 from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult, StudyJob
 
 
@@ -141,7 +140,7 @@ class StudyTab(Tab):
                 self._job.cancel()
             self._stopped, self._failed = False, ""
             self.result = RESULTS.get(question) or self.result
-            self._job = StudyJob(question, type(self).grow, self._deliver)
+            self._job = StudyJob(question, type(self).grow, on_loop(self.host, self._take))
         if self._answers(question):
             self._result_setting = self._move.setting
 
@@ -152,13 +151,7 @@ class StudyTab(Tab):
         """Send what has changed, when the browser is free."""
         self.host.push(self._move.number, self._write)
 
-    def _deliver(self, job: StudyJob, result: PartialResult | Exception) -> None:
-        """In a worker thread."""
-        self.host.call_later(partial(self._take, job, result))
-
     def _take(self, job: StudyJob, result: PartialResult | Exception) -> None:
-        if job is not self._job or job.cancelled:
-            return
         if isinstance(result, Exception):
             cause = error_text(result)
             self._failed = f"This could not be computed ({cause}). Change what you moved last; the last picture stays."
