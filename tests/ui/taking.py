@@ -24,9 +24,11 @@ def shapes(drawing):
 
 
 def menu(explorer):
-    """Titles in the open menu, each with the texts of its buttons."""
+    """Titles in the open menu, each with the texts of its buttons, read at one moment: the menu may change meanwhile."""
     box = explorer.page.locator("details.take-away")
     if not box.evaluate("menu => menu.open"):
         box.locator("summary").click()
-    rows = box.locator(".item:visible")
-    return {row.locator("span").first.text_content(): row.locator("button").all_text_contents() for row in rows.all()}
+    return box.evaluate("""menu => Object.fromEntries(
+        [...menu.querySelectorAll(".item")].filter(item => item.checkVisibility()).map(item => [
+            item.querySelector("span").textContent,
+            [...item.querySelectorAll("button")].map(button => button.textContent)]))""")
