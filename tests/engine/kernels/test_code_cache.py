@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from vibroscope.engine.drivers.code_cache import complete_mark
 from vibroscope.engine.kernels.compile.options import source_digest
 
 ROOT = Path(__file__).parents[3]
@@ -55,7 +56,8 @@ def test_an_edit_in_any_kernel_changes_the_cache_folder(tmp_path):
 def test_a_read_only_cache_is_copied_not_ignored(tmp_path):
     """Numba ignores a read-only cache and compiles anew. (Root may write anywhere, so os.access is replaced.)"""
     cache = tmp_path / "cache"
-    run(PROBE, VIBROSCOPE_CACHE_DIR=str(cache))
+    run(PROBE)  # compiled in the cache of all tests, wherever it was not
+    shutil.copytree(complete_mark().parent, cache / complete_mark().parent.name)
     files = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
     read_only = "import os\nos.access = lambda path, mode: mode != os.W_OK\n"
     asked = "from vibroscope.engine.kernels.event_driven.integrate import integrate\n"
