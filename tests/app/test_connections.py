@@ -16,6 +16,14 @@ from tests.browserless import Client
 from tests.served import served
 
 LIMIT, SILENT = 400, 420
+FASTER = 4  # than 30 s: connections are opened in a second or two
+QUICK = f"""
+from tornado.httpserver import HTTPServer
+initialize = HTTPServer.initialize
+def sooner(server, *args, idle_connection_timeout, **kwargs):
+    initialize(server, *args, idle_connection_timeout=idle_connection_timeout / {FASTER}, **kwargs)
+HTTPServer.initialize = sooner
+"""
 
 
 @contextmanager
@@ -58,13 +66,15 @@ def test_more_silent_connections_than_descriptors(tmp_path):
             assert len(server.log.read_text().splitlines()) < 40
             assert server.metric('vibroscope_refused_total{what="connection"}') >= SILENT - LIMIT + 128
             for connection in silent:
-                connection.settimeout(max(0.1, begun + 33 - time.monotonic()))
+                connection.settimeout(max(0.1, begun + 30 / FASTER + 3 - time.monotonic()))
                 assert ended(connection)
             assert (await client.set(1, eta="1.7"))["texts"]["eta"] == "1.7"
 
     with ExitStack() as stack:
         with descriptors(LIMIT):
-            server = stack.enter_context(served(tmp_path / "log.txt", VIBROSCOPE_LOG_FORMAT="json"))
+            (tmp_path / "sitecustomize.py").write_text(QUICK)
+            options = {"VIBROSCOPE_LOG_FORMAT": "json", "PYTHONPATH": str(tmp_path)}
+            server = stack.enter_context(served(tmp_path / "log.txt", **options))
         asyncio.run(asyncio.wait_for(steps(stack), 120))
     assert "Traceback" not in server.log.read_text()
 
