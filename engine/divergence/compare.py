@@ -12,7 +12,7 @@ from ..motions.description import Motion, describe
 from ..motions.motion import motion
 from ..motions.poincare_map import without_penetration
 from ..motions.steady import REST
-from ..result import Record, Response
+from ..result import Checkpoint, Record, Response
 from ..simulate import simulate
 from .difference import Difference, known
 from .encounters import Encounters, match_encounters
@@ -279,7 +279,8 @@ def error_from_penalty_state(comparison: Comparison, cancelled: Callable[[], boo
     run = comparison.runs.reference
     if not comparison.runs.penalty.ok:
         return np.inf
-    start = without_penetration(comparison.runs.penalty.section[-1])
+    # A checkpoint, which may lie anywhere: a motion that grows may not have ended early yet.
+    start = Checkpoint(run.system, run.eta, run.method, 0, without_penetration(comparison.runs.penalty.section[-1]))
     options = {"periods": run.periods, "keep": run.keep, "initial": start, "cancelled": cancelled}
     there = simulate(run.system, run.eta, run.method, **options)
     target = Target(there) if there.ok else None

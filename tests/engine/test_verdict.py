@@ -113,6 +113,15 @@ def test_a_run_that_diverged_gets_the_number_of_steps_that_suffices():
     assert found.as_dict()["left"] is None
 
 
+def test_a_motion_that_grows_without_end_gets_a_verdict_while_it_is_still_finite():
+    """It is beyond every start that may be given."""
+    system = System(kappa=1.38, kappa3=1.08, d1=0.014, d2=0.0043, d3=0.049, restitution=0.6)
+    comparison = compare(system, 0.6163, Newmark(2320, 0.331, 600), periods=50, keep=16)
+    assert comparison.runs.penalty.ok
+    assert np.abs(comparison.runs.penalty.section[-1]).max() > 1e6
+    assert verdict(comparison).agree == "no"
+
+
 def test_chaotic_motions_are_judged_by_statistics():
     found = verdict(compare(SYSTEM, 1.7, Newmark(12000, 18, 8000)))
     assert "statistics" in found.headline
