@@ -24,7 +24,7 @@ def shapes(drawing):
 
 
 def menu(explorer):
-    """Titles in the open menu, each with the texts of its buttons, read at one moment: the menu may change meanwhile."""
+    """Titles in the open menu, each with the texts of its buttons, read at one moment: the menu may change."""
     box = explorer.page.locator("details.take-away")
     if not box.evaluate("menu => menu.open"):
         box.locator("summary").click()
