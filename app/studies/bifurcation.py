@@ -25,6 +25,7 @@ from vibroscope.engine.sweeps import (
     empty_values,
     grow,
     judge_cells,
+    kind_words,
     known_kinds,
     unknown_kinds,
 )
@@ -140,6 +141,15 @@ class PartialDiagram:
     def section(self, coordinate: str) -> np.ndarray:
         """A coordinate at τ ≡ 0 mod T, (n, SAMPLE), nan where nothing is known."""
         return self._shown[coordinate]
+
+    def section_of(self, index: int) -> np.ndarray:
+        """All coordinates of the section of a cell, (SAMPLE, 4)."""
+        return np.stack([self.section(name)[index] for name in COORDINATES], axis=1)
+
+    def section_words(self, index: int) -> str:
+        """What the section of a cell shows by itself."""
+        period, near = (int(self._shown[name][index]) for name in ("period", "near_period"))
+        return kind_words(CellKind.UNKNOWN, period, near, self.section_of(index))
 
     def points(
         self, coordinate: str, most: int | None = MOST_POINTS, artefacts: bool | None = None

@@ -63,9 +63,7 @@ def _graded(*names: str) -> tuple[tuple[str, str], ...]:
 
 QUANTITIES = {
     "period": Quantity("period", _PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
-    "near_period": Quantity(
-        "period, scatter ignored", _PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "near_period")
-    ),
+    "near_period": Quantity("period, without the step's scatter", _PERIOD_EDGES, PERIODS, PartialPlane.true_period),
     "contact": Quantity(
         "longest contact (steps)",
         (10, 30, 100, 300, 1000),
@@ -110,7 +108,8 @@ def sudden_contacts(plane: PartialPlane, side: str, limit: float) -> np.ndarray:
 def legend(name: str, limit: float | None = None) -> list[list[str]]:
     """Colour, name and pattern of each class, for the key beside the figures."""
     rows = [[colour, text, ""] for text, colour in QUANTITIES[name].classes]
-    rows += [[_SPECIAL[NO_NUMBER], "no number", ""]] if name == "error" else []
+    missing = {"error": "no number", "near_period": "being judged"}
+    rows += [[_SPECIAL[NO_NUMBER], missing[name], ""]] if name in missing else []
     rows += [[_SPECIAL[DIVERGED], "blown up", "cross"]]
     rows += [[VEIL, f"fewer than {limit:g} steps in contact", "veil"]] if limit is not None else []
     return rows

@@ -1,22 +1,39 @@
-"""The K–D plane while it grows: the penalty model with its time step, and beside it without one. No panel import."""
+"""The K–D plane while it grows: the penalty model with its time step, and beside it without one. No panel import.
+
+If its question says so, the cells whose section does not show what Newmark's motion is are judged once all are computed
+(:mod:`engine.sweeps.motion_kinds`): after how many periods does the motion repeat itself, but for the scatter of the
+step?
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import STATUSES, Newmark, Status, System
-from vibroscope.engine.sweeps import MISSING, PlaneStudy, RunOptions, grow, nearest_known
+from vibroscope.app.studies.bifurcation import kind_names
+from vibroscope.app.studies.study_job import RESULTS
+from vibroscope.engine import STATUSES, Cells, Newmark, Status, System
+from vibroscope.engine.sweeps import (
+    MISSING,
+    CellKind,
+    PlaneStudy,
+    RunOptions,
+    grow,
+    judge_runs,
+    nearest_known,
+    unknown_kinds,
+)
 
 COUNT = 64  # cells along each axis
 TRANSIENT, SAMPLE = 450, 50
 SIDES = {"penalty": "", "exact": "exact_"}  # and how the names of their variables begin
 _SHOWN = ("status", "period", "near_period", "impacts_per_period", "longest_contact")
+JUDGED_AT_ONCE = 64  # cells; each such part is a partial result
 _DIVERGED = STATUSES.index(Status.DIVERGED)
 
 
@@ -30,6 +47,7 @@ class PlaneQuestion(NamedTuple):
     errors: bool  # also the error against the reference: it takes several times as long
     K: tuple[float, float]
     D: tuple[float, float]
+    judged: bool = False  # also what each motion of Newmark's is without the scatter of the step
 
     def axis(self, name: str) -> np.ndarray:
         """K or D of the cells, evenly spaced in the logarithm from edge to edge: (COUNT,)."""
@@ -60,6 +78,7 @@ class PartialPlane:
 
     question: PlaneQuestion
     values: dict[str, np.ndarray]
+    judged: dict[str, np.ndarray] | None = None  # (cells,) in the order of the pictures
 
     @cached_property
     def known(self) -> np.ndarray:
@@ -79,8 +98,42 @@ class PartialPlane:
 
     @property
     def share(self) -> float:
-        """Of all cells that are done."""
-        return float(self.known.mean())
+        """Of all cells that are computed, and whose kind is known if that is asked for, on average."""
+        computed = float(self.known.mean())
+        return 0.5 * (computed + self._judged.mean()) if self.question.judged else computed
+
+    @cached_property
+    def kinds(self) -> dict[str, np.ndarray]:
+        """Kind of Newmark's motion in each cell as far as it is known: see `engine.sweeps.motion_kinds.KIND_VARIABLES`.
+
+        A motion that repeats itself as that without a time step does is plain; so is one with the excitation's period.
+        """
+        found = unknown_kinds(self.known.size) if self.judged is None else self.judged
+        found = {name: column.reshape(self.known.shape).copy() for name, column in found.items()}
+        status, own, exact = (self._table(name) for name in ("status", "period", "exact_period"))
+        plain = (status == 0) & ((own == 1) | ((own == exact) & (own > 0)))
+        found["kind"][plain], found["kind_period"][plain] = CellKind.PERIODIC, own[plain]
+        found["kind"][self.known & (status != 0)] = CellKind.ENDED_EARLY
+        return found
+
+    @cached_property
+    def _judged(self) -> np.ndarray:
+        return self.known & (self.kinds["kind"] != CellKind.UNKNOWN)
+
+    @property
+    def open_cells(self) -> np.ndarray:
+        """The computed cells whose kind is not known yet, from coarse to fine, in the order of the pictures."""
+        row, column = np.nonzero(self.known & ~self._judged)
+        either = row | column
+        stride = np.where(either == 0, COUNT, either & -either)
+        return np.ravel_multi_index((row, column), self.known.shape)[np.argsort(-stride, kind="stable")]
+
+    def true_period(self, side: str) -> np.ndarray:
+        """Periods after which the motion repeats itself but for the scatter of the step; nan where it is not known."""
+        if side == "exact":
+            return self.shown(side, "period")
+        sources = nearest_known(self._judged)
+        return np.where(sources >= 0, self.kinds["kind_period"].ravel()[sources].astype(float), np.nan)
 
     @cached_property
     def _sources(self) -> np.ndarray:
@@ -103,7 +156,19 @@ class PartialPlane:
         """What is known, for a file."""
         question = self.question
         numbers = {"eta": question.eta, "steps": question.steps, "located": question.located}
-        return {**numbers, "K": question.axis("K"), "D": question.axis("D"), **self.tables}
+        return {
+            **numbers,
+            "K": question.axis("K"),
+            "D": question.axis("D"),
+            **{side: self.columns(side) for side in SIDES},
+        }
+
+    def columns(self, side: str) -> dict[str, np.ndarray]:
+        """The tables of a side, with the kinds of motion if they are asked for."""
+        if side == "exact" or not self.question.judged:
+            return self.tables[side]
+        kind, period = kind_names(self.kinds["kind"].ravel()), self.kinds["kind_period"]
+        return self.tables[side] | {"kind": kind.reshape(period.shape), "period_without_scatter": period}
 
     def cell(self, K: float, D: float) -> tuple[int, int] | None:
         """Row and column of the cell that holds K and D; None outside."""
@@ -115,10 +180,14 @@ class PartialPlane:
             place.append(min(int(share * COUNT), COUNT - 1))
         return place[0], place[1]
 
+    def source(self, place: tuple[int, int]) -> int:
+        """Flat index of the cell whose numbers are shown: a coarser one while that stands for this one."""
+        source = int(self._sources[place])
+        return source if source >= 0 else int(np.ravel_multi_index(place, self.known.shape))
+
     def centre(self, place: tuple[int, int]) -> tuple[float, float]:
         """K and D that the numbers shown of a cell were computed with: of the coarser cell while that stands for it."""
-        source = int(self._sources[place])
-        row, column = np.unravel_index(source, self.known.shape) if source >= 0 else place
+        row, column = np.unravel_index(self.source(place), self.known.shape)
         return float(self.question.axis("K")[column]), float(self.question.axis("D")[row])
 
 
@@ -127,5 +196,32 @@ def grow_plane(
 ) -> Iterator[PartialPlane]:
     """Partial results of the plane, from ``last`` on; raises `Cancelled`."""
     options = RunOptions(threads=current_settings().threads, cancelled=cancelled)
+    if last is None and question.judged:
+        last = RESULTS.get(question._replace(judged=False))
+    judged = last and last.judged
     for partial in grow(question.study(), options, picture=True, known=last and last.values):
-        yield PartialPlane(question, partial.values())
+        result = PartialPlane(question, partial.values(), judged)
+        yield result
+    if question.judged:
+        yield from _judge(result, options)
+
+
+def _judge(result: PartialPlane, options: RunOptions) -> Iterator[PartialPlane]:
+    """The complete plane with more and more kinds of motion."""
+    question, cells = result.question, result.open_cells
+    judged = result.judged or unknown_kinds(result.known.size)
+    K, D = np.meshgrid(question.axis("K"), question.axis("D"))
+    for begin in range(0, len(cells), JUDGED_AT_ONCE):
+        some = cells[begin : begin + JUDGED_AT_ONCE]
+        runs = Cells(
+            question.system,
+            np.full(len(some), question.eta),
+            question.study().method,
+            stiffness=K.ravel()[some],
+            damping=D.ravel()[some],
+        )
+        how = {"transient": TRANSIENT, "sample": SAMPLE, "threads": options.threads, "cancelled": options.cancelled}
+        judged = {name: array.copy() for name, array in judged.items()}
+        for name, array in judge_runs(runs, **how).items():
+            judged[name][some] = array
+        yield replace(result, judged=judged)

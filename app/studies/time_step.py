@@ -1,18 +1,31 @@
-"""The time-step study while it grows: first few steps, which take little time, then many. No panel import."""
+"""The time-step study while it grows: first few steps, which take little time, then many. No panel import.
+
+At the end the motions whose sections do not show what they are, are judged (:mod:`engine.sweeps.motion_kinds`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import Newmark, System
-from vibroscope.engine.sweeps import MISSING, SCHEMES, RunOptions, StepStudy, grow_cached
+from vibroscope.engine import Cells, Newmark, System
+from vibroscope.engine.sweeps import (
+    MISSING,
+    SCHEMES,
+    CellKind,
+    RunOptions,
+    StepStudy,
+    grow_cached,
+    judge_runs,
+    kind_words,
+)
 
 STEPS = (500, 1000, 2000, 4000, 6000, 8000, 16_000, 32_000)  # the paper's Figure 14 has 2,000 to 8,000
 STEPS_AT_ONCE = 3  # from one partial result to the next
+MOST_LOCATED = 4000  # steps with which a located motion is judged: none of its steps is skipped
 TRANSIENT, SAMPLE = 2000, 50
 
 
@@ -37,6 +50,7 @@ class PartialStep:
     question: StepQuestion
     study: StepStudy
     values: dict[str, np.ndarray]
+    judged: dict[str, dict[int, tuple[CellKind, int]]] | None = None  # of each scheme: kind and period of motions
 
     @property
     def _count(self) -> int:
@@ -50,12 +64,20 @@ class PartialStep:
 
     @property
     def share(self) -> float:
-        """Of all steps of the study."""
-        return float(self.steps.sum() / self.study.steps.sum())
+        """Of all steps of the study, the judgement of the motions included."""
+        return float(self.steps.sum() / self.study.steps.sum()) * (1.0 if self.judged is not None else 0.99)
 
     def of_scheme(self, name: str, scheme: str) -> np.ndarray:
         """A variable over n with the fixed or the located step, as ``spread``, ``error`` or ``status``."""
         return self.values[name][: self._count, SCHEMES[scheme]]
+
+    def words(self, index: int, scheme: str) -> str:
+        """What a motion is; until it is judged, what its section shows."""
+        period, near = (int(self.of_scheme(name, scheme)[index]) for name in ("period", "near_period"))
+        if period == 1:
+            return kind_words(CellKind.PERIODIC, 1)
+        kind = (self.judged or {}).get(scheme, {}).get(index)
+        return kind_words(*kind) if kind else f"{kind_words(CellKind.UNKNOWN, period, near)} by its section alone"
 
     def order(self, name: str, scheme: str) -> tuple[float, float]:
         """Observed order of ``spread`` or ``error_time_step``, and its standard error."""
@@ -88,10 +110,27 @@ class PartialStep:
 
 def grow_step(question: StepQuestion, last: PartialStep | None, cancelled: Callable[[], bool]) -> Iterator[PartialStep]:
     """Partial results of the study, which is kept on disk; of a complete one the same again. Raises `Cancelled`."""
-    if last is not None and last.share == 1:
+    if last is not None and last.judged is not None:
         yield last
         return
     study = question.study()
     options = RunOptions(threads=current_settings().threads, cells_per_chunk=STEPS_AT_ONCE, cancelled=cancelled)
     for values in grow_cached(study, options):
-        yield PartialStep(question, study, values)
+        result = PartialStep(question, study, values)
+        yield result
+    yield replace(result, judged={scheme: _judge(result, scheme, options) for scheme in SCHEMES})
+
+
+def _judge(result: PartialStep, scheme: str, options: RunOptions) -> dict[int, tuple[CellKind, int]]:
+    """Kind and period of the motions that a section of another period than one leaves open, by their place."""
+    status, period = (result.of_scheme(name, scheme) for name in ("status", "period"))
+    chosen = np.flatnonzero((status == 0) & (period != 1) & ((scheme == "fixed") | (result.steps <= MOST_LOCATED)))
+    if not len(chosen):
+        return {}
+    system, eta, K, D = result.question
+    method = Newmark(K, D, STEPS[0], located=scheme == "located")
+    cells = Cells(system, np.full(len(chosen), eta), method, steps=result.steps[chosen])
+    how = {"transient": TRANSIENT, "sample": SAMPLE, "threads": options.threads, "cancelled": options.cancelled}
+    kinds = judge_runs(cells, **how)
+    pairs = zip(map(CellKind, kinds["kind"].tolist()), kinds["kind_period"].tolist(), strict=True)
+    return dict(zip(chosen.tolist(), pairs, strict=True))

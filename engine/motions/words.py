@@ -1,5 +1,7 @@
 """A motion in words: the only place that says how a motion repeats itself, and how two motions differ in kind."""
 
+import math
+
 from ..wording import every, rounded
 from .description import Kind, Motion
 
@@ -16,14 +18,20 @@ def repetition(found: Motion) -> str:
     Scatter of ξ₂ about the points of the cycle is its standard deviation. Only evidence shows that the time step causes
     it; without evidence the motion "nearly repeats".
     """
-    if found.type in _TYPES:
-        return _TYPES[found.type]
-    if not found.near_period:
+    return repetition_of(found.type, found.period, found.near_period, found.scatter, found.step_noise > 0)
+
+
+def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blurred: bool) -> str:
+    """The same of the numbers of a motion; ``blurred``: whether the time step causes the scatter."""
+    if kind in _TYPES:
+        return _TYPES[kind]
+    if not near_period:
         return "does not repeat"
-    cycle, scatter = every(found.near_period), f"±{rounded(found.scatter, 2)} in ξ₂"
-    if found.step_noise > 0:
-        return f"repeats {cycle}, blurred by the time step ({scatter})"
-    return f"repeats {cycle}" if found.period == found.near_period else f"nearly repeats {cycle} ({scatter})"
+    cycle = every(near_period)
+    amount = f" (±{rounded(scatter, 2)} in ξ₂)" if math.isfinite(scatter) else ""
+    if blurred:
+        return f"repeats {cycle}, blurred by the time step{amount}"
+    return f"repeats {cycle}" if period == near_period else f"nearly repeats {cycle}{amount}"
 
 
 def difference_in_kind(reference: Motion, penalty: Motion) -> str:

@@ -27,7 +27,7 @@ from .digest import engine_digest
 from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
 from .growth import Partial, RunOptions, grow, run
 from .memory import empty_values
-from .motion_kinds import CellKind, judge_cells, known_kinds, unknown_kinds
+from .motion_kinds import CellKind, judge_cells, judge_runs, kind_words, known_kinds, unknown_kinds
 from .plane_study import PlaneStudy
 from .progress import Progress
 from .step_study import SCHEMES, StepStudy
@@ -57,6 +57,8 @@ __all__ = [
     "grow",
     "grow_cached",
     "judge_cells",
+    "judge_runs",
+    "kind_words",
     "known_kinds",
     "nearest_known",
     "sweep_eta",

@@ -1,6 +1,6 @@
-"""Kinds of motion of the cells of a bifurcation diagram: periodic, quasi-periodic, chaotic, or scattered by the step.
+"""Kinds of motion of the cells of a sweep: periodic, quasi-periodic, chaotic, or scattered by the step.
 
-The diagram itself only shows which sections repeat themselves. The cells that do not are judged as
+The sweep itself only shows which sections repeat themselves. The cells that do not are judged as
 :func:`engine.motion` judges a single motion, with fewer and shorter runs: each cell goes on from where it ended.
 
 - Reference and exact penalty: the largest Lyapunov exponent, over `FOLLOWED` periods.
@@ -23,13 +23,14 @@ import numpy as np
 from ..batch import run_cells
 from ..cells import Cells
 from ..drivers.section import TOLERANCE, period_of
-from ..methods import STEPS_RANGE, Newmark
+from ..methods import STEPS_RANGE, Method, Newmark
 from ..model import System
 from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
 from ..motions.motion import classify
-from ..motions.section import band_width
+from ..motions.section import band_width, scatter
 from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, type_of_band
+from ..motions.words import repetition_of
 from .codes import MISSING
 from .eta_study import COORDINATES, EtaStudy
 
@@ -77,13 +78,38 @@ def known_kinds(study: EtaStudy, values: dict[str, np.ndarray]) -> dict[str, np.
     These are the cells that ended early, and those with a period: of Newmark's method only with the period 1, since a
     longer one may be scatter that happens to repeat itself.
     """
-    found = unknown_kinds(study.cells)
-    status, period = values["status"], values["period"]
-    clear = (status == 0) & ((period == 1) if isinstance(study.method, Newmark) else (period > 0))
+    return _known_kinds(study.method, values["status"], values["period"])
+
+
+def _known_kinds(method: Method, status: np.ndarray, period: np.ndarray) -> dict[str, np.ndarray]:
+    found = unknown_kinds(len(status))
+    clear = (status == 0) & ((period == 1) if isinstance(method, Newmark) else (period > 0))
     found["kind"][clear] = CellKind.PERIODIC
     found["kind_period"][clear] = period[clear]
     found["kind"][(status != 0) & (status != MISSING)] = CellKind.ENDED_EARLY
     return found
+
+
+def kind_words(kind: CellKind, period: int, near_period: int | None = None, section: np.ndarray | None = None) -> str:
+    """What the motion of a cell is, in the words of a single motion (:func:`engine.repetition`).
+
+    Parameters
+    ----------
+    kind : CellKind
+        `CellKind.UNKNOWN`: the section alone speaks.
+    period : int
+        ``kind_period``, or the section's where the kind is not known.
+    near_period : int, optional
+        Of the section, where that is all that is known.
+    section : (sample, 4) ndarray, optional
+        It shows how much ξ₂ scatters.
+    """
+    if kind == CellKind.ENDED_EARLY:
+        return "ended early"
+    near = period if near_period is None else near_period
+    amount = scatter(section, near) if section is not None and near else np.nan
+    words = repetition_of(_KINDS.get(kind, Kind.UNDECIDED), period, near, amount, kind == CellKind.ARTEFACT)
+    return f"{words}, its kind not decided" if kind == CellKind.UNDECIDED else words
 
 
 def judge_cells(
@@ -123,21 +149,61 @@ def judge_cells(
     """
     own = {name: array[chosen] for name, array in values.items()}
     cells = study.cells_at({name: axis[chosen] for name, axis in study.axes.items()}, initial=own["end"])
-    how = {"threads": threads or os.cpu_count() or 1, "cancelled": cancelled}
-    if isinstance(study.method, Newmark):
-        return _judge_newmark(study, cells, own, how)
-    return _follow(cells, own["period"], own["end"], how)
-
-
-def _judge_newmark(study: EtaStudy, cells: Cells, own: dict[str, np.ndarray], how: dict) -> dict[str, np.ndarray]:
-    """Judge cells by their limit without a time step, and by what smaller steps leave of the section's band."""
     sections = np.stack([own[name] for name in COORDINATES], axis=2)
-    limit = _limit(replace(cells, method=study.method.limit, steps=None), study, how)
+    run = {"transient": study.transient, "sample": study.sample}
+    return _judge(cells, own["period"], sections, run, _how(threads, cancelled))
+
+
+def judge_runs(
+    cells: Cells,
+    *,
+    transient: int,
+    sample: int,
+    threads: int | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> dict[str, np.ndarray]:
+    """Run cells, and judge the motion of those that reached their end.
+
+    Returns
+    -------
+    dict of str to (n,) ndarray
+        `KIND_VARIABLES`.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    run, how = {"transient": transient, "sample": sample}, _how(threads, cancelled)
+    found = run_cells(cells, **run, **how)
+    kinds = _known_kinds(cells.method, found.status, found.period)
+    chosen = np.flatnonzero(kinds["kind"] == CellKind.UNKNOWN)
+    if len(chosen):
+        some = replace(_selected(cells, chosen), initial=found.end[chosen])
+        for name, array in _judge(some, found.period[chosen], found.section[chosen], run, how).items():
+            kinds[name][chosen] = array
+    return kinds
+
+
+def _how(threads: int | None, cancelled) -> dict[str, object]:
+    return {"threads": threads or os.cpu_count() or 1, "cancelled": cancelled}
+
+
+def _judge(cells: Cells, period: np.ndarray, sections: np.ndarray, run: dict, how: dict) -> dict[str, np.ndarray]:
+    """Judge cells that begin where runs ended, by the sections of these runs, (n, sample, 4), and further ones."""
+    if isinstance(cells.method, Newmark):
+        return _judge_newmark(cells, period, sections, run, how)
+    return _follow(cells, period, cells.initial, how)
+
+
+def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run, how) -> dict[str, np.ndarray]:
+    """Judge cells by their limit without a time step, and by what smaller steps leave of the section's band."""
+    limit = _limit(replace(cells, method=cells.method.limit, steps=None), run, how)
     widths = _widths(sections, limit["kind_period"])
     is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2))
     shrinks = _shrinks(cells, limit, widths, is_band, how)
     found = limit | {"kind": limit["kind"].copy(), "kind_period": limit["kind_period"].copy()}
-    for i, period in enumerate(own["period"].tolist()):
+    for i, period in enumerate(periods.tolist()):
         if period and (not is_band[i] or period == limit["kind_period"][i]):
             kind, of = CellKind.PERIODIC, period
         else:
@@ -150,9 +216,9 @@ def _judge_newmark(study: EtaStudy, cells: Cells, own: dict[str, np.ndarray], ho
     return found
 
 
-def _limit(cells: Cells, study: EtaStudy, how: dict) -> dict[str, np.ndarray]:
+def _limit(cells: Cells, run: dict, how: dict) -> dict[str, np.ndarray]:
     """Kinds of the motions without a time step that begin where the cells of Newmark's method ended."""
-    runs = run_cells(cells, transient=study.transient, sample=study.sample, **how)
+    runs = run_cells(cells, **run, **how)
     return _follow(cells, np.where(runs.ok, runs.period, 0), np.where(runs.ok[:, None], runs.end, np.nan), how)
 
 
@@ -203,7 +269,7 @@ def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, is_
         open_cells, steps = open_cells[steps <= STEPS_RANGE[1]], steps[steps <= STEPS_RANGE[1]]
         if not len(open_cells):
             break
-        some = _selected(cells, open_cells, steps)
+        some = replace(_selected(cells, open_cells), method=replace(cells.method, every_step=False), steps=steps)
         runs = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
         finer = _widths(runs.section, limit["kind_period"][open_cells])
         shrinks[open_cells] = runs.ok & (finer < SHRUNK * widths[open_cells])
@@ -212,12 +278,12 @@ def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, is_
     return shrinks
 
 
-def _selected(cells: Cells, chosen: np.ndarray, steps: np.ndarray) -> Cells:
-    """Some of the cells, with other steps."""
-    own = {name: getattr(cells, name) for name in ("eta", "stiffness", "damping", "initial")}
+def _selected(cells: Cells, chosen: np.ndarray) -> Cells:
+    """Some of the cells."""
+    own = {name: getattr(cells, name) for name in ("eta", "stiffness", "damping", "steps", "initial")}
     own = {name: None if array is None else array[chosen] for name, array in own.items()}
     system = cells.system if isinstance(cells.system, System) else [cells.system[i] for i in chosen]
-    return replace(cells, system=system, method=replace(cells.method, every_step=False), steps=steps, **own)
+    return replace(cells, system=system, **own)
 
 
 def _widths(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ SWEPT = {  # parameters that can be swept
 # Of each cell, by any method: dtype and description.
 MOTION = {
     "period": ("i4", "excitation periods until the motion repeats itself; 0: aperiodic"),
-    "near_period": ("i4", "the same, scatter within 3 % of the section's size forgiven; 0: aperiodic"),
+    "near_period": ("i4", "the same of the section alone, scatter within 3 % of its size forgiven; 0: aperiodic"),
     "impacts_per_period": ("f8", "impacts per excitation period"),
     "contacts_per_period": ("f8", "contacts that begin per excitation period (reference: permanent contacts)"),
     "contact_share": ("f8", "share of the time in contact"),
@@ -48,7 +48,7 @@ SECTION = "{} at tau = 0 mod T, oldest first"
 PHASE_PLOT = "{} of the phase plot"
 TIME = "time of the phase plot from a section on; nan after its end"
 END = "xi1, v1, xi2, v2 at the end, where a neighbour goes on"
-KIND = "kind of motion"
+KIND = "kind of motion, by the section and the Lyapunov exponent where there is one"
 STATUS = "how the run ended"
 # Of the study as a whole.
 SAMPLE = "period of the sample"

@@ -109,7 +109,7 @@ class BifurcationView:
         rows = {
             "η": "@eta",
             "value": "@value",
-            "repeats after so many excitation periods (0: does not repeat)": "@period",
+            "repeats, but for scatter of the step, after so many excitation periods (0: not, or being judged)": "@period",
         }
         self.hover = hover_tool(points, rows, limit=1)
         self.hover.formatters |= dict.fromkeys((f"@{name}" for name in _SHOWN), "printf")
@@ -297,11 +297,11 @@ def _columns(
 ) -> dict[str, np.ndarray]:
     """The points of a diagram; where units are shown, their ``factors`` times the numbers, too."""
     eta, value = result.points(coordinate, most, artefacts)
-    period = result.period[np.searchsorted(result.question.axis, eta)]
+    period = result.kinds["kind_period"][np.searchsorted(result.question.axis, eta)]
     pairs = zip(_SHOWN, factors, (eta, value), strict=True)
     shown = {name: (factor * column).astype(np.float32) for name, factor, column in pairs if factors != (1.0, 1.0)}
     return shown | {
         "eta": eta.astype(np.float32),
         "value": value.astype(np.float32),
-        "period": np.nan_to_num(period).astype(np.uint8),  # at most half the kept periods
+        "period": period.astype(np.uint16),
     }

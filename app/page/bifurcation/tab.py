@@ -26,7 +26,7 @@ from vibroscope.app.studies.bifurcation import (
 )
 from vibroscope.app.studies.study_job import RESULTS
 from vibroscope.engine import COORDINATES, ExactPenalty, Method
-from vibroscope.engine.sweeps import CellKind
+from vibroscope.engine.sweeps import CellKind, kind_words
 
 _DIRECTION_NAMES = {
     "rest": "from rest",
@@ -291,12 +291,8 @@ def _percent(share: float) -> str:
 def kind_text(result: PartialDiagram, index: int) -> str:
     """Kind of motion of a cell, with its evidence."""
     kind, period = CellKind(result.kinds["kind"][index]), result.kinds["kind_period"][index]
-    if kind is CellKind.PERIODIC:
-        return f"period {period}"
-    if kind is CellKind.ARTEFACT:
-        return f"period {period} without a time step; the scatter is an artefact of the step"
     if kind is CellKind.UNKNOWN:
-        return "does not repeat itself (kind being judged)"
+        return f"{result.section_words(index)} by its section alone (being judged)"
     exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
     rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if np.isfinite(exponent) else ""
-    return f"{_SHARES[kind]}{rate}"
+    return f"{kind_words(kind, period, section=result.section_of(index))}{rate}"

@@ -15,6 +15,7 @@ from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
+from vibroscope.engine.sweeps import CellKind, kind_words
 
 _SIDE_NAMES = {"penalty": "Newmark", "exact": "Exact penalty"}
 _SUDDEN = 30  # steps: the paper takes a contact of fewer for one sudden impact
@@ -63,15 +64,16 @@ class PlaneTab(StudyTab):
 
     def question(self, setting: Setting) -> PlaneQuestion:
         """All but K and D themselves."""
-        errors = self.panel.chosen["quantity"] == "error"
-        located = setting.located == "yes"
-        return PlaneQuestion(setting.system, setting.eta, setting.steps, located, errors, **self.view.spans)
+        quantity, located = self.panel.chosen["quantity"], setting.located == "yes"
+        more = {"errors": quantity == "error", "judged": quantity == "near_period"}
+        return PlaneQuestion(setting.system, setting.eta, setting.steps, located, **more, **self.view.spans)
 
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:
         """Both planes and the key."""
         quantity = self.panel.chosen["quantity"]
-        if result is not None and quantity == "error" and not result.question.errors:
-            quantity = "period"  # what there is, until the errors come
+        if result is not None:
+            missing = {"error": not result.question.errors, "near_period": not result.question.judged}
+            quantity = "period" if missing.get(quantity) else quantity  # what there is, until the others come
         limit = self.panel.chosen["limit"] if quantity == "contact" else None
         self.view.update(setting, result, quantity, limit)
         self.panel.key = classes.legend(quantity, limit)
@@ -84,7 +86,7 @@ class PlaneTab(StudyTab):
         """A row for each cell that is known."""
         side, known = name.removeprefix("plane_"), self.result.known
         K, D = np.meshgrid(self.result.question.axis("K"), self.result.question.axis("D"))
-        tables = {"K": K, "D": D, **self.result.tables[side], "contact_steps": self.result.contact_steps(side)}
+        tables = {"K": K, "D": D, **self.result.columns(side), "contact_steps": self.result.contact_steps(side)}
         return [Series(_SIDE_NAMES[side], {column: table[known] for column, table in tables.items()})]
 
     def python(self, setting: Setting) -> str:
@@ -135,24 +137,41 @@ def _cell(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
     )
     if not math.isfinite(period):
         return "not computed yet."
-    kind = f"period {period:.0f}" if period else "does not repeat itself"
-    text = f"{kind}, impacts per period {impacts:.3g}, longest contact {steps:.3g} steps"
+    text = f"{_repetition(result, side, place)}, impacts per period {impacts:.3g}, longest contact {steps:.3g} steps"
     if result.question.errors:
         error = result.shown(side, "error")[place]
         text += f", error {100 * error:.2g} %" if math.isfinite(error) else ", no error: the motions keep no step"
     return f"{text}."
 
 
+def _repetition(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
+    """What the motion of a cell is; the section alone speaks where Newmark's is not judged."""
+    period, near = (int(result.shown(side, name)[place]) for name in ("period", "near_period"))
+    if side == "exact":
+        return kind_words(CellKind.UNKNOWN, period, near)
+    source = np.unravel_index(result.source(place), result.known.shape)
+    kind, of = CellKind(result.kinds["kind"][source]), int(result.kinds["kind_period"][source])
+    if kind is not CellKind.UNKNOWN:
+        return kind_words(kind, of)
+    return f"{kind_words(kind, period, near)} by its section alone"
+
+
 def _whole(result: PartialPlane) -> str:
     known = result.known
-    one, apart = ({side: result.shown(side, name)[known] for side in SIDES} for name in ("period", "near_period"))
+    one = {side: result.shown(side, "period")[known] for side in SIDES}
     shares = {side: 100 * (one[side] == 1).mean() for side in SIDES}
     scatter = 100 * ((one["exact"] > 0) & (one["penalty"] == 0)).mean()
     blown = 100 * result.diverged("penalty")[known].mean()
-    forgiven = 100 * (apart["penalty"] == 1).mean()
     text = (
-        f"Period one in {shares['exact']:.0f} % of the cells without a time step, in {shares['penalty']:.0f} % with it "
-        f"({forgiven:.0f} % where scatter is ignored). In {scatter:.0f} % the motion repeats itself without a time "
-        "step and not with it: there the step is to blame."
+        f"Period one in {shares['exact']:.0f} % of the cells without a time step, in {shares['penalty']:.0f} % with it"
+        f"{_without_scatter(result)}. In {scatter:.0f} % the motion repeats itself without a time step and not with "
+        "it: there the step is to blame."
     )
     return f"{text} {blown:.0f} % blew up." if blown else text
+
+
+def _without_scatter(result: PartialPlane) -> str:
+    """How many cells have period one but for the scatter of the step, once that is known."""
+    if not result.question.judged or result.share < 1:
+        return ""
+    return f" ({100 * (result.kinds['kind_period'] == 1).mean():.0f} % without its scatter)"

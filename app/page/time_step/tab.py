@@ -96,12 +96,11 @@ def statements(setting: Setting, result: PartialStep) -> list[list[str]]:
 
 
 def _motion(result: PartialStep, index: int, scheme: str) -> str:
-    names = ("status", "period", "spread", "longest_contact_steps", "error")
-    status, period, spread, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
+    names = ("status", "spread", "longest_contact_steps", "error")
+    status, spread, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
     if status != 0:
         return "blown up."
-    kind = f"period {period}" if period else "does not repeat itself"
-    text = f"{kind}; ξ₂ scatters by {spread:.2g}; longest contact {steps:.3g} steps"
+    text = f"{result.words(index, scheme)}; ξ₂ scatters by {spread:.2g}; longest contact {steps:.3g} steps"
     return f"{text}; error against the reference {100 * error:.2g} %." if math.isfinite(error) else f"{text}."
 
 

@@ -1,0 +1,145 @@
+"""Sweeps, the tabs that show them, and single runs say the same of a motion: random settings of random systems."""
+
+import re
+
+import numpy as np
+import pytest
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.bifurcation.tab import kind_text
+from vibroscope.app.page.plane.tab import statements as plane_statements
+from vibroscope.app.page.time_step.tab import statements as step_statements
+from vibroscope.app.studies import bifurcation, plane, time_step
+from vibroscope.engine import (
+    COORDINATES,
+    Cells,
+    ExactPenalty,
+    Newmark,
+    Reference,
+    System,
+    motion,
+    repetition,
+    run_cells,
+    simulate,
+)
+from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words
+
+TRANSIENT, SAMPLE = 104, 16
+RUN = {"periods": TRANSIENT + SAMPLE, "keep": SAMPLE}
+METHODS = {
+    "reference": Reference(),
+    "exact": ExactPenalty(1.0, 1.0),
+    "Newmark": Newmark(1.0, 1.0, 100),
+    "Newmark, located": Newmark(1.0, 1.0, 100, located=True),
+}
+SCATTERED = Setting(eta=2.76, K=12000.0, D=18.0, steps=2000)
+
+
+def random_cells(method, count, seed):
+    """Systems, η and numbers of the method over the ranges of the explorer, from soft contacts to stiff ones."""
+    rng = np.random.default_rng(seed)
+    systems = []
+    for _ in range(count):
+        kappa = rng.uniform(1.3, 4)
+        dampings = dict(zip(("d1", "d2", "d3"), rng.uniform(0.002, 0.08, 3), strict=True))
+        kappa3, restitution = rng.uniform(1.05, kappa - 0.05), rng.uniform(0.2, 0.9)
+        systems.append(System(kappa=kappa, kappa3=kappa3, restitution=restitution, **dampings))
+    own = {}
+    if not isinstance(method, Reference):
+        own = {"stiffness": 10 ** rng.uniform(2, 5, count), "damping": 10 ** rng.uniform(-0.5, 1.7, count)}
+    if isinstance(method, Newmark):
+        own["steps"] = (10 ** rng.uniform(2, 3.5, count)).astype(int)
+    return Cells(systems, rng.uniform(0.6, 3.8, count), method, **own)
+
+
+def single(system, eta, method):
+    """The run of a cell by itself, described."""
+    run = simulate(system, eta, method, **RUN)
+    return motion(run) if run.ok else None
+
+
+def assert_same(period, near, section, found):
+    """A cell has the periods and the words of the single run."""
+    assert (period, near) == (found.period, found.near_period)
+    assert kind_words(CellKind.UNKNOWN, period, near, section) == repetition(found)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_cells_have_the_periods_and_the_words_of_single_runs(name):
+    cells = random_cells(METHODS[name], 40, seed=1)
+    found = run_cells(cells, transient=TRANSIENT, sample=SAMPLE)
+    nearly = 0
+    for i in range(len(cells)):
+        described = single(cells.system_of(i), cells.eta[i], cells.method_of(i))
+        assert found.ok[i] == (described is not None)
+        if described:
+            assert_same(int(found.period[i]), int(found.near_period[i]), found.section[i], described)
+            nearly += described.near_period != described.period
+    assert nearly >= 3  # sections that come near to repeating themselves are among them
+
+
+def test_studies_have_the_periods_and_the_words_of_single_runs():
+    """Those of the diagram, of both sides of the plane, and with fixed and with located steps."""
+    cells = random_cells(METHODS["Newmark"], 3, seed=2)
+    for i in range(len(cells)):
+        system, eta, method = cells.system_of(i), float(cells.eta[i]), cells.method_of(i)
+        of = {"method": method, "eta": eta, "transient": TRANSIENT, "sample": SAMPLE}
+        diagram = EtaStudy(system, **of, values=[eta, eta + 0.1], coordinates=COORDINATES).compute()
+        found = single(system, eta, method)
+        section = np.stack([diagram[name][0] for name in COORDINATES], axis=1)
+        assert_same(int(diagram["period"][0]), int(diagram["near_period"][0]), section, found)
+        one = PlaneStudy(system, **of, K=[method.stiffness], D=[method.damping], only=SHOWN).compute()
+        both = StepStudy(system, **of, steps=[method.steps]).compute()
+        cases = [
+            (found, one["period"][0, 0], one["near_period"][0, 0]),
+            (single(system, eta, method.limit), one["exact_period"][0, 0], one["exact_near_period"][0, 0]),
+            (found, both["period"][0, 0], both["near_period"][0, 0]),
+        ]
+        for described, *periods in cases:
+            assert periods == [described.period, described.near_period]
+
+
+SHOWN = ("period", "near_period", "exact_period", "exact_near_period")
+
+
+@pytest.mark.parametrize("name", ["reference", "Newmark"])
+@pytest.mark.parametrize("count", [4, pytest.param(60, marks=pytest.mark.slow)])
+def test_judged_cells_never_contradict_the_judgement_of_single_motions(name, count):
+    """With less evidence a kind may stay undecided; one that is decided is that of `motion`, in its words."""
+    cells = random_cells(METHODS[name], count, seed=6)
+    kinds = judge_runs(cells, transient=1000, sample=48)
+    decided, scattered = 0, 0
+    for i, (kind, period) in enumerate(zip(kinds["kind"].tolist(), kinds["kind_period"].tolist(), strict=True)):
+        found = motion(cells.system_of(i), cells.eta[i], cells.method_of(i))
+        if kind in (CellKind.UNDECIDED, CellKind.ENDED_EARLY) or found.type == "undecided":
+            continue
+        decided += 1
+        scattered += kind == CellKind.ARTEFACT
+        assert kind_words(kind, period) == re.sub(r" \(±.*\)", "", repetition(found)), i
+    assert decided >= 0.7 * count
+    assert scattered >= 0.2 * count or name == "reference"
+
+
+def test_the_tabs_say_of_a_scattered_motion_what_a_single_run_says(monkeypatch, tmp_path):
+    """Its section nearly repeats itself after two periods, by chance; without a time step, after one."""
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(plane, "COUNT", 1)
+    monkeypatch.setattr(time_step, "STEPS", (2000,))
+    said = re.sub(r" \(±.*\)", "", repetition(motion(SCATTERED.system, 2.76, SCATTERED.penalty)))
+    assert said == "repeats every period, blurred by the time step"
+    ends = (11999.0, 12001.0), (17.999, 18.001)
+    plain, judged = (
+        list(plane.grow_plane(plane.PlaneQuestion(SCATTERED.system, 2.76, 2000, False, False, *ends, which), None, no))
+        for which in (False, True)
+    )
+    assert judged[-1].share == 1
+    assert plane_statements(SCATTERED, judged[-1])[0][1].startswith(said)
+    assert "by its section alone" in plane_statements(SCATTERED, plain[-1])[0][1]
+    question = time_step.StepQuestion(SCATTERED.system, 2.76, 12000.0, 18.0)
+    assert step_statements(SCATTERED, list(time_step.grow_step(question, None, no))[-1])[0][1].startswith(said)
+    asked = bifurcation.DiagramQuestion(SCATTERED.system, SCATTERED.penalty, "rest", (2.75, 2.76), count=2)
+    text = kind_text(list(bifurcation.grow_diagram(asked, None, no))[-1], 1)
+    assert re.fullmatch(rf"{said} \(±0\.\d+ in ξ₂\)", text)
+
+
+def no():
+    return False
