@@ -63,7 +63,7 @@ def _graded(*names: str) -> tuple[tuple[str, str], ...]:
 
 QUANTITIES = {
     "period": Quantity("period", _PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
-    "near_period": Quantity("period, without the step's scatter", _PERIOD_EDGES, PERIODS, PartialPlane.true_period),
+    "near_period": Quantity("period without scatter", _PERIOD_EDGES, PERIODS, PartialPlane.true_period),
     "contact": Quantity(
         "longest contact (steps)",
         (10, 30, 100, 300, 1000),

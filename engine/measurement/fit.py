@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arguments import shown
 from ..methods import Reference
 from ..model import System, check_eta
 from .least_squares import UPPER, FitProblem
@@ -112,9 +113,11 @@ def fit(
         If ``cancelled`` returned true.
     """
     names = tuple(names)
-    unknown = [name for name in names if name not in UPPER]
-    if unknown or not names or len(set(names)) < len(names):
-        raise ValueError(f"cannot fit {', '.join(names) or 'nothing'}: give some of {', '.join(UPPER)}, each once")
+    known = all(isinstance(name, str) and name in UPPER for name in names)
+    if not names or not known or len(set(names)) < len(names):
+        raise ValueError(
+            f"cannot fit {shown(names) if names else 'nothing'}: give some of {', '.join(UPPER)}, each once"
+        )
     eta = check_eta(eta)
     noise = recurrence(measurement, eta).noise
     problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled)

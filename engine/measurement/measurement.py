@@ -4,6 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arguments import shown
+from ..model import one_of
+
+FRAMES = ("absolute", "relative")
+
 
 @dataclass(frozen=True)
 class Measurement:
@@ -19,12 +24,28 @@ class Measurement:
         Whether the pendulums touch, if there was a contact sensor.
     frame : {"absolute", "relative"}
         As seen by a fixed sensor, ξ + cos ητ, or relative to the base, ξ.
+
+    Raises
+    ------
+    ValueError
+        If an array does not hold finite numbers of this shape, or the time decreases.
     """
 
     time: np.ndarray
     displacement: np.ndarray
     contact: np.ndarray | None
     frame: str
+
+    def __post_init__(self):
+        time = _numbers("time", self.time, 1)
+        checked = {"time": time, "displacement": _numbers("displacement", self.displacement, 2, len(time))}
+        if self.contact is not None:
+            checked["contact"] = _numbers("contact", self.contact, 1, len(time)) > 0
+        one_of("frame", self.frame, FRAMES)
+        if (np.diff(time) < 0).any():
+            raise ValueError("time decreases: give the samples in the order of their time")
+        for name, values in checked.items():
+            object.__setattr__(self, name, values)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -54,3 +75,19 @@ class Measurement:
         after = (total[:, last] - total[:, own]) / (last - own)
         change = after - before
         return change[1:] / change[0]
+
+
+def _numbers(name: str, values: object, dimensions: int, samples: int | None = None) -> np.ndarray:
+    """Finite numbers as an array, (samples,) or (2, samples); else a ValueError."""
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} = {shown(values)} are not numbers: give one for each sample") from None
+    count = found.shape[-1] if samples is None and found.ndim else samples
+    wanted = (count,) if dimensions == 1 else (2, count)
+    if not count or found.shape != wanted:
+        sizes = "(n,), n > 0" if samples is None else str(wanted)
+        raise ValueError(f"{name} has the shape {found.shape}: give {sizes}")
+    if not np.isfinite(found).all():
+        raise ValueError(f"{name} holds numbers that are not finite: leave these samples out")
+    return found

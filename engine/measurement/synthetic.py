@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..methods import Reference
-from ..model import System, require
+from ..model import System, require, whole
 from .cycle import reference_cycle
 from .measurement import Measurement
 
@@ -56,6 +56,7 @@ def synthetic_measurement(
     require("per_period", per_period, *PER_PERIOD_RANGE, "give samples per period")
     require("noise", noise, 0, 1e6, "give the standard deviation in base amplitudes")
     require("phase", phase, -1e6, 1e6, "give the tau at which it begins")
+    seed = whole("seed", seed, 0, 2**53, "give the start of the random numbers")
     _, cycle = reference_cycle(system, eta, method or Reference())
     if cycle is None:
         raise ValueError(f"the motion at eta = {eta:g} is not periodic: choose another eta")

@@ -9,6 +9,8 @@ import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 
+from ..methods import STEPS_RANGE
+from ..model import check_eta, require
 from .trials import NewmarkSetting, Trial, Trials
 
 
@@ -65,4 +67,6 @@ class RangeTrials:
 
 def steps_at(eta: float, highest: float, steps: int) -> int:
     """Return the steps per period at η of the time step that has so many at the highest frequency."""
+    eta, highest = check_eta(eta), check_eta(highest)
+    steps = require("steps", steps, *STEPS_RANGE, "give the steps per period at the highest frequency")
     return math.ceil(steps * highest / eta * (1 - 1e-12))

@@ -23,7 +23,7 @@ SCALE = Units(20.0, 3.0, 2.5, "mm-t-s")
         ("K is to blame: up to 100 the contact", "K is to blame: up to 120 N/mm the contact"),
         ("From η = 0.5 to 4", "From f = 1.59 to 12.7 Hz"),
         ("cell at K ≈ 100, D ≈ 8", "cell at K ≈ 120 N/mm, 2D ≈ 0.96 N·s/mm"),
-        ("period 1; ξ₂ scatters by 0.04; longest", "period 1; x₂ scatters by 0.1 mm; longest"),
+        ("its section alone; ξ₂ scatters by 0.04; longest", "its section alone; x₂ scatters by 0.1 mm; longest"),
         ("each point (ξ₂ by ±0.04).", "each point (x₂ by ±0.1 mm)."),
         ("blurred by the time step (±0.04 in ξ₂)", "blurred by the time step (±0.1 mm in x₂)"),
         ("it shrinks (±0.04 at T/2000, ±0.02 at T/4000)", "it shrinks (±0.1 mm at T/2000, ±0.05 mm at T/4000)"),

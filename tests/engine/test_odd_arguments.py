@@ -1,5 +1,6 @@
 """Odd arguments of every public name: a result, or a ValueError in one clear line; nothing else."""
 
+import contextlib
 import inspect
 import warnings
 
@@ -33,10 +34,22 @@ SYSTEM, NEWMARK, REFERENCE = System(), Newmark(1000, 18, 100), Reference()
 MOTION = motion(simulate(SYSTEM, 2.76, REFERENCE, periods=20, keep=4))
 PROBLEM = {"system": SYSTEM, "eta": 2.76, "method": REFERENCE}
 SHORT = {"transient": 2, "sample": 4}
+MEASURED = Measurement(np.linspace(0, 5, 41), np.ones((2, 41)), None, "absolute")
+MEASURED_AT = {"system": SYSTEM, "eta": 2.76, "measurement": MEASURED}
 
 
 def run_cells(**arguments):
     return engine.run_cells(Cells(**arguments), transient=2, sample=2, threads=1)
+
+
+def past_the_border(function):
+    """The function, given up once its arguments are taken: what it computes from them takes long."""
+
+    def call(**arguments):
+        with contextlib.suppress(engine.Cancelled):
+            function(**arguments, cancelled=lambda: True)
+
+    return call
 
 
 # Name: what is called, good arguments, and which of them become odd (by default all).
@@ -50,7 +63,35 @@ CALLS = {
         None,
     ),
     "Units": (Units, {"omega1": 1.0, "m1": 1.0, "base_amplitude": 1.0, "system": "si"}, None),
-    "Measurement": (Measurement, {"time": [0.0, 1.0]}, ()),
+    "Measurement": (Measurement, vars(MEASURED), None),
+    "fit": (past_the_border(engine.fit), MEASURED_AT | {"names": ("restitution",), "method": Reference()}, None),
+    "compare_measured": (
+        past_the_border(engine.compare_measured),
+        MEASURED_AT | {"penalty": NEWMARK, "reference": REFERENCE, "periods": 60, "initial": (0, 0, 0, 0)},
+        None,
+    ),
+    "measured_verdict": (engine.measured_verdict, {}, ("compared",)),
+    "synthetic_measurement": (
+        engine.synthetic_measurement,
+        {"system": SYSTEM, "eta": 2.76, "periods": 1, "per_period": 8, "noise": 0.0, "phase": 0.0, "frame": "absolute"},
+        ("system", "eta", "per_period", "noise", "phase", "frame", "seed", "method"),
+    ),
+    "measurement_text": (engine.measurement_text, {"measurement": MEASURED, "units": Units(), "comment": ""}, None),
+    "parse_measurement": (engine.parse_measurement, {"content": b"", "units": None}, None),
+    "diagram": (past_the_border(engine.diagram), {"system": SYSTEM, "method": REFERENCE}, None),
+    "shipped_diagram": (engine.shipped_diagram, {"system": SYSTEM, "method": REFERENCE}, None),
+    "recommend_range": (
+        past_the_border(engine.recommend_range),
+        {"system": SYSTEM, "etas": [2.7, 2.8], "tolerance": 0.1, "threads": 1, "stiffness_max": 1e5, "damping": 5.0},
+        None,
+    ),
+    "steps_at": (engine.steps_at, {"eta": 2.7, "highest": 2.8, "steps": 100}, None),
+    "search_attractors": (
+        past_the_border(lambda **given: list(engine.search_attractors(**given))),
+        PROBLEM | {"starts": 1, "seed": 0},
+        None,
+    ),
+    "system_text": (engine.system_text, {"system": SYSTEM, "units": None}, None),
     "Record": (lambda **record: simulate(**PROBLEM, periods=4, record=Record(**record)), {"periods": 2}, None),
     "simulate": (simulate, PROBLEM | {"periods": 4, "keep": 2, "initial": (0, 0, 0, 0), "record": None}, None),
     "simulate newmark": (simulate, PROBLEM | {"method": NEWMARK, "periods": 4, "keep": 2}, ("initial", "periods")),

@@ -52,7 +52,7 @@ def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
     assert explorer.figure("plane_penalty")["title"] == "Newmark T/2000, η = 2.76: period"
     assert explorer.figure("plane_exact")["title"] == "No time step, η = 2.76: period"
     text = panel(explorer).locator(".statements").text_content()
-    assert "period 1" in text.split("Exact penalty, cell at")[1]
+    assert "repeats every period" in text.split("Exact penalty, cell at")[1]
     explorer.page.mouse.click(*place(explorer, "plane_exact", 1000, 5))
     wait_until(lambda: abs(explorer.source("plane_mark")["K"][0] - 1000) < 30, what="the mark at the click")
     assert explorer.source("plane_mark")["D"][0] == pytest.approx(5, rel=0.03)
