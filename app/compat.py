@@ -7,11 +7,13 @@ versions. The hooks into the libraries' scripts are in ``page/shared/compat.js``
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping
 
 import numpy as np
+from bokeh.document import Document
 from bokeh.models import ColumnDataSource
-from panel.io.state import set_curdoc
+from panel.io.state import set_curdoc, state
 from tornado.iostream import IOStream
 from tornado.websocket import WebSocketHandler
 
@@ -62,6 +64,14 @@ def stop_compressing(handler: WebSocketHandler) -> None:
     2 s of a line of 1.6 Mbit/s; the numbers that a move sends hardly shrink, and compressing them would delay it.
     """
     handler.ws_connection._compressor = None
+
+
+def claim_document(doc: Document) -> None:
+    """Make the calling thread the one that changes a document, which another thread has built.
+
+    Uses ``panel.state._thread_id_``. Otherwise Panel puts each change off to the next turn of the loop.
+    """
+    state._thread_id_[doc] = threading.get_ident()
 
 
 def stream_of(handler: WebSocketHandler) -> IOStream:

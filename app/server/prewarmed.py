@@ -17,16 +17,17 @@ from bokeh.core.serialization import Serialized
 from bokeh.document import Document
 from bokeh.document.events import DocumentChangedEvent, DocumentPatchedEvent
 from bokeh.server.contexts import ApplicationContext
+from bokeh.server.session import ServerSession
 from tornado.httputil import HTTPHeaders, HTTPServerRequest, RequestStartLine
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import jobs
+from vibroscope.app.server.building import in_thread
 
 # Panel reads the arguments of the request that a session is built for; this one has none.
 PLAIN_REQUEST = HTTPServerRequest(
     start_line=RequestStartLine("GET", "/", "HTTP/1.1"), headers=HTTPHeaders({"Host": "localhost"})
 )
 _CHECK_SECONDS = 0.5
-_ACTIVE_SECONDS = 1.0
 
 
 class PrewarmedSession:
@@ -54,6 +55,7 @@ class PrewarmedSession:
     ) -> None:
         self._context, self._new_id = context, new_id
         self._quiet_seconds, self._claim_seconds = quiet_seconds, claim_seconds
+        self._building = ""  # identifier of the session that is being built
         self._ready = ""  # identifier of the session that can be handed out
         self._handed_out = ""  # identifier of the one that was, until a browser opens it
         self._handed_out_at = 0.0
@@ -64,14 +66,9 @@ class PrewarmedSession:
         """Record that a browser has sent a message."""
         self._active_at = time.monotonic()
 
-    @property
-    def active(self) -> bool:
-        """Whether a browser has sent something within the last second."""
-        return time.monotonic() - self._active_at < _ACTIVE_SECONDS
-
     def owns(self, session_id: str) -> bool:
         """Return whether this is a prewarmed session that no browser has opened yet."""
-        return bool(session_id) and session_id in (self._ready, self._handed_out)
+        return bool(session_id) and session_id in (self._building, self._ready, self._handed_out)
 
     def hand_out(self) -> str:
         """Return the identifier of the prewarmed session, once, or an empty text if there is none."""
@@ -101,24 +98,29 @@ class PrewarmedSession:
             await self._build()
 
     async def _build(self) -> None:
-        session_id = self._new_id()
+        session_id = self._building = self._new_id()
         with logs.in_session(logs.session_name(session_id)):
             session = await self._context.create_session_if_needed(session_id, PLAIN_REQUEST)
+            session.block_expiration()
+            await self._store_json(session)
+            self._ready, self._building = session_id, ""
             logs.event("session kept ready", logging.DEBUG)
-        session.block_expiration()
-        self._store_json(session.document)
-        self._ready = session_id
 
-    def _store_json(self, doc: Document) -> None:
+    async def _store_json(self, session: ServerSession) -> None:
         """Serialise the document now, which would be most of the wait for it, and drop the result when it changes."""
+        doc, changed = session.document, False
 
         def drop(event: DocumentChangedEvent) -> None:
+            nonlocal changed
             if isinstance(event, DocumentPatchedEvent):  # a change that the browser sees
+                changed = True
                 self.take_json(doc)
                 doc.remove_on_change(drop)
 
-        self._stored[doc] = doc.to_json()
         doc.on_change(drop)
+        stored = await in_thread(session, doc.to_json)
+        if not changed:
+            self._stored[doc] = stored
 
     def take_json(self, doc: Document) -> Serialized | None:
         """Return the stored form of a document once, or None if there is none or the document has changed since."""

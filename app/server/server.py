@@ -7,11 +7,10 @@ import gc
 import logging
 import os
 import signal
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-from bokeh.core.validation import silence
-from bokeh.core.validation.warnings import EMPTY_LAYOUT
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
 from bokeh.settings import settings as bokeh_settings
@@ -31,6 +30,7 @@ from vibroscope.app.runtime.settings import Settings
 from vibroscope.app.runtime.workers import jobs, shut_down, workers
 from vibroscope.app.server import connections, endpoints
 from vibroscope.app.server.admission import Admission, page_or_apology
+from vibroscope.app.server.building import SWITCH_SECONDS, ThreadedApplication
 from vibroscope.app.server.hosts import Misdirected, OtherHost, allowed_hosts, allowed_origins
 from vibroscope.app.server.housekeeping import limit_cache, trim_cache
 from vibroscope.app.server.security import SecurityHeaders
@@ -91,9 +91,10 @@ class Server(BaseServer):
 
 def _make_app(chosen: Settings, admission: Admission, port: int) -> BokehTornado:
     """Return the web application with its routes."""
-    silence(EMPTY_LAYOUT, True)  # a tab's place is empty until the tab is opened
+    bokeh_settings.perform_document_validation = False  # the tests do it: a tenth of the cost of a page
+    (built,) = build_applications({"/": page_or_apology}, title=TITLE, location=False).values()
     app = BokehTornado(
-        build_applications({"/": page_or_apology}, title=TITLE, location=False),
+        {"/": ThreadedApplication(*built.handlers)},
         websocket_max_message_size_bytes=_MOST_MESSAGE_BYTES,
         ico_path=str(DIST_DIR / "images" / "favicon.ico"),
         websocket_compression_level=6,  # of the document; see `SessionSocket.on_message`
@@ -154,6 +155,7 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
     compute.warm()
     compilation.watch(_LogCompilation())
     load_diagram("table")
+    sys.setswitchinterval(SWITCH_SECONDS)
     gc.freeze()  # imported objects stay: each full collection would visit them, for 0.1 to 0.3 s
     server = Server(chosen)
     server.io_loop.asyncio_loop.set_default_executor(ThreadPoolExecutor(chosen.threads, "loop"))

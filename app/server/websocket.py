@@ -19,9 +19,9 @@ from bokeh.util.token import get_session_id
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 from vibroscope.app.compat import stop_compressing, stream_of
-from vibroscope.app.page.explore.views import make_between
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import TokenBucket
+from vibroscope.app.server.building import pull
 from vibroscope.app.server.hosts import is_allowed_origin, log_refused
 from vibroscope.app.server.protocol import PageProtocol
 from vibroscope.app.server.tokens import is_valid_token
@@ -34,11 +34,12 @@ _RATE, _BURST, _RECONNECT, _PULL = 1200, 1700, 170, 750
 _BYTES, _BYTES_AT_ONCE = 400_000, 1_000_000  # a second of one connection: larger files are read more slowly
 _HEADER_BYTES = 2  # that begin each frame, read for themselves
 _LEAVE_SECONDS = 0.5  # for a connection that was ended to close
+_MOST_WAITING = 50  # openings of one address, behind which there may be a class
 _MOST_CONNECTIONS = 3  # per session: a browser may reconnect before the server knows that it had gone
 _FAILED = "This could not be done. The fault is the server's, and it has been noted."
 _budgets: WeakKeyDictionary[ServerSession, TokenBucket] = WeakKeyDictionary()
 _handlers: dict[str, Callable[[Message, ServerConnection], Awaitable[Message]]] = {
-    "PULL-DOC-REQ": ServerSession.pull,
+    "PULL-DOC-REQ": pull,
     "PATCH-DOC": ServerSession.patch,
 }
 
@@ -103,14 +104,16 @@ class SessionSocket(WSHandler):
         admission = self.application.settings["admission"]
         context = self.application_context
         if admission.session(session_id) is None:
-            async with admission.openings.turn(self.request.remote_ip or ""):
+            owner = self.request.remote_ip or ""
+            if admission.openings.waiting(owner) >= _MOST_WAITING:
+                self._refuse("Too many pages are being opened from this address. Please try again in a minute.")
+                return None
+            async with admission.openings.turn(owner):
                 if self._stream.closed() or self._closed:
                     return None
                 if admission.session(session_id) is None and (reason := admission.refusal()):
                     self._refuse(reason)
                     return None
-                if "tab=" not in self.request.query:  # opens with the figures of Explore
-                    await make_between(lambda: admission.prewarmed.active)
                 await context.create_session_if_needed(session_id, self.request)
         session = await context.create_session_if_needed(session_id, self.request)
         return None if self._closed else session

@@ -15,10 +15,11 @@ from bokeh.document import Document
 from bokeh.events import Event
 from bokeh.models import ColumnDataSource
 from panel.custom import JSComponent
+from panel.io.state import set_curdoc, state
 from panel.reactive import ReactiveCustomBase, Syncable
 from tornado.web import Application
 from tornado.websocket import WebSocketHandler, websocket_connect
-from vibroscope.app.compat import FastUpdates, stop_compressing, stream_of, update_silently
+from vibroscope.app.compat import FastUpdates, claim_document, stop_compressing, stream_of, update_silently
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.server.connections import Listener, Stream
 
@@ -162,3 +163,12 @@ def test_a_websocket_compresses_until_it_is_stopped_and_the_client_reads_both():
 
     asyncio.run(asyncio.wait_for(steps(), 20))
     assert sent[0] < 100 < 10_000 < sent[1]
+
+
+def test_a_document_that_another_thread_has_built_is_changed_at_once_by_the_one_that_claims_it():
+    doc = Document()
+    state._thread_id_[doc] = -1
+    with set_curdoc(doc):
+        assert not state._unblocked(doc)
+        claim_document(doc)
+        assert state._unblocked(doc)

@@ -34,6 +34,9 @@ class Registry:
         class Session:
             document = registry.documents[session_id]
 
+            async def with_document_locked(self, act):
+                return await act()
+
             def block_expiration(self):
                 registry.blocked[session_id] += 1
 

@@ -2,26 +2,19 @@
 
 import asyncio
 import json
-import re
 import struct
 import time
 from contextlib import suppress
 
 import pytest
-from bokeh.document import Document
-from panel.io.state import set_curdoc
 from tornado.iostream import StreamClosedError
 from tornado.websocket import WebSocketClosedError
 from vibroscope.app.page import take_away
-from vibroscope.app.page.explore.views import make_between
-from vibroscope.app.page.tabs import TABS
 from vibroscope.app.runtime import limits
 from vibroscope.app.runtime.limits import Turns
 
 from tests.browserless import Client, mapped, token_of
 from tests.served import served
-
-from .fakes import FakeHost
 
 
 @pytest.fixture
@@ -96,6 +89,21 @@ def test_who_asked_for_too_much_waits_and_nobody_else(spend, monkeypatch):
     assert waited == [Turns.PENALTY - 1]
 
 
+def test_the_turns_that_an_owner_waits_for_are_counted():
+    async def steps():
+        turns = Turns()
+        async with turns.turn("a"):
+            waiting = [asyncio.ensure_future(turns.turn(owner).__aenter__()) for owner in "aab"]
+            await asyncio.sleep(0)
+            counted = [turns.waiting(owner) for owner in "abc"]
+            for each in waiting:
+                each.cancel()
+            await asyncio.gather(*waiting, return_exceptions=True)
+            return counted, turns.waiting("a")
+
+    assert asyncio.run(steps()) == ([2, 1, 0], 0)
+
+
 def test_who_gave_up_waiting_has_no_turn_and_holds_up_nobody():
     async def steps():
         turns, had = Turns(), []
@@ -114,25 +122,6 @@ def test_who_gave_up_waiting_has_no_turn_and_holds_up_nobody():
         assert had == ["a", "c", "d"]
 
     asyncio.run(steps())
-
-
-def explore(prepare):
-    """What is sent of the tab Explore, with its models numbered in their order."""
-
-    async def steps():
-        if prepare:
-            await make_between(lambda: True)
-        doc = Document()
-        with set_curdoc(doc):
-            doc.add_root(TABS["explore"](FakeHost()).build().get_root(doc))
-        return json.dumps(doc.to_json().content, default=lambda buffer: bytes(buffer.data).hex())
-
-    text, numbers = asyncio.run(steps()), {}
-    return re.sub(r"\b[A-Za-z]+\d{4,}\b", lambda found: str(numbers.setdefault(found[0], len(numbers))), text)
-
-
-def test_figures_that_were_made_one_by_one_are_the_same():
-    assert explore(prepare=True) == explore(prepare=False)
 
 
 # --- what a client sends ----------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
 import holoviews as hv
@@ -19,6 +20,7 @@ from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.raster import raster
 from vibroscope.engine import System
 
+_holoviews_lock = threading.Lock()  # its options are global, and pages are built in threads
 _PIXELS = (480, 250)  # of the picture, until the browser has sent the size of the frame
 _TITLE = "Reference over η: click sets η"
 _SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
@@ -192,6 +194,16 @@ def _picture_figure():
     """A figure with a picture, made by HoloViews, and the source of the picture."""
     import holoviews.plotting.bokeh  # noqa: F401 - registers the backend
 
+    with _holoviews_lock:
+        plot = _rendered()
+    plot.name = "diagram"
+    plot.sizing_mode = "stretch_both"
+    plot.toolbar_location = "above"
+    plot.min_border_left, plot.min_border_right, plot.min_border_bottom, plot.min_border_top = 48, 12, 40, 4
+    return apply_style(plot), plot.renderers[0].data_source
+
+
+def _rendered():
     hv.renderer("bokeh").webgl = False
     hv.renderer("bokeh").theme = THEME
     axes = [hv.Dimension("eta", label="excitation frequency η = Ω/ω₁"), hv.Dimension("xi", label="ξ")]
@@ -205,9 +217,4 @@ def _picture_figure():
         tools=["pan", "box_zoom", "wheel_zoom", "reset", "save"],
         active_tools=["box_zoom"],
     )
-    plot = hv.render(image, backend="bokeh")
-    plot.name = "diagram"
-    plot.sizing_mode = "stretch_both"
-    plot.toolbar_location = "above"
-    plot.min_border_left, plot.min_border_right, plot.min_border_bottom, plot.min_border_top = 48, 12, 40, 4
-    return apply_style(plot), plot.renderers[0].data_source
+    return hv.render(image, backend="bokeh")

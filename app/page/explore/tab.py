@@ -31,19 +31,23 @@ from vibroscope.app.export.tables import (
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import Comparison
+from vibroscope.app.page.explore.displacement import DisplacementView
+from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.page.explore.findings import Findings
+from vibroscope.app.page.explore.force import ForceView
 from vibroscope.app.page.explore.map_source import MapPoints, MapSource
 from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.motion_judge import MotionJudge
+from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.explore.pinned import PinnedResults
 from vibroscope.app.page.explore.result import Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
-from vibroscope.app.page.explore.views import make_views
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
+from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
@@ -84,7 +88,9 @@ class Explore(Tab):
 
     def build(self) -> pn.viewable.Viewable:
         """Make mechanism, figures and findings; `explore.css` arranges them in a grid."""
-        self._time, self.phase, self.displacement, self.force, self.eta_map = make_views()
+        self._time, self.phase = OwnedRange(0, WINDOW), PhaseView()
+        self.displacement, self.force = DisplacementView(self._time.range), ForceView(self._time.range)
+        self.eta_map = EtaMapView(self.phase.sections)
         self.eta_map.set_texts = self.host.set
         self._sender = ColumnSender()
         self.mechanism = Mechanism()

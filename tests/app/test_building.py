@@ -1,0 +1,138 @@
+"""Documents are built and serialised in a thread: the loop serves others meanwhile."""
+
+import asyncio
+import threading
+from contextlib import suppress
+
+import pytest
+from bokeh.application.handlers import FunctionHandler
+from bokeh.core.validation.check import check_integrity
+from bokeh.document import Document
+from bokeh.models import Range1d
+from bokeh.protocol import Protocol
+from bokeh.server.contexts import ApplicationContext
+from panel.io.state import set_curdoc, state
+from tornado.ioloop import IOLoop
+from vibroscope.app.page.tabs import TABS
+from vibroscope.app.server.building import ThreadedApplication, pull
+from vibroscope.app.server.prewarmed import PLAIN_REQUEST
+
+from .fakes import FakeHost
+
+SECONDS = 20  # after which a loop that waits for the thread, which waits for the loop, is found out
+
+
+def while_the_loop_goes_on(steps):
+    """Run ``steps(wait)``: ``wait()`` in a thread lasts until the loop has gone round; false if it never has."""
+    reached, answered = threading.Event(), threading.Event()
+
+    def wait():
+        reached.set()
+        return answered.wait(SECONDS)
+
+    async def answer():
+        while not reached.is_set():
+            await asyncio.sleep(0)
+        answered.set()
+
+    async def both():
+        answering = asyncio.ensure_future(answer())
+        try:
+            return await asyncio.wait_for(steps(wait), 2 * SECONDS)
+        finally:
+            answering.cancel()
+            with suppress(asyncio.CancelledError):
+                await answering
+
+    return asyncio.run(both())
+
+
+async def session_of(build, number="1"):
+    context = ApplicationContext(ThreadedApplication(FunctionHandler(build)), io_loop=IOLoop.current(), url="/")
+    return await context.create_session_if_needed(number, PLAIN_REQUEST)
+
+
+def test_the_loop_goes_on_while_a_document_is_built():
+    served = []
+
+    def build(doc, wait):
+        served.append(wait())
+        doc.add_root(Range1d(start=0, end=1))
+
+    session = while_the_loop_goes_on(lambda wait: session_of(lambda doc: build(doc, wait)))
+    assert served == [True]
+    assert len(session.document.roots) == 1  # and is built once
+
+
+def test_one_document_is_built_at_a_time():
+    building = []
+
+    def build(doc):
+        building.append("begin")
+        doc.add_root(Range1d(start=0, end=1))
+        building.append("end")
+
+    async def steps():
+        context = ApplicationContext(ThreadedApplication(FunctionHandler(build)), io_loop=IOLoop.current(), url="/")
+        await asyncio.gather(*(context.create_session_if_needed(str(n), PLAIN_REQUEST) for n in range(4)))
+
+    asyncio.run(steps())
+    assert building == ["begin", "end"] * 4
+
+
+def test_the_loop_goes_on_while_a_document_is_serialised_and_the_document_is_locked_meanwhile():
+    served, locked = [], []
+
+    async def steps(wait):
+        session = await session_of(lambda doc: doc.add_root(Range1d(start=0, end=1)))
+
+        class Slow(Protocol):
+            def create(self, *arguments):
+                locked.append(session._lock._block._value == 0)
+                served.append(wait())
+                return super().create(*arguments)
+
+        class Connection:
+            protocol = Slow()
+
+        Connection.session = session
+        request = Protocol().create("PULL-DOC-REQ")
+        return await pull(request, Connection), request, session
+
+    reply, request, session = while_the_loop_goes_on(steps)
+    assert served == locked == [True]
+    assert reply.header["reqid"] == request.header["msgid"]
+    assert reply.content["doc"] == session.document.to_json().content
+
+
+def test_changes_on_the_loop_are_made_at_once_although_a_thread_has_built_the_document():
+    async def steps():
+        session = await session_of(lambda doc: doc.add_root(Range1d(start=0, end=1)))
+        with set_curdoc(session.document):
+            state._connected[session.document] = True
+            return state._unblocked(session.document)
+
+    assert asyncio.run(steps())
+
+
+# What the server does not check for each visitor.
+UNFILLED = "EMPTY_LAYOUT"  # a tab's place is empty until the tab is opened
+
+
+@pytest.mark.parametrize("key", TABS)
+def test_the_documents_of_all_tabs_are_sound(key):
+    doc = Document()
+    with set_curdoc(doc):
+        doc.add_root(TABS[key](FakeHost()).build().get_root(doc))
+    issues = check_integrity(doc.roots[0].references())
+    assert not issues.error
+    assert {issue.name for issue in issues.warning} <= {UNFILLED}
+
+
+def test_a_document_that_cannot_be_built_is_no_empty_page():
+    def build(doc):
+        raise ZeroDivisionError
+
+    application = ThreadedApplication(FunctionHandler(build, trap_exceptions=False))
+    with pytest.raises(ZeroDivisionError):
+        application.initialize_document(Document())
