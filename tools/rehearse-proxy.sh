@@ -38,7 +38,7 @@ nginx -t -q -c "$work/nginx.conf" || fail "configuration"
 say "nginx -t: the configuration is good"
 
 BOKEH_SECRET_KEY=$(.venv/bin/python -c 'import secrets; print(secrets.token_urlsafe(48))')
-export BOKEH_SECRET_KEY VIBROSCOPE_ORIGINS=127.0.0.1:$port,127.0.0.1:$tls VIBROSCOPE_PROXIED=yes
+export BOKEH_SECRET_KEY VIBROSCOPE_ORIGINS=127.0.0.1:$port,127.0.0.1:$tls,example.org VIBROSCOPE_PROXIED=yes
 for number in 1 2; do
     .venv/bin/vibroscope serve --port "${replicas[number - 1]}" >"$work/app$number.log" 2>&1 &
     running+=($!)
@@ -103,7 +103,31 @@ headers 200 "$site/"
 headers 404 "$site/nothing"
 headers 400 -H 'Host: a b' "$site/"
 headers 413 --data-binary "$(head -c 5000 /dev/zero | tr '\0' x)" "$site/static/x"
-say "security headers, each once: the page, and nginx's own 404, 400 and 413"
+headers 400 -H 'Content-Length: x' "http://127.0.0.1:$first/"
+say "security headers, each once: the page, nginx's own 404, 400 and 413, and a bare 400 of Tornado"
+
+# knocks SITE HOST: who may come in under this name, by page and by websocket, and who may not
+knocks() {
+    local site=$1 host=$2 origin; shift 2
+    origin=${site%%:*}://$host
+    token=$(curl -s "$@" -H "Host: $host" "$site/" | grep -o '"token":"[^"]*"' | cut -d '"' -f 4) || fail "no page for $host"
+    local socket=("$@" -o /dev/null -w '%{http_code}' --max-time 2 -H 'Upgrade: websocket' -H 'Connection: Upgrade'
+        -H 'Sec-WebSocket-Version: 13' -H 'Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==' -H "Sec-WebSocket-Protocol: bokeh, $token")
+    knock() { # STATUS HOST ORIGIN
+        local got; got=$(curl -s --http1.1 "${socket[@]}" -H "Host: $2" -H "Origin: $3" -H 'Sec-Fetch-Site: same-origin' "$site/ws") || true
+        [ "$got" = "$1" ] || fail "$site, Host $2, Origin $3: $got, not $1"
+    }
+    knock 421 evil.example "${site%%:*}://evil.example"
+    knock 421 evil.example "$origin"
+    knock 421 "$host.evil.example" "$origin"
+    knock 403 "$host" "${site%%:*}://evil.example"
+    knock 403 "$host" "${origin%:*}:1"
+    knock 403 "$host" null
+    knock 101 "$host" "$origin"
+    headers 421 "$@" -H 'Host: evil.example' "$site/"
+}
+knocks "$site" "127.0.0.1:$port"
+say "a page and a websocket only for the server's own name, whatever Host, Origin and Sec-Fetch-Site say"
 for path in /metrics /liveness /autoload.js /components/os/x/y/z; do
     [ "$(curl -s -o /dev/null -w '%{http_code}' "$site$path")" = 404 ] || fail "$path answers"
 done
@@ -142,12 +166,14 @@ else
     security+=(Strict-Transport-Security)
     headers 200 --interface 127.0.0.4 "https://127.0.0.1:$tls/"
     headers 404 --interface 127.0.0.4 "https://127.0.0.1:$tls/nothing"
+    knocks "https://127.0.0.1:$tls" "127.0.0.1:$tls" --interface 127.0.0.4
+    knocks "https://127.0.0.1:$tls" example.org --interface 127.0.0.4 # as on port 443
     unset 'security[-1]' # a browser takes it over HTTPS only
     .venv/bin/python tests/release/hold_sessions.py "https://127.0.0.1:$tls" 1 || fail "no session over HTTPS"
     led=$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "http://127.0.0.1:$plain/?eta=1.2")
     [ "$led" = '301 https://127.0.0.1/?eta=1.2' ] || fail "plain HTTP answers $led"
     headers 301 "http://127.0.0.1:$plain/"
-    say "HTTPS: page, websocket, a value set; plain HTTP leads there"
+    say "HTTPS: page, websocket, a value set, no other name; plain HTTP leads there"
 fi
 
 # --- no replica left ---------------------------------------------------------------------------------------------------
