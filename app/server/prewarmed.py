@@ -1,8 +1,8 @@
 """A session built in advance for the next visitor, because building one takes most of the time before the first figure.
 
 A page request gets the prewarmed session together with its token, once, and only if the request has no address query.
-The next one is built when no browser has sent anything for a while, because the server answers nothing meanwhile. A
-flood of page requests therefore builds no session, and pages that are never opened cost at most one session per minute.
+The next one is built when no browser has sent anything for a while, since that slows what the server answers. A flood
+of page requests therefore builds no session, and pages that are never opened cost at most one session per minute.
 """
 
 from __future__ import annotations
