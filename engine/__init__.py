@@ -48,7 +48,7 @@ _LATER = {
     "sweeps": ("COORDINATES", "DIRECTIONS", "OVER", "Progress", "sweep_eta", "sweep_plane", "sweep_step"),
     "sweeps.axis": ("spaced",),
     "sweeps.diagrams": ("Diagram", "diagram", "ship_diagrams", "shipped_diagram"),
-    "system_file": ("SystemFile", "parse_system", "read_system", "system_text", "toml_tables"),
+    "system_file": ("SystemFile", "parse_system", "read_system", "system_of_tables", "system_text", "toml_tables"),
     "units": ("QUANTITIES", "UNIT_SYSTEMS", "Units"),
     "wording": ("counted", "many", "percent", "rounded"),
 }

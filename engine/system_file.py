@@ -106,7 +106,11 @@ def parse_system(content: bytes) -> SystemFile:
     """Parse the bytes of a system file; raises as :func:`read_system`, without the name of the file."""
     if len(content) > SIZE_LIMIT:
         raise ValueError(f"larger than {SIZE_LIMIT} bytes: a system file holds ten numbers")
-    tables = toml_tables(content)
+    return system_of_tables(toml_tables(content))
+
+
+def system_of_tables(tables: dict) -> SystemFile:
+    """The same of the tables of a TOML file."""
     _refuse_unknown(tables, ("system", "units"), "table")
     constants = _numbers(tables, "system", (*SYSTEM_CONSTANTS, MASS_RATIO))
     units = Units(**_numbers(tables, "units", tuple(UNIT_CONSTANTS)))

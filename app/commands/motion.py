@@ -98,7 +98,7 @@ def _motion_lines(found: Motion) -> list[str]:
         lines += [f"impacts at        {at} periods", f"closing speeds    {speeds}"]
     lines += [
         f"each period       impulse {_number(found.impulse)}, energy lost {_number(found.energy_lost)}",
-        f"peak force        {_number(found.peak_force)}",
+        f"peak force        {_peak_force(found)}",
     ]
     if len(found.multipliers):
         values = ", ".join(f"{m:.5g}" if m.imag else f"{m.real:.5g}" for m in found.multipliers.tolist())
@@ -122,6 +122,13 @@ def _name(found: Motion) -> str:
 
 def _rate_text(per_period: float, share: float) -> str:
     return f"{per_period:.4g} per period, {100 * share:.2f} % of the time"
+
+
+def _peak_force(found: Motion) -> str:
+    """The peak force, or why there is none."""
+    if not found.peak_force > 0 and found.impacts_per_period > 0 and not found.contact_share > 0:
+        return "none: impacts have an impulse alone"
+    return _number(found.peak_force)
 
 
 def _number(value: float) -> str:

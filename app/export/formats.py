@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.state import FIELDS, Setting, print_number
-from vibroscope.engine import Units, parse_system, toml_tables
+from vibroscope.engine import Units, system_of_tables, toml_tables
 
 
 class Figure(NamedTuple):
@@ -79,7 +79,7 @@ def texts_from_toml(text: str) -> dict[str, str]:
     """Texts for `app.explorer.state.read_setting` from a TOML file.
 
     The file has the tables [setting] and [units] as `as_toml` writes them, or it is a system file as
-    `engine.parse_system` reads it.
+    `engine.parse_system` reads it, or both: then what [setting] says counts.
 
     Raises
     ------
@@ -88,13 +88,17 @@ def texts_from_toml(text: str) -> dict[str, str]:
     """
     content = text.encode()
     tables = toml_tables(content)
-    if "setting" not in tables and {"system", "units"} & tables.keys():
-        file = parse_system(content)
+    rest = {name: table for name, table in tables.items() if name != "setting"}
+    if "setting" in tables and (unknown := rest.keys() - {"system", "units"}):
+        raise ValueError(f"unknown table [{min(unknown)[:40]}]: known are [setting], [system], [units]")
+    values = {}
+    if "system" in rest or ("units" in rest and "setting" not in tables):
+        file = system_of_tables(rest)
         values = file.system.as_dict() | {name: getattr(file.units, unit) for name, unit in _UNITS.items()}
-    else:
-        values = _read_table(tables, "setting", {name: name for name in FIELDS if name not in _UNITS})
-        if "units" in tables:
-            values |= _read_table(tables, "units", {unit: name for name, unit in _UNITS.items()})
+    elif "units" in rest:
+        values = _read_table(rest, "units", {unit: name for name, unit in _UNITS.items()})
+    if "setting" in tables or not values:
+        values |= _read_table(tables, "setting", {name: name for name in FIELDS if name not in _UNITS})
     return {name: value if isinstance(value, str) else print_number(value) for name, value in values.items()}
 
 

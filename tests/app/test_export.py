@@ -147,6 +147,8 @@ def test_a_system_file_is_taken_with_its_units():
         "[setting]\neta = true",
         "[setting]\neta = nan",
         "[system]\nkappa = 'x'",
+        "[setting]\neta = 1\n[system]\nkappa = 'x'",  # no part of a file is ignored
+        "[setting]\neta = 1\n[sistem]\nkappa = 2",
         "x=" + 20_000 * "[",
         "x = " + 5_000 * "9",
         "[setting]\n\ud800",
@@ -155,3 +157,10 @@ def test_a_system_file_is_taken_with_its_units():
 def test_a_file_with_a_fault_is_refused_whole(text):
     with pytest.raises(ValueError):  # noqa: PT011 - each with words of its own
         read_setting(texts_from_toml(text))
+
+
+def test_a_file_may_hold_the_system_and_the_setting():
+    text = "[system]\nkappa = 2.2\nmass_ratio = 0.6\n[units]\nm1 = 2.0\n[setting]\nK = 9000\n"
+    found = read_setting(texts_from_toml(text))
+    assert (found.kappa, found.m1, found.K) == (2.2, 2.0, 9000.0)
+    assert found.system.mass_ratio == pytest.approx(0.6)
