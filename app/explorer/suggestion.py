@@ -89,12 +89,15 @@ def make_question(setting: Setting, typed: object) -> Question:
     Refused
         If one of them is none, or if the page could not be set to what the search may find.
     """
-    asked = default_limits(setting) | dict(typed if isinstance(typed, Mapping) else {})
+    usual = default_limits(setting)
+    asked = usual | dict(typed if isinstance(typed, Mapping) else {})
     percent = {"units": {"": 1.0, "%": 1.0}, "shown": "%"}
     tolerance = float(read_typed_number("tolerance", asked.get("tolerance"), _PERCENT, **percent)) / 100
     field = shown_field("K", setting)
     K_options = {"units": field.typed, "shown": field.unit}
     stiffness_max = float(read_typed_number("K allowed", asked["K"], STIFFNESS_MAX_RANGE, **K_options))
+    if asked["K"] == usual["K"]:  # the text is rounded where units are shown, and the search would try other K
+        stiffness_max = Limits().stiffness_max
     steps_range = (STEPS_MAX_RANGE[0], min(STEPS_MAX_RANGE[1], most_steps()))
     steps_max = int(read_typed_number("T/Δτ allowed", asked["steps"], steps_range, whole=True))
     held = str(asked.get("hold", ""))

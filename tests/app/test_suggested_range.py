@@ -5,7 +5,7 @@ import math
 import pytest
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.suggestion import make_question, suggestion_content
+from vibroscope.app.explorer.suggestion import default_limits, make_question, suggestion_content
 from vibroscope.engine import RangeRecommendation, Served, System
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
@@ -21,6 +21,12 @@ def test_one_setting_is_asked_for_a_range_and_follows_no_single_frequency():
     assert asked == asked.follow(SETTING._replace(eta=1.2))
     hertz = make_question(SETTING._replace(units="si", omega1=20.0), RANGE | {"from": "8.6 Hz", "to": "8.8"})
     assert hertz.etas[0] == pytest.approx(8.6 * 2 * math.pi / 20, rel=1e-5)
+
+
+def test_the_limits_that_are_offered_ask_the_same_question_in_all_units():
+    physical = SETTING._replace(units="mm-t-s", omega1=94.24777960769379, m1=2.0, amplitude=0.5)
+    offered = {name: default_limits(physical)[name] for name in ("K", "steps")}
+    assert make_question(physical, {"tolerance": "5"} | offered) == make_question(SETTING, {"tolerance": "5"})
 
 
 @pytest.mark.parametrize(
