@@ -1,12 +1,13 @@
 """The long tests of `make release`: thousands of fuzzed inputs, faults, hostile clients, a stop under load, a soak.
 
 They print their figures, and the sums at the end. ``RELEASE_INPUTS`` sets how many inputs of each kind are tried,
-``RELEASE_SOAK`` the seconds of the soak; many visitors at once, and a thousand that come and go, are measured by
-``benchmarks/sessions.py``.
+``RELEASE_SEED`` makes them others, ``RELEASE_SOAK`` sets the seconds of the soak; many visitors at once, and a thousand
+that come and go, are measured by ``benchmarks/sessions.py``.
 """
 
 import json
 import os
+import random
 from collections import Counter
 from pathlib import Path
 
@@ -42,6 +43,12 @@ def pytest_terminal_summary(terminalreporter, config):
 @pytest.fixture(scope="session")
 def inputs():
     return int(os.environ.get("RELEASE_INPUTS", "12000"))
+
+
+@pytest.fixture
+def chance(request):
+    """Random choices of a test's own; others with another ``RELEASE_SEED``."""
+    return random.Random(f"{request.node.name} {os.environ.get('RELEASE_SEED', '1')}")
 
 
 @pytest.fixture

@@ -154,13 +154,13 @@ VALUES += (
 )
 
 
-def random_request(chance):
+def random_request(chance, host):
     """Return a request as bytes, which may be invalid HTTP."""
     steps = [chance.choice(STEPS) for _ in range(chance.randint(0, 3))]
     path = chance.choice(PLACES) + b"".join(steps)
     lines = [b" ".join((chance.choice(METHODS), path, chance.choice(VERSIONS)))]
     if chance.random() < 0.9:
-        lines.append(b"Host: 127.0.0.1")
+        lines.append(b"Host: " + host)
     names = [chance.choice(HEADERS) for _ in range(chance.choice((0, 0, 1, 3)))]
     lines += [name + chance.choice((b": ", b": ", b": ", b":", b" ")) + chance.choice(VALUES) for name in names]
     return b"\r\n".join(lines) + b"\r\n\r\n" + chance.choice((b"", b"", b"0\r\n\r\n", b"zz\r\n", b"\0" * 50))

@@ -1,7 +1,6 @@
 """The explorer serves with any cache folder: full, read-only or damaged."""
 
 import json
-import random
 import shutil
 import subprocess
 from contextlib import contextmanager, suppress
@@ -56,8 +55,8 @@ def test_nothing_can_be_stored(fault, tmp_path, report):
     report(f"cache folder {fault}: served, no traceback", faults=1, sessions=1)
 
 
-def test_every_tenth_kernel_and_every_other_file_of_a_study_is_damaged(tmp_path, report):
-    chance, cache = random.Random(5), tmp_path / "cache"
+def test_every_tenth_kernel_and_every_other_file_of_a_study_is_damaged(tmp_path, chance, report):
+    cache = tmp_path / "cache"
     kernels = cache / f"kernels-{source_digest()}"
     shutil.copytree(cache_root() / kernels.name, kernels)
     serves(tmp_path, cache)  # keeps the study of the time step

@@ -1,7 +1,6 @@
 """Clients that vanish, are silent, or never read."""
 
 import asyncio
-import random
 import socket
 import time
 
@@ -15,9 +14,8 @@ async def check_session(server):
         assert (await client.set(1, eta="1.7"))["texts"]["eta"] == "1.7"
 
 
-def test_clients_that_vanish_during_an_update_and_silent_connections(server, report):
+def test_clients_that_vanish_during_an_update_and_silent_connections(server, chance, report):
     """Half a request, half a message, a client that vanishes during an update, and two hundred silent connections."""
-    chance = random.Random(4)
 
     async def vanish(number):
         client = await Client(server.url).open()

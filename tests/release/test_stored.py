@@ -1,6 +1,5 @@
 """Damaged stores, full disks, killed processes: a clear error or exactly the same numbers."""
 
-import random
 import shutil
 import signal
 import subprocess
@@ -25,9 +24,9 @@ def swept(out=None, **more):
     return sweep_eta(System(), Reference(), ETAS, out=out, cells_per_chunk=4, transient=60, sample=10, **more)
 
 
-def test_damaged_sweeps(tmp_path, inputs, report):
+def test_damaged_sweeps(tmp_path, chance, inputs, report):
     """A damaged result is repaired or refused with an explanation, and never read as other numbers."""
-    chance, good, refused, mended = random.Random(6), swept().load(), 0, 0
+    good, refused, mended = swept().load(), 0, 0
     swept(tmp_path / "whole.zarr")
     tried = max(10, inputs // 60)
     for number in range(tried):
@@ -50,8 +49,8 @@ def test_damaged_sweeps(tmp_path, inputs, report):
     )
 
 
-def test_damaged_diagrams(tmp_path, inputs, report):
-    chance, path, missing = random.Random(7), tmp_path / "a.npz", 0
+def test_damaged_diagrams(tmp_path, chance, inputs, report):
+    path, missing = tmp_path / "a.npz", 0
     good = Diagram(ETAS, np.random.default_rng(0).random((2, 24, 10)).astype(np.float32))
     save_diagram(path, "key", good)
     content, tried = path.read_bytes(), max(100, inputs // 4)
@@ -92,9 +91,9 @@ sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 400), transient=40, sampl
 """
 
 
-def test_a_sweep_that_is_killed_repeatedly(tmp_path, report):
+def test_a_sweep_that_is_killed_repeatedly(tmp_path, chance, report):
     """At any moment: of the cells reported as done at most the two chunks in hand are computed again."""
-    chance, kills, kept, progress = random.Random(8), 0, 0, (0, 0)
+    kills, kept, progress = 0, 0, (0, 0)
     while True:
         process = subprocess.Popen(
             [sys.executable, "-c", KILLED, str(tmp_path / "a.zarr")], stdout=subprocess.PIPE, text=True, cwd=ROOT
