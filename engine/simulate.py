@@ -9,7 +9,7 @@ from .drivers.located import LocatedDriver
 from .drivers.newmark import ONE_STEP_DRIVERS
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System, check_eta, require, whole
-from .result import Checkpoint, Record, Response, Status
+from .result import Checkpoint, Record, Response, Status, Trajectory
 
 PERIODS_LIMIT = 100_000_000
 KEEP_LIMIT = 1_000_000
@@ -85,6 +85,30 @@ def simulate(
         checkpoint=checkpoint,
         **driver.results(),
     )
+
+
+def sample_run(
+    system: System,
+    eta: float,
+    method: Method,
+    start: Checkpoint,
+    *,
+    periods: int,
+    record: Record,
+    cancelled: Callable[[], bool] | None = None,
+) -> tuple[Trajectory | None, int]:
+    """Return the samples and the steps of a run of :func:`simulate` that keeps what it samples, and no more.
+
+    For searches, which make thousands of short runs: arguments are not checked. The samples are None if the run ended
+    early.
+    """
+    kept_from = start.periods + periods - record.periods
+    driver = _driver(method)(system, eta, method, start, record.periods, kept_from, record)
+    status, _ = driver.advance(kept_from, cancelled, record=False)
+    if status is Status.OK:
+        driver.advance(kept_from + record.periods, cancelled, record=True)
+    results = driver.results()
+    return results["trajectory"], results["cost"].steps
 
 
 def _driver(method: Method) -> type[Driver]:

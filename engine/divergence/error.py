@@ -107,8 +107,13 @@ class Target:
         if penalty.trajectory is None:
             steps = penalty.method.steps if isinstance(penalty.method, Newmark) else None
             penalty = simulate_samples(penalty, Record(penalty.keep, PER_PERIOD, steps), cancelled)
-        cycle, size = self.cycle(grid_of(penalty), cancelled)
-        displacement = samples_by_period(penalty)[:2]
+        return self.error_of_samples(samples_by_period(penalty)[:2], grid_of(penalty), cancelled)
+
+    def error_of_samples(
+        self, displacement: np.ndarray, grid: Record, cancelled: Callable[[], bool] | None = None
+    ) -> float:
+        """Return the error of ξ₁ and ξ₂ sampled on a grid, (2, periods, m)."""
+        cycle, size = self.cycle(grid, cancelled)
         return rms(displacement - closest_repetition(cycle, displacement)) / size
 
     def cycle(self, grid: Record, cancelled: Callable[[], bool] | None = None) -> tuple[np.ndarray, float]:

@@ -17,8 +17,8 @@ PATIENCE = 2  # … after so many of them
 GAIN = 0.95  # a level that leaves more of the error than this is without gain
 BEYOND = 1  # levels above the first that meets the tolerance, for the front
 BISECTIONS = 4  # they leave n uncertain by 2^(1/16), 4 %
-CONFIRMED = 8  # settings of a level that are confirmed if they seem to meet the tolerance
-SHOWN = 3  # best settings of a level that are confirmed for the front, whatever their error …
+CONFIRMED = 9  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
+SHOWN = 3  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
 LUCK = 2.0  # … and shown unless their neighbours' error is so many times as large as their own
 
 
@@ -54,6 +54,7 @@ class StepSearch:
             self.levels.append(steps_max)
         self._meaningful = MEANINGFUL_LOCATED if located else MEANINGFUL
         self._confirmed: dict[NewmarkSetting, Trial] = {}
+        self._given_up: dict[NewmarkSetting, float] = {}  # the bound that each exceeds
         self._progress, self._partial, self._done = progress, partial, 0
 
     @property
@@ -102,9 +103,10 @@ class StepSearch:
             low, high = (low, middle) if self._meets(middle) else (middle, high)
 
     def _confirm_best_of_levels(self) -> None:
-        """Confirm the best settings of every level, for the front."""
+        """Confirm the best settings of every level, for the front, but for those that a cheaper one beats."""
         for n in self.levels:
-            self._confirm(self._judged_with(n)[:SHOWN])
+            cheaper = [] if self.contact.trials.located else [trial.robust for trial in self.front() if trial.cost < n]
+            self._confirm(self._judged_with(n)[:SHOWN], min(cheaper, default=math.inf))
 
     def _check_every_step(self) -> None:
         """Compute every step of the cheapest setting, and of the next one if it misses the tolerance then."""
@@ -120,10 +122,12 @@ class StepSearch:
         return trial.robust > self.tolerance >= trial.error or trial.robust > max(self.tolerance, LUCK * trial.error)
 
     def _search(self, n: int) -> Trial | None:
-        """Return the best setting with n steps, and confirm those that seem to meet the tolerance."""
+        """Return the best setting with n steps, and confirm those that seem to meet the tolerance until some do."""
         best = self.contact.best_with(n, self.met[0].cost if self.met else math.inf)
         promising = [trial for trial in self._judged_with(n) if trial.robust <= self.tolerance]
-        self._confirm(promising[:CONFIRMED], self.tolerance)
+        for begin in range(0, len(promising[:CONFIRMED]), SHOWN):
+            if not self._meets(n):
+                self._confirm(promising[begin : begin + SHOWN], self.tolerance)
         self._done += 1
         self._partial(self._front_so_far())
         self._progress(self._done / (len(self.levels) + BISECTIONS + 1))
@@ -142,7 +146,11 @@ class StepSearch:
         return any(trial.setting.steps == n for trial in self.met)
 
     def _confirm(self, trials: list[Trial], bound: float = math.inf) -> None:
-        """Confirm settings. One that exceeds the bound is given up; without the bound it may be confirmed later."""
-        settings = dict.fromkeys(trial.setting for trial in trials if trial.setting not in self._confirmed)
-        confirmed = self.contact.trials.confirm(settings, bound)
-        self._confirmed |= {trial.setting: trial for trial in confirmed if math.isfinite(trial.robust)}
+        """Confirm settings. One that exceeds the bound is given up; with a larger bound it may be confirmed later."""
+        settings = (trial.setting for trial in trials if self._given_up.get(trial.setting, 0.0) < bound)
+        settings = [setting for setting in dict.fromkeys(settings) if setting not in self._confirmed]
+        for setting, trial in zip(settings, self.contact.trials.confirm(settings, bound), strict=True):
+            if math.isfinite(trial.robust):
+                self._confirmed[setting] = trial
+            else:
+                self._given_up[setting] = bound

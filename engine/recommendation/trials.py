@@ -29,13 +29,13 @@ from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..methods import STEPS_RANGE, Newmark
 from ..motions.steady import KEEP, LONG, REST, Steady
-from ..result import Record
-from ..simulate import simulate
+from ..result import Checkpoint, Record
+from ..simulate import sample_run
 
 FORGOTTEN = 1e-4  # remainder of a disturbance after the transient of a short run
 KEEP_LOCATED = 12  # periods of a short run that are kept: located steps leave no scatter
 SHORTEST = 50  # periods of transient
-COARSE = 64  # samples per period, sufficient to choose by
+COARSE, FINER = 32, 64  # samples per period, sufficient to choose by, and to confirm by neighbours
 STEPS_AROUND, AROUND = 0.02, 0.01  # half the width of the neighbourhood: of n, and of K and D
 ONE_MISS_IN = 10  # one in so many neighbours may miss
 NEIGHBOURS = 10  # to choose by
@@ -92,12 +92,14 @@ class Trials:
     def __init__(self, found: Steady, located: bool, pool: Executor, cancelled: Callable[[], bool] | None = None):
         self.target = Target(found.response, found.period)
         self.eta = found.response.eta
+        self._system = found.response.system
         self.located = located
         self._pool = pool
         self._cancelled = cancelled
         self._start = tuple(found.state.tolist())
         self._transient = transient_of(found)
         self._keep = KEEP_LOCATED if located else KEEP
+        self._short: dict[tuple, tuple[float, float]] = {}  # what short runs gave, of which many are asked for again
 
     def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
         """Try settings by short runs that begin on the reference's motion, to choose by."""
@@ -127,41 +129,56 @@ class Trials:
         error, cost = self._run_from_rest(setting, PER_PERIOD)
         others = neighbourhood(setting, range(NEIGHBOURS + 1, NEIGHBOURS + NEW_NEIGHBOURS + 1))
         around = (
-            (self._run_short if i % EVERY_NTH_FROM_REST else self._run_from_rest)(other)[0]
+            (self._run_short if i % EVERY_NTH_FROM_REST else self._run_from_rest)(other, FINER)[0]
             for i, other in enumerate(others)
         )
-        return Trial(setting, error, self._robust(setting, error, around, NEW_NEIGHBOURS, bound), cost)
+        return Trial(setting, error, self._robust(setting, error, around, NEW_NEIGHBOURS, bound, FINER), cost)
 
     def _robust(
-        self, setting: NewmarkSetting, error: float, around: Iterator[float], count: int, bound: float
+        self,
+        setting: NewmarkSetting,
+        error: float,
+        around: Iterator[float],
+        count: int,
+        bound: float,
+        per_period: int = COARSE,
     ) -> float:
         """Return the robust error, inf as soon as it exceeds the bound."""
         if error > bound:
             return math.inf
-        halved = self._run_short(setting._replace(steps=2 * setting.steps))[0]
+        halved = self._run_short(setting._replace(steps=2 * setting.steps), per_period)[0]
         return max(error, halved, tolerant_maximum(around, count, bound)) if halved <= bound else math.inf
 
-    def _run_short(self, setting: NewmarkSetting) -> tuple[float, float]:
-        return self._run(setting, self._start, self._transient + self._keep, self._keep, COARSE)
+    def _run_short(self, setting: NewmarkSetting, per_period: int = COARSE) -> tuple[float, float]:
+        found = self._short.get((setting, per_period))
+        if found is None:
+            found = self._run(setting, self._start, self._transient + self._keep, self._keep, per_period)
+            self._short[setting, per_period] = found
+        return found
 
-    def _run_from_rest(self, setting: NewmarkSetting, per_period: int = COARSE) -> tuple[float, float]:
+    def _run_from_rest(self, setting: NewmarkSetting, per_period: int) -> tuple[float, float]:
         return self._run(setting, REST, LONG, KEEP, per_period)
 
     def _run(
         self, setting: NewmarkSetting, start: tuple, periods: int, keep: int, per_period: int, every_step: bool = False
     ) -> tuple[float, float]:
         """Return error and solves per period."""
-        response = simulate(
-            self.target.reference.system,
-            self.target.reference.eta,
-            Newmark(*setting, located=self.located, every_step=every_step),
+        method = Newmark(*setting, located=self.located, every_step=every_step)
+        checkpoint = Checkpoint(self._system, self.eta, method, 0, start)
+        samples, steps = sample_run(
+            self._system,
+            self.eta,
+            method,
+            checkpoint,
             periods=periods,
-            keep=keep,
-            initial=start,
             record=Record(keep, per_period, setting.steps),
             cancelled=self._cancelled,
         )
-        return self.target.error(response, self._cancelled), response.cost.steps / periods
+        if samples is None:
+            return math.inf, steps / periods
+        displacement = samples.displacement[:, :-1].reshape(2, keep, -1)
+        grid = Record(1, displacement.shape[2], setting.steps)
+        return self.target.error_of_samples(displacement, grid, self._cancelled), steps / periods
 
 
 def neighbourhood(setting: NewmarkSetting, numbers: Iterable[int]) -> Iterator[NewmarkSetting]:
