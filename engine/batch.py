@@ -43,7 +43,8 @@ def run_cells(
     coordinates : sequence of int
         Columns of the section to keep: 0 … 3 for ξ₁, ξ₁′, ξ₂, ξ₂′.
     early_stop : bool
-        Stop a cell once its motion has become periodic; Newmark cells whose every step is taken run to their end.
+        Stop a cell once its motion has become periodic. Newmark cells whose every step is taken run to their end;
+        those with located steps may end at some lengths only.
     threads : int, optional
         As many as there are processors, if not given.
     progress : callable, optional
@@ -89,20 +90,27 @@ def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
 
 def _single_runs(cells: Cells, task: driver.Task, results) -> Callable[[int, np.ndarray, np.ndarray], bool]:
     """A function that runs one cell by :func:`engine.simulate`; false if it was withdrawn."""
+    located = isinstance(cells.method, Newmark) and cells.method.located
+    lengths = driver.lengths(task) if located else [task.transient + task.sample]
 
     def run_cell(i: int, start: np.ndarray, signals: np.ndarray) -> bool:
-        try:
-            response = simulate(
-                cells.system_of(i),
-                cells.eta[i],
-                cells.method_of(i),
-                periods=task.transient + task.sample,
-                keep=task.sample,
-                initial=start,
-                cancelled=lambda: signals[0] != 0,
-            )
-        except Cancelled:
-            return False
+        done = 0  # periods
+        for length in lengths:
+            try:
+                response = simulate(
+                    cells.system_of(i),
+                    cells.eta[i],
+                    cells.method_of(i),
+                    periods=length - done,
+                    keep=task.sample,
+                    initial=start,
+                    cancelled=lambda: signals[0] != 0,
+                )
+            except Cancelled:
+                return False
+            if not response.ok or driver.section_recurs(response.section):
+                break
+            start, done = response.checkpoint, response.checkpoint.periods
         write_response(response, task, results, i)
         return True
 
@@ -112,7 +120,7 @@ def _single_runs(cells: Cells, task: driver.Task, results) -> Callable[[int, np.
 def write_response(response: Response, task: driver.Task, results, i: int) -> None:
     """Write a response into the results of cell i, as the kernel does."""
     results.status[i] = STATUSES.index(response.status)
-    results.periods[i] = response.periods
+    results.periods[i] = response.checkpoint.periods + response.keep if response.ok else response.periods
     if not response.ok:
         return
     results.numbers[i] = describe_section(response)

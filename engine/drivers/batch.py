@@ -15,7 +15,7 @@ from ..kernels import section_statistics
 from ..kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
 from ..kernels.batch import run as kernel
 from ..kernels.batch.course import EXACT, REFERENCE, SKIPPING
-from ..kernels.batch.recurrence import CYCLE
+from ..kernels.batch.recurrence import CYCLE, TOLERANCE
 from ..kernels.compile.record import make_buffers
 from ..kernels.event_driven.state import STATE as EVENT_STATE
 from ..kernels.event_driven.state import SYSTEM
@@ -28,6 +28,8 @@ from .newmark import can_skip
 from .slow_subspace import separating_circles
 from .threads import Worker
 
+# Transient after which it is first seen whether a cell that the kernel does not run is periodic; how much later again.
+SHORTEST, LATER = 96, (0, 10 * CYCLE, 40 * CYCLE, 80 * CYCLE)
 _KINDS = {Reference: REFERENCE, ExactPenalty: EXACT, Newmark: SKIPPING}
 
 
@@ -47,6 +49,26 @@ def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
     p = Parameters(*rows.T)
     fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
     return np.broadcast_to(can_skip(p.eta, fastest, p.steps, method), len(rows))
+
+
+def lengths(task: Task) -> list[int]:
+    """Periods after which a run that the kernel does not make may end, since its section recurs; last the whole run.
+
+    All differ by whole cycles, so that each ends in the same phase of a cycle. A section of less than two cycles does
+    not show whether it recurs.
+    """
+    whole = task.transient + task.sample
+    if not task.early_stop or task.sample < 2 * CYCLE:
+        return [whole]
+    shortest = SHORTEST + task.sample
+    shortest += (whole - shortest) % CYCLE
+    return [*(shortest + later for later in LATER if shortest + later < whole), whole]
+
+
+def section_recurs(section: np.ndarray) -> bool:
+    """Whether the rows of a section are those of CYCLE periods before, as in :mod:`..kernels.batch.recurrence`."""
+    allowed = TOLERANCE * np.abs(section).sum(axis=1).min()
+    return bool((np.abs(section[CYCLE:] - section[:-CYCLE]) <= allowed).all())
 
 
 def empty_results(n: int, task: Task) -> kernel.BatchResults:

@@ -48,6 +48,7 @@ SWEEPS = {
     "exact": plane(5, ExactPenalty(1, 1)),
     "Newmark": plane(5, Newmark(1, 1, 2000)),
     "Newmark, n": Cells(System(), np.full(4, 2.76), Newmark(12000, 18, 100), steps=[1000, 2000, 4000, 3001]),
+    "located": Cells(System(), [1.08, 2.76, 1.7], Newmark(2500, 8, 60, located=True), steps=[60, 101, 60]),
 }
 
 
