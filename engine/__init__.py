@@ -49,7 +49,7 @@ _LATER = {
     "sweeps.axis": ("spaced",),
     "sweeps.diagrams": ("Diagram", "diagram", "ship_diagrams", "shipped_diagram"),
     "system_file": ("SystemFile", "parse_system", "read_system", "system_of_tables", "system_text", "toml_tables"),
-    "units": ("QUANTITIES", "UNIT_SYSTEMS", "Units"),
+    "units": ("QUANTITIES", "UNIT_SYSTEMS", "Units", "written"),
     "wording": ("counted", "many", "percent", "rounded"),
 }
 _HOME = {name: module for module, names in _LATER.items() for name in names}

@@ -15,6 +15,7 @@ Dampers need a factor of 2 besides. The model writes the damping forces as 2dᵢ
 """
 
 import math
+import re
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
@@ -26,6 +27,7 @@ from .result import Impacts, Trajectory
 
 Numbers = TypeVar("Numbers", float, np.ndarray)
 
+_PLAIN = (1e-4, 1e7)  # numbers that are written without a power of ten
 OMEGA1_RANGE = (1e-6, 1e9)  # 1/s
 M1_RANGE = (1e-9, 1e12)  # kg
 BASE_AMPLITUDE_RANGE = (1e-9, 1e6)  # mm
@@ -116,7 +118,7 @@ class Units:
 
     def text(self, quantity: str, value: float, digits: int = 4) -> str:
         """Write a number of the model in physical units, with its unit; raises as :meth:`factor`."""
-        return f"{self.physical(quantity, value):.{digits}g} {self.unit(quantity)}"
+        return f"{written(self.physical(quantity, value), digits)} {self.unit(quantity)}"
 
     def physical(self, quantity: str, value: Numbers) -> Numbers:
         """Convert a number or an array of the model to physical units; raises as :meth:`factor`."""
@@ -197,6 +199,15 @@ class Units:
         if isinstance(method, Newmark):
             numbers["time_step"] = period / method.steps
         return numbers
+
+
+def written(value: float, digits: int = 4) -> str:
+    """A number with so many significant digits, such as "0.0153", "2400" or "1.2e-5"; with units or without them."""
+    text = f"{value:.{digits}g}"
+    size = abs(float(text))
+    if size == 0 or _PLAIN[0] <= size < _PLAIN[1]:
+        return f"{float(text):.{digits + 4}f}".rstrip("0").rstrip(".")
+    return re.sub(r"e\+?(-?)0*", r"e\1", text)
 
 
 def _quantity(name: str) -> Quantity:

@@ -25,6 +25,7 @@ from vibroscope.engine import (
     fit,
     measured_verdict,
     parse_measurement,
+    written,
 )
 
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
@@ -107,7 +108,7 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
     solved = comparison.reference, comparison.penalty
 
     def shown(quantity: str, value: float, digits: int) -> str:
-        return f"{value:.{digits}g}" if scale is None else scale.text(quantity, value, digits)
+        return written(value, digits) if scale is None else scale.text(quantity, value, digits)
 
     def both(text: Callable) -> list[str]:
         return ["-" if each.alignment is None else text(each.alignment) for each in solved]

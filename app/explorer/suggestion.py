@@ -27,6 +27,7 @@ from vibroscope.engine import (
     recommend_range,
     rounded,
     steps_at,
+    written,
 )
 from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE
 
@@ -64,13 +65,13 @@ class Question(NamedTuple):
 
 
 def default_limits(setting: Setting) -> dict[str, str]:
-    """Largest K and most steps per period of a search, as texts, and symbol and unit of K and η as they are shown.
+    """Largest K and most steps per period of a search, as texts; the unit of K, and name and unit of a range of η.
 
     They are the command line's, if this server allows them.
     """
     usual, field, eta = Limits(), shown_field("K", setting), shown_field("eta", setting)
     steps = print_number(min(usual.steps_max, most_steps()))
-    shown = {"unit": field.unit, "eta": eta.label, "eta_unit": eta.unit}
+    shown = {"unit": field.unit or field.natural, "eta": f"Range of frequency {eta.label}", "eta_unit": eta.unit}
     return {"K": field.number(usual.stiffness_max), "steps": steps, **shown}
 
 
@@ -273,7 +274,7 @@ def _range_lines(found: RangeRecommendation, setting: Setting) -> list[str]:
     (stiffness, damping, steps), best = found.best.setting, found.best
     error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
     scale = setting.scale
-    step = f"{found.time_step:.4g}" if scale is None else scale.text("time", found.time_step)
+    step = written(found.time_step) if scale is None else scale.text("time", found.time_step)
     result = (
         f"K = {print_number(stiffness)}, D = {print_number(damping)}, Δτ = {step}, which is {steps:,} steps a period "
         f"at η = {found.eta:.6g} and more below: error at most {error}; nine in ten neighbouring settings have at most "

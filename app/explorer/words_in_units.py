@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import MAIN_FIELDS, Setting
-from vibroscope.engine import Units
+from vibroscope.engine import Units, written
 
 _NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"
 # A number in a sentence: what stands before it, in a sentence with units, and its quantity.
@@ -30,22 +30,23 @@ _RULES = tuple(
         (r"±(?=[0-9.e+-]+ (?:in ξ₂|at T/))", "±", "displacement"),
     )
 )
+_POWER = re.compile(r"(?<![\w.])[0-9]+(?:\.[0-9]+)?e[+-]?[0-9]+")
 _RANGE = re.compile(rf"η = {_NUMBER} to {_NUMBER}")
-_DIGITS = 3
+_DIGITS = {"displacement": 3}  # of scatter, which the engine writes with two; of others four
 
 
 def in_units(text: str, scale: Units | None) -> str:
-    """A sentence of the engine in the units of the page; as it is where they are none."""
+    """A sentence of the engine in the units of the page, with numbers as the page writes them."""
     if scale is None:
-        return text
+        return _POWER.sub(lambda match: written(float(match[0])), text)
     text = _RANGE.sub(lambda m: " to ".join(_frequencies(m, scale)), text)
     for pattern, shown, quantity in _RULES:
-        text = pattern.sub(lambda m, s=shown, q=quantity: f"{s}{scale.text(q, float(m[1]), _DIGITS)}", text)
+        text = pattern.sub(lambda m, s=shown, q=quantity: f"{s}{scale.text(q, float(m[1]), _DIGITS.get(q, 4))}", text)
     return text.replace(" in ξ₂", " in x₂")
 
 
 def _frequencies(match: re.Match, scale: Units) -> tuple[str, str]:
-    first, last = (scale.text("frequency", float(number), _DIGITS) for number in match.groups())
+    first, last = (scale.text("frequency", float(number)) for number in match.groups())
     return f"f = {first.removesuffix(' Hz')}", last
 
 

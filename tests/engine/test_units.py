@@ -16,6 +16,7 @@ from vibroscope.engine import (
     System,
     Units,
     simulate,
+    written,
 )
 
 UNITS = Units(omega1=37.0, m1=2.6, base_amplitude=0.43)
@@ -102,8 +103,8 @@ def test_both_systems_mean_the_same():
         expected = 1e3 if sizes.get(si) == other else 1e-3 if thousandths.get(si) == other else 1.0
         assert (expected == 1.0) == (si == other)
         assert MILLIMETRES.factor(quantity) == pytest.approx(expected * UNITS.factor(quantity))
-    assert UNITS.text("stiffness", 300.0, 3) == "1.07e+06 N/m"
-    assert MILLIMETRES.text("stiffness", 300.0, 3) == "1.07e+03 N/mm"
+    assert UNITS.text("stiffness", 300.0, 3) == "1070000 N/m"
+    assert MILLIMETRES.text("stiffness", 300.0, 3) == "1070 N/mm"
     with pytest.raises(ValueError, match="system = 'imperial' is not one of si, mm-t-s"):
         Units(system="imperial")
 
@@ -136,3 +137,20 @@ def test_units_out_of_range_are_refused(change, words):
 def test_an_unknown_quantity_is_refused():
     with pytest.raises(ValueError, match="quantity = 'jerk' is not one of time"):
         Units().factor("jerk")
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (2400.4, 4, "2400"),
+        (2355, 3, "2360"),
+        (999999, 4, "1000000"),
+        (1.23456e9, 4, "1.235e9"),
+        (0.0001, 4, "0.0001"),
+        (1.2e-5, 4, "1.2e-5"),
+        (-0.30000001, 4, "-0.3"),
+        (0, 4, "0"),
+    ],
+)
+def test_numbers_are_written_with_few_digits_and_seldom_with_a_power(value, digits, text):
+    assert written(value, digits) == text
