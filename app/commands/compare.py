@@ -27,6 +27,7 @@ from vibroscope.app.commands.physical_units import (
     unit_names,
     wanted_units,
 )
+from vibroscope.app.explorer.force import plain_motion
 from vibroscope.engine import (
     PART_NAMES,
     PARTS,
@@ -126,8 +127,8 @@ def as_json(comparison: Comparison, judgement: Verdict, split: Regularisation | 
         "split": split and _split_json(comparison, split),
         "impacts": _numbers(comparison.encounters),
         "statistics": _numbers(comparison.statistics),
-        "reference": comparison.reference.as_dict(),
-        "penalty": comparison.penalty.as_dict(),
+        "reference": plain_motion(comparison.reference),
+        "penalty": plain_motion(comparison.penalty),
         "verdict": words.pop("headline"),
         **words,
     }

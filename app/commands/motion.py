@@ -14,6 +14,7 @@ from vibroscope.app.commands.physical_units import (
     unit_names,
     wanted_units,
 )
+from vibroscope.app.explorer.force import plain_motion
 from vibroscope.engine import Attractor, Motion, attractors, motion, repetition
 
 _INDENT = 18 * " "
@@ -49,10 +50,10 @@ def run(options: argparse.Namespace) -> None:
     found = motion(*problem, initial=options.initial)
     others = _find_attractors(options, problem)
     if options.json:
-        report = {"solver": options.solver, "eta": options.eta, **found.as_dict()}
+        report = {"solver": options.solver, "eta": options.eta, **plain_motion(found)}
         if options.attractors:
             report["attractors"] = [
-                {"share": each.share, "start": each.start.tolist(), **each.motion.as_dict()} for each in others
+                {"share": each.share, "start": each.start.tolist(), **plain_motion(each.motion)} for each in others
             ]
         if units:
             report["physical"] = {

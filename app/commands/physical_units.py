@@ -49,8 +49,10 @@ def physical_motion(units: Units, motion: Motion) -> dict:
 
     Impacts have an impulse and no peak force: it is None, too, where there is no other contact.
     """
+    from vibroscope.app.explorer.force import has_peak_force  # imports what describes motions
+
     quantities = {"peak_force": "force", "impulse": "impulse", "energy_lost": "energy"}
-    if not motion.peak_force > 0 and motion.impacts_per_period > 0:
+    if not has_peak_force(motion):
         del quantities["peak_force"]
     return {
         "peak_force": None,

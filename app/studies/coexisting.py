@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from vibroscope.app.explorer.force import plain_motion
 from vibroscope.app.explorer.motion_kind import describe_kind
 from vibroscope.app.explorer.state import START_FIELDS, Setting, print_number
 from vibroscope.app.explorer.words_in_units import in_units
@@ -24,6 +25,7 @@ from vibroscope.engine import (
     counted,
     percent,
     search_attractors,
+    written,
 )
 from vibroscope.engine.motions.attractors import STARTS
 
@@ -65,7 +67,7 @@ class Coexisting:
     def data(self) -> dict[str, object]:
         """What is known, for a file."""
         return {
-            name: [{"share": each.share, "start": each.start, **each.motion.as_dict()} for each in motions]
+            name: [{"share": each.share, "start": each.start, **plain_motion(each.motion)} for each in motions]
             for name, motions in self.found.items()
         }
 
@@ -119,7 +121,7 @@ def _strength(found: Motion, scale: Units | None, event: str) -> str:
         return ""
 
     def text(quantity: str, value: float) -> str:
-        return f"{value:.3g}" if scale is None else scale.text(quantity, value, 3)
+        return written(value) if scale is None else scale.text(quantity, value)
 
     peak = f", peak force {text('force', found.peak_force)}" if found.peak_force > 0 else ""
     impulse = f", impulse {text('impulse', found.impulse)}" if found.impulse > 0 else ""
