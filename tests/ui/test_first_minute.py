@@ -19,7 +19,12 @@ def test_the_first_screen_states_the_question_and_shows_a_scene_that_answers_it(
         assert box["x"] + box["width"] <= width
         assert 0 <= box["y"] <= box["y"] + box["height"] <= 0.4 * height
     assert explorer.page.locator("[aria-pressed=true]").get_attribute("data-scene") == OPENING
-    assert explorer.explained().page.locator(".verdict").get_attribute("data-agree") == "no"
+    verdict = explorer.judged().explained().page.locator(".line.verdict")
+    assert verdict.get_attribute("data-agree") == "no"
+    box = verdict.bounding_box()
+    assert box["y"] + box["height"] <= height  # whole, on a phone too
+    assert width < 700 or explorer.page.locator(".cell.findings").get_attribute("data-more") is None  # and all below it
+    assert "period" in explorer.page.locator(".line.reference .kind").text_content()
     explorer.moved(lambda: explorer.type("K", "9000"))
     wait_until(
         lambda: explorer.page.locator(".question .caption").text_content() == "", what="no caption: this is no scene"

@@ -59,26 +59,42 @@ function stampedHead(title) {
   return head;
 }
 
-// One solution: period, impacts and contact; and, once it is known, the kind of its motion with the evidence.
+// Words of a first sentence that say what kind of motion it is; another one is named beside it.
+const SAID = { periodic: "epeats", artefact: "blurred", chaotic: "chaotic", "quasi-periodic": "quasi-periodic", diverged: "No result" };
+
+// One solution: how it repeats itself, coloured by the kind of its motion once that is known; its impacts and contact; and
+// behind a button, the evidence for the kind.
 function line(root, name, title) {
   const box = element("section", `line ${name}`);
   const text = element("p");
-  const kind = element("details", "kind");
-  const head = element("summary");
-  const badge = element("strong");
-  const evidence = element("p");
-  head.append(badge);
-  kind.append(head, evidence);
-  box.append(element("h2", "", title), text, kind);
+  const kind = element("span", "kind");
+  const rest = element("span");
+  const evidence = element("div", "evidence");
+  evidence.hidden = true;
+  const why = button("Evidence", `Evidence for the kind of motion: ${title}`, () => {
+    evidence.hidden = !evidence.hidden;
+    why.setAttribute("aria-expanded", String(!evidence.hidden));
+  }, "why");
+  why.setAttribute("aria-expanded", "false");
+  text.append(kind, rest);
+  box.append(element("h2", "", title), text, why, evidence);
   root.append(box);
   return (content) => {
-    text.textContent = content[name] ?? "computing …";
-    const [code, words, why] = content.kinds?.[name] ?? ["", "kind of motion: being found …", ""];
+    const [first, others] = halves(content[name] ?? "computing …");
+    const [code, words, reason] = content.kinds?.[name] ?? ["", "", ""];
     box.dataset.kind = code;
-    badge.textContent = words;
-    evidence.textContent = why;
-    kind.hidden = content[name] === undefined;
+    kind.textContent = !code || first.includes(SAID[code]) ? first : `${first}: ${words}.`.replace(".:", ":");
+    rest.textContent = ` ${others} `;
+    evidence.textContent = reason;
+    why.hidden = !reason;
+    if (!reason) evidence.hidden = true;
   };
+}
+
+// The first sentence, and the others.
+function halves(text) {
+  const end = text.indexOf(". ");
+  return end < 0 ? [text, ""] : [text.slice(0, end + 1), text.slice(end + 2)];
 }
 
 // Whether the solutions agree, a button for the first thing to change, and the numbers behind both.
@@ -89,7 +105,9 @@ function verdict(root) {
   const more = element("details");
   const list = element("ul");
   more.append(element("summary", "", "Numbers"), list);
-  box.append(stampedHead("Do they agree?"), text, change, more);
+  const foot = element("div", "foot");
+  foot.append(change, more);
+  box.append(stampedHead("Do they agree?"), text, foot);
   root.append(box);
   return (content) => {
     text.textContent = content.headline ?? "computing …";
