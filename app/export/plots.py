@@ -8,7 +8,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
 from vibroscope.app.export.formats import MEASURED, Series
+from vibroscope.app.studies.bifurcation import kind_names
+from vibroscope.app.studies.cell_classes import KINDS, PERIOD_EDGES, PERIODS
 
 _SUBSCRIPTS = str.maketrans("123", "₁₂₃")
 _AXES = {  # name of a column without its unit: label of an axis
@@ -30,6 +33,7 @@ _AXES = {  # name of a column without its unit: label of an axis
     "us_per_period": "processor time per period / µs",
     "difference": "difference ξ",
 }
+_KIND_COLOURS = {kind_names(np.array([kind]))[0]: colour for kind, (_, colour) in KINDS.items()}
 _LOOKS = {  # of curves, by the solver in their label
     "reference": 'color="C0", linewidth=2.4, alpha=0.6',
     "penalty": 'color="C1", linewidth=0.9',
@@ -46,6 +50,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import ListedColormap
 
 WIDTH, HEIGHT, DPI = 85, 64, 300  # mm, mm, dots per inch
 LABEL = {label!r}
@@ -209,23 +214,40 @@ def _bars(series: Series, x: str, ys: list[str], place: int) -> Iterator[str]:
 
 def _stretches(series: Series, x: str, ys: list[str], place: int) -> Iterator[str]:
     begin, end, kind = ys
-    yield f"for i, kind in enumerate(dict.fromkeys(table[{kind!r}])):"
-    yield f"    chosen = table[{kind!r}] == kind"
-    yield f"    begin, end = table[{begin!r}][chosen], table[{end!r}][chosen]"
-    yield '    axes.broken_barh(np.column_stack([begin, end - begin]), (0, 1), color=f"C{i % 10}", label=kind)'
+    yield from _key_of_periods()
+    yield 'periods = names[np.digitize(table["period"], edges)]'
+    yield f'labels = np.where(table[{kind!r}] == "periodic", periods, table[{kind!r}])'
+    yield f"colours |= {_KIND_COLOURS!r}"
+    yield "for label in dict.fromkeys([*colours, *labels]):"
+    yield "    chosen = labels == label"
+    yield "    if chosen.any():"
+    yield f"        begin, end = table[{begin!r}][chosen], table[{end!r}][chosen]"
+    yield "        spans = np.column_stack([begin, end - begin])"
+    yield '        axes.broken_barh(spans, (0, 1), color=colours.get(label, "0.5"), label=label)'
+
+
+def _key_of_periods() -> Iterator[str]:
+    """Lines with the classes of periods: their edges, names and colours, as the page has them."""
+    names = [f"period {text}" if text[-1].isdigit() or " " in text else text for text, _ in PERIODS]
+    yield f"edges, names = {list(PERIOD_EDGES)!r}, np.array({names!r})"
+    yield f"colours = dict(zip(names, {[colour for _, colour in PERIODS]!r}))"
 
 
 def _cells(series: Series, x: str, ys: list[str], place: int) -> Iterator[str]:
     y, kind = ys
     yield f"(x, i), (y, j) = (np.unique(table[name], return_inverse=True) for name in ({x!r}, {y!r}))"
-    yield f"kinds, numbers = np.unique(table[{kind!r}], return_inverse=True)"
-    yield "colours = plt.get_cmap('viridis', len(kinds))"
+    if kind == "kind":
+        yield f"names, numbers = np.unique(table[{kind!r}], return_inverse=True)"
+        yield 'colours = dict(zip(names, plt.get_cmap("viridis", len(names)).colors))'
+    else:
+        yield from _key_of_periods()
+        yield f"numbers = np.digitize(table[{kind!r}], edges)"
     yield "cells = np.full((len(y), len(x)), np.nan)"
     yield "cells[j, i] = numbers"
-    yield 'axes.pcolormesh(x, y, cells, cmap=colours, vmin=-0.5, vmax=len(kinds) - 0.5, shading="nearest")'
-    yield "for number, kind in enumerate(kinds):"
-    label = "kind" if kind == "kind" else f'f"{kind} {{kind:g}}"'
-    yield f'    axes.plot([], [], "s", color=colours(number), label={label})'
+    yield "shades = ListedColormap(list(colours.values()))"
+    yield 'axes.pcolormesh(x, y, cells, cmap=shades, vmin=-0.5, vmax=len(names) - 0.5, shading="nearest")'
+    yield "for number in np.unique(numbers):"
+    yield '    axes.plot([], [], "s", color=colours[names[number]], label=names[number])'
 
 
 _DRAW = {

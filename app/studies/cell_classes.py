@@ -29,7 +29,7 @@ PERIODS = (
     ("5 to 8", "#F0E442"),
     ("above 8", "#882255"),
 )
-_PERIOD_EDGES = (1, 2, 3, 4, 5, 9)
+PERIOD_EDGES = (1, 2, 3, 4, 5, 9)
 
 
 # Kinds of motion that do not repeat themselves, as the strip of the bifurcation diagram shows them: name, colour.
@@ -45,7 +45,7 @@ KINDS = {
 
 def period_class(period: np.ndarray) -> np.ndarray:
     """Index into `PERIODS`."""
-    return np.digitize(period, _PERIOD_EDGES)
+    return np.digitize(period, PERIOD_EDGES)
 
 
 class Quantity(NamedTuple):
@@ -62,8 +62,8 @@ def _graded(*names: str) -> tuple[tuple[str, str], ...]:
 
 
 QUANTITIES = {
-    "period": Quantity("period", _PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
-    "near_period": Quantity("period without scatter", _PERIOD_EDGES, PERIODS, PartialPlane.true_period),
+    "period": Quantity("period", PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
+    "near_period": Quantity("period without scatter", PERIOD_EDGES, PERIODS, PartialPlane.true_period),
     "contact": Quantity(
         "longest contact (steps)",
         (10, 30, 100, 300, 1000),

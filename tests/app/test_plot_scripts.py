@@ -53,7 +53,7 @@ def test_axes_and_texts_have_the_units_of_the_page():
     compile(script, "script", "exec")
     assert "set_xlabel('time t / s')" in script
     assert "set_ylabel('contact force λ / N')" in script
-    assert "K = 1.2e+08 N/m" in script
+    assert "K = 1.2e8 N/m" in script
 
 
 def test_a_measurement_is_drawn_as_dots():

@@ -18,7 +18,7 @@ class Header(Component):
     theme = param.String(default="", doc="Light or dark, if the link says so")
     offers = param.List(default=[], doc="Name and title of each figure; whether a picture and a table are offered")
     compiling = param.Dict(default={}, doc="How far the solvers are compiled: share and what; empty once they are")
-    missing = param.String(default="", doc="Figures that come only on request; empty if none")
+    awaited = param.String(default="", doc="What a file that was asked for waits for; empty if none does")
     error = param.String(default="", doc="What was refused or has failed; empty if nothing")
     summary = param.String(default="", doc="Summary of the figures for screen readers")
 

@@ -12,12 +12,13 @@ const MM = 96 / 25.4; // pixels
 async function pictureOf(name, { width = null, height = null } = {}) {
   const shape = inPage(`svg[data-figure="${name}"]`);
   if (shape) return standalone(shape, width);
-  const view = viewOf(name);
+  const view = await drawnView(name);
   if (!view) throw new Error(`${name} is not drawn`);
   const { width: shown, height: high } = view.bbox;
   const wide = width ? width * MM : shown;
   const least = Math.min(high, wide); // of a wide figure in a narrow column
-  const size = { width: wide, height: height ? height * MM : Math.max((wide * high) / shown, least) };
+  const key = keyOf(name, wide);
+  const size = { width: wide, height: height ? Math.max(height * MM - key.height, LEAST) : Math.max((wide * high) / shown, least) };
   return withCopyOf(view.model, size, PICTURE_FONT, async (copy, drawn) => {
     const { title } = copy.model;
     if (title) title.text = wholeText(view.model.title, "text").replace(ON_THE_PAGE, "");
@@ -25,14 +26,77 @@ async function pictureOf(name, { width = null, height = null } = {}) {
     await drawn();
     const svg = new DOMParser().parseFromString(await (await copy.export("svg").to_blob()).text(), "image/svg+xml");
     const picture = document.importNode(svg.documentElement, true);
-    picture.setAttribute("viewBox", `0 0 ${copy.bbox.width} ${copy.bbox.height}`); // whole pixels
-    for (const [name, value] of Object.entries(size)) picture.setAttribute(name, value);
-    picture.querySelector("defs").after(background(copy.bbox.width, copy.bbox.height));
+    const { width: drawnWidth, height: drawnHeight } = copy.bbox; // whole pixels
+    picture.setAttribute("viewBox", `0 0 ${drawnWidth} ${drawnHeight + key.height}`);
+    picture.setAttribute("width", size.width);
+    picture.setAttribute("height", size.height + key.height);
+    picture.querySelector("defs").after(background(drawnWidth, drawnHeight + key.height));
+    picture.append(...key.draw(drawnHeight));
     for (const outline of picture.querySelectorAll('text[fill="none"]')) outline.remove(); // Bokeh's, and invisible
     for (const image of picture.querySelectorAll("image")) image.setAttribute("style", "image-rendering: pixelated"); // cells
     return picture;
   });
 }
+
+// The view of a figure, which may come a moment after the file that asks for it.
+async function drawnView(name, tries = 60) {
+  const view = viewOf(name);
+  if (view?.frame && view.bbox.width > 1) return view;
+  if (!tries || !modelOf(name)) return view;
+  await new Promise((done) => setTimeout(done, 50));
+  return drawnView(name, tries - 1);
+}
+
+// ---- the key of the colours, which stands beside the figures on the page ------------------------------------------------
+
+const LEAST = 60; // px, height of a figure above its key
+const KEY = { line: 18, gap: 14, size: 11, left: 8, patch: { width: 16, height: 12 } };
+
+// The key of a figure in so many lines as its width asks for: their height, and the shapes below a figure.
+function keyOf(name, width) {
+  const list = inPage(`.study[data-keyed~="${name}"] .key`);
+  const parts = [...list?.children ?? []].map((item) => ({ text: item.textContent, patch: item.querySelector(".patch") }));
+  if (!parts.length) return { height: 0, draw: () => [] };
+  const head = list.previousElementSibling.textContent;
+  let [x, row] = [KEY.left + widthOf(`${head}:`, `${KEY.size}px ${PICTURE_FONT}`) + KEY.gap, 0];
+  for (const part of parts) {
+    const long = KEY.patch.width + 5 + widthOf(part.text, `${KEY.size}px ${PICTURE_FONT}`);
+    if (x > KEY.left && x + long > width) [x, row] = [KEY.left, row + 1];
+    Object.assign(part, { x, row });
+    x += long + KEY.gap;
+  }
+  const draw = (top) => {
+    const write = (x, row, text) => svgElement("text", { x, y: top + row * KEY.line + 10, fill: colourOfPage("--ink"),
+      "font-size": `${KEY.size}px`, "font-family": PICTURE_FONT }, text);
+    return [write(KEY.left, 0, `${head}:`), ...parts.flatMap(({ x, row, text, patch }) => [
+      ...patchShapes(patch, x, top + row * KEY.line), write(x + KEY.patch.width + 5, row, text)])];
+  };
+  return { height: (row + 1) * KEY.line + 2, draw };
+}
+
+const colourOfPage = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+// One patch with its colour and hatch, as `study.css` has them.
+function patchShapes(patch, x, y) {
+  const { width: w, height: h } = KEY.patch;
+  const [, pattern] = patch.className.split(" ");
+  const across = (step, at) => Array.from({ length: Math.floor(at / step) }, (_, i) => step * (i + 0.5));
+  const level = across(4, h).map((d) => `M ${x} ${y + d} L ${x + w} ${y + d}`);
+  const upright = across(4, w).map((d) => `M ${x + d} ${y} L ${x + d} ${y + h}`);
+  const rising = [0, 4].map((d) => `M ${x + d} ${y + h} L ${x + d + h} ${y}`);
+  const falling = [0, 4].map((d) => `M ${x + d} ${y} L ${x + d + h} ${y + h}`);
+  const lines = { lines: level, bars: upright, grid: [...level, ...upright], slant: rising, back: falling,
+    cross: [`M ${x} ${y} L ${x + w} ${y + h}`, `M ${x} ${y + h} L ${x + w} ${y}`], veil: upright }[pattern];
+  const look = { fill: "none", stroke: pattern === "veil" ? KEY_VEIL : colourOfPage("--ink"), "stroke-width": pattern === "veil" ? 2.5 : 1 };
+  const round = { dots: { r: 1.1, fill: colourOfPage("--ink") }, rings: { r: 1.8, ...look, "stroke-width": 0.8 } }[pattern];
+  const spots = round ? across(5, w).flatMap((dx) => across(6, h).map((dy) => svgElement("circle", { cx: x + dx, cy: y + dy, ...round }))) : [];
+  return [
+    svgElement("rect", { x, y, width: w, height: h, fill: getComputedStyle(patch).backgroundColor, stroke: colourOfPage("--line"), "stroke-width": 1 }),
+    ...(lines ? [svgElement("path", { d: lines.join(" "), ...look })] : []),
+    ...spots,
+  ];
+}
+const KEY_VEIL = "#35456C"; // of the dark classes, which a veil lies over
 
 function standalone(shape, width) {
   const copy = shape.cloneNode(true);
@@ -57,8 +121,7 @@ function copyStyle(copy, style) {
 }
 
 function background(width, height) {
-  const fill = getComputedStyle(document.documentElement).getPropertyValue("--paper");
-  return svgElement("rect", { width, height, fill });
+  return svgElement("rect", { width, height, fill: colourOfPage("--paper") });
 }
 
 // ---- the files ----------------------------------------------------------------------------------------------------------

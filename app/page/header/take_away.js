@@ -51,14 +51,7 @@ function takeAwayMenu(model) {
     for (const old of [...each.children]) if (!wanted.includes(old)) old.remove();
     wanted.forEach((one, at) => { if (each.children[at] !== one) each.insertBefore(one, each.children[at] ?? null); });
   };
-  const more = row("", button("Check all", "Check all claims, so that all figures are here", () => model.send_msg({ complete: true })));
-  const drawMore = () => {
-    more.firstChild.textContent = model.missing;
-    more.hidden = !model.missing;
-  };
-  panel.insertBefore(more, status);
-  model.on("missing", drawMore);
-  drawMore();
+  model.on("awaited", () => { status.textContent = model.awaited; });
   model.on("offers", draw);
   draw();
   model.on("msg:custom", async (message) => {
