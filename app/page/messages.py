@@ -55,7 +55,6 @@ _ACTIONS: dict[str, Callable[[Session, object], None]] = {
     "unpin": lambda session, place: session.unpin(place) if isinstance(place, int) else None,
     "theme": _if_text(lambda session, theme: session.choose_theme(theme)),
     "tab": _if_text(lambda session, key: session.open(key)),
-    "complete": lambda session, _: session.tab_area.tab.complete(),
     "take": _if_text(lambda session, what: session.take(what)),
     "load": lambda session, parts: session.load(parts),
 }

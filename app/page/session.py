@@ -23,7 +23,7 @@ from vibroscope.app.page.address import THEMES, Address
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.header.header import Header
 from vibroscope.app.page.messages import route
-from vibroscope.app.page.tab import Move
+from vibroscope.app.page.tab import Move, Tab
 from vibroscope.app.page.tabs import TABS, TabArea
 from vibroscope.app.page.take_away import TakeAway, offered_figures
 from vibroscope.app.page.updates import SessionLoop, UpdateChannel
@@ -134,6 +134,10 @@ class Session:
     def take(self, what: str) -> None:
         """Send a file that the user wants to take away."""
         tab = self.tab_area.tab
+        tab.prepare(what, partial(self._take, what, tab))
+        self.update_offers()
+
+    def _take(self, what: str, tab: Tab) -> None:
         address = f"?{self._address.link(tab, tab.shown_setting() or self.setting)}"
         self._take_away.request(what, tab, self.setting, address)
 
@@ -192,9 +196,9 @@ class Session:
     def update_offers(self) -> None:
         """Figures to take away have come or gone."""
         offers = offered_figures(self.tab_area.tab)
-        missing = self.tab_area.tab.missing()
-        if (offers, missing) != (self.header.offers, self.header.missing):
-            self.header.param.update(offers=offers, missing=missing)
+        awaited = self.tab_area.tab.awaited()
+        if (offers, awaited) != (self.header.offers, self.header.awaited):
+            self.header.param.update(offers=offers, awaited=awaited)
 
     def _update_address(self) -> None:
         """Send the address if the view has changed it; this answers no move."""

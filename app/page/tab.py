@@ -157,15 +157,16 @@ class Tab(ABC):
     # -- files to take away, see `app.page.take_away` -----------------------------------
 
     def figures(self) -> list[Figure]:
-        """The figures that have data."""
+        """The figures that can be taken away: those that have data, or get them in `prepare`."""
         return []
 
-    def missing(self) -> str:
-        """What `complete` would make, as the menu Take away says it; empty if nothing."""
-        return ""
+    def prepare(self, what: str, take: Callable[[], None]) -> None:
+        """Call ``take`` once all is computed that the file ``what`` of `app.page.take_away` holds; here: at once."""
+        take()
 
-    def complete(self) -> None:  # noqa: B027 - most tabs have all of theirs
-        """Make the figures that the tab makes only on request."""
+    def awaited(self) -> str:
+        """What a file that was asked for waits for, in words; empty if none does."""
+        return ""
 
     def table(self, name: str) -> list[Series]:
         """The data of one of the `figures`."""

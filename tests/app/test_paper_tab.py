@@ -25,12 +25,12 @@ class Host:
     tab_titles = Session.tab_titles
 
     def __init__(self):
-        self.waiting, self.offers, self.summary = [], [], ""
+        self.waiting, self.offers, self.summary, self.error = [], [], "", ""
         self.tab = Paper(self)
         self.tab.build()
 
     def update_offers(self):
-        self.offers.append([figure.name for figure in self.tab.figures()])
+        self.offers.append(self.tab.awaited())
 
     def call_later(self, callback):
         self.waiting.append(callback)
@@ -40,6 +40,9 @@ class Host:
 
     def summarise(self, text):
         self.summary = text
+
+    def report_error(self, text, move=None):
+        self.error = text
 
     def deliver(self):
         """Run the first callback that waits for the session's loop."""
@@ -76,7 +79,6 @@ def host(checks):
 def test_a_claim_is_checked_when_it_is_seen_and_once(checks, host):
     tab = host.tab
     assert checks.jobs == []
-    assert tab.figures() == []
     for message in (SEEN, SEEN, {"seen": "no"}, "seen"):
         tab.cards["4C"].receive(message)
     assert len(checks.jobs) == 1
@@ -86,7 +88,7 @@ def test_a_claim_is_checked_when_it_is_seen_and_once(checks, host):
     assert tab.cards["4C"].found["verdict"] == "agrees"
     assert [key for key, slot in tab.slots.items() if len(slot) == 2] == ["4C"]
     assert [row["figure"] for row in json.loads(as_json(tab.data()))["claims"]] == ["Figure 4 [C]"]
-    assert host.offers == [["claims", "paper4C"]]
+    assert host.offers == [""]
 
 
 def test_a_finding_is_kept_for_other_sessions(checks, host):
@@ -144,16 +146,36 @@ def test_a_check_that_fails_says_so_on_its_card_and_is_tried_again(checks, host,
     assert tab.cards["4C"].found["verdict"] == "agrees"
 
 
-def test_the_menu_says_how_many_figures_are_missing_and_makes_all(checks, host):
-    tab = host.tab
-    tab.cards["4C"].receive(SEEN)
+def test_all_figures_are_offered_and_checked_when_they_are_taken(checks, host):
+    tab, taken = host.tab, []
+    assert [figure.name for figure in tab.figures()] == ["claims", *(f"paper{key}" for key in CLAIMS)]
+    tab.prepare("png:paper4C", lambda: taken.append("4C"))
+    assert [key for _, (key,) in checks.jobs] == ["4C"]
+    assert tab.awaited() == "Checking 1 claim for this file …"
     checks.work()
-    assert tab.missing() == f"{len(CLAIMS)} more: claims not checked yet"
+    assert taken == []
     host.deliver()
-    assert tab.missing() == f"{len(CLAIMS) - 1} more: claims not checked yet"
-    tab.complete()
-    tab.complete()
-    assert sorted(key for _, (key,) in checks.jobs) == sorted(CLAIMS.keys() - {"4C"})
+    assert (taken, tab.awaited()) == (["4C"], "")
+    tab.prepare("toml", lambda: taken.append("toml"))
+    tab.prepare("csv:paper4C", lambda: taken.append("again"))
+    assert (taken, checks.jobs) == (["4C", "toml", "again"], [])
+    tab.prepare("report", lambda: taken.append("report"))
+    assert {key for _, (key,) in checks.jobs} == CLAIMS.keys() - {"4C"}
+    assert tab.awaited() == f"Checking {len(CLAIMS) - 1} claims for this file …"
+
+
+@pytest.mark.parametrize("why", ["was cancelled", "failed"])
+def test_a_file_whose_claim_is_not_checked_does_not_come_and_says_so(checks, host, monkeypatch, why):
+    tab, taken, claim = host.tab, [], CLAIMS["4C"]
+    monkeypatch.setitem(CLAIMS, "4C", replace(claim, check=lambda scene: 1 / 0))
+    tab.prepare("svg:paper4C", lambda: taken.append("4C"))
+    if why == "failed":
+        checks.work()
+        host.deliver()
+    else:
+        tab.cards["4C"].receive(CANCEL)
+    assert host.error == f"The file was not made: the check of Figure 4 [C] {why}."
+    assert (taken, tab.awaited()) == ([], "")
 
 
 def test_a_check_that_was_cancelled_ends_and_begins_anew_when_asked(checks, host, monkeypatch):

@@ -64,10 +64,10 @@ def test_an_offered_file_has_its_format(filled, key):  # noqa: F811
 def test_a_file_that_is_not_offered_cannot_be_had(key):
     tab = TABS[key](FakeHost())
     tab.build()
-    assert offered_figures(tab) == []
+    if key != "paper":  # which offers all, and checks its claims when they are taken
+        assert offered_figures(tab) == []
+        assert file_writer(tab, "json", SETTING, ADDRESS) is file_writer(tab, "report", SETTING, ADDRESS) is None
     for what in (
-        "json",
-        "report",
         "csv:displacement",
         "csv:plane_exact",
         "csv:",

@@ -41,7 +41,7 @@ def _(picture: PhasePlots, name: str) -> figure:
     alone = len(picture.runs) == 1
     curves = [(solver, n, run) for solver, run in picture.runs.items() for n in ((0, 1) if alone else (1,))]
     orbits = [_orbit(run, n) for _, n, run in curves]
-    plot = _empty_figure(name, "displacement ξ", "velocity ξ′", *zip(*orbits, strict=True))
+    plot = _empty_figure(name, "displacement ξ / base amplitude", "velocity ξ′ / (Aω₁)", *zip(*orbits, strict=True))
     for (solver, n, run), orbit in zip(curves, orbits, strict=True):
         look = _LOOKS[solver] | ({"line_width": 1.3, "line_alpha": 1.0, "line_dash": _DASHES[n]} if alone else {})
         label = f"pendulum {n + 1}" if alone else f"{solver}, pendulum 2"
@@ -108,7 +108,7 @@ def _(picture: CellMap, name: str) -> figure:
     """Cells coloured by kind; a cross marks the set that the claim is about."""
     x, y = _edges(picture.stiffness), _edges(picture.damping)
     axes = {"x_axis_type": "log", "y_axis_type": "log", "x_range": Range1d(*x), "y_range": Range1d(*y)}
-    plot = make_figure("", "contact stiffness K", "contact damping D", **_OPTIONS, name=name, **axes)
+    plot = make_figure("", "contact stiffness K / k₁", "contact damping D / (2m₁ω₁)", **_OPTIONS, name=name, **axes)
     _add_image(plot, picture.kind, x, y, LinearColorMapper(palette=_KINDS, low=-0.5, high=2.5))
     for kind, colour in zip(picture.names, _KINDS, strict=True):
         plot.scatter(
@@ -134,7 +134,14 @@ def _(picture: Diagram, name: str) -> figure:
     values = picture.displacement[1]
     x, y = (float(picture.eta[0]), float(picture.eta[-1])), extent([values])
     axes = {"x_range": Range1d(*x), "y_range": Range1d(*y)}
-    plot = make_figure("", "excitation frequency η", "ξ₂ at τ ≡ 0 (mod T)", **_OPTIONS, name=name, **axes)
+    plot = make_figure(
+        "",
+        "excitation frequency η = Ω/ω₁",
+        "displacement ξ₂ / base amplitude",
+        **_OPTIONS,
+        name=name,
+        **axes,
+    )
     shades = raster(picture.eta, values, x, y, *_PIXELS)
     _add_image(plot, shades, x, y, LinearColorMapper(palette=_SHADES, low=0, high=255))
     for key in "ABCD":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -18,13 +19,15 @@ from vibroscope.app.page.tab import Move, Tab, TabHost
 from vibroscope.app.paper import CLAIMS, Claim, Finding, as_dict, count_verdicts
 from vibroscope.app.paper.check_queue import CHECKS
 from vibroscope.app.paper.picture_tables import table_of
+from vibroscope.engine import counted
 
 _INTRO = """
 <article class="text above">
 <h2>The paper, claim by claim</h2>
 <p>“Penalty-regularization of a dissipative vibro-impacting system”: what it says of its figures, in our words, and
 what the engine finds now, with the paper's run of 2,050 periods from rest. A claim is checked when it comes into
-view. Figures 1, 2, 5, 7 and 8 are drawings of the model and of the experiment; Help shows the model.</p>
+view, or when “Take away” needs it. Figures 1, 2, 5, 7 and 8 are drawings of the model and of the experiment; Help
+shows the model.</p>
 </article>
 """
 
@@ -57,6 +60,7 @@ class Paper(Tab):
         self._requested: set[str] = set()  # came into view, and not checked yet
         self._findings: dict[str, Finding] = {}
         self._visible = False
+        self._drop_file()
 
     def build(self) -> pn.viewable.Viewable:
         """All cards, without figures."""
@@ -97,28 +101,44 @@ class Paper(Tab):
     def hide(self) -> None:
         """Withdraw what is not checked yet: a hidden tab checks nothing."""
         self._visible = False
+        self._drop_file()
         CHECKS.withdraw(self._deliver)
 
     # -- export --------------------------------------------------------------
 
-    def missing(self) -> str:
-        """How many claims have not come into view."""
-        count = len(CLAIMS) - len(self._findings)
-        return f"{count} more: claims not checked yet" if count else ""
-
-    def complete(self) -> None:
-        """Check all claims, also those that never came into view."""
-        for key in CLAIMS:
+    def prepare(self, what: str, take: Callable[[], None]) -> None:
+        """Check the claims that the file holds, also those that never came into view; the last file counts."""
+        figure = what.partition(":")[2]
+        every = what in ("json", "report") or figure == _TABLE.name
+        self._take, self._needed = take, {key for key in CLAIMS if every or figure == f"paper{key}"}
+        for key in self._needed:
             self._request(key)
+        self._take_if_ready()
+
+    def awaited(self) -> str:
+        """How many claims the file that was asked for waits for."""
+        count = len(self._needed - self._findings.keys())
+        return f"Checking {counted(count, 'claim')} for this file …" if count else ""
+
+    def _take_if_ready(self) -> None:
+        if self._take is not None and self._needed <= self._findings.keys():
+            take = self._take
+            self._drop_file()
+            take()
+
+    def _drop_file(self) -> None:
+        self._take, self._needed = None, set()
+
+    def _miss(self, key: str, why: str) -> None:
+        """A claim will not be checked: the file that waits for it does not come."""
+        if key in self._needed:
+            self._drop_file()
+            self.host.report_error(f"The file was not made: the check of {CLAIMS[key].name} {why}.")
 
     def figures(self) -> list[Figure]:
-        """The table of claims, and the figure of each claim that has been checked."""
-        found = [
-            Figure(f"paper{key}", claim.name, f"{claim.name}. {claim.text}")
-            for key, claim in CLAIMS.items()
-            if key in self._findings
-        ]
-        return [_TABLE, *found] if found else []
+        """The table of claims, and the figure of each claim."""
+        found = (Figure(f"paper{key}", claim.name, f"{claim.name}. {claim.text}") for key, claim in CLAIMS.items())
+        return [_TABLE, *found]
 
     def table(self, name: str) -> list[Series]:
         """The findings, or what a figure is drawn from."""
@@ -168,6 +188,7 @@ class Paper(Tab):
             self._requested.discard(key)
             CHECKS.cancel(key, self._deliver)
             self.cards[key].show_cancelled(True)
+            self._miss(key, "was cancelled")
 
     def _deliver(self, key: str, result: Finding | Exception) -> None:
         """Hand a result over to the session's own loop; called in a worker thread."""
@@ -181,6 +202,7 @@ class Paper(Tab):
             self.cards[key].show_error(
                 f"This could not be checked ({error_text(result)}). Open another tab and come back to try again."
             )
+            self._miss(key, "failed")
             return
         self._requested.discard(key)
         self._findings[key] = result
@@ -190,6 +212,7 @@ class Paper(Tab):
                 self.muting.watch(plot.name, name, item)
             self.slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
             self.cards[key].show_finding(CLAIMS[key].verdict(result), result)
+            self._take_if_ready()
             self.host.update_offers()
             if self._visible and not self._requested:  # for screen readers: once, when all in view is known
                 self.host.summarise(self._tally())
