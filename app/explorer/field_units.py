@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from vibroscope.app.explorer.state import SHARES, Explorer, Setting, print_number
-from vibroscope.engine import Units
+from vibroscope.engine import Units, written
 
 _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
 _QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity", **_STARTS}
@@ -20,6 +20,15 @@ _LABELS = {"eta": ("f", "excitation frequency"), "D": ("2D", "penalty damper")}
 _LABELS |= {
     name: (label, Explorer.param[name].doc.replace("τ", "t").replace("ξ", "x"))
     for name, label in zip(_STARTS, ("x₁(0)", "x₁′(0)", "x₂(0)", "x₂′(0)"), strict=True)
+}
+# What a number without dimension is a multiple of: k₁ = m₁ω₁² is the spring of pendulum 1, A the amplitude of the base.
+_NATURAL = {
+    "displacement": "base amplitude",
+    "velocity": "Aω₁",
+    "stiffness": "k₁",
+    "damping": "2m₁ω₁",
+    "force": "k₁A",
+    "impulse": "m₁Aω₁",
 }
 _DEFINING = {"omega1": "angular_frequency", "m1": "mass", "amplitude": "displacement"}
 # Units that may be typed, in SI units; as `plain_unit` writes them.
@@ -48,6 +57,8 @@ class ShownField(NamedTuple):
         The number shown is this times the one of the setting.
     typed : dict of str to float
         What one of each unit that may be typed is worth in the setting, as `plain_unit` writes it; "" for none.
+    natural : str
+        What a number without dimension is a multiple of; "" for a ratio.
     """
 
     label: str
@@ -55,6 +66,13 @@ class ShownField(NamedTuple):
     unit: str
     factor: float
     typed: dict[str, float]
+    natural: str = ""
+
+    @property
+    def name(self) -> str:
+        """What stands beside the symbol: name and unit, as in "penalty stiffness, N/m"."""
+        unit = self.unit or self.natural
+        return f"{self.hint}, {unit}" if unit else self.hint
 
     def number(self, value: float) -> str:
         """A number of the setting as a text in the field."""
@@ -66,12 +84,12 @@ class ShownField(NamedTuple):
         return f"{self.label} [{self.unit}]" if self.unit else self.label
 
     def measure(self, value: float) -> str:
-        """Number and unit, as in "2.5e+06 N/m"."""
-        number = self.number(value) if self.factor == 1 else f"{self.factor * value:.4g}"
+        """Number and unit, as in "2500000 N/m"."""
+        number = self.number(value) if self.factor == 1 else written(self.factor * value)
         return f"{number} {self.unit}".rstrip()
 
     def words(self, value: float) -> str:
-        """Symbol, number and unit, as in "K = 2.5e+06 N/m"."""
+        """Symbol, number and unit, as in "K = 2500000 N/m"."""
         return f"{self.label} = {self.measure(value)}"
 
 
@@ -82,7 +100,8 @@ def shown_field(name: str, setting: Setting) -> ShownField:
         return _defining_field(name, rule, setting)
     share = {"%": 0.01} if name in SHARES else {}
     if setting.scale is None:
-        return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share})
+        natural = _NATURAL.get(_QUANTITIES.get(name, ""), "")
+        return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share}, natural)
     if name not in _QUANTITIES:
         ratio = {"Hz": 2 * math.pi / setting.omega1} if name in ("kappa", "kappa3") else {}  # as the frequency it gives
         return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share, **ratio})
@@ -109,6 +128,11 @@ def _system(setting: Setting) -> str:
 
 def _sizes(quantity: str, one: float) -> dict[str, float]:
     return {unit: size / one for unit, size in _TYPED[quantity].items()}
+
+
+def unit_of(quantity: str, setting: Setting) -> str:
+    """The unit in which numbers of a quantity are shown: what they are multiples of where they have no dimension."""
+    return _NATURAL[quantity] if setting.scale is None else setting.scale.unit(quantity)
 
 
 def plain_unit(text: str) -> str:

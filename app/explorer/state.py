@@ -48,7 +48,7 @@ class Explorer(param.Parameterized):
     eta = param.Number(1.08, bounds=ETA_RANGE, softbounds=(0.5, 4.0), label="η", doc="excitation frequency Ω/ω₁")
     K = param.Number(2500.0, bounds=STIFFNESS_RANGE, softbounds=(10.0, 1e5), label="K", doc="penalty stiffness")
     D = param.Number(8.0, bounds=DAMPING_RANGE, softbounds=(0.1, 100.0), label="D", doc="penalty damping")
-    steps = param.Integer(2000, bounds=STEPS_RANGE, softbounds=(8, 32_000), label="T/Δτ", doc="time steps per period T")
+    steps = param.Integer(2000, bounds=STEPS_RANGE, softbounds=(8, 32_000), label="T/Δτ", doc="time steps per period")
     located = param.Selector(
         default="no",
         objects=["no", "yes"],
@@ -62,7 +62,7 @@ class Explorer(param.Parameterized):
         doc="d₃ of the reference in permanent contact: as measured, or the sum of the two dampers",
     )
     threshold = param.Number(
-        0.002, bounds=THRESHOLD_RANGE, label="ε", doc="separation speed that begins permanent contact; 0: the limit"
+        0.002, bounds=THRESHOLD_RANGE, label="ε", doc="separation speed below which contact stays (0: limit)"
     )
     restitution = param.Number(_PAPER.restitution, bounds=(0.0, 1.0), label="e", doc="coefficient of restitution")
     kappa = param.Number(_PAPER.kappa, bounds=_RATIOS, label="κ", doc="frequency ratio ω₂/ω₁ of pendulum 2")
@@ -70,9 +70,9 @@ class Explorer(param.Parameterized):
     d2 = param.Number(_PAPER.d2, **_BELOW_ONE, label="d₂", doc="damping ratio of pendulum 2")
     kappa3 = param.Number(_PAPER.kappa3, bounds=_RATIOS, label="κ₃", doc="frequency ratio of both, joined")
     d3 = param.Number(_PAPER.d3, **_BELOW_ONE, label="d₃", doc="damping ratio of both, joined, as measured")
-    start_xi1 = param.Number(0.0, **_START, label="ξ₁(0)", doc="displacement of pendulum 1 at τ = 0, at most ξ₂(0)")
+    start_xi1 = param.Number(0.0, **_START, label="ξ₁(0)", doc="displacement of pendulum 1 at τ = 0")
     start_v1 = param.Number(0.0, **_START, label="ξ₁′(0)", doc="velocity of pendulum 1 at τ = 0")
-    start_xi2 = param.Number(0.0, **_START, label="ξ₂(0)", doc="displacement of pendulum 2 at τ = 0, at least ξ₁(0)")
+    start_xi2 = param.Number(0.0, **_START, label="ξ₂(0)", doc="displacement of pendulum 2 at τ = 0")
     start_v2 = param.Number(0.0, **_START, label="ξ₂′(0)", doc="velocity of pendulum 2 at τ = 0")
     frame = param.Selector(
         default="relative",

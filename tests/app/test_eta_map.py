@@ -17,7 +17,7 @@ from vibroscope.engine import Reference, simulate
 from .fakes import QueueingHost
 
 OTHER = Setting(eta=2.0, kappa=2.4)
-TITLE = "Reference over η: click sets η"
+TITLE = "Reference over frequency: click sets it"
 
 
 class Document(bokeh.document.Document):

@@ -63,7 +63,7 @@ def test_names_of_entries_are_those_of_their_solvers():
         name: [item.label.value for item in plot.legend[0].items if item.visible and not item.renderers[0].visible]
         for name, plot in plots.items()
     }
-    assert muted == {"displacement": ["ξ₂ penalty"], "force": ["λ penalty"]}
+    assert muted == {"displacement": ["ξ₂ penalty"], "force": ["penalty"]}
 
 
 def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so():

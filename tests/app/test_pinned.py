@@ -2,12 +2,15 @@
 
 import math
 
+import numpy as np
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.link import MOST_PINS, print_address, read_pins
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.formats import Series
+from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.explore.comparison import Comparison
 from vibroscope.app.page.explore.pinned import PinnedResults
 from vibroscope.app.page.explore.result import prepare
@@ -146,8 +149,10 @@ def test_the_table_has_the_numbers_of_the_explanation():
     assert math.isnan(table.table["error total"][1])
     physical = compute_runs(SETTING._replace(units="si", omega1=10.0, m1=2.0))
     table.show(prepare(physical), found, [(pinned.drawn_like(physical.setting), None)])
-    assert table.rows[1]["numbers"][1] == ["K / (N/m)", "20000"]
-    assert table.rows[0]["numbers"][0][0] == "f / Hz"
+    assert table.rows[1]["numbers"][1] == ["K", "penalty stiffness, N/m", "20000"]
+    assert table.rows[0]["numbers"][0][:2] == ["f", "excitation frequency, Hz"]
+    (series,) = table_in_units([Series("compared", table.table)], physical.setting.scale)
+    np.testing.assert_allclose(series.columns["K [N/m]"], [200 * float(row["texts"]["K"]) for row in table.rows])
     table.show(prepare(runs), found, [])
     assert not table.visible
 

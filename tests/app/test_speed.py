@@ -126,8 +126,11 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
 def test_words_count_what_the_located_step_would_save():
     good = made({Key("located", 100): 1e-9})  # 200 solves instead of 400
     text = dict(statements(SETTING, good))["With the step cut where contact changes"]
-    assert text.startswith("T/100: error 1e-09")
+    assert text.startswith("T/100: error 1e-9 A ")
     assert "200 solves per period beside 400, 2 times fewer" in text
+    physical = SETTING._replace(units="mm-t-s", omega1=10.0, amplitude=2.0)
+    text = dict(statements(physical, good))["With the step cut where contact changes"]
+    assert text.startswith("T/100: error at most 2e-9 mm and 2e-8 mm/s after")
     bad = made({key: 1.0 for key in good.errors if key.kind == "located"})
     assert "None of those tried" in dict(statements(SETTING, bad))["With the step cut where contact changes"]
 

@@ -61,10 +61,10 @@ def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
     form = explorer.page.get_by_role("form", name="Settings")
     explorer.moved(lambda: form.get_by_text("difference", exact=True).click())
     wait_until(lambda: len(explorer.source("difference")["total"]) > 100, what="the difference")
-    assert "Δξ₂ / base amplitude" in explorer.figure("displacement")["labels"]
+    assert "difference of ξ₂ / base amplitude" in explorer.figure("displacement")["labels"]
     explorer.wait_for_address(frame="difference")
     explorer.moved(lambda: explorer.page.get_by_text("relative", exact=True).click())
-    assert "ξ / base amplitude" in explorer.figure("displacement")["labels"]
+    assert "displacements ξ₁, ξ₂ / base amplitude" in explorer.figure("displacement")["labels"]
 
 
 def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
@@ -180,16 +180,16 @@ def test_axes_carry_symbols_and_units(visit):
 
 def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000").judged()
-    badge = explorer.page.locator(".line.penalty .kind strong")
-    assert badge.text_content() == "period 1, scattered by the time step"
-    assert badge.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "dashed"
-    badge.click()
+    kind, line = explorer.page.locator(".line.penalty .kind"), explorer.page.locator(".line.penalty")
+    assert "blurred by the time step" in kind.text_content()
+    assert kind.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "dashed"
+    line.get_by_role("button", name="Evidence").click()
     explorer.page.get_by_text("The scatter is an artefact").wait_for()
     explorer.moved(lambda: explorer.type("eta", "1.71"))
-    assert badge.text_content() == "kind of motion: being found …"  # not that of the setting before
+    assert line.get_attribute("data-kind") == ""  # not that of the setting before
     explorer.judged()
-    assert badge.text_content() == "chaotic"
-    assert badge.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "solid"
+    assert "chaotic" in kind.text_content()
+    assert kind.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "none"
 
 
 def test_the_verdict_of_another_setting_is_not_read_as_that_of_the_figures(visit):

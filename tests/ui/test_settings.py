@@ -84,7 +84,7 @@ def test_physical_units_reach_every_figure_and_the_address(visit):
     assert abs(physical["penalty1"][7] / plain["penalty1"][7] - 2) < 1e-5
     labels = {name: explorer.figure(name)["labels"] for name in ("phase1", "displacement", "force", "diagram")}
     assert labels["phase1"] == ["displacement x₁ / mm", "velocity x₁′ / (mm/s)"]
-    assert labels["displacement"][1] == "x / mm"
+    assert labels["displacement"][1] == "displacements x₁, x₂ / mm"
     assert labels["force"][1:] == ["contact force / N", "impulse / (N·s)"]
     assert labels["diagram"][1].endswith("/ mm")
     low, high = explorer.figure("displacement")["x"]

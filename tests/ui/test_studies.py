@@ -157,7 +157,7 @@ def test_range_resolution_and_swept_number_are_typed(visit):
         typed.get_by_label(label).fill(text)
         typed.get_by_label(label).press("Enter")
     wait_until(lambda: explorer.figure("bifurcation")["x"] == [2.7, 2.9], what="the range")
-    wait_until(lambda: "20 η × (100" in explorer.figure("bifurcation")["title"], what="the number of values")
+    wait_until(lambda: "20 values, 100 + " in explorer.figure("bifurcation")["title"], what="the number of values")
     explorer.wait_for_address(choice="count:20;transient:100")
     typed.get_by_label("Values").fill("1")
     typed.get_by_label("Values").press("Enter")

@@ -43,7 +43,7 @@ from vibroscope.app.studies.cell_classes import KINDS, PERIODS, period_class
 from vibroscope.engine import Newmark, Reference, System
 from vibroscope.engine.sweeps import CellKind
 
-SYMBOLS = {"xi1": "ξ₁", "v1": "ξ₁′", "xi2": "ξ₂", "v2": "ξ₂′"}
+COORDINATES = {"xi1": "displacement ξ₁", "v1": "velocity ξ₁′", "xi2": "displacement ξ₂", "v2": "velocity ξ₂′"}
 # Bokeh's hatch, and what the key in `study.css` calls it: colour is not the only sign.
 _PERIOD_HATCHES = (
     (" ", ""),
@@ -95,7 +95,7 @@ class BifurcationView:
         plot = make_figure(
             "Being computed …",
             _ETA_LABEL,
-            "ξ₂ at τ ≡ 0 (mod T) / base amplitude",
+            COORDINATES["xi2"],
             name="bifurcation",
             x_range=self.ranges["eta"].range,
             y_range=self.ranges["value"].range,
@@ -179,6 +179,11 @@ class BifurcationView:
             self.ranges["eta"].put(*SWEPT[over].home, fresh=True)
 
     @property
+    def axis_label(self) -> str:
+        """What lies to the right."""
+        return self._axes[0].label
+
+    @property
     def span(self) -> tuple[float, float]:
         """The values in view, within what can be set, rounded so that the same view is the same question."""
         swept = SWEPT[self.over]
@@ -212,27 +217,22 @@ class BifurcationView:
 
     def _label_axes(self, setting: Setting, field: ShownField, coordinate: str) -> tuple[float, float]:
         """Label axes and hover; returns what one of the model's units is worth on both axes."""
-        swept, symbol = SWEPT[self.over], SYMBOLS[coordinate]
-        label = f"{field.hint} {field.label} / {divisor(field.unit)}" if field.unit else f"{swept.text}, {swept.symbol}"
-        self._axes[0].show(_ETA_LABEL if label == f"{swept.text}, η" else label, field.factor)
+        unit = field.unit or field.natural
+        head = f"{field.hint} {field.label}" + (f" / {divisor(unit)}" if unit else "")
+        self._axes[0].show(_ETA_LABEL if self.over == "eta" and not unit else head, field.factor)
         self.strip.xaxis[0].axis_label = ""
-        where, quantity = "at τ ≡ 0 (mod T)", "velocity" if coordinate.startswith("v") else "displacement"
-        plain, words = f"{symbol} {where} / base amplitude", f"{symbol.replace('ξ', 'x')} {where}"
-        shown = quantity_axis(setting, plain, words, quantity)
+        quantity = "velocity" if coordinate.startswith("v") else "displacement"
+        shown = quantity_axis(setting, f"{COORDINATES[coordinate]} once a period", quantity)
         self._axes[1].show(*shown)
-        heads, columns = (swept.symbol, "value"), ("@eta", "@value")
-        if setting.scale is not None:
-            heads = field.column, f"{symbol.replace('ξ', 'x')} [{setting.scale.unit(quantity)}]"
-            columns = tuple(f"@{name}{{%.4g}}" for name in _SHOWN)
-        rows = [*zip(heads, columns, strict=True), *self.hover.tooltips[2:]]
+        columns = ("@eta", "@value") if setting.scale is None else tuple(f"@{name}{{%.4g}}" for name in _SHOWN)
+        rows = [*zip((self._axes[0].label, shown[0]), columns, strict=True), *self.hover.tooltips[2:]]
         if rows != self.hover.tooltips:
             self.hover.tooltips = rows
         return (1.0, 1.0) if setting.scale is None else (field.factor, shown[1])
 
     def _title(self, result: PartialDiagram, setting: Setting) -> None:
         question = result.question
-        swept = SWEPT[question.over]
-        periods = f"{int(result.known.sum())} {swept.symbol} × ({question.transient} + {SAMPLE}) T"
+        periods = f"{int(result.known.sum())} values, {question.transient} + {SAMPLE} periods each"
         at = "" if question.over == "eta" else f", {shown_field('eta', setting).words(question.eta)}"
         start = "own" if question.initial != REST else question.direction
         self.figure.title.text = f"{name_of(question.method, question.over)} {_DIRECTION[start]}{at}, {periods}"

@@ -31,8 +31,8 @@ class Swept(NamedTuple):
 
     @property
     def choice(self) -> str:
-        """As it is offered: symbol and name, without its definition."""
-        return f"{self.symbol}, {self.text.removesuffix(' Ω/ω₁')}"
+        """As it is offered: its name, without its definition."""
+        return self.text.removesuffix(" Ω/ω₁")
 
     def rounded(self, value: float) -> float:
         """The nearest value that the line can be dragged to."""

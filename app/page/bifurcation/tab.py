@@ -11,7 +11,7 @@ from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.state import START_FIELDS, Explorer, Setting, bounds_of, print_number
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import initial_option, method_options, sweep_command, sweep_python
-from vibroscope.app.page.bifurcation.figure import SYMBOLS, BifurcationView, legend, name_of
+from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.studies.bifurcation import (
@@ -33,6 +33,11 @@ _DIRECTION_NAMES = {
     "own": "from an own start",
     "up": "continued upwards",
     "down": "continued downwards",
+}
+_COORDINATES = {
+    f"{letter}{number}": f"{words} {number}"
+    for number in (1, 2)
+    for letter, words in (("xi", "displacement"), ("v", "velocity"))
 }
 _OF_METHOD = {"K": "stiffness", "D": "damping", "steps": "steps"}
 MOST_VALUES, MOST_TRANSIENT = 2000, 20_000  # that can be typed: with more, a diagram outlasts its time
@@ -70,6 +75,7 @@ class Bifurcation(StudyTab):
         """What can be chosen, and the line that can be dragged."""
         return {
             "title": "Bifurcation diagram",
+            "keyed": ["bifurcation_strip"],
             "switches": [
                 {
                     "name": "over",
@@ -78,14 +84,14 @@ class Bifurcation(StudyTab):
                 },
                 {"name": "solver", "label": "Solver", "choices": _SOLVERS},
                 {"name": "direction", "label": "Start", "choices": _DIRECTION_NAMES},
-                {"name": "coordinate", "label": "Coordinate", "choices": SYMBOLS},
+                {"name": "coordinate", "label": "Coordinate", "choices": _COORDINATES},
             ],
             "limits": [],
             "numbers": [
                 _number("from", "From", LINEAR, linked=False),
                 _number("to", "To", LINEAR, linked=False),
                 _number("count", "Values", (2, MOST_VALUES), whole=True),
-                _number("transient", "Transient (T)", (0, MOST_TRANSIENT), whole=True),
+                _number("transient", "Transient (periods)", (0, MOST_TRANSIENT), whole=True),
                 *(
                     _number(name, Explorer.param[name].label, bounds_of(name), when={"direction": "own"})
                     for name in START_FIELDS
@@ -138,7 +144,6 @@ class Bifurcation(StudyTab):
 
     def _type_range(self, low: float, high: float) -> None:
         swept, field = SWEPT[self.view.over], shown_field(self.view.over, self._move.setting)
-        low, high = low / field.factor, high / field.factor
         if not swept.bounds[0] <= low < high <= swept.bounds[1]:
             ends = " to ".join(field.number(end) for end in swept.bounds) + (field.unit and f" {field.unit}")
             self.panel.refused = f"{field.label} must go from a smaller to a larger number, within {ends}."
@@ -170,10 +175,12 @@ class Bifurcation(StudyTab):
         """The diagram and the one to compare with."""
         other = None if result is None else _compared(setting, result.question)
         self.view.update(setting, result, self.panel.chosen["coordinate"], other)
-        field = shown_field(self.view.over, setting)
-        low, high = (float(field.number(end)) for end in self.view.span)
+        low, high = self.view.span
         self.panel.chosen = self.panel.chosen | {"from": low, "to": high}
-        self.panel.key = legend()
+        swept = shown_field(self.view.over, setting)
+        ends = {name.lower(): swept._replace(label=name, hint="") for name in ("From", "To")}
+        self.panel.show_fields(ends | {name: shown_field(name, setting) for name in START_FIELDS})
+        self.panel.key_title, self.panel.key = f"Motion over {self.view.axis_label}", legend()
 
     def describe(self, setting: Setting, result: PartialDiagram) -> list[list[str]]:
         """The nearest η, and the whole range."""

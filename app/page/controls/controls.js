@@ -195,8 +195,8 @@ function typedField(number, link, place) {
     field = shown.fields[number.name];
     unit.textContent = field.unit;
     typed.disabled = Boolean(field.locked);
-    typed.title = `${field.hint}${field.unit && `, ${field.unit}`}; ${field.locked || field.range}`;
-    typed.setAttribute("aria-label", `${field.label}: ${field.hint}${field.unit && `, ${field.unit}`}, typed`);
+    typed.title = `${field.name}; ${field.locked || field.range}`;
+    typed.setAttribute("aria-label", `${field.label}: ${field.name}, typed`);
     const refused = shown.refused.name === number.name;
     typed.setAttribute("aria-invalid", String(refused));
     if (refused) typed.setAttribute("aria-describedby", refusal.id);
@@ -215,7 +215,7 @@ function sliderRow(slider, link) {
   const id = `vibroscope-${slider.name}`;
   const label = element("label", "", slider.label);
   label.htmlFor = `${id}-typed`;
-  const symbol = document.createTextNode("");
+  const symbol = element("span", "", slider.label);
   const hint = element("small", "", slider.hint);
   label.replaceChildren(symbol, hint);
   const range = input("range", `${id}-slider`, `${slider.label}: ${slider.hint}`);
@@ -230,14 +230,14 @@ function sliderRow(slider, link) {
   range.addEventListener("input", () => {
     const text = scale.text(Number(range.value));
     field.typed.value = field.preview(text);
-    range.setAttribute("aria-valuetext", `${symbol.data} ${field.typed.value} ${field.unit.textContent}`.trim());
+    range.setAttribute("aria-valuetext", `${symbol.textContent} ${field.typed.value} ${field.unit.textContent}`.trim());
     link.set({ [slider.name]: text });
   });
   box.append(label, field.typed, range, note);
   const draw = (shown, isLatest) => {
-    const { label: name, hint: words, unit, text } = shown.fields[slider.name];
-    symbol.data = name;
-    hint.textContent = unit ? `${words}, ${unit}` : words;
+    const { label: name, name: words, unit, text } = shown.fields[slider.name];
+    setText(symbol, name);
+    setText(hint, words);
     noteText.textContent = shown.notes[slider.name] ?? "";
     field.draw(shown, isLatest);
     if (!isLatest || shown.refused.name === slider.name) return;

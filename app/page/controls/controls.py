@@ -15,16 +15,17 @@ from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting, print_end
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
+from vibroscope.engine import written
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
 _NUMBERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution", "threshold", "omega1", "m1", "amplitude")
 _SOLVER_SWITCHES = {
-    "joint_damping": {"table": "as measured", "derived": "from d₁, d₂"},
+    "joint_damping": {"table": "as measured", "derived": "of both dampers"},
     "located": {"no": "at the next step", "yes": "cut at contact"},
 }
 _VIEW_SWITCHES = {
     "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
-    "coordinate": {"xi1": "ξ₁", "xi2": "ξ₂"},
+    "coordinate": {"xi1": "pendulum 1", "xi2": "pendulum 2"},
     "units": {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"},
 }
 
@@ -74,17 +75,18 @@ def _field(name: str, setting: Setting) -> dict:
     return {
         "label": field.label,
         "hint": field.hint,
+        "name": field.name,
         "unit": field.unit,
         "factor": field.factor,
         "range": f"{low} to {'' if rule.inclusive_bounds[1] else 'below '}{high}",
-        "locked": "follows from d₁ and d₂; choose “as measured” to type it" if _is_derived(name, setting) else "",
+        "locked": "follows from both dampers; choose “as measured” to type it" if _is_derived(name, setting) else "",
     }
 
 
 def _number_text(name: str, setting: Setting) -> str:
     """A number as its field shows it."""
     if _is_derived(name, setting):
-        return f"{setting.system.derived_joint_damping:.4g}"
+        return written(setting.system.derived_joint_damping)
     return shown_field(name, setting).number(getattr(setting, name))
 
 
@@ -94,15 +96,15 @@ def _is_derived(name: str, setting: Setting) -> bool:
 
 def _notes(setting: Setting) -> dict[str, str]:
     """The notes below the sliders: Δτ, and with units the numbers of the model."""
-    step = f"Δτ = T/{setting.steps} = {2 * math.pi / setting.eta / setting.steps:.3g}"
+    step = f"time step Δτ = T/{setting.steps} = {written(2 * math.pi / setting.eta / setting.steps)}"
     if setting.scale is None:
         return {"steps": step}
     numbers = setting.scale.settings(setting.eta, setting.penalty)
     return {
-        "eta": f"η = {setting.eta:.5g}, T = {numbers['period']:.4g} s",
-        "K": f"K = {setting.K:.5g} without dimension",
-        "D": f"D = {setting.D:.5g} without dimension",
-        "steps": f"Δt = T/{setting.steps} = {numbers['time_step']:.4g} s",
+        "eta": f"ratio η = {written(setting.eta, 5)}, period T = {written(numbers['period'])} s",
+        "K": f"K = {written(setting.K, 5)} without dimension",
+        "D": f"D = {written(setting.D, 5)} without dimension",
+        "steps": f"time step Δt = T/{setting.steps} = {written(numbers['time_step'])} s",
     }
 
 

@@ -96,11 +96,16 @@ function numberRow(number, link) {
   const box = element("div", "number");
   const label = element("label");
   label.htmlFor = `vibroscope-${number.name}-typed`;
+  const symbol = element("span");
+  const hint = element("small");
+  label.append(symbol, " ", hint);
   const under = element("div", "under");
   const field = typedField(number, link, under);
-  box.append(label, field.typed, field.unit, under);
+  box.append(label, field.typed, under);
   const draw = (shown, isLatest) => {
-    ({ label: label.textContent, hint: label.title } = shown.fields[number.name]);
+    const { label: name, name: words } = shown.fields[number.name];
+    setText(symbol, name);
+    setText(hint, words);
     field.draw(shown, isLatest);
   };
   return { element: box, draw };
@@ -138,8 +143,8 @@ function key() {
   section.append(element("span", "", "◇"));
   list.append(
     element("dt", "reference"), element("dd", "", "reference: exact, impact law"),
-    element("dt", "penalty"), element("dd", "", "penalty: K, D, Newmark, step Δτ"),
-    section, element("dd", "", "state at τ ≡ 0 (mod T)"),
+    element("dt", "penalty"), element("dd", "", "penalty: spring, damper, time step"),
+    section, element("dd", "", "state once a period"),
   );
   return { element: list, draw: () => {} };
 }

@@ -7,10 +7,11 @@ export function render({ model }) {
   root.append(table);
   const parts = Object.entries(model.parts);
   const draw = () => {
-    const heads = ["", ...(model.rows[0]?.numbers ?? []).map(([label]) => label), "penalty motion", ...parts.map(([, label]) => label), ""];
+    const heads = [["", ""], ...model.rows[0]?.numbers ?? [], ["penalty motion", ""], ...parts.map(([, label]) => [label, ""]), ["", ""]];
     const head = element("tr");
-    head.append(...heads.map((text) => {
+    head.append(...heads.map(([text, name]) => {
       const cell = element(text ? "th" : "td", "", text);
+      if (name) cell.append(element("small", "", name));
       if (text) cell.scope = "col";
       return cell;
     }));
@@ -29,7 +30,7 @@ function line(row, place, parts) {
   name.prepend(element("span", "swatch"));
   const motion = element("td", "motion", row.motion || "computing …");
   if (row.other) motion.append(element("small", "", row.other));
-  made.append(name, ...row.numbers.map(([label, text]) => number("", label, text)), motion, ...errors(row, parts));
+  made.append(name, ...row.numbers.map(([label, name, text]) => number("", `${label} ${name}`, text)), motion, ...errors(row, parts));
   const acts = element("td", "acts");
   if (place) {
     acts.append(

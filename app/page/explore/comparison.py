@@ -13,7 +13,7 @@ from vibroscope.app.page.explore.explainer import known_explanation
 from vibroscope.app.page.explore.result import Result
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.figure import PARTS, divisor, name_of_part
+from vibroscope.app.page.shared.figure import PARTS, name_of_part
 from vibroscope.engine import percent
 
 _OTHER_FIELDS = [name for name in FIELDS if name not in (*MAIN_FIELDS, *DRAWING_FIELDS)]
@@ -39,8 +39,12 @@ class Comparison(Component):
         if pinned:
             settings = [live.setting, *(setting for setting, _ in pinned)]
             other = [name for name in _OTHER_FIELDS if len({getattr(setting, name) for setting in settings}) > 1]
+            shown = (setting.drawn_like(live.setting) for setting, _ in pinned)
             rows = [_row(live.setting, live, explanation, other)]
-            rows += [_row(setting, result, known_explanation(setting), other) for setting, result in pinned]
+            rows += [
+                _row(setting, result, known_explanation(setting), other)
+                for setting, (_, result) in zip(shown, pinned, strict=True)
+            ]
         if rows != self.rows:
             self.param.update(rows=rows, visible=bool(rows))
 
@@ -48,9 +52,16 @@ class Comparison(Component):
     def table(self) -> dict[str, list]:
         """The columns of the table as numbers; not a number where an error is unknown."""
         names = self.rows[0]["texts"] if self.rows else {}
-        columns = {name: [row["texts"][name] for row in self.rows] for name in names}
+        columns = {name: [_as_number(row["texts"][name]) for row in self.rows] for name in names}
         errors = {name: [row["errors"].get(name, math.nan) for row in self.rows] for name in self.parts}
         return columns | {f"error {name}": column for name, column in errors.items()}
+
+
+def _as_number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:  # a choice
+        return text
 
 
 def _row(setting: Setting, result: Result | None, explanation: Explanation | None, other: list[str]) -> dict:
@@ -59,12 +70,12 @@ def _row(setting: Setting, result: Result | None, explanation: Explanation | Non
     Returns
     -------
     dict
-        ``texts``: what sets its parameters. ``numbers``: label and text of each slider, in the chosen units. ``other``:
+        ``texts``: what sets its parameters. ``numbers``: symbol, name with unit, and text of each slider. ``other``:
         those beside the sliders in which the rows differ. ``motion``: what the penalty model shows. ``explained``:
         whether the following are known. ``errors``: the parts of its difference by name, as far as they have a meaning.
         ``shown``: the same as texts. ``measure``: what they measure. ``headline``: the difference in words.
     """
-    texts = setting.texts()
+    texts, explanation = setting.texts(), explanation and explanation.in_units(setting.scale)
     return {
         "texts": {name: texts[name] for name in FIELDS if name not in DRAWING_FIELDS},
         "numbers": [_number(name, setting) for name in MAIN_FIELDS],
@@ -80,7 +91,7 @@ def _row(setting: Setting, result: Result | None, explanation: Explanation | Non
 
 def _number(name: str, setting: Setting) -> list[str]:
     field = shown_field(name, setting)
-    return [field.label + (f" / {divisor(field.unit)}" if field.unit else ""), field.number(getattr(setting, name))]
+    return [field.label, field.name, field.number(getattr(setting, name))]
 
 
 def _in_words(name: str, setting: Setting) -> str:

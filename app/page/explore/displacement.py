@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, FactorRange, GlyphRenderer, HBar, HoverTool, LegendItem, Line, Range1d
+from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.present import WINDOW, Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
@@ -16,22 +17,33 @@ from vibroscope.app.page.shared.figure import (
     VERMILLION,
     PinnedCurves,
     add_glyph,
+    divisor,
     empty_source,
     empty_sources,
     hover_tool,
+    label_of,
     legend,
     make_figure,
     name_of_part,
+    show_rows,
+    symbols,
     time_label,
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
 
 _LABELS = {
-    "relative": ("ξ / base amplitude", "x / {unit}"),
-    "absolute": ("(ξ + cos ητ) / base amplitude", "(x + A cos Ωt) / {unit}"),
-    "difference": ("Δξ{number} / base amplitude", "Δx{number} / {unit}"),
+    "relative": "displacements ξ₁, ξ₂",
+    "absolute": "displacements with the base",
+    "difference": "difference of ξ{number}",
 }
+
+
+_CURVES = {f"{solver}{number}": (solver, number) for solver in ("reference", "penalty") for number in (1, 2)}
+
+
+def _entry(solver: str, number: int) -> str:
+    return f"ξ{'₁₂'[number - 1]} {solver}"
 
 
 class DisplacementView:
@@ -74,7 +86,7 @@ class DisplacementView:
             for number, dash in ((1, "solid"), (2, "dashed")):
                 glyph = Line(x="t", y=f"{solver}{number}", **(look | {"line_dash": dash}))
                 line = add_glyph(plot, glyph, self.sources["displacements"])
-                items.append(LegendItem(label=f"ξ{'₁₂'[number - 1]} {solver}", renderers=[line]))
+                items.append(LegendItem(label=_entry(solver, number), renderers=[line]))
         parts = [
             LegendItem(
                 label=name_of_part(name),
@@ -85,13 +97,14 @@ class DisplacementView:
         ]
         self._items = {"displacements": items, "difference": parts}
         plot.add_layout(legend([*items, *parts], 8))
-        plot.add_tools(self._hover([item.renderers[0] for item in items]))
+        self._hover = self._follow_visible([item.renderers[0] for item in items])
+        plot.add_tools(self._hover)
         return plot
 
-    def _hover(self, lines: list[GlyphRenderer]) -> HoverTool:
+    def _follow_visible(self, lines: list[GlyphRenderer]) -> HoverTool:
         """A hover tool of the first line that is visible; it shows all four, since they share their times."""
-        values = {"time": "@t", "reference": "① @reference1, ② @reference2", "penalty": "① @penalty1, ② @penalty2"}
-        tool = hover_tool(lines[:1], values, mode="vline", line_policy="nearest")
+        tool = hover_tool(lines[:1], {"time": "@t"}, mode="vline", line_policy="nearest")
+        tool.formatters = {f"@{name}": "printf" for name in ("t", *_CURVES)}
 
         def follow(attr: str, old: bool, new: bool) -> None:
             tool.renderers = [line for line in lines if line.visible][:1]
@@ -143,6 +156,7 @@ class DisplacementView:
         for background in self._backgrounds:
             write(background, {"right": np.array([WINDOW * setting.period], float)})
         self.figure.xaxis[0].axis_label = time_label(setting)
+        self._name_curves(setting)
         if setting.frame == "difference":
             return
         switched = self._switch(setting)
@@ -150,6 +164,17 @@ class DisplacementView:
         shown = [columns["displacements"][name] for name in names]
         shown += [self.measured[name] for name in ("x1", "x2") if self.measured]
         self.range.follow([*shown, *self.pinned.columns("displacements", *names)], fresh=fresh or switched)
+
+    def _name_curves(self, setting: Setting) -> None:
+        """Legend and hover with the symbols and units that are shown."""
+        unit = divisor(unit_of("displacement", setting))
+        rows = {"time τ/T" if setting.scale is None else "time t / s": "@t"}
+        for item, (solver, number) in zip(self._items["displacements"], _CURVES.values(), strict=True):
+            name = symbols(setting, _entry(solver, number))
+            if item.label != value(name):
+                item.label = value(name)
+            rows[f"{name} / {unit}"] = f"@{solver}{number}"
+        show_rows(self._hover, rows)
 
     def explain(self, series: dict[str, np.ndarray], setting: Setting) -> None:
         """Draw the parts of the difference, each (2, n), if they are to be shown; without ``series``, draw nothing."""
@@ -168,10 +193,8 @@ class DisplacementView:
 
     def _switch(self, setting: Setting) -> bool:
         """Show the displacements or their difference; returns whether that has changed the quantity of the axis."""
-        label = _LABELS[setting.frame][setting.scale is not None].format(
-            number="₁" if setting.coordinate == "xi1" else "₂",
-            unit=setting.scale.unit("displacement") if setting.scale else "",
-        )
+        words = _LABELS[setting.frame].format(number="₁" if setting.coordinate == "xi1" else "₂")
+        label = label_of(setting, words, "displacement")
         switched = self.figure.yaxis[0].axis_label != label
         self.figure.yaxis[0].axis_label = label
         for kind, items in self._items.items():

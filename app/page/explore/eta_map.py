@@ -14,7 +14,17 @@ from vibroscope.app.explorer.present import unit_factor
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.page.explore.map_source import ETA, NOTHING, MapPoints
-from vibroscope.app.page.shared.figure import BLUE, FONT, INK, THEME, VERMILLION, add_glyph, apply_style, eta_axis
+from vibroscope.app.page.shared.figure import (
+    BLUE,
+    FONT,
+    INK,
+    THEME,
+    VERMILLION,
+    add_glyph,
+    apply_style,
+    eta_axis,
+    label_of,
+)
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.raster import raster
@@ -22,7 +32,7 @@ from vibroscope.engine import System
 
 _holoviews_lock = threading.Lock()  # its options are global, and pages are built in threads
 _PIXELS = (480, 250)  # of the picture, until the browser has sent the size of the frame
-_TITLE = "Reference over η: click sets η"
+_TITLE = "Reference over frequency: click sets it"
 _SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
 _ROW = {"xi1": 0, "xi2": 1}
 # From transparent to blue; the more points fall on a pixel, the darker it is.
@@ -115,7 +125,7 @@ class EtaMapView:
         fit |= points.share == 1 > self._points.share or (points is not NOTHING and self._points is NOTHING)
         self._points = points
         share = "computing …" if points is NOTHING else f"{100 * points.share:.0f} % computed"
-        self.figure.title.text = _TITLE if self.ready else f"Reference over η: {share}"
+        self.figure.title.text = _TITLE if self.ready else f"Reference over frequency: {share}"
         if fit:
             self.ranges["section"].follow([self._values], fresh=True)
         self._draw()
@@ -123,11 +133,7 @@ class EtaMapView:
     def _label(self, setting: Setting) -> None:
         for mark in self._marks:
             mark.glyph.y = "x1" if setting.coordinate == "xi1" else "x2"
-        label = f"{_SYMBOL[setting.coordinate]} at τ ≡ 0 (mod T) / "
-        if setting.scale is None:
-            label += "base amplitude"
-        else:
-            label = label.replace("ξ", "x").replace("τ", "t") + setting.scale.unit("displacement")
+        label = label_of(setting, f"{_SYMBOL[setting.coordinate]} once a period", "displacement")
         self.figure.yaxis[0].axis_label = label
 
     @property

@@ -16,12 +16,15 @@ from vibroscope.app.page.shared.figure import (
     apply_style,
     empty_sources,
     hover_tool,
+    label_of,
     legend,
     make_figure,
+    show_rows,
     time_label,
-    unit_label,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
+
+_WORDS = {"force": ("contact force", " λ"), "impulse": ("impulse", " ∫λ dτ")}  # and symbols, without units
 
 
 class ForceView:
@@ -63,19 +66,20 @@ class ForceView:
         plot.add_layout(
             legend(
                 [
-                    LegendItem(label="λ reference", renderers=[lines[1]]),
+                    LegendItem(label="reference", renderers=[lines[1]]),
                     LegendItem(label="its impulses", renderers=stems[1]),
-                    LegendItem(label="λ penalty", renderers=[lines[0]]),
+                    LegendItem(label="penalty", renderers=[lines[0]]),
                     LegendItem(label="its impulses", renderers=stems[0]),
                 ],
                 5,
             )
         )
-        self._hover = hover_tool(lines, {"time": "@t", "force": "@force"})
-        plot.add_tools(
-            self._hover,
-            hover_tool([stem[1] for stem in stems], {"time": "@t", "impulse": "@impulse"}),
-        )
+        heads = [stem[1] for stem in stems]
+        self._hovers = {
+            name: hover_tool(drawn, {"time": "@t", name: f"@{name}"})
+            for name, drawn in (("force", lines), ("impulse", heads))
+        }
+        plot.add_tools(*self._hovers.values())
         return plot
 
     def _stems(self, plot, solver: str, colour: str) -> list:
@@ -97,12 +101,16 @@ class ForceView:
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
         """Fit ranges and labels to ``columns``, which the sources hold already; zero force is always in view."""
         self.figure.xaxis[0].axis_label = time_label(setting)
-        self.figure.yaxis[0].axis_label = _label(setting, "contact force", "force", " λ")
+        labels = {
+            name: label_of(setting, words + (symbol if setting.scale is None else ""), name)
+            for name, (words, symbol) in _WORDS.items()
+        }
+        self.figure.yaxis[0].axis_label, self.figure.right[0].axis_label = labels.values()
         # A located step resolves contacts that are shorter than the samples: their mean is drawn.
-        head = "force (mean, where a contact is too short to sample)" if setting.penalty.located else "force"
-        if self._hover.tooltips[1][0] != head:
-            self._hover.tooltips = [self._hover.tooltips[0], (head, self._hover.tooltips[1][1])]
-        self.figure.right[0].axis_label = _label(setting, "impulse", "impulse", " ∫λ dτ")
+        mean = ", its mean where a contact is too short to sample" if setting.penalty.located else ""
+        time = "time τ/T" if setting.scale is None else "time t / s"
+        for name, tool in self._hovers.items():
+            show_rows(tool, {time: "@t", labels[name] + (mean if name == "force" else ""): f"@{name}"})
         sources = [f"force_{solver}" for solver in ("reference", "penalty")]
         forces = [columns[source]["force"] for source in sources]
         forces += [column for source in sources for column in self.pinned.columns(source, "force")]
@@ -120,7 +128,3 @@ class ForceView:
         if not 0.4 * top <= largest[1] <= 0.82 * top:
             top = 1.26 * largest[1]
         self.impulse.put(top * low / high, top, fresh=fresh)
-
-
-def _label(setting: Setting, name: str, quantity: str, symbol: str) -> str:
-    return f"{name}{symbol}" if setting.scale is None else f"{name} / {unit_label(setting, quantity)}"

@@ -14,9 +14,10 @@ from vibroscope.app.page.shared.figure import (
     add_glyph,
     empty_sources,
     hover_tool,
+    label_of,
     legend,
     make_figure,
-    unit_label,
+    show_rows,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
 
@@ -42,6 +43,7 @@ class PhaseView:
         self.ranges = {name: OwnedRange(-8, 8) for name in ("x1", "x2")}
         self.ranges |= {name: OwnedRange(-8, 8, headroom=0.16) for name in ("v1", "v2")}
         self._lines: list = []
+        self._hovers: list = []
         self.measured: Columns = {}  # points of a measurement
         self.figures = [self._figure(1), self._figure(2)]
         self.pinned = PinnedCurves(
@@ -79,20 +81,16 @@ class PhaseView:
                 3,
             )
         )
-        plot.add_tools(
-            hover_tool([dots, rings], {"at τ ≡ 0 (mod T)": f"displacement @{x}, velocity @{y}"}),
-        )
+        self._hovers.append(hover_tool([dots, rings], {"displacement": f"@{x}", "velocity": f"@{y}"}))
+        plot.add_tools(self._hovers[-1])
         return plot
 
     def _label(self, setting: Setting) -> None:
-        length, speed = (
-            "base amplitude" if setting.scale is None else unit_label(setting, "displacement"),
-            "" if setting.scale is None else f" / {unit_label(setting, 'velocity')}",
-        )
-        symbol = "ξ" if setting.scale is None else "x"
-        for figure, sub in zip(self.figures, _SUBSCRIPT.values(), strict=True):
-            figure.xaxis[0].axis_label = f"displacement {symbol}{sub} / {length}"
-            figure.yaxis[0].axis_label = f"velocity {symbol}{sub}′{speed}"
+        for figure, tool, (number, sub) in zip(self.figures, self._hovers, _SUBSCRIPT.items(), strict=True):
+            x = label_of(setting, f"displacement ξ{sub}", "displacement")
+            y = label_of(setting, f"velocity ξ{sub}′", "velocity")
+            figure.xaxis[0].axis_label, figure.yaxis[0].axis_label = x, y
+            show_rows(tool, {x: f"@x{number}", y: f"@v{number}"})
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
         """Fit ranges, line widths and labels to ``columns``, which the sources hold already."""

@@ -37,8 +37,8 @@ export function render({ model }) {
 // search that met a limit can be run again with another.
 function searchLimits(model) {
   const row = element("div", "limits");
-  const fields = [["K", "K up to", "Largest K that the search may try"],
-    ["steps", "T/Δτ up to", "Most steps per period that the search may try"]].map(([name, text, hint]) => {
+  const fields = [["K", "stiffness K up to", "Largest K that the search may try"],
+    ["steps", "steps a period up to", "Most steps per period that the search may try"]].map(([name, text, hint]) => {
     const label = element("label", "", text);
     const field = element("input");
     Object.assign(field, { type: "text", inputMode: "decimal", autocomplete: "off", maxLength: 24, title: hint });
@@ -62,8 +62,8 @@ function searchLimits(model) {
   const symbol = element("span");
   const etaUnit = element("span");
   ends[1][2].append(etaUnit);
-  const held = ["K", "D"].map((name) => {
-    const label = element("label", "", name);
+  const held = [["K", "stiffness K"], ["D", "damping D"]].map(([name, words]) => {
+    const label = element("label", "", words);
     const check = element("input");
     Object.assign(check, { type: "checkbox", value: name, title: `Keep the present ${name}` });
     check.setAttribute("aria-label", check.title);
@@ -73,7 +73,7 @@ function searchLimits(model) {
   const fill = () => {
     for (const [name, field] of fields) field.value = model.limits[name];
     unit.textContent = model.limits.unit;
-    symbol.textContent = `Range of ${model.limits.eta}`;
+    symbol.textContent = model.limits.eta;
     if (etaUnit.textContent !== model.limits.eta_unit) for (const [, field] of ends) field.value = ""; // of other units
     etaUnit.textContent = model.limits.eta_unit;
   };

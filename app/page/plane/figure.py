@@ -11,7 +11,7 @@ from bokeh.models import ColumnDataSource, LegendItem, LinearColorMapper
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Explorer, Setting
-from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, empty_source, legend, make_figure, write
+from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, divisor, empty_source, legend, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies import cell_classes as classes
@@ -50,8 +50,8 @@ class PlaneView:
     def _figure(self, side: str) -> figure:
         plot = make_figure(
             "Being computed …",
-            "contact stiffness K (non-dimensional)",
-            "contact damping D (non-dimensional)",
+            "contact stiffness K",
+            "contact damping D",
             name=f"plane_{side}",
             x_axis_type="log",
             y_axis_type="log",
@@ -105,8 +105,8 @@ class PlaneView:
         write(self.mark, {"K": np.array([setting.K], np.float32), "D": np.array([setting.D], np.float32)})
         for name, words in (("K", "contact stiffness K"), ("D", "contact damping D")):
             field = shown_field(name, setting)
-            unit = f"{words.replace('damping D', 'damper 2D')} / ({field.unit})"
-            self._axes[name].show(unit if field.unit else f"{words} (non-dimensional)", field.factor)
+            words = words.replace("damping D", "damper 2D") if field.unit else words
+            self._axes[name].show(f"{words} / {divisor(field.unit or field.natural)}", field.factor)
         curve_K = np.geomspace(*self._limits["K"], 41)
         curve_D = equal_restitution_damping(setting.system, curve_K)
         write(self.curve, {"K": curve_K.astype(np.float32), "D": curve_D.astype(np.float32)})

@@ -44,6 +44,7 @@ class PlaneTab(StudyTab):
         """What can be chosen."""
         return {
             "title": "K–D plane",
+            "keyed": [picture.name for picture in cls.pictures],
             "switches": [
                 {
                     "name": "quantity",
@@ -51,7 +52,7 @@ class PlaneTab(StudyTab):
                     "choices": {name: quantity.label for name, quantity in classes.QUANTITIES.items()},
                 }
             ],
-            "limits": [{"name": "limit", "label": "Short contact below", "low": 2, "high": 200}],
+            "limits": [{"name": "limit", "label": "Short contact below (steps)", "low": 2, "high": 200}],
             "hint": "A click sets K and D; so do their sliders, which the arrow keys move. Cells "
             "whose longest contact takes fewer steps than “Short contact below” are striped.",
         }
@@ -76,6 +77,7 @@ class PlaneTab(StudyTab):
             quantity = "period" if missing.get(quantity) else quantity  # what there is, until the others come
         limit = self.panel.chosen["limit"] if quantity == "contact" else None
         self.view.update(setting, result, quantity, limit)
+        self.panel.key_title = classes.QUANTITIES[quantity].label.capitalize()
         self.panel.key = classes.legend(quantity, limit)
 
     def describe(self, setting: Setting, result: PartialPlane) -> list[list[str]]:

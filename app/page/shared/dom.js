@@ -14,6 +14,11 @@ function svgElement(tag, attributes = {}, text = "") {
   return made;
 }
 
+// Writes a text where it has changed; terms that are marked in it stay otherwise.
+function setText(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
 function button(text, name, act, className = "") {
   const made = element("button", className, text);
   made.type = "button";

@@ -9,6 +9,7 @@ import numpy as np
 from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem, Line
 from bokeh.plotting import figure
 from bokeh.themes import Theme
+from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import PART_NAMES
 
@@ -138,32 +139,47 @@ def legend(items: list, columns: int = 2) -> Legend:
 def hover_tool(renderers: list, tooltips: Mapping[str, str], **more) -> HoverTool:
     """A hover tool that shows each ``@column`` with four digits."""
     columns = dict.fromkeys(column for text in tooltips.values() for column in re.findall(r"@\w+", text))
-    rows = [(head, re.sub(r"(@\w+)", r"\1{%.4g}", text)) for head, text in tooltips.items()]
-    return HoverTool(renderers=renderers, tooltips=rows, formatters=dict.fromkeys(columns, "printf"), **more)
+    formatters = dict.fromkeys(columns, "printf")
+    return HoverTool(renderers=renderers, tooltips=_rows(tooltips), formatters=formatters, **more)
+
+
+def _rows(tooltips: Mapping[str, str]) -> list[tuple[str, str]]:
+    return [(head, re.sub(r"(@\w+)", r"\1{%.4g}", text)) for head, text in tooltips.items()]
 
 
 def eta_axis(setting: Setting) -> tuple[str, float]:
     """Label of an axis over η, and the factor of its numbers."""
     if setting.scale is None:
         return "excitation frequency η = Ω/ω₁", 1.0
-    return f"excitation frequency f / {unit_label(setting, 'frequency')}", setting.scale.factor("frequency")
+    return "excitation frequency f / Hz", setting.scale.factor("frequency")
 
 
-def quantity_axis(setting: Setting, plain: str, words: str, quantity: str) -> tuple[str, float]:
-    """Label of an axis, and the factor of its numbers; ``plain`` without units, ``words`` with the unit behind them."""
-    if setting.scale is None:
-        return plain, 1.0
-    return f"{words} / {unit_label(setting, quantity)}", setting.scale.factor(quantity)
+def quantity_axis(setting: Setting, words: str, quantity: str) -> tuple[str, float]:
+    """Label of an axis with the unit of its numbers, and their factor; ``words`` with the symbols of the model."""
+    return label_of(setting, words, quantity), 1.0 if setting.scale is None else setting.scale.factor(quantity)
 
 
-def unit_label(setting: Setting, quantity: str) -> str:
-    """The unit of a quantity as a label has it behind "/"; with units only."""
-    return divisor(setting.scale.unit(quantity))
+def label_of(setting: Setting, words: str, quantity: str) -> str:
+    """A label with its unit; where units are shown, with their symbols in place of those of the model, ``words``."""
+    return f"{symbols(setting, words)} / {divisor(unit_of(quantity, setting))}"
+
+
+def symbols(setting: Setting, words: str) -> str:
+    """Words with x and t in place of ξ and τ where units are shown."""
+    return words if setting.scale is None else words.replace("ξ", "x").replace("τ", "t")
 
 
 def divisor(unit: str) -> str:
     """A unit as a label has it behind "/"."""
-    return f"({unit})" if "/" in unit or "·" in unit else unit
+    is_one = unit.isalpha() or " " in unit or unit == "k₁"
+    return unit if is_one else f"({unit})"
+
+
+def show_rows(tool: HoverTool, rows: Mapping[str, str]) -> None:
+    """Give a `hover_tool` other heads where they have changed."""
+    new = _rows(rows)
+    if new != tool.tooltips:
+        tool.tooltips = new
 
 
 def name_of_part(part: str) -> str:

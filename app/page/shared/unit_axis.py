@@ -19,6 +19,7 @@ class UnitAxis:
     def __init__(self, owned: OwnedRange, side: str, *plots: figure) -> None:
         self._owned, self._side, self._plots = owned, side, plots
         self._factor = 1.0
+        self.label = ""
         self.range = Range1d(*owned.ends)
         for plot in plots:
             is_log = isinstance(getattr(plot, f"{side}_scale"), LogScale)
@@ -28,6 +29,7 @@ class UnitAxis:
 
     def show(self, label: str, factor: float) -> None:
         """Show the data times ``factor``, with this label."""
+        self.label = label
         name = "default" if factor == 1 else _NAME
         if factor != self._factor:
             self._factor = factor

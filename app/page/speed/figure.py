@@ -56,7 +56,7 @@ class SpeedView:
         plot = make_figure(
             "Being measured …",
             "processor time per period / µs (further left: faster)",
-            "error after 10 periods (further down: more exact)",
+            "error after 10 periods / A, or Aω₁ of a velocity (further down: more exact)",
             name="speed",
             x_axis_type="log",
             y_axis_type="log",

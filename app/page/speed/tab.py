@@ -14,6 +14,7 @@ from vibroscope.app.page.files import style
 from vibroscope.app.page.speed.figure import SpeedView
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, Key, PartialSpeed, SpeedQuestion, grow_speed
+from vibroscope.engine import Units, written
 
 # Served from assets/speed; `benchmarks/work_precision.py --write` renews it.
 FIGURE = "speed/work-precision.svg"
@@ -63,7 +64,8 @@ class Speed(StudyTab):
             "switches": [],
             "limits": [],
             "hint": f"Error: the largest of the four state components after {CHECKED} periods from rest, against the "
-            f"exact penalty model. Cost: processor time of this machine over {PERIODS} periods, all solvers in turn. "
+            f"exact penalty model, in base amplitudes A (velocities: Aω₁). Cost: processor time of this machine over "
+            f"{PERIODS} periods, all solvers in turn. "
             "Vertical lines: closed form, without a time step and without this error.",
         }
 
@@ -98,21 +100,30 @@ class Speed(StudyTab):
 
 def statements(setting: Setting, result: PartialSpeed) -> list[list[str]]:
     """Head and text: the setting, what an FE code pays for it, what the located step would, the closed forms."""
-    n = result.question.steps
+    n, scale = result.question.steps, setting.scale
     kind = "located" if setting.located == "yes" else "fixed"
     step = "step cut where contact changes" if kind == "located" else "constant step"
     return [
-        [f"Present setting: T/{n}, {step}", _cost(result, Key(kind, n))],
+        [f"Present setting: T/{n}, {step}", _cost(result, Key(kind, n), scale)],
         ["What an FE code pays", _plain_cost(result, n)],
-        ["With the step cut where contact changes", _located(result, n)],
+        ["With the step cut where contact changes", _located(result, n, scale)],
         ["Closed form", _closed(result)],
     ]
 
 
-def _cost(result: PartialSpeed, key: Key) -> str:
+def _cost(result: PartialSpeed, key: Key, scale: Units | None) -> str:
     if not math.isfinite(result.errors[key]):
         return f"No error: this run or the exact penalty model's gave up within {CHECKED} periods. Take a smaller step."
-    return f"error {result.errors[key]:.2g} after {CHECKED} periods, for {result.cost(key):.3g} µs per period."
+    return (
+        f"error {_error(result.errors[key], scale)} after {CHECKED} periods, for {result.cost(key):.3g} µs per period."
+    )
+
+
+def _error(error: float, scale: Units | None) -> str:
+    """An error of any of the four state components, with its unit."""
+    if scale is None:
+        return f"{written(error, 2)} A (Aω₁ of a velocity)"
+    return f"at most {scale.text('displacement', error, 2)} and {scale.text('velocity', error, 2)}"
 
 
 def _plain_cost(result: PartialSpeed, n: int) -> str:
@@ -125,18 +136,19 @@ def _plain_cost(result: PartialSpeed, n: int) -> str:
     )
 
 
-def _located(result: PartialSpeed, n: int) -> str:
+def _located(result: PartialSpeed, n: int, scale: Units | None) -> str:
     """The located step with the fewest solves that is as exact as the fixed step at n, or all there is to say."""
     fixed = result.errors[Key("fixed", n)]
     if not math.isfinite(fixed):
-        return f"T/{n}: {_cost(result, Key('located', n))}"
+        return f"T/{n}: {_cost(result, Key('located', n), scale)}"
     enough = [key for key in result.curve("located") if result.errors[key] <= fixed]
     if not enough:
-        return f"None of those tried is as exact as the fixed step of T/{n}. T/{n}: {_cost(result, Key('located', n))}"
+        this = _cost(result, Key("located", n), scale)
+        return f"None of those tried is as exact as the fixed step of T/{n}. T/{n}: {this}"
     best = min(enough, key=result.solves.get)
     return (
-        f"T/{best.steps}: {_cost(result, best)} That is no worse than the fixed step of T/{n}. Steps are cut at the "
-        f"contact changes, so it takes {result.solves[best]:.0f} solves per period beside {n}, "
+        f"T/{best.steps}: {_cost(result, best, scale)} That is no worse than the fixed step of T/{n}. Steps are cut "
+        f"at the contact changes, so it takes {result.solves[best]:.0f} solves per period beside {n}, "
         f"{_share(result.solves[best] / n)}."
     )
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import param
 from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
@@ -20,6 +21,8 @@ class StudyPanel(Component):
     chosen = param.Dict(doc="What is chosen, by name")
     status = param.Dict(default={}, doc="How far: text, share, running")
     refused = param.String(default="", doc="Why the number that was typed last is not taken")
+    fields = param.Dict(default={}, doc="How numbers that have a unit are shown: label, name, factor")
+    key_title = param.String(default="", doc="What the colours stand for")
     key = param.List(default=[], doc="Colour, name and pattern of each class")
     statements = param.List(default=[], doc="Head and text of what the figures say")
 
@@ -30,9 +33,18 @@ class StudyPanel(Component):
         self, spec: dict, chosen: dict, on_choice: Callable[[dict], None], on_stop: Callable[[bool], None], **params
     ) -> None:
         super().__init__(spec=spec, chosen=chosen, css_classes=["study"], sizing_mode="stretch_width", **params)
+        self._fields: dict[str, ShownField] = {}  # of the numbers that have a unit
         self._on_choice = on_choice
         self._on_stop = on_stop
         self.on_msg(lambda event: self.receive(event.data))
+
+    def show_fields(self, fields: dict[str, ShownField]) -> None:
+        """Show these numbers in the units that are chosen; what is chosen stays in those of the model."""
+        self._fields = fields
+        self.fields = {
+            name: {"label": field.label, "name": field.name.removeprefix(", "), "factor": field.factor}
+            for name, field in fields.items()
+        }
 
     def receive(self, data: object) -> None:
         """Act on a message from the browser as far as it is valid."""
@@ -62,9 +74,11 @@ class StudyPanel(Component):
         for number in self.spec.get("numbers", []):
             if number["name"] not in wanted:
                 continue
+            field = self._fields.get(number["name"])
             label, bounds, whole = number["label"], (number["low"], number["high"]), number["whole"]
+            label, units = (field.label, {"units": field.typed, "shown": field.unit}) if field else (label, {})
             try:
-                text = read_typed_number(label, wanted[number["name"]], bounds, whole=whole)
+                text = read_typed_number(label, wanted[number["name"]], bounds, whole=whole, **units)
             except Refused as error:
                 self.refused = str(error)
             else:

@@ -4,6 +4,7 @@ export function render({ model }) {
   const root = element("section", "study");
   root.setAttribute("aria-label", model.spec.title);
   root.dataset.figures = model.spec.figures.join(" ");
+  root.dataset.keyed = (model.spec.keyed ?? []).join(" "); // figures whose colours the key explains
   const send = (message) => model.send_msg(message);
   const shows = [
     ...model.spec.switches.map((spec) => switcher(root, spec, send)),
@@ -15,7 +16,7 @@ export function render({ model }) {
   ];
   if (model.spec.hint) root.append(element("p", "hint", model.spec.hint));
   const draw = () => shows.forEach((show) => show(model));
-  for (const name of ["chosen", "refused", "status", "key", "statements"]) model.on(name, draw);
+  for (const name of ["chosen", "fields", "refused", "status", "key", "statements"]) model.on(name, draw);
   draw();
   explainTerms(root);
   cueScroll(root);
@@ -92,12 +93,21 @@ function numbers(root, specs, send) {
       typing = false;
       if (input.value !== shown) send({ choose: { [name]: input.value } });
     });
-    row.append(element("span", "", label), input);
+    const symbol = element("span", "", label);
+    const words = element("small");
+    const head = element("span");
+    head.append(symbol, " ", words);
+    row.append(head, input);
     grid.append(row);
     return (model) => {
       row.hidden = Object.entries(when ?? {}).some(([other, value]) => model.chosen[other] !== value);
       const value = model.chosen[name] ?? ""; // the ends of a range come with the first picture
-      const text = value === "" ? "" : String(Number(value.toPrecision(8)));
+      const field = model.fields[name] ?? { label, name: "", factor: 1 };
+      const digits = field.factor === 1 ? 8 : 6;
+      const text = value === "" ? "" : String(Number((field.factor * value).toPrecision(digits)));
+      setText(symbol, field.label);
+      setText(words, field.name);
+      row.classList.toggle("wide", field.label.length + field.name.length > 14);
       if (typing || (text === shown && model.refused)) return;
       shown = text;
       input.value = text;
@@ -132,10 +142,13 @@ function progress(root, send) {
 }
 
 function key(root) {
+  const head = element("h2", "key-title");
   const list = element("ul", "key");
   list.setAttribute("aria-label", "Colours");
-  root.append(list);
+  root.append(head, list);
   return (model) => {
+    head.textContent = model.key_title;
+    head.hidden = !model.key.length;
     list.replaceChildren(...model.key.map(([colour, text, pattern]) => {
       const item = element("li");
       const patch = element("span", `patch ${pattern}`);

@@ -21,15 +21,15 @@ _COLOURS = {"fixed": VERMILLION, "located": GREEN}
 _MARKERS = {"fixed": "diamond", "located": "circle"}
 _NAMES = {"fixed": "fixed step", "located": "located step"}
 _SIZES = {
-    "spread": ("Scatter of the section (drawn down to 10⁻¹⁰)", "standard deviation of ξ₂ / base amplitude"),
+    "spread": ("Scatter of the section (drawn down to 10⁻¹⁰)", "standard deviation of ξ₂"),
     "error_time_step": ("Error by the time step alone", "rms difference from exact penalty, relative"),
 }
 # What is smaller is rounding; a line of it would only stretch the axis.
 _FLOOR = 1e-10
-_UNIT_AXES = (  # label without units, what stands before the unit, quantity
-    ("xi2", "displacement ξ₂ / base amplitude", "displacement x₂", "displacement"),
-    ("v2", "velocity ξ₂′", "velocity x₂′", "velocity"),
-    ("spread", _SIZES["spread"][1], "standard deviation of x₂", "displacement"),
+_UNIT_AXES = (  # what stands before the unit, quantity
+    ("xi2", "displacement ξ₂", "displacement"),
+    ("v2", "velocity ξ₂′", "velocity"),
+    ("spread", _SIZES["spread"][1], "displacement"),
 )
 _SPAN = STEPS[0] / 1.4, STEPS[-1] * 1.4
 
@@ -62,7 +62,7 @@ class TimeStepView:
     def _phase(self, scheme: str) -> figure:
         plot = make_figure(
             "Being computed …",
-            "displacement ξ₂ / base amplitude",
+            "displacement ξ₂",
             "velocity ξ₂′",
             name=f"step_phase_{scheme}",
             x_range=self.ranges["xi2"].range,

@@ -1,0 +1,96 @@
+"""Every symbol on the page has its name beside it, and its unit where it has one: read from what is rendered."""
+
+import re
+
+from .explorer import wait_until
+
+# Texts of labels, heads and keys that are seen; and by figure, the labels of its axes and the entries of its legend.
+TEXTS = """() => {
+  const texts = [], figures = {};
+  const walk = (root) => root.querySelectorAll("*").forEach((node) => {
+    if (node.shadowRoot) walk(node.shadowRoot);
+    const holds = node.matches("label, legend, th, dt, output, summary, h2, .key li, .group > span, .note > span");
+    if (!holds || !node.checkVisibility() || node.closest("dialog, article")) return;
+    texts.push(node.innerText.replace(/\\s+/g, " ").trim());
+  });
+  walk(document.body);
+  for (const figure of Bokeh.documents[0].all_models) {
+    const view = figure.type === "Figure" ? Bokeh.index.find_one_by_id(figure.id) : null;
+    if (!view?.frame || !view.el.getBoundingClientRect().width) continue;
+    const parts = [...figure.below, ...figure.left, ...figure.right, ...figure.center, ...figure.above];
+    figures[figure.name] = [
+      parts.filter((part) => part.visible && part.axis_label).map((axis) => axis.axis_label.replaceAll("\\n", " ")),
+      parts.filter((part) => part.type === "Legend").flatMap((legend) => legend.items.filter((item) => item.visible)
+        .map((item) => item.label.value)),
+      figure.toolbar.tools.filter((tool) => tool.type === "HoverTool")
+        .flatMap((tool) => tool.tooltips.map(([head]) => head)),
+    ];
+  }
+  return [texts.filter(Boolean), figures];
+}"""
+OPEN = """() => {
+  const walk = (root) => root.querySelectorAll("*").forEach((node) => {
+    if (node.shadowRoot) walk(node.shadowRoot);
+    if (node.matches("details.more, details.others")) node.open = true;
+  });
+  walk(document.body);
+}"""
+SYMBOL = re.compile(r"[ηκξτεωμσζλΩΔ]|(?<![\w.])(?:2?[KDTA]|[efxtd][₁₂₃]?)(?![\w.])")
+NAME = re.compile(r"[A-Za-z]{4,}")
+NAMES = {"mm-t-s", "K and D"}  # a system of units, and a part of the difference
+TABS = ("Explore", "Bifurcation", "K–D plane", "Time step", "Speed against error", "Paper", "Help")
+OF_FIGURES = {"Bifurcation": 2, "K–D plane": 2, "Time step": 4, "Speed against error": 1}
+STARTED = "direction:own;start_v2:0.0467"  # 5 mm/s in Aω₁
+FIELDS = {  # a part of each name: unit in mm-t-s, and what a number without dimension is a multiple of
+    "penalty stiffness": ("N/mm", "k₁"),
+    "penalty damp": ("N·s/mm", "2m₁ω₁"),
+    "excitation frequency": ("Hz", ""),
+    "displacement of pendulum 1": ("mm", "base amplitude"),
+    "velocity of pendulum 2": ("mm/s", "Aω₁"),
+    "separation speed": ("mm/s", "Aω₁"),
+    "mass of": ("t", "kg"),
+    "amplitude of": ("mm", "mm"),
+    "angular frequency": ("1/s", "1/s"),
+}
+
+
+def nameless(explorer):
+    """Texts with a symbol and no name; entries of a legend may have the name on an axis."""
+    texts, figures = explorer.page.evaluate(TEXTS)
+    found = [text for text in texts if SYMBOL.search(text) and not NAME.search(text) and text not in NAMES]
+    for name, (axes, entries, heads) in figures.items():
+        found += [f"{name}: {text}" for text in (*axes, *heads) if SYMBOL.search(text) and not NAME.search(text)]
+        symbols = {symbol for entry in entries for symbol in re.findall("[ξxλ][₁₂]?", entry) if SYMBOL.search(symbol)}
+        found += [f"{name}: {symbol}" for symbol in symbols if not any(symbol in axis for axis in axes)]
+    return found
+
+
+def check_fields(explorer, column):
+    texts, _ = explorer.page.evaluate(TEXTS)
+    for part, units in FIELDS.items():
+        label = next(text for text in texts if part in text)
+        assert label.endswith(f", {units[column]}" if units[column] else label), label
+
+
+def test_every_symbol_has_its_name_and_unit_beside_it(visit):
+    query = "?units=mm-t-s&omega1=100&pin=eta=1.08%26K=2500%26D=8%26steps=2000&choice=phase:0"
+    explorer = visit(query).explained()
+    explorer.page.evaluate(OPEN)
+    explorer.page.get_by_role("button", name="Options of the search").click()
+    check_fields(explorer, 0)
+    for tab in TABS:
+        explorer.open_tab(tab)
+        explorer.page.evaluate(OPEN)
+        wait_until(lambda tab=tab: len(explorer.page.evaluate(TEXTS)[1]) >= OF_FIGURES.get(tab, 0), what=f"{tab}")
+        assert nameless(explorer) == [], tab
+        assert [text for text in explorer.page.evaluate(TEXTS)[0] if "ξ" in text] == [], tab  # x with units
+        if tab == "Bifurcation":
+            explorer.page.locator(".study select:has(option[value=own])").select_option("own")
+            start = explorer.page.locator(".study label", has_text="velocity of pendulum 2 at t = 0, mm/s")
+            start.locator("input").fill("5")
+            start.locator("input").press("Enter")
+            wait_until(lambda: explorer.address().get("choice", "").startswith(STARTED), 5, STARTED)
+    explorer.open_tab("Explore")
+    explorer.moved(lambda: explorer.page.get_by_label("non-dimensional").check())
+    assert nameless(explorer) == []
+    check_fields(explorer, 1)
