@@ -138,6 +138,7 @@ CALLS = {
     "many": (engine.many, {"count": 1}, None),
     "percent": (engine.percent, {"fraction": 0.1, "beside": 0.2}, None),
     "rounded": (engine.rounded, {"value": 0.1}, ("value",)),
+    "written": (engine.written, {"value": 0.1}, None),
 }
 
 
