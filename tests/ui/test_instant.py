@@ -43,7 +43,7 @@ def test_a_time_under_the_pointer_is_marked_in_every_figure(visit):
             state = mark(explorer, f"{solver}{n}")
             assert abs(state["x"] - columns[f"{solver}{n}"][nearest]) < 0.05
             assert abs(state["y"] - columns[f"{solver}_v{n}"][nearest]) < 0.1
-    assert explorer.page.locator(".readout").text_content() == f"τ/T {time:.3f}"
+    assert explorer.page.locator(".readout").text_content() == f"time {time:.3f} T"
 
 
 def test_the_marks_are_relative_to_the_base_also_when_the_curves_are_not(visit):
@@ -98,6 +98,6 @@ def test_an_impact_flashes_at_once_and_the_speed_is_the_chosen_one_and_the_link_
     slider.fill("0.35")
     wait_until(lambda: "choice=phase:0.35" in explorer.query(), what="the phase in the address")
     again = visit(explorer.query())
-    assert again.page.locator(".readout").text_content() == "τ/T 0.350"
+    assert again.page.locator(".readout").text_content() == "time 0.350 T"
     again.page.get_by_role("button", name="Play").click()
     wait_until(lambda: "phase" not in again.query(), what="no phase while the pendulums swing")

@@ -108,7 +108,7 @@ class Player {
     Object.assign(this.slider, { type: "range", min: 0, max: WINDOW, step: 0.005, value: 0 });
     this.slider.setAttribute("aria-label", "Phase τ/T in the last two periods");
     this.slider.addEventListener("input", () => this.chosen(() => { this.play(false); this.go(Number(this.slider.value)); }));
-    this.readout = element("output", "readout", "time τ/T 0.000");
+    this.readout = element("output", "readout", "time 0.000 T");
     this.speed = element("select");
     this.speed.setAttribute("aria-label", "Speed of the motion, in periods a second");
     this.speed.append(...SPEEDS.map(([value, text]) => Object.assign(element("option", "", text), { value })));
@@ -196,7 +196,7 @@ class Player {
     this.drawing.show(instant);
     this.slider.value = time;
     this.slider.setAttribute("aria-valuetext", `${time.toFixed(2)} periods`);
-    this.readout.textContent = `time τ/T ${time.toFixed(3)}`;
+    this.readout.textContent = `time ${time.toFixed(3)} T`;
     this.marks.put(instant);
   }
 }
