@@ -27,7 +27,7 @@ from ..methods import STEPS_RANGE, Method, Newmark
 from ..model import System
 from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
-from ..motions.motion import classify
+from ..motions.motion import FARTHEST, classify
 from ..motions.section import band_width, scatter
 from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, type_of_band
 from ..motions.words import repetition_of
@@ -147,11 +147,10 @@ def judge_cells(
     Cancelled
         If ``cancelled`` returned true.
     """
-    own = {name: array[chosen] for name, array in values.items()}
-    cells = study.cells_at({name: axis[chosen] for name, axis in study.axes.items()}, initial=own["end"])
-    sections = np.stack([own[name] for name in COORDINATES], axis=2)
+    cells = study.cells_at({name: axis[chosen] for name, axis in study.axes.items()})
+    sections = np.stack([values[name][chosen] for name in COORDINATES], axis=2)
     run = {"transient": study.transient, "sample": study.sample}
-    return _judge(cells, own["period"], sections, run, _how(threads, cancelled))
+    return _judge(cells, values["period"][chosen], values["end"][chosen], sections, run, _how(threads, cancelled))
 
 
 def judge_runs(
@@ -179,8 +178,8 @@ def judge_runs(
     kinds = _known_kinds(cells.method, found.status, found.period)
     chosen = np.flatnonzero(kinds["kind"] == CellKind.UNKNOWN)
     if len(chosen):
-        some = replace(_selected(cells, chosen), initial=found.end[chosen])
-        for name, array in _judge(some, found.period[chosen], found.section[chosen], run, how).items():
+        some, own = _selected(cells, chosen), (column[chosen] for column in (found.period, found.end, found.section))
+        for name, array in _judge(some, *own, run, how).items():
             kinds[name][chosen] = array
     return kinds
 
@@ -189,11 +188,22 @@ def _how(threads: int | None, cancelled) -> dict[str, object]:
     return {"threads": threads or os.cpu_count() or 1, "cancelled": cancelled}
 
 
-def _judge(cells: Cells, period: np.ndarray, sections: np.ndarray, run: dict, how: dict) -> dict[str, np.ndarray]:
-    """Judge cells that begin where runs ended, by the sections of these runs, (n, sample, 4), and further ones."""
+def _judge(cells: Cells, period, end, sections, run: dict, how: dict) -> dict[str, np.ndarray]:
+    """Judge cells by their runs, with sections (n, sample, 4), and by further ones that begin where these ended.
+
+    No run can begin where a motion has grown beyond `FARTHEST`: it stays undecided.
+    """
+    found = unknown_kinds(len(cells))
+    found["kind"][:] = CellKind.UNDECIDED
+    near = np.flatnonzero((np.abs(end) <= FARTHEST).all(axis=1))
+    some = replace(_selected(cells, near), initial=end[near])
     if isinstance(cells.method, Newmark):
-        return _judge_newmark(cells, period, sections, run, how)
-    return _follow(cells, period, cells.initial, how)
+        judged = _judge_newmark(some, period[near], sections[near], run, how)
+    else:
+        judged = _follow(some, period[near], end[near], how)
+    for name, array in judged.items():
+        found[name][near] = array
+    return found
 
 
 def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run, how) -> dict[str, np.ndarray]:
@@ -252,7 +262,7 @@ def _follow(cells: Cells, period: np.ndarray, start: np.ndarray, how: dict) -> d
                 return
 
     with ThreadPoolExecutor(how["threads"]) as pool:
-        list(pool.map(follow, np.flatnonzero((period == 0) & np.isfinite(start).all(axis=1))))
+        list(pool.map(follow, np.flatnonzero((period == 0) & (np.abs(start) <= FARTHEST).all(axis=1))))
     return found
 
 

@@ -301,5 +301,6 @@ def kind_text(result: PartialDiagram, index: int) -> str:
     if kind is CellKind.UNKNOWN:
         return f"{result.section_words(index)} by its section alone (being judged)"
     exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
-    rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if np.isfinite(exponent) else ""
+    told = np.isfinite(exponent) and kind is not CellKind.PERIODIC
+    rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if told else ""
     return f"{kind_words(kind, period, section=result.section_of(index))}{rate}"
