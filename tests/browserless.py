@@ -9,6 +9,7 @@ from tornado.httpclient import AsyncHTTPClient, HTTPRequest
 from tornado.websocket import websocket_connect
 
 _IDS = itertools.count(1)
+BUSY = (429, 503, 599)  # 599: Tornado's client waited in vain
 
 
 async def get(url, **options):
@@ -18,6 +19,8 @@ async def get(url, **options):
 
 async def token_of(url):
     page = await get(url)
+    if page.code in BUSY:
+        raise ConnectionError(f"the server answers {page.code}")
     assert page.code == 200, page.code
     return re.search(r'"token":"([^"]+)"', page.body.decode())[1]
 
@@ -36,6 +39,7 @@ class Client:
 
     def __init__(self, url, query="", headers=None):
         self.url, self.query, self.headers = url, query, headers or {}
+        self.patience = 20  # s that the controls may take to show something
         self.answers = []  # in the order in which they came
 
     async def connect(self, token=None, origin=None):
@@ -46,7 +50,9 @@ class Client:
         request = HTTPRequest(address, headers={"Origin": origin or self.url} | self.headers, request_timeout=100)
         self.socket = await websocket_connect(request, subprotocols=["bokeh", token])
         self.socket.protocol.stream.set_nodelay(True)  # else a message of three frames waits 40 ms for an answer
-        assert (await self.receive())["msgtype"] == "ACK"
+        if (message := await self.receive()) is None:
+            raise ConnectionError("the server ended the connection before it was open")
+        assert message["msgtype"] == "ACK"
         return self
 
     async def open(self, token=None, origin=None):
@@ -131,9 +137,9 @@ class Client:
         await self.patch(self.message(move(texts, number)))
         return await self.shown(lambda shown: shown.get("move") == number)
 
-    async def shown(self, holds, seconds=20):
+    async def shown(self, holds):
         """What the controls show, once ``holds`` is true of it."""
-        end = time.monotonic() + seconds
+        end = time.monotonic() + self.patience
         while time.monotonic() < end:
             for message in reversed(self.answers):
                 for shown in _shown(message):
