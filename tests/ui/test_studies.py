@@ -168,7 +168,7 @@ def test_range_resolution_and_swept_number_are_typed(visit):
 
 
 def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(counted, visit):
-    explorer = opened(visit, "bifurcation")
+    explorer = visit(f"?tab=bifurcation&choice=count:480;transient:100&{SETTING}")
     for choice in ("up", "down"):
         panel(explorer).get_by_label("Start").select_option(choice)
         wait_until(lambda choice=choice: f"{choice}wards" in explorer.figure("bifurcation")["title"])
