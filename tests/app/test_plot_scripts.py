@@ -1,12 +1,15 @@
 """The matplotlib script beside each table draws that table, and says what it shows."""
 
 import runpy
+from pathlib import Path
 
 import matplotlib as mpl
 import pytest
 from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 from PIL import Image
-from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export import formats
+from vibroscope.app.export.formats import Series
 from vibroscope.app.export.label import figure_label
 from vibroscope.app.export.plots import plot_script
 from vibroscope.app.page.take_away import file_writer
@@ -19,8 +22,22 @@ def drawn(axes):
     return sum(map(len, (axes.lines, axes.collections, axes.patches, axes.containers)))
 
 
+@pytest.fixture
+def saved(monkeypatch):
+    """Paths of saved figures; of PDF files only the first is written, since each takes a part of a font with it."""
+    names, save = [], Figure.savefig
+
+    def savefig(figure, path, **options):
+        if Path(path).suffix != ".pdf" or not any(Path(name).suffix == ".pdf" for name in names):
+            save(figure, path, **options)
+        names.append(str(path))
+
+    monkeypatch.setattr(Figure, "savefig", savefig)
+    return names
+
+
 @pytest.mark.parametrize("key", ["explore", "bifurcation", "plane", "step", "speed", "paper"])
-def test_the_script_of_each_figure_draws_its_table(filled, key, tmp_path, monkeypatch):  # noqa: F811
+def test_the_script_of_each_figure_draws_its_table(filled, key, tmp_path, saved):  # noqa: F811
     mpl.use("Agg")
     tab = filled(key)
     for figure in tab.figures():
@@ -42,13 +59,15 @@ def test_the_script_of_each_figure_draws_its_table(filled, key, tmp_path, monkey
             assert abs(picture.width - 85 / 25.4 * 300) <= 1
             assert figure.title in picture.text["Title"]
             assert "vibroscope" in picture.text["Description"]
-        assert name.with_suffix(".pdf").read_bytes().startswith(b"%PDF-")
+        assert sorted(saved[-2:]) == [f"{name}.pdf", f"{name}.png"]
+    (pdf,) = tmp_path.glob("*.pdf")
+    assert pdf.read_bytes().startswith(b"%PDF-")
 
 
 def test_axes_and_texts_have_the_units_of_the_page():
     columns = {"time [s]": [0.0, 0.1], "force [N]": [1.0, 2.0]}
     setting = SETTING._replace(units="si", omega1=100.0)
-    label = figure_label("Explore", Figure("force", 'Force """', "A \\ caption."), setting, "?eta=1")
+    label = figure_label("Explore", formats.Figure("force", 'Force """', "A \\ caption."), setting, "?eta=1")
     script = plot_script("vibroscope-force", [Series("reference", columns)], label)
     compile(script, "script", "exec")
     assert "set_xlabel('time t / s')" in script
