@@ -29,10 +29,11 @@ help:
 run: $(VENV)/run
 	$(BIN)/vibroscope serve --show $(ARGS)
 
-# In two processes, without browser, without the tests marked slow; a test that would start a process is skipped.
+# In two processes, without browser; a test that would start a process is skipped. One thread of linear algebra each:
+# for matrices as small as these a second one costs more than it does.
 check: lint
 	$(BIN)/vibroscope warm
-	$(BIN)/pytest --in-process --numprocesses 2 --dist worksteal --ignore tests/ui -m "not slow and not release" $(ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --in-process --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS)
 
 # In two processes, file by file in the order of their names, so that the tests with a browser come last in each: the
 # browser's driver leaves an event loop running.

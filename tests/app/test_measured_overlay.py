@@ -127,8 +127,7 @@ def placed(setting, eta, **made):
     return found, place(found, setting, columns["displacements"]), columns
 
 
-@pytest.mark.parametrize("frame", ["relative", "absolute"])
-@pytest.mark.parametrize("phase", [0.4, 2.6])
+@pytest.mark.parametrize(("phase", "frame"), [(0.4, "relative"), (2.6, "absolute")])
 def test_points_lie_on_the_curve_they_were_sampled_from(phase, frame):
     """At η = 3.25 a cycle has two periods: the points must begin with the period that the figures begin with."""
     setting = Setting(eta=3.25, K=5000.0, D=15.0, steps=500, frame=frame, units="mm-t-s", omega1=20.0, amplitude=2.0)

@@ -1,5 +1,6 @@
 """The studies of the page against single runs, and what their figures are made of."""
 
+import functools
 import math
 
 import numpy as np
@@ -158,11 +159,12 @@ def test_a_plane_that_is_cancelled_stops():
 # -- the diagram -------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def small_diagram(monkeypatch):
-    """A function from a direction to the last result of a short diagram, over where motions change."""
-    monkeypatch.setattr(bifurcation, "SAMPLE", 12)
-    return lambda direction: last(grow_diagram(short_question(direction), None, never))
+@pytest.fixture(scope="module")
+def small_diagram():
+    """A function from a direction to the results of a short diagram while it grows, over where motions change."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bifurcation, "SAMPLE", 12)
+        yield functools.cache(lambda direction: list(grow_diagram(short_question(direction), None, never)))
 
 
 def short_question(direction):
@@ -175,7 +177,7 @@ def section_of(result, cell):
 
 
 def test_from_rest_each_value_is_a_run_of_its_own(small_diagram):
-    result = small_diagram("rest")
+    result = small_diagram("rest")[-1]
     for i in (0, 7, 16):
         run = simulate(SYSTEM, result.question.axis[i], Reference(), periods=72, keep=12)
         np.testing.assert_allclose(section_of(result, i), run.section, atol=1e-8)
@@ -183,7 +185,7 @@ def test_from_rest_each_value_is_a_run_of_its_own(small_diagram):
 
 @pytest.mark.parametrize("direction", ["up", "down"])
 def test_continued_each_value_starts_where_its_neighbour_ended(small_diagram, direction):
-    result = small_diagram(direction)
+    result = small_diagram(direction)[-1]
     start = (0.0, 0.0, 0.0, 0.0)
     for i in np.arange(17)[:: 1 if direction == "up" else -1]:
         run = simulate(SYSTEM, result.question.axis[i], Reference(), periods=72, keep=12, initial=start)
@@ -194,18 +196,18 @@ def test_continued_each_value_starts_where_its_neighbour_ended(small_diagram, di
 @pytest.mark.parametrize("direction", ["up", "down"])
 def test_a_continued_diagram_shows_a_coarse_preview_and_goes_on_from_where_it_was(small_diagram, direction):
     question = short_question(direction)
-    preview, first, *_ = grow_diagram(question, None, never)
+    preview, first, *_, whole = small_diagram(direction)
     assert preview.share == 0
     assert preview.known.sum() == len(question.preview_cells)
     assert 0 < first.share < 1
     assert (first.known & preview.known).sum() == preview.known.sum()
-    resumed, whole = last(grow_diagram(question, first, never)), small_diagram(direction)
+    resumed = last(grow_diagram(question, first, never))
     for name, values in whole.data().items():
         np.testing.assert_array_equal(resumed.data()[name], values)
 
 
 def test_points_of_one_motion_are_sent_once_and_never_too_many(small_diagram):
-    result = small_diagram("rest")
+    result = small_diagram("rest")[-1]
     eta, values = result.points("xi2")
     once = np.flatnonzero(result.period == 1)
     assert len(once) > 3
@@ -218,7 +220,7 @@ def test_points_of_one_motion_are_sent_once_and_never_too_many(small_diagram):
 
 
 def test_stretches_of_one_period_cover_the_range_without_gaps(small_diagram):
-    result = small_diagram("rest")
+    result = small_diagram("rest")[-1]
     left, right, period, kind = result.stretches()
     assert left[0] == 2.7
     assert right[-1] == 2.9

@@ -113,7 +113,11 @@ CALLS = {
     "motion": (motion, {"subject": SYSTEM, "eta": 2.76, "method": REFERENCE}, ("subject", "method", "initial")),
     "lyapunov": (engine.lyapunov, PROBLEM, ("system", "method", "initial")),
     "attractors": (engine.attractors, PROBLEM | {"starts": 1}, ("system", "method", "seed")),
-    "recommend": (engine.recommend, {"system": SYSTEM, "eta": 2.76}, ("system", "tolerance", "reference")),
+    "recommend": (
+        engine.recommend,
+        {"system": SYSTEM, "eta": 2.76, "steps_max": 8},
+        ("system", "tolerance", "reference"),
+    ),
     "design_curve": (engine.design_curve, {"system": SYSTEM, "etas": []}, ("system",)),
     "repetition": (engine.repetition, {}, ("found",)),
     "difference_in_kind": (engine.difference_in_kind, {"reference": MOTION, "penalty": MOTION}, None),

@@ -66,8 +66,9 @@ def test_the_limit_names_the_worst_eta_and_its_largest_part(found):
 
 
 def test_a_range_needs_at_least_as_many_steps_as_its_worst_eta(found):
-    alone = [recommend(SYSTEM, eta, **QUICK).best.setting.steps * eta / found.eta for eta in (2.7, 2.76)]
-    assert found.best.setting.steps > 0.8 * max(alone)  # the search finds n to some per cent
+    worst = max(found.served, key=lambda served: served.robust).eta
+    alone = recommend(SYSTEM, worst, **QUICK).best.setting.steps * worst / found.eta
+    assert found.best.setting.steps > 0.8 * alone  # the search finds n to some per cent
 
 
 def test_what_is_held_is_kept_and_blamed_where_it_is_too_soft():
@@ -80,7 +81,7 @@ def test_what_is_held_is_kept_and_blamed_where_it_is_too_soft():
 
 
 def test_a_range_that_is_not_met_says_where_it_is_and_why_not():
-    found = recommend_range(SYSTEM, [1.08, 2.76], tolerance=0.05, located=True, steps_max=64)
+    found = recommend_range(SYSTEM, [1.08, 2.76], tolerance=0.05, located=True, steps_max=32)
     assert not found.met
     assert "at eta = 1.08 the joint damping alone makes an error of 7.7 %" in found.reason
     assert "limited at eta = 1.08" in found.limit

@@ -16,10 +16,7 @@ from vibroscope.engine.hardcases.judgement import outcome
 CASES = {case.name: case for case in hard_cases()}
 
 
-NAMES = [pytest.param(name, marks=pytest.mark.slow if name.startswith("chaos") else ()) for name in CASES]
-
-
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", CASES)
 def test_a_hard_case_ends_as_expected(name):
     found = outcome(CASES[name])
     assert found.passed, found.failures
