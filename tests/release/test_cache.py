@@ -32,7 +32,6 @@ def serves(tmp_path, cache):
         async with Client(server.url) as client:
             client.patience = 500  # the kernels compile first
             await client.ready()
-            await client.shown(lambda shown: shown.get("update"))
             shown = await client.set(1, eta="1.5")
             await client.patch(client.message(mapped({"tab": "step", "move": 2}), "Header"))
             while '"complete"' not in json.dumps((await client.receive())["content"]):
