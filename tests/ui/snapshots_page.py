@@ -140,7 +140,7 @@ def emptiness(figure):
 def unlabelled(figure, physical):
     """Axes without a unit."""
     for axis in figure["axes"]:
-        label = axis["label"]
+        label = " ".join((axis["label"] or "").split())  # a long one is in two lines
         if not label:
             strip = figure["shares_axis"] and len(figure["axes"]) == 1
             if axis["kind"] != "CategoricalAxis" and not strip:
