@@ -50,7 +50,7 @@ def run_cells(
     progress : callable, optional
         Called, in the calling thread, with the number of cells done so far.
     cancelled : callable, optional
-        Polled many times a second in the calling thread; when it returns true the call is withdrawn.
+        Polled many times a second in the calling thread; when it returns true the call is cancelled.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _single_runs(cells: Cells, task: driver.Task, results) -> Callable[[int, np.ndarray, np.ndarray], bool]:
-    """A function that runs one cell by :func:`engine.simulate`; false if it was withdrawn."""
+    """A function that runs one cell by :func:`engine.simulate`; false if it was cancelled."""
     located = isinstance(cells.method, Newmark) and cells.method.located
     lengths = driver.lengths(task) if located else [task.transient + task.sample]
 

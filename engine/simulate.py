@@ -47,7 +47,7 @@ def simulate(
     record : Record, optional
         Ask for samples of the last periods.
     cancelled : callable, optional
-        Polled many times a second; when it returns true the run is withdrawn.
+        Polled many times a second; when it returns true the run is cancelled.
 
     Returns
     -------

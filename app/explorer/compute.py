@@ -210,7 +210,7 @@ class JobQueue:
             self._busy = True
         compilation.when_done(lambda: self._pool.submit(self._work, session=self._session))
 
-    def withdraw(self) -> None:
+    def drop_waiting(self) -> None:
         """Drop the job that waits; one that runs goes on."""
         with self._lock:
             self._waiting = None

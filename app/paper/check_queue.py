@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 
 from vibroscope.app.paper import CLAIMS, Finding
-from vibroscope.app.paper.claims import withdrawn
+from vibroscope.app.paper.claims import is_cancelled
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.workers import lower_priority, pool
@@ -50,7 +50,7 @@ class CheckQueue:
                 return
         deliver(key, finding)
 
-    def withdraw(self, deliver: Deliver) -> None:
+    def cancel_all(self, deliver: Deliver) -> None:
         """Drop all requests with this ``deliver``; a check that nobody waits for does not begin."""
         with self._lock:
             for waiting in self._waiting.values():
@@ -68,7 +68,7 @@ class CheckQueue:
         with self._lock:
             if not self._waiting.get(key):
                 return
-        token = withdrawn.set(lambda: key in self._cancelled)
+        token = is_cancelled.set(lambda: key in self._cancelled)
         try:
             result: Finding | Exception = CLAIMS[key].find()
         except Cancelled:  # whoever has requested it again since has submitted it again
@@ -77,7 +77,7 @@ class CheckQueue:
             result = error
             logs.event("not checked", logging.ERROR, error=error, claim=key)  # no session's: many may wait for it
         finally:
-            withdrawn.reset(token)
+            is_cancelled.reset(token)
         with self._lock:
             if isinstance(result, Finding):
                 self._findings[key] = result

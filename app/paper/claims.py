@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from vibroscope.app.explorer.scenes import Scene, scenes
 from vibroscope.app.paper.pictures import Picture
 
-# Whether the check that runs is withdrawn; those that take many seconds poll it.
-withdrawn: ContextVar[Callable[[], bool] | None] = ContextVar("withdrawn", default=None)
+# Whether the check that runs is cancelled; those that take many seconds poll it.
+is_cancelled: ContextVar[Callable[[], bool] | None] = ContextVar("is_cancelled", default=None)
 
 VERDICTS = ("agrees", "differs", "shown by example")
 

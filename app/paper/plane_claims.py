@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.scenes import Scene, scenes
-from vibroscope.app.paper.claims import Claim, Finding, withdrawn
+from vibroscope.app.paper.claims import Claim, Finding, is_cancelled
 from vibroscope.app.paper.penalty_claims import SUDDEN_STEPS
 from vibroscope.app.paper.pictures import CellMap
 from vibroscope.app.paper.runs import SYSTEM, VISIBLE_SCATTER, section_size
@@ -37,13 +37,13 @@ class PlaneCells(NamedTuple):
 
 @cache
 def plane_cells() -> PlaneCells:
-    """Both runs of every cell; computed once in each process. Raises `engine.Cancelled` if the check is withdrawn."""
+    """Both runs of every cell; computed once in each process. Raises `engine.Cancelled` if the check is cancelled."""
     scene = scenes()["14A"]
     K, D = (_axis(name, getattr(scene, name)) for name in ("K", "D"))
     grid = {"damping": np.repeat(D, len(K)), "stiffness": np.tile(K, len(D))}
     eta, shape = np.full(len(K) * len(D), scene.eta), (len(D), len(K))
     how = {"transient": _TRANSIENT, "sample": _SAMPLE, "threads": 1}  # leaves the other processors to other sessions
-    how["cancelled"] = withdrawn.get()
+    how["cancelled"] = is_cancelled.get()
     penalty = Newmark(scene.K, scene.D, scene.steps)
     free, stepped = (
         run_cells(Cells(SYSTEM, eta, method, **grid), **how) for method in (ExactPenalty(scene.K, scene.D), penalty)

@@ -1,4 +1,4 @@
-"""What every driver does: call a kernel in pieces, so that a run can be withdrawn, and collect what it records."""
+"""What every driver does: call a kernel in pieces, so that a run can be cancelled, and collect what it records."""
 
 import math
 import time
@@ -100,7 +100,7 @@ class Driver(ABC):
 
     @abstractmethod
     def periods_per_call(self) -> int:
-        """Periods that take some hundredths of a second, so that a withdrawn run ends soon."""
+        """Periods that take some hundredths of a second, so that a cancelled run ends soon."""
 
     @abstractmethod
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:

@@ -103,7 +103,7 @@ def make_worker(
     chained : (n,) ndarray of bool
         Whether the cell at a place starts from the end of the one at the place before.
     run_cell : callable
-        ``run_cell(i, start, signals)`` runs cell i, which the kernel does not run; false if it was withdrawn.
+        ``run_cell(i, start, signals)`` runs cell i, which the kernel does not run; false if it was cancelled.
     """
     kind, compiled = _KINDS[type(method)], are_compiled(method, rows)[order]
     columns = np.array(task.coordinates, dtype=np.int64)

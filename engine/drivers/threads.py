@@ -1,4 +1,4 @@
-"""Distribution of cells to threads, watched and withdrawn from the calling thread.
+"""Distribution of cells to threads, watched and cancelled from the calling thread.
 
 Threads take the next few cells from one iterator as they become free, so that a hard cell delays no other.
 """
@@ -41,7 +41,7 @@ def share_out(
     threads : int
     worker : callable
         Called once in each thread, gives the function that runs some places. It is called with the first place and the
-        one after the last; an array whose first entry, once it is set, withdraws the work; and the index of the entry
+        one after the last; an array whose first entry, once it is set, cancels the work; and the index of the entry
         that it is to raise by 1 for each place that it has done.
     progress, cancelled
         As in :func:`engine.run_cells`.

@@ -100,13 +100,13 @@ def test_a_job_that_nobody_overtakes_may_take_its_time(pool):
     assert solver.cancelled == []
 
 
-def test_a_withdrawn_job_never_begins_and_a_running_one_goes_on(pool):
+def test_a_cancelled_job_never_begins_and_a_running_one_goes_on(pool):
     solver, delivered = Solver(), []
     queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
     queue.submit(1, at(1.0))
     until(lambda: solver.started)
     queue.submit(2, at(2.0))
-    queue.withdraw()
+    queue.drop_waiting()
     solver.go.set()
     until(lambda: delivered == [1])
     queue.submit(3, at(3.0))

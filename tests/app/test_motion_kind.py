@@ -46,7 +46,7 @@ def test_chaos_is_named_with_its_exponent():
     assert f"factor of {np.exp(found.lyapunov):.3g}" in kind.evidence
 
 
-def test_a_motion_that_takes_too_long_is_undecided_and_a_withdrawn_one_is_not_judged(monkeypatch):
+def test_a_motion_that_takes_too_long_is_undecided_and_a_cancelled_one_is_not_judged(monkeypatch):
     monkeypatch.setattr(motion_kind, "SECONDS", 0.0)
     assert judge_motions(SCATTERED, never)["penalty"].kind == "undecided"
     monkeypatch.setattr(motion_kind, "_CACHE", Cache(20))

@@ -8,8 +8,9 @@ import pytest
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.page.paper.figures import draw
 from vibroscope.app.paper import CLAIMS, as_dict, plane_claims, reference_claims
+from vibroscope.app.paper.claims import is_cancelled
 from vibroscope.app.paper.runs import SYSTEM, VISIBLE_SCATTER, section_size
-from vibroscope.engine import ExactPenalty, Newmark, Reference, simulate
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, simulate
 
 
 @pytest.fixture(scope="module")
@@ -106,3 +107,12 @@ def test_an_example_of_ours_does_not_count_as_agreeing():
     row = as_dict(CLAIMS["10B"], finding)
     assert (row["verdict"], row["agrees"], row["known_to_agree"]) == ("shown by example", False, False)
     assert CLAIMS["10B"].verdict(replace(finding, agrees=False)) == "differs"
+
+
+def test_the_planes_can_be_cancelled():
+    token = is_cancelled.set(lambda: True)
+    try:
+        with pytest.raises(Cancelled):
+            plane_claims.plane_cells.__wrapped__()  # another test may have left its result
+    finally:
+        is_cancelled.reset(token)

@@ -11,8 +11,7 @@ from vibroscope.app.page.session import Session
 from vibroscope.app.page.tab import Move
 from vibroscope.app.paper import CLAIMS
 from vibroscope.app.paper.check_queue import CheckQueue
-from vibroscope.app.paper.claims import withdrawn
-from vibroscope.app.paper.plane_claims import plane_cells
+from vibroscope.app.paper.claims import is_cancelled
 from vibroscope.engine import Cancelled
 
 SEEN, CANCEL = {"seen": True}, {"cancel": True}
@@ -183,7 +182,7 @@ def test_a_check_that_was_cancelled_ends_and_begins_anew_when_asked(checks, host
 
     def check(scene):
         card.receive(CANCEL)  # the user does, while it runs
-        if withdrawn.get()():
+        if is_cancelled.get()():
             raise Cancelled
         return claim.check(scene)
 
@@ -210,7 +209,7 @@ def test_a_check_that_another_session_waits_for_goes_on(checks, host, monkeypatc
 
     def check(scene):
         host.tab.cards["4C"].receive(CANCEL)
-        assert not withdrawn.get()()
+        assert not is_cancelled.get()()
         return claim.check(scene)
 
     monkeypatch.setitem(CLAIMS, "4C", replace(claim, check=check))
@@ -220,15 +219,6 @@ def test_a_check_that_another_session_waits_for_goes_on(checks, host, monkeypatc
     assert host.waiting == []
     other.deliver()
     assert other.tab.cards["4C"].found["verdict"] == "agrees"
-
-
-def test_the_planes_can_be_cancelled():
-    token = withdrawn.set(lambda: True)
-    try:
-        with pytest.raises(Cancelled):
-            plane_cells.__wrapped__()  # another test may have left its result
-    finally:
-        withdrawn.reset(token)
 
 
 def entries(tab, key):

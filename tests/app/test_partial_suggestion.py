@@ -1,16 +1,13 @@
 """What a search has found so far is shown while it goes on, and cannot be taken for its result."""
 
+from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.page.explore.suggest import Suggester
-from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
-from vibroscope.engine.recommendation.trials import Trial
 
 from .fakes import QueueingHost, send
-from .test_suggestion import SETTING, TRIAL, found_for, make_question, searches  # noqa: F401 - a fixture
-
-WORSE = Trial(Chosen(2000.0, 7.0, 500), 0.3, 0.31, 500.0)
+from .searches import SETTING, TRIAL, WORSE, found_for
 
 
-def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):  # noqa: F811
+def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING._replace(units="mm-t-s", omega1=20.0, m1=3.0))  # K counts 1.2 N/mm
@@ -20,13 +17,13 @@ def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):  # no
     progress(0.4)
     host.catch_up()
     content = suggester.view.content
-    assert content["lines"] == ["So far: K = 2.4e+03 N/mm, 2D = 0.84 N·s/mm, T/Δτ = 500 steps a period: error 30 %."]
+    assert content["lines"] == ["So far: K = 2400 N/mm, 2D = 0.84 N·s/mm, T/Δτ = 500 steps a period: error 30 %."]
     asked["partial"]([WORSE, TRIAL])
     progress(0.6)
     host.catch_up()
     content = suggester.view.content
     assert (content["phase"], content["share"]) == ("running", 0.6)
-    assert content["lines"][0].startswith("So far: K = 1.26e+04 N/mm, 2D = 1.9 N·s/mm, T/Δτ = 5,793 ")
+    assert content["lines"][0].startswith("So far: K = 12600 N/mm, 2D = 1.9 N·s/mm, T/Δτ = 5,793 ")
     assert content["lines"][0].endswith("error 4.9 %; fewer steps may do.")
     assert [steps for steps, *_ in content["front"]] == [500, 5793]
     assert suggester.front == {}  # nothing to take away yet

@@ -33,7 +33,7 @@ class Queue:
     def submit(self, move, setting):
         self.requested.append(setting)
 
-    def withdraw(self):
+    def cancel(self):
         pass
 
     def close(self):

@@ -1,4 +1,4 @@
-"""Suggest K, D, Δτ: questions, withdrawal and what is shown; the search itself is tested with the engine."""
+"""Suggest K, D, Δτ: questions, cancellation and what is shown; the search itself is tested with the engine."""
 
 import queue
 import sys
@@ -10,7 +10,7 @@ import pytest
 from vibroscope.app.commands.options import default_of
 from vibroscope.app.explorer import suggestion
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.state import Setting, most_steps, read_setting
+from vibroscope.app.explorer.state import most_steps, read_setting
 from vibroscope.app.explorer.suggestion import (
     Search,
     make_question,
@@ -21,10 +21,8 @@ from vibroscope.app.explorer.suggestion import (
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import (
-    Cancelled,
     Limits,
     Newmark,
-    Recommendation,
     System,
     equal_restitution_damping,
 )
@@ -32,32 +30,7 @@ from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 
 from .fakes import QueueingHost, send
-
-SETTING = Setting()
-TRIAL = Trial(Chosen(10500.0, 15.8, 5793), 0.0486, 0.0494, 5793.0)
-
-
-def found_for(question, *, met=True, best=TRIAL, front=(TRIAL,), joint=0.0, reason=""):
-    system, (eta, *_), reference, located, tolerance, *_ = question
-    return Recommendation(system, eta, reference, tolerance, located, met, best, front, joint, reason)
-
-
-@pytest.fixture
-def searches(monkeypatch):
-    """`recommend` replaced by one that waits for its answer; what it was called with."""
-    calls = queue.Queue()
-
-    def recommend(system, eta, *, cancelled, progress, **asked):
-        answer = queue.Queue()
-        calls.put((eta, asked, progress, answer, cancelled))
-        while answer.empty():
-            if cancelled():
-                raise Cancelled
-        return answer.get()
-
-    monkeypatch.setattr(suggestion, "recommend", recommend)
-    monkeypatch.setattr(suggestion, "CACHE", Cache(2))
-    return calls
+from .searches import SETTING, TRIAL, WORSE, found_for
 
 
 @pytest.mark.parametrize("percent", ["", "0", "101", "five", "nan", "1e400", None, 5])
@@ -97,8 +70,7 @@ def test_the_front_is_offered_as_long_as_it_is_drawn(searches):
     suggester = Suggester(host)
     suggester.follow(SETTING)
     send(suggester.view, {"suggest": {"tolerance": "5"}})
-    other = Trial(Chosen(2000.0, 7.0, 500), 0.3, 0.31, 500.0)
-    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, {"tolerance": "5"}), front=(other, TRIAL)))
+    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, {"tolerance": "5"}), front=(WORSE, TRIAL)))
     assert suggester.front == {}
     host.catch_up()
     assert suggester.front == {"steps": [500, 5793], "error": [0.3, 0.0486], "K": [2000, 10500], "D": [7, 15.8]}
@@ -131,7 +103,7 @@ def test_a_result_that_does_not_meet_it_moves_nothing_and_says_why(searches):
 
 
 @pytest.mark.parametrize("change", [{"eta": 1.2}, {"d1": 0.01}, {"joint_damping": "derived"}, {"located": "yes"}])
-def test_another_question_withdraws_the_search(searches, change):
+def test_another_question_cancels_the_search(searches, change):
     host = QueueingHost()
     suggester = Suggester(host)
     suggester.follow(SETTING)
@@ -169,8 +141,7 @@ def test_a_suggestion_is_in_the_units_that_are_shown(searches):
     send(suggester.view, {"suggest": {"tolerance": "5", "K": "600 000"}})
     _, asked, _, answer, _ = searches.get(timeout=5)
     assert asked["stiffness_max"] == 5e5
-    other = Trial(Chosen(2000.0, 7.0, 500), 0.3, 0.31, 500.0)
-    answer.put(found_for(make_question(physical, {"tolerance": "5"}), front=(other, TRIAL)))
+    answer.put(found_for(make_question(physical, {"tolerance": "5"}), front=(WORSE, TRIAL)))
     host.catch_up()
     assert suggester.view.content["lines"][0].startswith("K = 12600 N/mm, 2D = 1.896 N·s/mm, T/Δτ = 5,793 ")
     assert suggester.view.content["front"][0][4] == "K = 2400 N/mm, 2D = 0.84 N·s/mm"

@@ -217,7 +217,7 @@ def test_progress_ends_with_all_cells_and_is_heard_in_the_calling_thread():
 
 
 @pytest.mark.parametrize("method", [Reference(), Newmark(2500, 8, 2000), Newmark(2500, 8, 2000, every_step=True)])
-def test_a_call_is_withdrawn_at_once(method):
+def test_a_call_is_cancelled_at_once(method):
     cells = Cells(System(), [1.7] * 8, method)
     begin = time.perf_counter()
     with pytest.raises(Cancelled):
@@ -225,7 +225,7 @@ def test_a_call_is_withdrawn_at_once(method):
     assert time.perf_counter() < begin + 20
 
 
-def test_a_call_that_is_withdrawn_before_it_starts_runs_nothing():
+def test_a_call_that_is_cancelled_before_it_starts_runs_nothing():
     with pytest.raises(Cancelled):
         run_cells(SWEEPS["reference"], transient=1, sample=1, cancelled=lambda: True)
 

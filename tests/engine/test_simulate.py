@@ -73,7 +73,7 @@ def test_buffers_grow_over_many_events():
 
 
 @pytest.mark.parametrize("method", METHODS, ids=str)
-def test_a_run_can_be_withdrawn(method):
+def test_a_run_can_be_cancelled(method):
     calls = []
 
     def cancelled():

@@ -25,7 +25,7 @@ class CoexistingPanel(Component):
 
 
 class CoexistingMotions:
-    """Runs one search at a time; withdraws it, and its list, when another system, η or solver is shown."""
+    """Runs one search at a time; cancels it, and its list, when another system, η or solver is shown."""
 
     def __init__(self, host: TabHost) -> None:
         self.host = host
@@ -42,16 +42,16 @@ class CoexistingMotions:
         if self._job is None or setting == before:
             return
         if CoexistingQuestion.of(setting) != self._job.question:
-            self.withdraw()
+            self.cancel()
         elif self._result is not None:
             self._show()
 
     def hide(self) -> None:
         """Another tab was opened: a list stays, a search ends."""
         if self._phase == "running":
-            self.withdraw()
+            self.cancel()
 
-    def withdraw(self) -> None:
+    def cancel(self) -> None:
         """Stop the search and remove its list."""
         self.close()
         self._phase = "idle"
@@ -78,7 +78,7 @@ class CoexistingMotions:
             self._phase = "stopped"
             self._show()
         elif "close" in message:
-            self.withdraw()
+            self.cancel()
 
     def _take(self, job: StudyJob, result: Coexisting | Exception) -> None:
         if isinstance(result, Exception):

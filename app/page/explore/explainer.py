@@ -40,7 +40,7 @@ class Explainer:
             self.host.doc.add_timeout_callback(partial(self._request, self._result), _REST)
         return explanation
 
-    def withdraw(self) -> None:
+    def cancel(self) -> None:
         """Another setting will be shown: stop, or its explanation would wait for one that nobody needs any more."""
         self._queue.cancel()
 

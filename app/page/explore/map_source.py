@@ -62,13 +62,13 @@ class MapSource:
         """The points of the setting that are known now; the rest comes later."""
         question = DiagramQuestion(setting.system, setting.reference, "rest", ETA)
         if question != self._question:
-            self.withdraw()
+            self.cancel()
             self._question, self._points = question, NOTHING
         if self._points.share < 1:
             self._find(setting)
         return self._points
 
-    def withdraw(self) -> None:
+    def cancel(self) -> None:
         """The map is no longer seen: stop what is computed for it."""
         self._asked += 1
         if self._job is not None:

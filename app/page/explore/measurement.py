@@ -129,7 +129,7 @@ class Overlay:
         """The name of the file; empty without a measurement."""
         return "" if self._file is None else self._file.name
 
-    def withdraw(self) -> None:
+    def cancel(self) -> None:
         """Another setting will be shown: stop."""
         self._result += 1
         if self._job is not None:
@@ -137,7 +137,7 @@ class Overlay:
 
     def close(self) -> None:
         """The session has ended."""
-        self.withdraw()
+        self.cancel()
         if self._fit_job is not None:
             self._fit_job.cancel()
 
@@ -183,7 +183,7 @@ class Overlay:
             self._compare()
 
     def _remove(self) -> None:
-        self.withdraw()
+        self.cancel()
         self._end_fit()
         self._upload, self._file, self._compared = [], None, None
         self._write(**_IDLE)

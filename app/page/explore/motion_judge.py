@@ -38,10 +38,10 @@ class MotionJudge:
             self.host.doc.add_timeout_callback(partial(self._request, setting), _REST)
         return kinds
 
-    def withdraw(self) -> None:
+    def cancel(self) -> None:
         """Nothing is shown, or another setting will be: stop."""
         self._setting = None
-        self._queue.withdraw()
+        self._queue.drop_waiting()
 
     def close(self) -> None:
         """The session has ended."""

@@ -41,7 +41,7 @@ class SuggestPanel(Component):
 
 
 class Suggester:
-    """Runs one search at a time; withdraws it, and its result, when its question no longer holds."""
+    """Runs one search at a time; cancels it, and its result, when its question no longer holds."""
 
     def __init__(self, host: TabHost) -> None:
         self.host = host
@@ -52,7 +52,7 @@ class Suggester:
         self._found: Found | None = None  # by the search, once it is done
 
     def follow(self, setting: Setting) -> None:
-        """Follow the setting: a search for another system, η or reference is withdrawn, and units are those shown."""
+        """Follow the setting: a search for another system, η or reference is cancelled, and units are those shown."""
         before, self._setting = self._setting, setting
         if before is None or setting.scale != before.scale:
             self.view.limits = default_limits(setting)
@@ -61,13 +61,13 @@ class Suggester:
         if self._search is not None:
             question = self._search.question
             if question != question.follow(setting):
-                self.withdraw()
+                self.cancel()
 
     def offer(self, explanation: Explanation) -> None:
         """Offer a tolerance that can be met where this difference is."""
         self.view.offer = offered_tolerance(explanation)
 
-    def withdraw(self) -> None:
+    def cancel(self) -> None:
         """Stop the search and remove its result."""
         self.close()
         self._show(phase="idle")
@@ -95,7 +95,7 @@ class Suggester:
         """Search for a setting, with the tolerance and the limits that were typed."""
         if self._setting is None:
             return
-        self.withdraw()
+        self.cancel()
         try:
             question = make_question(self._setting, typed)
         except Refused as error:
@@ -110,7 +110,7 @@ class Suggester:
         if "suggest" in message:
             self.suggest(message["suggest"])
         elif "cancel" in message:
-            self.withdraw()
+            self.cancel()
 
     def _on_progress(self, search: Search, share: float, front: list) -> None:
         """In a worker thread."""
@@ -136,7 +136,7 @@ class Suggester:
             self.host.set(content["use"])
 
     def _show_of(self, search: Search, **content) -> None:
-        """Show ``content`` unless its search was withdrawn."""
+        """Show ``content`` unless its search was cancelled."""
         if search is self._search:
             self._show(**content)
 

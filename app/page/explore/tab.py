@@ -167,9 +167,9 @@ class Explore(Tab):
         """Compute and draw."""
         self._visible = True
         self._fresh |= move.fresh
-        self._explainer.withdraw()
-        self._judge.withdraw()
-        self._measured.withdraw()
+        self._explainer.cancel()
+        self._judge.cancel()
+        self._measured.cancel()
         self._follow(move.setting)
         self._push_shipped(move)
         self._queue.submit(move.number, move.setting)
@@ -186,14 +186,14 @@ class Explore(Tab):
     def hide(self) -> None:
         """Another tab was opened: what is still computed will not be drawn."""
         self._visible = False
-        self._judge.withdraw()
-        self._suggester.withdraw()
+        self._judge.cancel()
+        self._suggester.cancel()
         self._coexisting.hide()
-        self._map.withdraw()
+        self._map.cancel()
 
     def close(self) -> None:
         """The session has ended."""
-        self._map.withdraw()
+        self._map.cancel()
         for part in (self._queue, self._explainer, self._judge, self._pinned, self._measured, *self._followers):
             part.close()
 

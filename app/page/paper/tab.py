@@ -102,7 +102,7 @@ class Paper(Tab):
         """Withdraw what is not checked yet: a hidden tab checks nothing."""
         self._visible = False
         self._drop_file()
-        CHECKS.withdraw(self._deliver)
+        CHECKS.cancel_all(self._deliver)
 
     # -- export --------------------------------------------------------------
 
