@@ -51,6 +51,7 @@ class Client:
         self.socket = await websocket_connect(request, subprotocols=["bokeh", token])
         self.socket.protocol.stream.set_nodelay(True)  # else a message of three frames waits 40 ms for an answer
         if (message := await self.receive()) is None:
+            self.socket.close()
             raise ConnectionError("the server ended the connection before it was open")
         assert message["msgtype"] == "ACK"
         return self

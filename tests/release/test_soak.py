@@ -50,7 +50,7 @@ def idle(server):
 
 def test_soak(tmp_path, report):
     with served(tmp_path / "log.txt", VIBROSCOPE_LOG_LEVEL="warning") as server:
-        measured, files, idle_before = [], Counter(), []
+        measured, files, idle_before, turned_away = [], Counter(), [], Counter()
 
         async def visitor(number):
             async with Client(server.url) as client:
@@ -79,7 +79,7 @@ def test_soak(tmp_path, report):
                 try:
                     await visitor(number)
                 except (ConnectionError, HTTPClientError):  # turned away, as a browser is that then asks again
-                    files["turned away"] += 1
+                    turned_away[number] += 1
                     await asyncio.sleep(1)
                 else:
                     number, visits = number + AT_ONCE, visits + 1
@@ -108,7 +108,8 @@ def test_soak(tmp_path, report):
         seconds = measured[-1][0] - measured[0][0]
     quarters = [measured[len(measured) * n // 4 - (n == 4)][1] for n in range(5)]
     growth = quarters[4] - quarters[3]
-    text = f"{sessions} sessions on every tab, {files.total()} files exported or loaded, in {seconds:.0f} s"
+    text = f"{sessions} sessions on every tab ({turned_away.total()} turned away at first), "
+    text += f"{files.total()} files exported or loaded, in {seconds:.0f} s"
     text += f", {' → '.join(f'{each:.0f}' for each in quarters)} MB by quarters, {growth:+.1f} MB in the last"
     kept = ", ".join(f"{before[what]} → {number} {what}" for what, number in after.items())
     rate = f"at that rate {growth * 14400 / seconds:+.0f} MB an hour"
