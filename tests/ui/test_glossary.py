@@ -29,7 +29,7 @@ def test_a_term_opens_its_entry(visit):
     page.keyboard.press("Enter")  # the term has the focus again
     assert note.is_visible()
     note.get_by_role("button", name="Close").click()
-    label = page.locator("label", has_text="penalty stiffness").locator(".term")
+    label = page.locator("label", has_text="penalty stiffness").locator(".term").first
     label.press(" ")
     assert note.locator("strong").text_content() == "K"
     note.get_by_role("button", name="All terms").click()

@@ -32,7 +32,7 @@ def test_a_picture_has_the_size_that_was_asked_for_and_says_what_it_shows(visit)
     assert (root.get("width"), root.get("height")) == ("85.000mm", "70.000mm")
     assert root.findtext("{*}desc") == about
     texts = {text.text: float(text.get("font-size").removesuffix("px")) for text in root.iterfind(".//{*}text")}
-    assert texts["velocity ξ₁′"] == 12  # drawn anew, not magnified
+    assert texts["velocity ξ₁′ / (Aω₁)"] == 12  # drawn anew, not magnified
     _, paper = taken(explorer, "Phase plot 1 as PDF")
     [box] = re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", paper)
     assert [float(side) for side in box] == pytest.approx([85 / 25.4 * 72, 70 / 25.4 * 72], abs=0.1)
