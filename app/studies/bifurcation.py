@@ -224,16 +224,17 @@ def grow_diagram(
     for partial in grow(study, options, picture=True, known=values):
         result = PartialDiagram(question, partial.values(), preview, judged)
         yield result
-    yield from _judged(study, result, cancelled)
+    yield from _judged(study, result, options)
 
 
-def _judged(study: EtaStudy, result: PartialDiagram, cancelled: Callable[[], bool]) -> Iterator[PartialDiagram]:
+def _judged(study: EtaStudy, result: PartialDiagram, options: RunOptions) -> Iterator[PartialDiagram]:
     """The complete diagram with more and more kinds of motion."""
     cells = result.open_cells
     judged = result.judged or unknown_kinds(study.cells)
+    how = {"threads": options.threads, "cancelled": options.cancelled}
     for begin in range(0, len(cells), JUDGED_AT_ONCE):
         chosen = cells[begin : begin + JUDGED_AT_ONCE]
         judged = {name: array.copy() for name, array in judged.items()}
-        for name, array in judge_cells(study, result.values, chosen, cancelled=cancelled).items():
+        for name, array in judge_cells(study, result.values, chosen, **how).items():
             judged[name][chosen] = array
         yield replace(result, judged=judged)

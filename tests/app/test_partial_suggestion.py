@@ -23,7 +23,7 @@ def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):
     host.catch_up()
     content = suggester.view.content
     assert (content["phase"], content["share"]) == ("running", 0.6)
-    assert content["lines"][0].startswith("So far: K = 12600 N/mm, 2D = 1.9 N·s/mm, T/Δτ = 5,793 ")
+    assert content["lines"][0].startswith("So far: K = 12600 N/mm, 2D = 1.896 N·s/mm, T/Δτ = 5,793 ")
     assert content["lines"][0].endswith("error 4.9 %; fewer steps may do.")
     assert [steps for steps, *_ in content["front"]] == [500, 5793]
     assert suggester.front == {}  # nothing to take away yet
