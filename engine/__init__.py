@@ -11,7 +11,7 @@ from inspect import isfunction
 
 from .arguments import checked
 from .methods import CONTACT_LAWS, ExactPenalty, Method, Newmark, Reference
-from .model import System
+from .model import Excitation, System
 from .result import STATUSES, Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 
 # The module has the name of the function: imported later, it would take the function's place here.
@@ -24,7 +24,7 @@ _LATER = {
     "batch": ("run_cells",),
     "cells": ("CellResults", "Cells"),
     "compilation": ("CompileProgress", "compile_kernels", "is_compiled"),
-    "divergence.compare": ("PARTS", "Comparison", "compare"),
+    "divergence.compare": ("FREE_PERIODS", "PARTS", "Comparison", "compare"),
     "divergence.contact": ("equal_restitution_damping",),
     "divergence.difference": ("PART_NAMES", "Difference"),
     "divergence.regularisation": ("Regularisation",),
@@ -40,7 +40,8 @@ _LATER = {
     "motions.lyapunov": ("Lyapunov", "lyapunov"),
     "motions.motion": ("Motion", "motion"),
     "motions.steady": ("Steady", "steady"),
-    "motions.words": ("difference_in_kind", "repetition"),
+    "motions.words": ("difference_in_kind", "repetition", "touching"),
+    "physical": ("PhysicalSystem", "physical_entry", "system_of_physical"),
     "recommendation.limits": ("Limits",),
     "recommendation.range_trials": ("steps_at",),
     "recommendation.recommend": ("Recommendation", "design_curve", "recommend"),
@@ -48,7 +49,16 @@ _LATER = {
     "sweeps": ("COORDINATES", "DIRECTIONS", "OVER", "Progress", "sweep_eta", "sweep_plane", "sweep_step"),
     "sweeps.axis": ("spaced",),
     "sweeps.diagrams": ("Diagram", "diagram", "ship_diagrams", "shipped_diagram"),
-    "system_file": ("SystemFile", "parse_system", "read_system", "system_of_tables", "system_text", "toml_tables"),
+    "system_file": (
+        "SystemFile",
+        "brief_system_text",
+        "parse_system",
+        "physical_text",
+        "read_system",
+        "system_of_tables",
+        "system_text",
+        "toml_tables",
+    ),
     "units": ("QUANTITIES", "UNIT_SYSTEMS", "Units", "written"),
     "wording": ("counted", "many", "percent", "rounded"),
 }
@@ -61,6 +71,7 @@ __all__ = [
     "Checkpoint",
     "Cost",
     "ExactPenalty",
+    "Excitation",
     "Impacts",
     "Method",
     "Newmark",

@@ -31,7 +31,7 @@ def checked(function: Callable) -> Callable:
         if parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
     }
 
-    plain = {name: _plain_types(kind) for name, kind in known.items()}
+    plain = {name: _plain_types(annotation) for name, annotation in known.items()}
     names = tuple(signature.parameters)
 
     @functools.wraps(function)
@@ -49,9 +49,9 @@ def checked(function: Callable) -> Callable:
     return call
 
 
-def _plain_types(kind: object) -> frozenset[type]:
+def _plain_types(annotation: object) -> frozenset[type]:
     """Types of arguments that are taken as they are."""
-    arms = typing.get_args(kind) if isinstance(kind, types.UnionType) else (kind,)
+    arms = typing.get_args(annotation) if isinstance(annotation, types.UnionType) else (annotation,)
     found = set()
     for arm in arms:
         if typing.get_origin(arm) in _SEQUENCES and typing.get_args(arm)[0] in (float, int, str):
@@ -65,40 +65,40 @@ def _is_plain(plain: dict[str, frozenset[type]], name: str, value: object) -> bo
     return type(value) in plain.get(name, ()) and (type(value) is not int or -LARGEST < value < LARGEST)
 
 
-def _checked(name: str, kind: object, value: object) -> object:
+def _checked(name: str, annotation: object, value: object) -> object:
     if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
         value = value.item()
-    if not _fits(kind, value):
-        raise ValueError(f"{name} = {shown(value)} is not {_described(kind)}")
-    return bool(value) if kind is bool else value
+    if not _fits(annotation, value):
+        raise ValueError(f"{name} = {shown(value)} is not {_described(annotation)}")
+    return bool(value) if annotation is bool else value
 
 
-def _fits(kind: object, value: object) -> bool:
-    arms = typing.get_args(kind) if isinstance(kind, types.UnionType) else (kind,)
+def _fits(annotation: object, value: object) -> bool:
+    arms = typing.get_args(annotation) if isinstance(annotation, types.UnionType) else (annotation,)
     return any(_fits_one(arm, value) for arm in arms)
 
 
-def _fits_one(kind: object, value: object) -> bool:
-    if kind is float or kind is int:
+def _fits_one(annotation: object, value: object) -> bool:
+    if annotation is float or annotation is int:
         return isinstance(value, numbers.Real) and (isinstance(value, float) or abs(value) < LARGEST)
-    if kind is bool:
+    if annotation is bool:
         return isinstance(value, int) and value in (0, 1)
-    if typing.get_origin(kind) in _SEQUENCES:
-        return hasattr(value, "__iter__") and _fit_elements(typing.get_args(kind)[0], value)
-    if not isinstance(kind, type) or kind is inspect.Parameter.empty:
+    if typing.get_origin(annotation) in _SEQUENCES:
+        return hasattr(value, "__iter__") and _fit_elements(typing.get_args(annotation)[0], value)
+    if not isinstance(annotation, type) or annotation is inspect.Parameter.empty:
         return True
-    return isinstance(value, kind) or kind.__module__ == type(value).__module__ == _METHODS
+    return isinstance(value, annotation) or annotation.__module__ == type(value).__module__ == _METHODS
 
 
-def _fit_elements(kind: object, values: Iterable) -> bool:
+def _fit_elements(annotation: object, values: Iterable) -> bool:
     """Whether the elements are of the class that is wanted; numbers and texts are checked where they are used."""
-    if kind in (float, int, str) or not isinstance(kind, type) or isinstance(values, Iterator):
+    if annotation in (float, int, str) or not isinstance(annotation, type) or isinstance(values, Iterator):
         return True
-    return all(isinstance(value, kind) for value in values)
+    return all(isinstance(value, annotation) for value in values)
 
 
-def _described(kind: object) -> str:
-    arms = typing.get_args(kind) if isinstance(kind, types.UnionType) else (kind,)
+def _described(annotation: object) -> str:
+    arms = typing.get_args(annotation) if isinstance(annotation, types.UnionType) else (annotation,)
     names = {float: "a number", int: "a number", bool: "True or False", str: "a text", type(None): "None"}
     words = [
         "a sequence" if typing.get_origin(arm) in _SEQUENCES else names.get(arm, getattr(arm, "__name__", str(arm)))

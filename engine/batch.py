@@ -10,11 +10,13 @@ import numpy as np
 from .cells import STATUSES, CellResults, Cells
 from .drivers import batch as driver
 from .drivers.section import describe_section, name_numbers
-from .drivers.threads import share_out, thread_count
+from .drivers.threads import GRAIN, Worker, share_out, thread_count
 from .methods import Newmark, Reference
 from .model import require, whole
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
+
+FEW = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
 
 
 def run_cells(
@@ -71,21 +73,36 @@ def run_cells(
         most = (task.transient + task.sample) * cells.steps_each().max()
         require("periods × steps", most, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
         order, chained = _in_chains(cells)
-        start = np.zeros((len(cells), 4)) if cells.initial is None else cells.initial
+        start = cells.starts()
         run_cell = _single_runs(cells, task, results)
         worker = driver.make_worker(cells.method, cells.parameters(), start, order, chained, task, results, run_cell)
         ends = np.append(np.flatnonzero(~chained)[1:], len(order))
+        if len(ends) <= FEW * threads:
+            worker, ends = _one_by_one(worker), GRAIN * ends
         share_out(ends, threads, worker, progress, cancelled)
     return cell_results(cells, results)
 
 
 def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
-    """The order in which cells are run, chain by chain, and which of them go on from the one before."""
+    """The order in which cells are run, chain by chain, and which of them go on from the one before.
+
+    Without chains those of most steps come first, so that no thread begins the longest one when the others are done.
+    """
     if cells.chain is None:
-        return np.arange(len(cells)), np.zeros(len(cells), dtype=bool)
+        return np.argsort(-cells.steps_each(), kind="stable"), np.zeros(len(cells), dtype=bool)
     order = np.argsort(cells.chain, kind="stable")
     chained = np.append(False, np.diff(cells.chain[order]) == 0)
     return order, chained
+
+
+def _one_by_one(worker: Callable[[], Worker]) -> Callable[[], Worker]:
+    """The worker for places that count GRAIN times, of which a thread therefore takes no more than one at a time."""
+
+    def make() -> Worker:
+        run = worker()
+        return lambda places, signals, slot: run((places[0] // GRAIN, places[1] // GRAIN), signals, slot)
+
+    return make
 
 
 def _single_runs(cells: Cells, task: driver.Task, results) -> Callable[[int, np.ndarray, np.ndarray], bool]:

@@ -1,11 +1,13 @@
 """Cells of a sweep, and their results: arrays with an entry for each cell."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .arguments import shown
+from .drivers.event_driven import overlap_message
 from .drivers.parameters import parameter_rows, parameters_of
 from .methods import ExactPenalty, Method, Newmark, Reference
 from .model import System, check_eta, require
@@ -103,13 +105,14 @@ class Cells:
             replace(self.method, **{name: float(pick(values)) for name, values in self._own().items()})
         if self.initial is None:
             return
+        reach = 1e6 if self.chain is None else math.inf  # a chain may go on from a motion that has grown
         for pick in (np.min, np.max):
-            require("initial", float(pick(self.initial)), -1e6, 1e6, "start within a million base amplitudes")
-        gap = (self.initial[:, 2] - self.initial[:, 0]).min()
-        if isinstance(self.method, Reference) and gap < 0:
-            raise ValueError(
-                f"initial gap ξ₂ − ξ₁ = {gap:g} is negative: the reference knows no penetration, start with ξ₂ ≥ ξ₁"
-            )
+            require("initial", float(pick(self.initial)), -reach, reach, "start within a million units of length")
+        if isinstance(self.method, Reference):
+            overlaps = [self.system_of(i).overlap_of(state) for i, state in enumerate(self.initial.tolist())]
+            worst = int(np.argmax(overlaps))
+            if overlaps[worst] > 0:
+                raise ValueError(overlap_message(self.system_of(worst), -overlaps[worst]))
 
     def _own(self) -> dict[str, np.ndarray]:
         return {name: getattr(self, name) for name in _OWN if getattr(self, name) is not None}
@@ -118,6 +121,14 @@ class Cells:
         """n of each cell, (n,); zeros for methods without."""
         steps = getattr(self.method, "steps", 0) if self.steps is None else self.steps
         return np.broadcast_to(np.asarray(steps, dtype=float), len(self))
+
+    def starts(self) -> np.ndarray:
+        """ξ₁, ξ₁′, ξ₂, ξ₂′ of each cell at τ = 0, (n, 4): as given, or the static equilibrium of its system."""
+        if self.initial is not None:
+            return self.initial
+        if isinstance(self.system, System):
+            return np.tile(self.system.rest, (len(self), 1))
+        return np.array([system.rest for system in self.system]).reshape(len(self), 4)
 
     def parameters(self) -> np.ndarray:
         """A row of :class:`engine.kernels.parameters.Parameters` for each cell."""

@@ -1,8 +1,9 @@
 """Compilation of all kernels ahead of their first use: in what order, how far it is, and whether it has been done.
 
 A kernel is compiled when it is first called, once for each processor and each version of the sources; the machine code
-is kept in the cache folder. All of them together take a minute or two, most of it in two or three kernels, into which
-everything is inlined that they call. So progress is counted in compiled functions, not in kernels.
+is kept in the cache folder. All of them together take two or three minutes, most of it in two or three kernels, into
+which everything is inlined that they call. So progress is counted in compiled functions, not in kernels. Most are
+compiled a second time for a wall.
 """
 
 from collections.abc import Callable
@@ -41,6 +42,8 @@ _RUNS = {  # what is called, by what it solves; the solvers that the explorer op
     "Newmark, located": replace(_NEWMARK, located=True),
     "Newmark, every step": replace(_NEWMARK, every_step=True),
 }
+_SYSTEMS = System(), System(wall=True)  # each with machine code of its own
+_AT_WALL = ("reference", "Newmark", "Newmark, every step")  # which have kernels of their own for a wall
 _BATCHES = ("reference", "Newmark", "exact penalty")
 
 
@@ -49,31 +52,32 @@ def is_compiled() -> bool:
     return complete_mark().exists()
 
 
-def compile_kernels(report: Callable[[CompileProgress], None] | None = None) -> None:
-    """Compile every kernel, or load it from the cache; ``report`` is called whenever a function is ready."""
-    functions, ready, solver = compilable_functions(), set(), ""
+def compile_kernels(progress: Callable[[CompileProgress], None] | None = None) -> None:
+    """Compile every kernel, or load it from the cache; ``progress`` is called whenever a function is ready."""
+    functions, ready, system, solver = compilable_functions(), set(), _SYSTEMS[0], ""
 
     def count(function: str | None) -> None:
-        ready.update(functions & {function})
-        if report is not None:
-            report(CompileProgress(len(ready) / len(functions), solver))
+        ready.update((each, system) for each in functions & {function})
+        if progress is not None:
+            progress(CompileProgress(len(ready) / (len(_SYSTEMS) * len(functions)), solver))
 
     with CompileListener(count):
-        for name, call in _calls():
-            solver = name
-            count(None)
-            call()
-    if report is not None:
-        report(CompileProgress(1.0, solver))
+        for system in _SYSTEMS:
+            for name, call in _calls(system):
+                solver = f"{name}, at a wall" if system.wall else name
+                count(None)
+                call()
+    if progress is not None:
+        progress(CompileProgress(1.0, solver))
     mark = complete_mark()
     if mark.parent.exists():
         mark.touch()
 
 
-def _calls():
-    for name, method in _RUNS.items():
-        yield name, lambda method=method: simulate(System(), 1.08, method, periods=2, keep=1)
-    yield "steady motions", lambda: steady(System(), 1.08, Reference())
+def _calls(system: System):
+    for name in _AT_WALL if system.wall else _RUNS:
+        yield name, lambda method=_RUNS[name]: simulate(system, 1.08, method, periods=2, keep=1)
+    yield "steady motions", lambda: steady(system, 1.08, Reference())
     for name in _BATCHES:
-        cells = Cells(System(), [1.08], _RUNS[name])
+        cells = Cells(system, [1.08], _RUNS[name])
         yield f"{name}, for studies", lambda cells=cells: run_cells(cells, transient=1, sample=2)

@@ -23,8 +23,9 @@ class Reference:
         Damping of the joined pendulums: measured (Table 1), or what the two dampers add up to, which a penalty model
         tends to as K → ∞.
     threshold : float
-        ε: an impact that leaves a parting speed of at most ε under compression begins a permanent contact. 0 is the
-        limit ε → 0: a chatter has infinitely many impacts, which are summed in closed form.
+        ε: an impact that leaves a parting speed of at most ε under compression begins a permanent contact. It is
+        counted as all speeds are, in the unit of length times ω₁, and so scales with the system. 0 is the limit ε → 0:
+        a chatter has infinitely many impacts, which are summed in closed form.
 
     Raises
     ------

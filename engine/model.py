@@ -1,10 +1,16 @@
-"""The system: two neighbouring pendulums on a shaken base (paper, section 2 and Table 1).
+"""The system: two bodies, or one and a wall, that may touch, and what drives them.
 
-Everything is non-dimensional: τ = ω₁t, lengths in base amplitudes, ξ′ = dξ/dτ, excitation period T = 2π/η.
+The default is the paper's (section 2 and Table 1): two neighbouring pendulums that touch at rest, on a shaken base.
+Everything is non-dimensional: τ = ω₁t, ξ′ = dξ/dτ, excitation period T = 2π/η; lengths are counted in base amplitudes
+where the base moves, otherwise in a length that the user names, and forces in k₁ times that length.
 """
 
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+
+import numpy as np
 
 from .arguments import shown
 
@@ -59,22 +65,112 @@ def flag(name: str, value: bool) -> bool:
     return bool(value)
 
 
+AMPLITUDE_RANGE = (-1e6, 1e6)  # of displacements and forces
+PHASE_RANGE = (-1e3, 1e3)
+CLEARANCE_RANGE = (-1e6, 1e6)
+MASS_RATIO_RANGE = (1e-9, 1e9)
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What drives the bodies: the base, and a force on each body; one frequency η, all numbers without dimension.
+
+    By default the base moves as cos ητ, as in the paper. The force on body i is forceᵢ cos(ητ + phaseᵢ) + constantᵢ; it
+    pushes towards larger ξᵢ, so that on body 1 a positive constant closes the gap and on body 2 it opens it.
+
+    Attributes
+    ----------
+    base, base_phase : float
+        The base moves as base · cos(ητ + base_phase).
+    force1, force1_phase, force2, force2_phase : float
+        Harmonic forces, in units of k₁ times the length that displacements are counted in; phases in rad.
+    constant1, constant2 : float
+        Constant forces, such as weights.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+
+    base: float = 1.0
+    base_phase: float = 0.0
+    force1: float = 0.0
+    force1_phase: float = 0.0
+    force2: float = 0.0
+    force2_phase: float = 0.0
+    constant1: float = 0.0
+    constant2: float = 0.0
+
+    def __post_init__(self):
+        for name, value in self.as_dict().items():
+            allowed, advice = AMPLITUDE_RANGE, "give an amplitude in units of length, or of k₁ times that"
+            if name.endswith("phase"):
+                allowed, advice = PHASE_RANGE, "give a phase in rad"
+            object.__setattr__(self, name, require(name, value, *allowed, advice) + 0.0)  # -0.0 becomes 0.0
+
+    def as_dict(self) -> dict[str, float]:
+        """The numbers by name."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    @property
+    def drives(self) -> bool:
+        """Whether anything that changes with time acts on the bodies."""
+        return any((self.base, self.force1, self.force2))
+
+    def base_motion(self, eta: float, time):
+        """Displacement and velocity of the base at the instants τ, a number or an array."""
+        (c, s), angle = self.harmonic("base"), eta * time
+        return c * np.cos(angle) + s * np.sin(angle), eta * (s * np.cos(angle) - c * np.sin(angle))
+
+    def harmonic(self, name: str) -> tuple[float, float]:
+        """Factors of cos ητ and sin ητ in the base motion or in a force, ``name``: "base", "force1" or "force2"."""
+        return self._harmonics[name]
+
+    @cached_property
+    def _harmonics(self) -> dict[str, tuple[float, float]]:
+        found = {}
+        for name in ("base", "force1", "force2"):
+            amplitude, phase = getattr(self, name), getattr(self, f"{name}_phase")
+            turned = amplitude * math.cos(phase), -amplitude * math.sin(phase)
+            found[name] = turned if phase != 0.0 else (amplitude, 0.0)
+        return found
+
+
+# What a wall has no use for: attributes of System and of Excitation that belong to body 2 alone.
+BODY_2 = ("kappa", "kappa3", "d2", "d3", "mu")
+FORCES_ON_BODY_2 = ("force2", "force2_phase", "constant2")
+
+
 @dataclass(frozen=True)
 class System:
-    """Two neighbouring pendulums that can touch (paper, Table 1); all numbers without dimension.
+    """Two bodies that can touch, or one body and a wall; by default the paper's pendulums (Table 1).
+
+    All numbers are without dimension. Displacements ξᵢ are relative to the base and counted from where the body's
+    spring is relaxed; the gap is g = clearance + ξ₂ − ξ₁. A wall is fixed to the base: ξ₂ = 0.
 
     Attributes
     ----------
     kappa : float
-        κ = ω₂/ω₁, frequency ratio of pendulum 2.
+        κ = ω₂/ω₁, frequency ratio of body 2.
     d1, d2 : float
-        Damping ratios of the separate pendulums, 0 ≤ d < 1.
+        Damping ratios of the separate bodies, 0 ≤ d < 1.
     kappa3 : float
-        κ₃ = ω₃/ω₁, frequency ratio of the joined pendulums; strictly between 1 and κ.
-    d3 : float
-        Measured damping ratio of the joined pendulums, 0 ≤ d₃ < 1.
+        κ₃ = ω₃/ω₁, frequency ratio of the joined bodies; strictly between 1 and κ. The mass ratio follows from it,
+        unless ``mu`` is given: then κ₃ follows from that, whatever is given here.
+    d3 : float or None
+        Measured damping ratio of the joined bodies, 0 ≤ d₃ < 1; None if it was never measured: then it is what the two
+        dampers give.
     restitution : float
         Coefficient of restitution e, 0 ≤ e ≤ 1.
+    clearance : float
+        g₀, the gap where both springs are relaxed. Negative: a preload, the bodies press against each other at rest.
+    wall : bool
+        Whether body 2 is a wall. κ, κ₃, d₂, d₃, μ and the forces on body 2 then do not apply; what is given for them is
+        replaced by the defaults.
+    excitation : Excitation
+    mu : float or None
+        μ = m₂/m₁ where it is given, as it must be for equal frequencies (κ = 1); None if it follows from κ₃.
 
     Raises
     ------
@@ -86,64 +182,176 @@ class System:
     d1: float = 0.0033
     d2: float = 0.0120
     kappa3: float = 1.80
-    d3: float = 0.0330
+    d3: float | None = 0.0330
     restitution: float = 0.5
+    clearance: float = 0.0
+    wall: bool = False
+    excitation: Excitation = field(default_factory=Excitation)
+    mu: float | None = None
 
     def __post_init__(self):
-        under = "the pendulums must be underdamped, give a ratio of at least 0 and below 1"
+        object.__setattr__(self, "wall", flag("wall", self.wall))
+        if not isinstance(self.excitation, Excitation):
+            raise ValueError(f"excitation = {shown(self.excitation)} is not an Excitation")
+        if self.wall:
+            self._forget_body_2()
+        under = "the bodies must be underdamped, give a ratio of at least 0 and below 1"
         checked = {
             "kappa": require("kappa", self.kappa, 1e-3, 1e3, "give the frequency ratio ω₂/ω₁"),
             "d1": require("d1", self.d1, 0, 1, under, open_high=True),
             "d2": require("d2", self.d2, 0, 1, under, open_high=True),
-            "kappa3": require("kappa3", self.kappa3, 1e-3, 1e3, "give the frequency ratio ω₃/ω₁"),
-            "d3": require("d3", self.d3, 0, 1, under, open_high=True),
             "restitution": require("restitution", self.restitution, 0, 1, "give a coefficient of restitution"),
+            "clearance": require(
+                "clearance",
+                self.clearance,
+                *CLEARANCE_RANGE,
+                "give the gap at rest in units of length; below 0: preload",
+            )
+            + 0.0,
         }
-        low, high = sorted((1.0, checked["kappa"]))
+        if self.d3 is not None:
+            checked["d3"] = require("d3", self.d3, 0, 1, under, open_high=True)
+        checked |= self._checked_masses(checked["kappa"])
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    def _forget_body_2(self) -> None:
+        for each in fields(self):
+            if each.name in BODY_2:
+                object.__setattr__(self, each.name, each.default)
+        idle = {each.name: each.default for each in fields(Excitation) if each.name in FORCES_ON_BODY_2}
+        object.__setattr__(self, "excitation", Excitation(**{**self.excitation.as_dict(), **idle}))
+
+    def _checked_masses(self, kappa: float) -> dict[str, float]:
+        """κ₃ and μ, of which one follows from the other."""
+        if self.mu is not None:
+            mu = require("mu", self.mu, *MASS_RATIO_RANGE, "give the mass ratio m₂/m₁")
+            return {"mu": mu, "kappa3": math.sqrt((1 + mu * kappa**2) / (1 + mu))}
+        kappa3 = require("kappa3", self.kappa3, 1e-3, 1e3, "give the frequency ratio ω₃/ω₁")
+        if kappa == 1.0:
+            raise ValueError(
+                "kappa = 1 leaves the mass ratio open, which otherwise follows from kappa3: give mass_ratio, m₂/m₁"
+            )
+        low, high = sorted((1.0, kappa))
         require(
             "kappa3",
-            checked["kappa3"],
+            kappa3,
             low,
             high,
-            "joined pendulums swing between the frequencies of the separate ones; the mass ratio follows from it",
+            "joined bodies swing between the frequencies of the separate ones; the mass ratio follows from it",
             open_low=True,
             open_high=True,
         )
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        return {"kappa3": kappa3}
 
     @classmethod
     def from_mass_ratio(cls, mass_ratio: float, *, kappa: float = 2.41, **others) -> "System":
         """The system with μ = m₂/m₁ given instead of κ₃: κ₃² = (1 + μκ²)/(1 + μ)."""
-        mu = require("mass_ratio", mass_ratio, 1e-9, 1e9, "give m₂/m₁")
-        return cls(kappa=kappa, kappa3=math.sqrt((1 + mu * kappa**2) / (1 + mu)), **others)
+        mu = require("mass_ratio", mass_ratio, *MASS_RATIO_RANGE, "give m₂/m₁")
+        return cls(kappa=kappa, mu=mu, **others)
 
-    @property
+    @cached_property
     def mass_ratio(self) -> float:
-        """μ = m₂/m₁ = (κ₃² − 1)/(κ² − κ₃²): two springs joined on one mass (docs/theory/model.md)."""
+        """μ = m₂/m₁ = (κ₃² − 1)/(κ² − κ₃²): two springs joined on one mass (docs/theory/model.md); inf for a wall."""
+        if self.wall:
+            return math.inf
+        if self.mu is not None:
+            return self.mu
         # products, not squares: they keep their digits where the frequencies lie close together
         k, k3 = self.kappa, self.kappa3
         return (k3 - 1) * (k3 + 1) / ((k - k3) * (k + k3))
 
-    @property
+    @cached_property
     def mass_share(self) -> float:
-        """μ/(1 + μ), the reduced mass of the two pendulums in units of m₁."""
+        """μ/(1 + μ), the reduced mass of the two bodies in units of m₁; 1 for a wall."""
+        if self.wall:
+            return 1.0
+        if self.mu is not None:
+            return self.mu / (1 + self.mu)
         k, k3 = self.kappa, self.kappa3
         return (k3 - 1) * (k3 + 1) / ((k - 1) * (k + 1))
 
-    @property
+    @cached_property
+    def stiffness_share(self) -> float:
+        """k₂/(k₁ + k₂) = μκ²/(1 + μκ²), stiffness of both springs in series in units of k₁; 1 for a wall."""
+        return 1.0 if self.wall else self.mass_share * (self.kappa / self.kappa3) ** 2
+
+    @cached_property
     def derived_joint_damping(self) -> float:
-        """d₃ if the joint held the two dampers and nothing else: (d₁ + μd₂κ)/((1 + μ)κ₃)."""
+        """d₃ if the joint held the two dampers and nothing else: (d₁ + μd₂κ)/((1 + μ)κ₃); 0 for a wall."""
+        if self.wall:
+            return 0.0
         mu = self.mass_ratio
         return (self.d1 + mu * self.d2 * self.kappa) / ((1 + mu) * self.kappa3)
 
     def joint_damping(self, kind: str) -> float:
-        """d₃ as measured (``"table"``) or as it follows from the dampers (``"derived"``)."""
-        return self.d3 if kind == "table" else self.derived_joint_damping
+        """d₃ as measured (``"table"``), where it was, or as it follows from the dampers (``"derived"``)."""
+        return self.derived_joint_damping if kind == "derived" or self.wall or self.d3 is None else self.d3
 
-    def as_dict(self) -> dict[str, float]:
-        """The constants by name."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """Natural frequencies of the separate bodies in units of ω₁: 1 and κ; 1 for a body and a wall."""
+        return (1.0,) if self.wall else (1.0, self.kappa)
+
+    @cached_property
+    def separate_rest(self) -> tuple[float, float]:
+        """ξ₁ and ξ₂ of the static equilibrium that the bodies have without contact, even if they overlap there."""
+        e = self.excitation
+        return e.constant1, 0.0 if self.wall else e.constant2 / (self.mass_ratio * self.kappa**2)
+
+    @cached_property
+    def static_gap(self) -> float:
+        """The gap of :attr:`separate_rest`: negative if the bodies press against each other at rest."""
+        x1, x2 = self.separate_rest
+        return self.clearance + (x2 - x1)
+
+    @cached_property
+    def rest(self) -> tuple[float, float, float, float]:
+        """ξ₁, ξ₁′, ξ₂, ξ₂′ of the static equilibrium, contact being rigid: where runs begin unless a start is given."""
+        x1, x2 = self.separate_rest
+        if self.static_gap < 0:
+            x1 = self.clearance if self.wall else x1 + self.stiffness_share * self.static_gap
+            x2 = 0.0 if self.wall else x1 - self.clearance
+            step = 2.0**-53 * (abs(self.clearance) + abs(x1))
+            while self.gap(x1, x2) > 0:  # by rounding; Newmark's method would begin without contact
+                x2, step = x2 - step, 2 * step
+        return x1, 0.0, x2, 0.0
+
+    def gap(self, x1, x2):
+        """g = clearance + ξ₂ − ξ₁, of numbers or arrays."""
+        return self.clearance + (x2 - x1)
+
+    def overlap_of(self, state: Sequence[float]) -> float:
+        """How far the bodies overlap in a state ξ₁, ξ₁′, ξ₂, ξ₂′ by more than rounding; 0 if they do not."""
+        gap = self.gap(state[0], state[2])
+        rounding = 4 * 2.0**-52 * (abs(self.clearance) + abs(state[0]) + abs(state[2])) if self.clearance else 0.0
+        return -gap if gap < -rounding else 0.0
+
+    def as_dict(self) -> dict[str, float | bool | None]:
+        """The constants by name, in one level: those of the paper's system, and whatever else is not the default.
+
+        :meth:`from_dict` takes them back.
+        """
+        own = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "excitation"}
+        default = {each.name: each.default for each in fields(self)}
+        kept = {name: value for name, value in own.items() if name in PAPERS or value != default[name]}
+        if self.wall:
+            kept = {name: value for name, value in kept.items() if name not in BODY_2}
+        if self.mu is not None:
+            del kept["kappa3"]  # it follows
+        driven = Excitation().as_dict()
+        return kept | {name: value for name, value in self.excitation.as_dict().items() if value != driven[name]}
+
+    @classmethod
+    def from_dict(cls, constants: dict[str, float | bool | None]) -> "System":
+        """The system of the constants that :meth:`as_dict` returns, or of some of them."""
+        drive = {each.name for each in fields(Excitation)}
+        own = {name: value for name, value in constants.items() if name not in drive}
+        driven = {name: value for name, value in constants.items() if name in drive}
+        return cls(**own, excitation=Excitation(**driven))
+
+
+PAPERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution")  # the constants of the paper's system, Table 1
 
 
 def check_eta(eta: float) -> float:

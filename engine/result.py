@@ -34,11 +34,12 @@ class Impacts:
     time : (n,) ndarray
         τ since the start of the run.
     position : (n,) ndarray
-        Common displacement ξ (penalty solutions: ξ₁).
+        ξ₁; ξ₂ is less by the clearance (:meth:`position2`), but for what penalty solutions that locate no contact
+        leave of the gap.
     velocity_before, velocity_after : (n, 2) ndarray
         ξ₁′ and ξ₂′; for penalty solutions at the beginning and the end of the contact.
     impulse : (n,) ndarray
-        Impulse between the pendulums; for penalty solutions the time integral of the contact force over the contact.
+        Impulse between the bodies; for penalty solutions the time integral of the contact force over the contact.
     closing_speed : (n,) ndarray
         −g′ before the impact, > 0; for Newmark the mean over the step in which the gap closes, or there if located.
     """
@@ -53,10 +54,14 @@ class Impacts:
     def __len__(self) -> int:
         return len(self.time)
 
+    def position2(self, system: System) -> np.ndarray:
+        """ξ₂ where the bodies touch, (n,)."""
+        return self.position - system.clearance
+
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Samples of the last periods, relative to the base.
+    """Samples of the last periods, relative to the base (ξ₂ = 0 of a wall).
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ def simulate(
     *,
     periods: int = 2050,
     keep: int = 50,
-    initial: Sequence[float] | Checkpoint = (0.0, 0.0, 0.0, 0.0),
+    initial: Sequence[float] | Checkpoint | None = None,
     record: Record | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Response:
@@ -42,8 +42,9 @@ def simulate(
     keep : int
         Last periods to keep; the transient before them leaves nothing behind.
     initial : (4,) sequence or Checkpoint
-        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest; or the checkpoint of an earlier response of the same system, η
-        and method, from which the run goes on bit for bit, τ counting on from the start of that run.
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest, the static equilibrium (:attr:`System.rest`); or the checkpoint of
+        an earlier response of the same system, η and method, from which the run goes on bit for bit, τ counting on from
+        the start of that run.
     record : Record, optional
         Ask for samples of the last periods.
     cancelled : callable, optional
@@ -128,7 +129,7 @@ def _check_record(record: Record, keep: int) -> Record:
 
 
 def starting_checkpoint(
-    initial: Sequence[float] | Checkpoint, system: System, eta: float, method: Method
+    initial: Sequence[float] | Checkpoint | None, system: System, eta: float, method: Method
 ) -> Checkpoint:
     """The checkpoint from which a run begins, as :func:`simulate` takes it.
 
@@ -144,6 +145,8 @@ def starting_checkpoint(
                 "go on with the same system, eta and method, or start from a state of four numbers"
             )
         return initial
+    if initial is None:
+        return Checkpoint(system, eta, method, 0, system.rest)
     try:
         state = tuple(float(value) for value in initial)
     except (TypeError, ValueError, OverflowError):
@@ -151,5 +154,5 @@ def starting_checkpoint(
     if len(state) != 4:
         raise ValueError(f"initial = {shown(initial)} is not four numbers: give ξ₁, ξ₁′, ξ₂, ξ₂′")
     for name, value in zip(("ξ₁", "ξ₁′", "ξ₂", "ξ₂′"), state, strict=True):
-        require(f"initial {name}", value, -1e6, 1e6, "start within a million base amplitudes")
+        require(f"initial {name}", value, -1e6, 1e6, "start within a million units of length")
     return Checkpoint(system, eta, method, 0, state)

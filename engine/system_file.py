@@ -2,9 +2,15 @@
 
     [system]
     kappa = 2.41        # and the other constants; those left out have the values of the paper's Table 1
+    clearance = 0.0     # optional; wall = true in place of the constants of body 2
+
+    [excitation]
+    base = 1.0          # optional: base motion, forces on the bodies
 
     [units]
     omega1 = 1.0        # optional, for results in physical units
+
+Or in place of these three one table [physical], with the unit in each name (:mod:`.physical`).
 
 :func:`system_text` writes such a file and explains every constant. :func:`read_system` refuses names that it does not
 know: otherwise a misspelt constant would silently keep its default.
@@ -17,7 +23,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .files import read_file
-from .model import System
+from .methods import Reference
+from .model import BODY_2, FORCES_ON_BODY_2, Excitation, System
+from .physical import KEYS, WALL, physical_entry, system_of_physical
 from .units import Units
 
 SIZE_LIMIT = 65_536  # bytes; a hundred times the size of a commented file
@@ -33,51 +41,134 @@ class Constant(NamedTuple):
 
 
 _KAPPA3_ALLOWED = "between 1 and kappa, neither of them"
+_AMPLITUDE, _PHASE = "-1e6 to 1e6", "-1000 to 1000"
 SYSTEM_CONSTANTS = {
-    "kappa": Constant("frequency ratio of pendulum 2, omega2/omega1", "0.001 to 1000", "-"),
-    "d1": Constant("damping ratio of pendulum 1", "0 to below 1", "-"),
-    "d2": Constant("damping ratio of pendulum 2", "0 to below 1", "-"),
-    "kappa3": Constant("frequency ratio of the joined pendulums, omega3/omega1", _KAPPA3_ALLOWED, "-"),
-    "d3": Constant("damping ratio of the joined pendulums, as measured", "0 to below 1", "-"),
+    "kappa": Constant("frequency ratio of body 2, omega2/omega1", "0.001 to 1000", "-"),
+    "d1": Constant("damping ratio of body 1", "0 to below 1", "-"),
+    "d2": Constant("damping ratio of body 2", "0 to below 1", "-"),
+    "kappa3": Constant("frequency ratio of the joined bodies, omega3/omega1", _KAPPA3_ALLOWED, "-"),
+    "d3": Constant("damping ratio of the joined bodies, as measured", "0 to below 1", "-"),
     "restitution": Constant("coefficient of restitution e", "0 to 1", "-"),
+    "clearance": Constant("gap where both springs are relaxed; negative: preload", _AMPLITUDE, "length"),
+}
+EXCITATION_CONSTANTS = {
+    "base": Constant("the base moves as base cos(eta tau + base_phase)", _AMPLITUDE, "length"),
+    "base_phase": Constant("its phase", _PHASE, "rad"),
+    "force1": Constant("harmonic force on body 1, towards body 2", _AMPLITUDE, "k1 length"),
+    "force1_phase": Constant("its phase", _PHASE, "rad"),
+    "force2": Constant("harmonic force on body 2, away from body 1", _AMPLITUDE, "k1 length"),
+    "force2_phase": Constant("its phase", _PHASE, "rad"),
+    "constant1": Constant("constant force on body 1, towards body 2", _AMPLITUDE, "k1 length"),
+    "constant2": Constant("constant force on body 2, away from body 1", _AMPLITUDE, "k1 length"),
 }
 UNIT_CONSTANTS = {
-    "omega1": Constant("angular frequency of pendulum 1", "1e-6 to 1e9", "1/s"),
-    "m1": Constant("mass of pendulum 1", "1e-9 to 1e12", "kg"),
-    "base_amplitude": Constant("amplitude of the base", "1e-9 to 1e6", "mm"),
+    "omega1": Constant("angular frequency of body 1", "1e-6 to 1e9", "1/s"),
+    "m1": Constant("mass of body 1", "1e-9 to 1e12", "kg"),
+    "base_amplitude": Constant("unit of length: amplitude of the base, if it moves", "1e-9 to 1e6", "mm"),
 }
 MASS_RATIO = "mass_ratio"  # m2/m1; a file may give it in place of kappa3, which follows from it
+MASS_RATIO_CONSTANT = Constant("mass ratio m2/m1, in place of kappa3", "1e-9 to 1e9", "-")
+NOT_MEASURED = "derived"  # in place of a number for d3
+_TABLES = ("system", "excitation", "units", "physical")
 
 
 @dataclass(frozen=True)
 class SystemFile:
-    """Content of a system file: the constants of the system and the units to show results in."""
+    """Content of a system file: the system, the units to show results in, and η where the file gives it."""
 
     system: System = field(default_factory=System)
     units: Units = field(default_factory=Units)
+    eta: float | None = None
 
 
 def system_text(system: System | None = None, units: Units | None = None) -> str:
     """Write a system file that explains every constant; by default the system of the paper's Table 1."""
     system, units = system or System(), units or Units()
-    lines = ["# The system: two neighbouring pendulums on a shaken base (the defaults are the paper's Table 1).", ""]
-    lines += ["[system]", *_constant_lines(system.as_dict(), SYSTEM_CONSTANTS)]
+    speed, usual = units.base_amplitude * units.omega1, Reference().threshold
+    lines = ["# The system: two bodies that may touch, on a moving base (defaults: the paper's pendulums, Table 1)."]
+    lines += ["", "[system]", *_system_lines(system)]
+    lines += ["", "# What drives it; lengths are counted in the unit of length below, forces in k1 times that length."]
+    lines += ["[excitation]", *_excitation_lines(system)]
     lines += [
-        "# kappa3 sets the mass ratio m2/m1 = (kappa3^2 - 1)/(kappa^2 - kappa3^2), here "
-        f"{system.mass_ratio:.6g}. Instead of kappa3",
-        f"# the file may give it as {MASS_RATIO}.",
-        f"# The two dampers alone would give d3 = {system.derived_joint_damping:.4g} (--joint-damping derived).",
         "",
         "# What the numbers are counted in. They only convert results; the motion does not depend on them.",
         "[units]",
         *_constant_lines(asdict(units), UNIT_CONSTANTS),
+        f"# Speeds are counted in base_amplitude omega1 = {speed:.4g} mm/s, and so is the threshold of the reference",
+        f"# (--threshold), which scales with the system: its default, {usual:g}, is {usual * speed:.3g} mm/s here.",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _constant_lines(values: dict[str, float], constants: dict[str, Constant]) -> list[str]:
+def brief_system_text(system: System) -> str:
+    """Write what differs from the paper's system, as tables without comments; empty if nothing does."""
+    constants = system.as_dict()
+    usual, tables = System().as_dict(), {"system": {}, "excitation": {}}
+    for name, value in constants.items():
+        if name not in usual or value != usual[name]:
+            tables["excitation" if name in EXCITATION_CONSTANTS else "system"][name] = value
+    own = tables["system"]
+    if "mu" in own:
+        own[MASS_RATIO] = own.pop("mu")
+    if own.get("d3", 0.0) is None:
+        own["d3"] = NOT_MEASURED
+    return "\n".join(
+        "\n".join([f"[{table}]", *(f"{name} = {_toml(value)}" for name, value in values.items())])
+        for table, values in tables.items()
+        if values
+    )
+
+
+def _system_lines(system: System) -> list[str]:
+    values = {name: getattr(system, name) for name in SYSTEM_CONSTANTS}
+    constants = dict(SYSTEM_CONSTANTS)
+    if system.wall:
+        known = {name: constant for name, constant in constants.items() if name not in BODY_2}
+        return [f"{'wall = true':24}# body 2 is a wall that is fixed to the base", *_constant_lines(values, known)]
+    if system.mu is not None:
+        values[MASS_RATIO] = system.mu
+        constants = {(MASS_RATIO if name == "kappa3" else name): constants[name] for name in constants}
+        constants[MASS_RATIO] = MASS_RATIO_CONSTANT
+    if system.d3 is None:
+        values["d3"] = NOT_MEASURED
+    lines = _constant_lines(values, constants)
+    if system.mu is None:
+        lines += [
+            "# kappa3 sets the mass ratio m2/m1 = (kappa3^2 - 1)/(kappa^2 - kappa3^2), here "
+            f"{system.mass_ratio:.6g}. Instead of kappa3",
+            f"# the file may give it as {MASS_RATIO}. With wall = true, body 2 is a wall and has no constants.",
+        ]
+    derived = system.derived_joint_damping
+    return [*lines, f"# The two dampers alone would give d3 = {derived:.4g} (--joint-damping derived)."]
+
+
+def _excitation_lines(system: System) -> list[str]:
+    known = EXCITATION_CONSTANTS
+    if system.wall:
+        known = {name: constant for name, constant in known.items() if name not in FORCES_ON_BODY_2}
+    return _constant_lines(system.excitation.as_dict(), known)
+
+
+def physical_text(system: System, units: Units, eta: float | None = None) -> str:
+    """Write the same system as a table [physical], every number with its unit."""
+    lines = [
+        "# The system in physical units ",
+        "",
+    ]
+    lines += ["[physical]"]
+    for name, value in physical_entry(system, units, eta).items():
+        meaning = "body 2 is a wall" if name == WALL else KEYS[name][0]
+        lines.append(f"{f'{name} = {_toml(value)}':43} # {meaning}")
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: float | bool | str) -> str:
+    return str(value).lower() if isinstance(value, bool) else f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+def _constant_lines(values: dict[str, float | str], constants: dict[str, Constant]) -> list[str]:
     return [
-        f"{f'{name} = {values[name]!r}':24}# {constant.meaning} [{constant.unit}]; {constant.allowed}"
+        f"{f'{name} = {_toml(values[name])}':23} # {constant.meaning} [{constant.unit}]; {constant.allowed}"
         for name, constant in constants.items()
     ]
 
@@ -105,20 +196,40 @@ def read_system(path: str | Path) -> SystemFile:
 def parse_system(content: bytes) -> SystemFile:
     """Parse the bytes of a system file; raises as :func:`read_system`, without the name of the file."""
     if len(content) > SIZE_LIMIT:
-        raise ValueError(f"larger than {SIZE_LIMIT} bytes: a system file holds ten numbers")
+        raise ValueError(f"larger than {SIZE_LIMIT} bytes: a system file holds some twenty numbers")
     return system_of_tables(toml_tables(content))
 
 
 def system_of_tables(tables: dict) -> SystemFile:
     """The same of the tables of a TOML file."""
-    _refuse_unknown(tables, ("system", "units"), "table")
-    constants = _numbers(tables, "system", (*SYSTEM_CONSTANTS, MASS_RATIO))
-    units = Units(**_numbers(tables, "units", tuple(UNIT_CONSTANTS)))
-    if MASS_RATIO not in constants:
-        return SystemFile(System(**constants), units)
-    if "kappa3" in constants:
-        raise ValueError(f"gives both kappa3 and {MASS_RATIO}: one follows from the other, leave one out")
-    return SystemFile(System.from_mass_ratio(**constants), units)
+    _refuse_unknown(tables, _TABLES, "table")
+    if "physical" in tables:
+        others = [f"[{name}]" for name in _TABLES[:-1] if name in tables]
+        if others:
+            raise ValueError(f"gives [physical] and {', '.join(others)}: describe the system in one way, leave one out")
+        return SystemFile(*system_of_physical(_values(tables, "physical", (*KEYS, WALL), flags=(WALL,))))
+    constants = _values(
+        tables, "system", (*SYSTEM_CONSTANTS, MASS_RATIO, WALL), flags=(WALL,), words={"d3": NOT_MEASURED}
+    )
+    driven = _values(tables, "excitation", tuple(EXCITATION_CONSTANTS))
+    units = Units(**_values(tables, "units", tuple(UNIT_CONSTANTS)))
+    if constants.get(WALL):
+        _refuse_body_2((*BODY_2, MASS_RATIO), constants)
+        _refuse_body_2(FORCES_ON_BODY_2, driven)
+    if constants.get("d3") == NOT_MEASURED:
+        constants["d3"] = None
+    if MASS_RATIO in constants:
+        if "kappa3" in constants:
+            raise ValueError(f"gives both kappa3 and {MASS_RATIO}: one follows from the other, leave one out")
+        System.from_mass_ratio(constants[MASS_RATIO])  # its range, by the name that the file uses
+        constants["mu"] = constants.pop(MASS_RATIO)
+    return SystemFile(System(**constants, excitation=Excitation(**driven)), units)
+
+
+def _refuse_body_2(names: tuple[str, ...], given: dict) -> None:
+    idle = [name for name in names if name in given]
+    if idle:
+        raise ValueError(f"gives wall = true and {', '.join(idle)}: a wall has no such number, leave one out")
 
 
 def toml_tables(content: bytes) -> dict:
@@ -148,16 +259,31 @@ def _refuse_unknown(table: dict, known: tuple[str, ...], kind: str) -> None:
             raise ValueError(f"unknown {kind} {name[:60]!r}; {advice}")
 
 
-def _numbers(tables: dict, name: str, known: tuple[str, ...]) -> dict[str, float]:
-    """Return the numbers of one table by name; refuses unknown names and values that are not numbers."""
+def _values(
+    tables: dict, name: str, known: tuple[str, ...], flags: tuple[str, ...] = (), words: dict[str, str] | None = None
+) -> dict:
+    """Return the values of one table by name: numbers, flags, and the one word that a name may have instead.
+
+    Refuses unknown names, and values of another kind.
+    """
     table = tables.get(name, {})
     if not isinstance(table, dict):
         raise ValueError(f"{name} is no table: begin it with a line [{name}]")
     _refuse_unknown(table, known, f"constant in [{name}]:")
-    for key, value in table.items():
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ValueError(f"{key} = {str(value)[:60]!r} in [{name}] is no number: give it without quotes")
-    return {key: _as_float(key, value) for key, value in table.items()}
+    return {key: _value(key, value, name, key in flags, (words or {}).get(key)) for key, value in table.items()}
+
+
+def _value(key: str, value: object, table: str, is_flag: bool, word: str | None) -> float | bool | str:
+    if is_flag:
+        if not isinstance(value, bool):
+            raise ValueError(f"{key} = {str(value)[:60]!r} in [{table}] is not true or false: give one without quotes")
+        return value
+    if word is not None and value == word:
+        return word
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        alternative = f", or {word!r}" if word else ""
+        raise ValueError(f"{key} = {str(value)[:60]!r} in [{table}] is no number: give it without quotes{alternative}")
+    return _as_float(key, value)
 
 
 def _as_float(key: str, value: float) -> float:

@@ -22,6 +22,8 @@ from .parts import PARTS, DifferenceSeries, PerSolution, difference_series
 from .regularisation import Regularisation, split_regularisation
 from .statistics import Statistics, statistics
 
+FREE_PERIODS = 2  # that are compared where nothing drives the bodies: a free vibration decays
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -38,7 +40,8 @@ class Comparison:
         with evidence. Whatever says what the motions are takes these.
     pointwise : bool
         Whether all four motions repeat themselves, Newmark's but for scatter. Only then do they stay in phase with each
-        other, so that a difference at each instant is meaningful; otherwise ``statistics`` is.
+        other, so that a difference at each instant is meaningful; otherwise ``statistics`` is. It is meaningful for a
+        free vibration, too, if its first periods are kept.
     parts : DifferenceSeries or None
         The difference and its parts as time series; None if Newmark or the reference ended early.
     total, time_step, regularisation, joint_damping : float
@@ -66,7 +69,7 @@ class Comparison:
     residual: float
     encounters: Encounters | None
     grid: Record
-    initial: tuple[float, ...] = REST
+    initial: tuple[float, ...]
 
     @property
     def complete(self) -> bool:
@@ -92,6 +95,18 @@ class Comparison:
     def _measured(self, cancelled) -> Statistics | None:
         return statistics(self.runs, cancelled) if self.parts and not self.pointwise else None
 
+    @property
+    def is_free(self) -> bool:
+        """Whether nothing drives the bodies, so that the motions are free vibrations from their start."""
+        return not self.runs.reference.system.excitation.drives
+
+    @property
+    def part_names(self) -> tuple[str, ...]:
+        """Those of PARTS that a difference can have: joint damping only where the reference has one of its own."""
+        run = self.runs.reference
+        own = run.system.joint_damping(run.method.joint_damping) != run.system.derived_joint_damping
+        return tuple(name for name in PARTS if own or name != "joint_damping")
+
     @cached_property
     def difference(self) -> Difference:
         """The numbers that say how far the solutions are apart; whatever states them takes these.
@@ -103,11 +118,11 @@ class Comparison:
         """
         if self.parts is None:
             raise ValueError("a run ended early, so that there is no difference: see the runs' messages")
-        if self.motions.reference.period:
-            parts = known({name: getattr(self, name) for name in PARTS}) if self.pointwise else {}
+        if self.motions.reference.period or self.is_free:
+            parts = known({name: getattr(self, name) for name in self.part_names}) if self.pointwise else {}
             return Difference("displacements", self.total, parts)
         found = self.statistics
-        parts = known({name: getattr(found, name) for name in PARTS})
+        parts = known({name: getattr(found, name) for name in self.part_names})
         return Difference("sections", found.total, parts, found.chance)
 
     def decided(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
@@ -180,7 +195,7 @@ def compare(
     reference: Reference | None = None,
     periods: int = 2050,
     keep: int = 50,
-    initial: Sequence[float] = REST,
+    initial: Sequence[float] | None = REST,
     responses: Iterable[Response] = (),
     per_period: int = PER_PERIOD,
     cancelled: Callable[[], bool] | None = None,
@@ -222,6 +237,8 @@ def compare(
     motions = PerSolution(*(describe(run) for run in runs))
     # a reference that repeats itself only nearly has no time step that scatters it: nothing stays in phase with it
     pointwise = bool(motions.reference.period) and all(described.near_period for described in motions)
+    if not system.excitation.drives:
+        pointwise = all(run.ok for run in runs)
     comparable = runs.penalty.ok and runs.reference.ok
     series = difference_series(runs, motions, per_period, cancelled) if comparable else None
     period = motions.reference.period
@@ -238,7 +255,7 @@ def compare(
         residual=series.residual if series else np.nan,
         encounters=encounters,
         grid=Record(1, per_period, penalty.steps),
-        initial=tuple(map(float, initial)),
+        initial=system.rest if initial is None else tuple(map(float, initial)),
     )
 
 
@@ -280,7 +297,9 @@ def error_from_penalty_state(comparison: Comparison, cancelled: Callable[[], boo
     if not comparison.runs.penalty.ok:
         return np.inf
     # A checkpoint, which may lie anywhere: a motion that grows may not have ended early yet.
-    start = Checkpoint(run.system, run.eta, run.method, 0, without_penetration(comparison.runs.penalty.section[-1]))
+    start = Checkpoint(
+        run.system, run.eta, run.method, 0, without_penetration(run.system, comparison.runs.penalty.section[-1])
+    )
     options = {"periods": run.periods, "keep": run.keep, "initial": start, "cancelled": cancelled}
     there = simulate(run.system, run.eta, run.method, **options)
     target = Target(there) if there.ok else None

@@ -51,8 +51,8 @@ def stiffness_for(system: System, eta: float, steps: int, contact_steps: float) 
 
 def damping_ratio_for(restitution: float) -> float:
     """Return the ζ with e(ζ) = ``restitution``: 0 for 1, and 1 for 0."""
-    if restitution == 0:
-        return 1.0
+    if restitution in (0, 1):
+        return 1.0 - restitution
     logarithm = -math.log(restitution)
     return logarithm / math.hypot(math.pi, logarithm)
 

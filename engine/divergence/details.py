@@ -1,10 +1,13 @@
 """The numbers behind a verdict, a sentence each."""
 
+import math
+
 import numpy as np
 
+from ..motions.words import touching
 from ..wording import percent, rounded
 from .compare import Comparison
-from .contact import damping_ratio, restitution_of
+from .contact import contact_frequency, damping_ratio, restitution_of
 from .difference import PART_NAMES
 from .encounters import delivered_restitution
 from .experiments import Experiment, equal_damping
@@ -22,11 +25,13 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
         lines.append(f"Of the {percent(difference.total)}: {parts}; these add up at each instant, not as numbers.")
     elif difference.measure == "displacements":
         lines.append("Not all four motions repeat, so that the difference, an average, has no parts.")
-    lines.append(
-        f"The bodies part with {rounded(bounce, 2)} of the speed at which they meet; the restitution e asks for "
-        f"{rounded(system.restitution, 2)}, which D = {equal_damping(comparison, method.stiffness):.3g} would give "
-        f"(damping ratio of the contact ζ = {rounded(ratio, 2)})."
-    )
+    if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
+        lines.append(
+            f"The bodies part with {rounded(bounce, 2)} of the speed at which they meet; the restitution e asks for "
+            f"{rounded(system.restitution, 2)}, which D = {equal_damping(comparison, method.stiffness):.3g} would give "
+            f"(damping ratio of the contact ζ = {rounded(ratio, 2)})."
+        )
+        lines += duration_sentences(comparison)
     if comparison.encounters is not None:
         matches = comparison.encounters
         late = "" if np.isnan(matches.phase_error) else f", {percent(matches.phase_error)} of a period apart"
@@ -40,6 +45,17 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
         left = "; ".join(f"{_name(each)} leaves {percent(each.remaining)}" for each in experiments)
         lines.append(f"If one number alone is changed: {left}.")
     return tuple(lines)
+
+
+def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
+    """Return how long a contact lasts, half an oscillation of its mode, and how many steps; nothing if it creeps."""
+    run = comparison.runs.penalty
+    ratio = damping_ratio(run.system, run.method.stiffness, run.method.damping)
+    if ratio >= 1:
+        return ()
+    duration = math.pi / (contact_frequency(run.system, run.method.stiffness) * math.sqrt((1 - ratio) * (1 + ratio)))
+    steps = duration * run.eta * run.method.steps / (2 * math.pi)
+    return (f"A contact of this K and D lasts τ = {duration:.4g}: {rounded(steps, 2)} steps.",)
 
 
 def _name(experiment: Experiment) -> str:

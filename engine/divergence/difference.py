@@ -19,8 +19,9 @@ class Difference:
     total : float
         Relative to the reference; nan if a solution does not reach the end of the longer runs for the sections.
     parts : dict of str to float
-        The same of each of PARTS (:mod:`.parts`); empty where the displacements are compared and not all four motions
-        repeat themselves. They add up at each instant, not as numbers.
+        The same of each of PARTS (:mod:`.parts`), of the joint damping only where the reference has one of its own;
+        empty where the displacements are compared and not all four motions repeat themselves. They add up at each
+        instant, not as numbers.
     chance : float
         The largest distance of sections that may be chance; 0 for displacements.
     """

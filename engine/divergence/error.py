@@ -15,7 +15,17 @@ from ..methods import Newmark, Reference
 from ..model import System
 from ..motions.steady import steady
 from ..result import Record, Response
-from .grid import PER_PERIOD, closest_repetition, grid_of, rms, samples_by_period, samples_on_grid, simulate_samples
+from .grid import (
+    PER_PERIOD,
+    about_rest,
+    closest_repetition,
+    grid_of,
+    relative_to,
+    rms,
+    samples_by_period,
+    samples_on_grid,
+    simulate_samples,
+)
 
 
 class Target:
@@ -114,11 +124,11 @@ class Target:
     ) -> float:
         """Return the error of ξ₁ and ξ₂ sampled on a grid, (2, periods, m)."""
         cycle, size = self.cycle(grid, cancelled)
-        return rms(displacement - closest_repetition(cycle, displacement)) / size
+        return relative_to(rms(displacement - closest_repetition(cycle, displacement)), size)
 
     def cycle(self, grid: Record, cancelled: Callable[[], bool] | None = None) -> tuple[np.ndarray, float]:
-        """Return one cycle of ξ₁ and ξ₂ on the grid, (2, period, m), and its rms; both are cached."""
+        """Return one cycle of ξ₁ and ξ₂ on the grid, (2, period, m), and its rms from rest; both are cached."""
         if grid not in self._cycles:
             cycle = samples_on_grid(self.reference, replace(grid, periods=self.period), cancelled)[:2]
-            self._cycles[grid] = cycle, rms(cycle)
+            self._cycles[grid] = cycle, rms(about_rest(cycle, self.reference.system))
         return self._cycles[grid]

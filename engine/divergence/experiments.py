@@ -4,7 +4,7 @@ The largest part of a difference (:mod:`.parts`) need not be what a change remov
 and the parts do not separate K from D. So experiments decide which number is to blame:
 
 - no time step: the exact penalty solution, which has been run already;
-- no joint damping of its own: the reference with derived joint damping, which has been run already;
+- no joint damping of its own, where it has one: the reference with derived joint damping, which has been run already;
 - D of equal restitution, D = ζ(e) √(Kμ/(1 + μ)): Newmark is run again;
 - ten times K, once with D kept, and once with D growing as √K, which keeps the restitution: Newmark is run twice more.
 
@@ -23,7 +23,6 @@ from ..simulate import simulate
 from .compare import Comparison
 from .contact import equal_restitution_damping
 from .error import Target
-from .grid import rms
 from .statistics import long_section, wasserstein_distance
 
 STIFFER = 10.0
@@ -57,9 +56,11 @@ def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None
     comparison : Comparison
         With ``parts``: Newmark and the reference reached their ends.
     """
+    limits = {"time_step": "steps", "joint_damping": "joint damping"}
     experiments = [
-        Experiment("steps", _remaining_without(comparison, "time_step")),
-        Experiment("joint damping", _remaining_without(comparison, "joint_damping")),
+        Experiment(changed, _remaining_without(comparison, part))
+        for part, changed in limits.items()
+        if part in comparison.part_names
     ]
     experiments += [
         Experiment(name, _remaining_with(comparison, method, cancelled), method)
@@ -78,12 +79,13 @@ def _remaining_without(comparison: Comparison, part: str) -> float:
     """What remains without the time step, or without the joint damping."""
     if comparison.motions.reference.period:
         return comparison.parts.without(part)
-    sections = comparison.statistics.sections
+    statistics = comparison.statistics
+    sections = statistics.sections
     pairs = {
         "time_step": (sections.exact, sections.reference),
         "joint_damping": (sections.penalty, sections.derived),
     }
-    return wasserstein_distance(*pairs[part]) / rms(sections.reference)
+    return wasserstein_distance(*pairs[part]) / statistics.size
 
 
 def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark]]:
@@ -95,7 +97,8 @@ def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark]]:
     stiffer = STIFFER * method.stiffness
     if stiffer <= STIFFNESS_RANGE[1]:
         yield "K", replace(method, stiffness=stiffer)
-        yield "K", replace(method, stiffness=stiffer, damping=STIFFER**0.5 * method.damping)
+        if method.damping > 0:
+            yield "K", replace(method, stiffness=stiffer, damping=STIFFER**0.5 * method.damping)
 
 
 def _remaining_with(comparison: Comparison, method: Newmark, cancelled) -> float:

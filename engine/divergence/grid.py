@@ -11,15 +11,27 @@ from dataclasses import replace
 import numpy as np
 
 from ..methods import Newmark
+from ..model import System
 from ..result import Record, Response
 from ..simulate import simulate
 
 PER_PERIOD = 100  # samples; more change the fourth digit of an rms of displacements (tests/engine/test_error.py)
 
 
+def about_rest(displacement: np.ndarray, system: System) -> np.ndarray:
+    """ξ₁ and ξ₂, (2, …), from the static equilibrium: relative differences are relative to what moves."""
+    rest = np.array(system.rest[::2])
+    return displacement - rest.reshape(2, *[1] * (displacement.ndim - 1))
+
+
 def rms(values: np.ndarray) -> float:
     """Return the root mean square of all numbers."""
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+def relative_to(difference: float, size: float) -> float:
+    """Return a difference relative to a size; inf if the size alone is zero."""
+    return difference / size if size > 0 else np.inf if difference > 0 else 0.0
 
 
 def simulate_samples(response: Response, record: Record, cancelled: Callable[[], bool] | None = None) -> Response:

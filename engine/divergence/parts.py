@@ -24,7 +24,7 @@ import numpy as np
 
 from ..motions.description import Motion
 from ..result import Record, Response
-from .grid import rms, samples_beside, samples_on_grid
+from .grid import about_rest, relative_to, rms, samples_beside, samples_on_grid
 
 T = TypeVar("T")
 PARTS = ("time_step", "regularisation", "joint_damping")
@@ -51,11 +51,14 @@ class DifferenceSeries:
         ξ₁, ξ₂, ξ₁′, ξ₂′ of each solution; nan for one that ended early.
     shifts : PerSolution of int
         Excitation periods by which each was shifted.
+    size : float
+        Rms of the reference's displacements from the static equilibrium.
     """
 
     time: np.ndarray
     runs: PerSolution[np.ndarray]
     shifts: PerSolution[int]
+    size: float
 
     @cached_property
     def total(self) -> np.ndarray:
@@ -82,14 +85,12 @@ class DifferenceSeries:
         """Largest deviation of the sum of the parts from the total, in base amplitudes (and ω₁ times these)."""
         return float(np.abs(self.time_step + self.regularisation + self.joint_damping - self.total).max())
 
-    @cached_property
-    def size(self) -> float:
-        """Rms of the reference's displacements."""
-        return rms(self.runs.reference[:2])
-
     def relative(self, difference: np.ndarray) -> float:
-        """Return the rms of the displacements in a difference, relative to those of the reference."""
-        return rms(difference[:2]) / self.size
+        """Return the rms of the displacements in a difference, relative to ``size``.
+
+        Relative to a reference that stays at rest a difference is infinite, unless there is none.
+        """
+        return relative_to(rms(difference[:2]), self.size)
 
     def without(self, name: str) -> float:
         """Return the relative rms of the total without one of PARTS."""
@@ -124,4 +125,5 @@ def difference_series(
         time=penalty.window[0] + instants.ravel() * penalty.period,
         runs=PerSolution(*(rows.reshape(4, -1) for rows in (newmark, exact, derived, reference))),
         shifts=PerSolution(0, exact_shift, derived_shift, reference_shift),
+        size=rms(about_rest(reference[:2], penalty.system)),
     )

@@ -5,7 +5,7 @@ about either. The distribution of the section does not depend on the initial sta
 Wasserstein distance: how far the points of one must move, on average, to become those of the other. For equally many
 points on a line it is the mean of |aᵢ − bᵢ| over the sorted values. (The tests check it against
 scipy.stats.wasserstein_distance; the engine does not need SciPy.) It is taken for ξ₁ and ξ₂, relative to the rms of the
-reference's section.
+reference's section, from the static equilibrium.
 
 Finite sections of one motion differ by chance, too. The distance between the two halves of the reference's own section,
 divided by √2 because the compared sections are twice as long, is the floor: a total of a few floors may be chance.
@@ -19,7 +19,7 @@ import numpy as np
 
 from ..result import Response
 from ..simulate import simulate
-from .grid import rms
+from .grid import about_rest, rms
 from .parts import PerSolution
 
 SECTION = 1000  # periods: quick to compute, and their distribution is known to about 1/√SECTION
@@ -28,7 +28,7 @@ CHANCE = 3.0  # floors
 
 @dataclass(frozen=True)
 class Statistics:
-    """Wasserstein distances of the sections, relative to the rms of the reference's; nan where a run ended early.
+    """Wasserstein distances of the sections, relative to ``size``; nan where a run ended early.
 
     Attributes
     ----------
@@ -41,6 +41,8 @@ class Statistics:
         Distance that chance alone causes between sections of this length.
     sections : PerSolution of (SECTION, 2) ndarray
         ξ₁ and ξ₂ of each run.
+    size : float
+        Rms of the reference's section from the static equilibrium.
     """
 
     total: float
@@ -49,6 +51,7 @@ class Statistics:
     joint_damping: float
     floor: float
     sections: PerSolution[np.ndarray] = field(repr=False)
+    size: float = field(repr=False)
 
     @property
     def chance(self) -> float:
@@ -57,13 +60,13 @@ class Statistics:
 
     def total_of(self, section: np.ndarray) -> float:
         """Return the relative distance of another section, (SECTION, 2), from the reference's."""
-        return wasserstein_distance(section, self.sections.reference) / rms(self.sections.reference)
+        return wasserstein_distance(section, self.sections.reference) / self.size
 
 
 def statistics(runs: PerSolution[Response], cancelled: Callable[[], bool] | None = None) -> Statistics:
     """Compare the sections of four runs, each continued from its checkpoint for SECTION periods."""
     sections = PerSolution(*(long_section(run, cancelled) for run in runs))
-    size = rms(sections.reference)
+    size = rms(about_rest(sections.reference.T, runs.reference.system))
     halves = np.split(sections.reference, 2)
     return Statistics(
         total=wasserstein_distance(sections.penalty, sections.reference) / size,
@@ -72,6 +75,7 @@ def statistics(runs: PerSolution[Response], cancelled: Callable[[], bool] | None
         joint_damping=wasserstein_distance(sections.derived, sections.reference) / size,
         floor=wasserstein_distance(*halves) / size / math.sqrt(2),
         sections=sections,
+        size=size,
     )
 
 

@@ -11,16 +11,17 @@ import numpy as np
 
 from ..methods import STEPS_RANGE
 from ..motions.description import Motion
-from ..motions.steady import REST
-from ..motions.words import repetition
+from ..motions.words import repetition, touching
 from ..result import Status
 from ..simulate import simulate
 from ..wording import percent, rounded
-from .agreement import CLOSE, agreement, is_visible, time_step_scatter
+from .agreement import CLOSE, SAME, agreement, is_visible, time_step_scatter
 from .blame import best_experiment, blame_sentence
 from .compare import Comparison, error_from_penalty_state
-from .details import detail_sentences
+from .details import detail_sentences, duration_sentences
+from .difference import PART_NAMES
 from .experiments import run_experiments
+from .grid import rms
 from .statistics import SECTION
 
 DOUBLINGS = 6  # of the steps, tried for a run that diverged
@@ -76,9 +77,13 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
     """
     if comparison.parts is None:
         return _of_early_end(comparison, cancelled)
+    if comparison.is_free:
+        return _of_free_vibration(comparison)
     comparison = comparison.decided(cancelled)
     comparison.measure(cancelled)
     difference, scatter = comparison.difference, time_step_scatter(comparison.penalty)
+    if difference.total == np.inf and comparison.parts.size == 0:
+        return _of_rest(comparison)
     if not np.isfinite(difference.total):
         return Verdict(
             f"A solution does not stay bounded for {SECTION:,} periods more, so there is nothing to compare.", "unknown"
@@ -88,11 +93,15 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
         if elsewhere < min(CLOSE, difference.total / 2):
             return _of_other_motion(comparison, elsewhere, scatter)
     experiments = run_experiments(comparison, cancelled)
+    unchanged = touching(comparison.reference)
+    if unchanged and comparison.penalty.contact_share == comparison.reference.contact_share == 0.0:
+        return _without_contact(comparison, unchanged)
     agree, first = agreement(comparison)
     best = best_experiment(comparison, experiments, scatter)
     second, change = blame_sentence(comparison, experiments, best)
+    scattered = "" if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)
     return Verdict(
-        f"{first} {second}{'' if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)}",
+        " ".join(filter(None, (unchanged, first, second))) + scattered,
         agree,
         best.changed if best else "",
         change,
@@ -101,6 +110,50 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
         detail_sentences(comparison, experiments),
         comparison.reference,
         comparison.penalty,
+    )
+
+
+def _without_contact(comparison: Comparison, fact: str) -> Verdict:
+    """Return the verdict where neither motion has a contact: what is left is the error of the steps."""
+    total = comparison.difference.total
+    return Verdict(
+        f"{fact} The time step alone makes a difference of {percent(total)}.",
+        "yes" if total <= SAME else "partly" if total <= CLOSE else "no",
+        "steps" if total > SAME else "",
+        details=detail_sentences(comparison, []),
+        reference=comparison.reference,
+        penalty=comparison.penalty,
+    )
+
+
+def _of_free_vibration(comparison: Comparison) -> Verdict:
+    """Return the verdict on two free vibrations from one start: no number is to blame, since nothing lasts."""
+    run, difference = comparison.runs.penalty, comparison.difference
+    total, sizes = (
+        difference.total,
+        (f"{PART_NAMES[name]} {percent(share)}" for name, share in difference.parts.items()),
+    )
+    which = (
+        f"first {run.periods} periods T" if run.keep == run.periods else f"last {run.keep} of {run.periods} periods T"
+    )
+    parts = f" Its parts: {', '.join(sizes)}." if difference.parts else ""
+    return Verdict(
+        f"Nothing drives the bodies: in the {which} the displacements of this free vibration differ by "
+        f"{percent(total)} (rms).{parts}",
+        "yes" if total <= SAME else "partly" if total <= CLOSE else "no",
+        details=duration_sentences(comparison),
+    )
+
+
+def _of_rest(comparison: Comparison) -> Verdict:
+    """Return the verdict where the reference does not move, as a body that a preload holds at a wall."""
+    apart = rounded(rms(comparison.parts.total[:2]), 2)
+    return Verdict(
+        f"{touching(comparison.reference)} The reference does not move, so that no relative difference exists: "
+        f"the penalty solution is off by {apart} (rms, in units of length), by which the spring K gives way.".strip(),
+        "unknown",
+        reference=comparison.reference,
+        penalty=comparison.penalty,
     )
 
 
@@ -113,7 +166,7 @@ def _scatter_sentence(comparison: Comparison, scatter: float) -> str:
 def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float) -> Verdict:
     """Return the verdict on a penalty solution that agrees with another motion of the reference."""
     total = percent(comparison.difference.total)
-    start = "rest" if comparison.initial == REST else "the same start"
+    start = "rest" if comparison.initial == comparison.runs.reference.system.rest else "the same start"
     headline = (
         "The penalty solution shows a different but valid motion: started from its state, the reference moves "
         f"so too, {percent(elsewhere)} apart. From {start} they are {total} apart: the result depends on the start."

@@ -13,6 +13,16 @@ from ..result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
 CAPACITY = 4096  # rows of impacts and contacts in the buffers, which the driver empties when they are full
 
 
+_USED = set()
+
+
+def is_first_use(kernel: Callable, wall: tuple | None) -> bool:
+    """Whether this process has not used a kernel with or without a wall before, so that a call compiles or loads it."""
+    known = len(_USED)
+    _USED.add((kernel, wall))
+    return len(_USED) > known
+
+
 class Driver(ABC):
     """One run of one solver.
 

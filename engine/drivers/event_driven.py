@@ -1,12 +1,13 @@
 """Driver of the event-driven solvers in closed form: the reference and the exact penalty solution."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers, make_buffers
+from ..kernels.equations.coordinates import contact_coordinates, displacements
 from ..kernels.event_driven import integrate as kernel
 from ..kernels.event_driven.output import record_open_contact
 from ..kernels.event_driven.saltation import make_variation
@@ -17,7 +18,7 @@ from ..kernels.event_driven.state import (
     HybridState,
     HybridSystem,
     in_contact,
-    start_state,
+    write_start,
 )
 from ..kernels.linear.tables import INTEGRAL
 from ..kernels.parameters import no_keys
@@ -25,8 +26,8 @@ from ..kernels.status import FULL, OK, PAUSED, STATUSES
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
-from .base import Driver
-from .parameters import parameters_of
+from .base import Driver, is_first_use
+from .parameters import parameters_of, wall_of
 from .slow_subspace import separating_circles
 
 PERIODS_PER_CALL = 2000
@@ -50,7 +51,7 @@ def set_up(
     circle = np.zeros(2) if rigid else separating_circles(row[None])[0]
     packed = SYSTEM.zeros()
     set_up_events(packed, no_keys(), row, rigid, circle, COMPLETION if completion is None else completion)
-    views = SYSTEM.read(packed)
+    views = SYSTEM.read(packed, wall_of(system))
     if not rigid:
         # z′ = A z gives ∫z dτ = A⁻¹ Δz; only single runs ask for impulses
         generator = full_pressed_generators(row[None])[0]
@@ -79,8 +80,8 @@ class EventDriver(Driver):
         self._events = self._evaluations = self._pauses = 0
         self._paused_in = -1.0
         self._window = (float(kept_from), float(self.sampled_from))
-        self._state = packed_start(self._system.views, start)
-        if not getattr(kernel.integrate, "signatures", True):  # compile, or load, outside the measured seconds
+        self._state = packed_start(self._system, start)
+        if is_first_use(kernel.integrate, self._system.views.wall):  # compile, or load, outside the measured seconds
             state, self._state = self._state, self._state.copy()
             self.integrate(start.periods - 1, self._no_buffers)
             self._state = state
@@ -93,8 +94,9 @@ class EventDriver(Driver):
         return STATE.read(self._state)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
+        system, flat, sizes = self._system, buffers.flat, buffers.sizes
         code, events, evaluations = kernel.integrate(
-            self._system.packed, self._state, float(stop), self._window, buffers.flat, buffers.sizes, None
+            system.packed, self._state, float(stop), self._window, flat, sizes, system.views.wall, None
         )
         self._events += events
         self._evaluations += evaluations
@@ -136,9 +138,11 @@ class EventDriver(Driver):
         return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
 
 
-def start_at(y: Sequence[float]) -> np.ndarray:
+def start_at(system: EventDrivenSystem, y: Sequence[float]) -> np.ndarray:
     """The packed hybrid state at τ = 0 with y = (ξ₁, ξ₁′, g, g′)."""
-    return STATE.pack(start_state(*map(float, y)))
+    state = STATE.zeros()
+    write_start(system.packed, state, system.views.wall, *map(float, y))
+    return state
 
 
 def integrate_variation(
@@ -161,12 +165,12 @@ def integrate_variation(
     """
     variation = make_variation()
     status, _, _ = kernel.integrate(
-        system.packed, start, periods, (0.0, 0.0), _NO_BUFFERS.flat, _NO_BUFFERS.sizes, variation
+        system.packed, start, periods, (0.0, 0.0), _NO_BUFFERS.flat, _NO_BUFFERS.sizes, system.views.wall, variation
     )
     return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
 
 
-def packed_start(system: HybridSystem, start: Checkpoint) -> np.ndarray:
+def packed_start(system: EventDrivenSystem, start: Checkpoint) -> np.ndarray:
     """The packed hybrid state of a checkpoint.
 
     Raises
@@ -176,9 +180,33 @@ def packed_start(system: HybridSystem, start: Checkpoint) -> np.ndarray:
     """
     if len(start.state) > 4:
         return np.array(start.state)
-    x1, v1, x2, v2 = start.state
-    if system.rigid and x2 < x1:
-        raise ValueError(
-            f"initial gap ξ₂ − ξ₁ = {x2 - x1:g} is negative: the reference knows no penetration, start with ξ₂ ≥ ξ₁"
-        )
-    return start_at((x1, v1, x2 - x1, v2 - v1))
+    rigid, overlap = system.views.rigid, start.system.overlap_of(start.state)
+    if rigid and overlap > 0:
+        raise ValueError(overlap_message(start.system, -overlap))
+    x1, v1, gap, rate = uncompiled(contact_coordinates)(start.system, *start.state)  # no arrays: a call takes longer
+    return start_at(system, (x1, v1, max(gap, 0.0) if rigid else gap, rate))
+
+
+def overlap_message(system: System, gap: float) -> str:
+    """Why a reference cannot start from a state with a negative gap, and what to do."""
+    start = "ξ₁ ≤ clearance" if system.wall else "ξ₂ ≥ ξ₁" if system.clearance == 0 else "ξ₂ ≥ ξ₁ − clearance"
+    name = "clearance − ξ₁" if system.wall else "ξ₂ − ξ₁" if system.clearance == 0 else "clearance + ξ₂ − ξ₁"
+    return f"initial gap {name} = {gap:g} is negative: the reference knows no penetration, start with {start}"
+
+
+def contact_state(system: System, state: np.ndarray | Sequence[float]) -> np.ndarray:
+    """Convert (…, 4) states ξ₁, ξ₁′, ξ₂, ξ₂′ to ξ₁, ξ₁′, g, g′ as kernels count them."""
+    return _converted(contact_coordinates, system, state)
+
+
+def displaced_state(system: System, y: np.ndarray | Sequence[float]) -> np.ndarray:
+    """Convert (…, 4) states ξ₁, ξ₁′, g, g′ as kernels count them to ξ₁, ξ₁′, ξ₂, ξ₂′."""
+    return _converted(displacements, system, y)
+
+
+def _converted(conversion: Callable, system: System, states: np.ndarray | Sequence[float]) -> np.ndarray:
+    states = np.asarray(states, dtype=float)
+    out = np.empty_like(states)
+    for k, column in enumerate(uncompiled(conversion)(system, *(states[..., k] for k in range(4)))):
+        out[..., k] = column
+    return out

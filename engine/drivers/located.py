@@ -6,6 +6,7 @@ from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import located as kernel
+from ..kernels.time_stepping.contact_location import forcing_with
 from ..result import Checkpoint, Cost, Status
 from .parameters import parameters_of
 from .stepping import SteppingDriver
@@ -18,7 +19,7 @@ class LocatedDriver(SteppingDriver):
 
     def begin(self, start: Checkpoint) -> None:
         self._scheme = kernel.located_scheme(parameters_of(*self.run))
-        self._cosines = self.cosines_of_steps()
+        self._forces = self.forces_of_steps()
         if len(start.state) == kernel.STATE.size:
             self._state = np.array(start.state)
         else:
@@ -29,6 +30,11 @@ class LocatedDriver(SteppingDriver):
             self._call(0, 0, self._no_buffers)
             self._state = state
 
+    def forces_of_steps(self) -> np.ndarray:
+        """f₁ and f at the beginning of each step of a period, and at the end of the last, (n + 1, 2)."""
+        angle = self.angles_of_steps()
+        return np.column_stack(uncompiled(forcing_with)(self._scheme, np.cos(angle), np.sin(angle)))
+
     @property
     def _now(self) -> kernel.LocatedState:
         return kernel.STATE.read(self._state)
@@ -38,7 +44,7 @@ class LocatedDriver(SteppingDriver):
 
     def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
         return kernel.integrate_located(
-            self._scheme, self._cosines, self._state, last, most, self._window, buffers.views
+            self._scheme, self._forces, self._state, last, most, self._window, buffers.views
         )
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
@@ -59,7 +65,7 @@ class LocatedDriver(SteppingDriver):
         now = self._now
         if now.pressed and now.step > self._window[0]:
             time = now.step * self._scheme.h + now.offset
-            kernel.end_contact(now.contact, time, uncompiled(kernel.motion_of)(now), buffers)
+            kernel.end_contact(self._scheme, now.contact, time, uncompiled(kernel.motion_of)(now), buffers)
 
     def section_rows_done(self) -> int:
         return max(0, (self._now.step - self._window[0]) // self._method.steps)

@@ -14,7 +14,8 @@ from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import newmark
 from ..methods import CONTACT_LAWS, Method, Newmark
 from ..result import Checkpoint, Cost, Status
-from .parameters import parameters_of
+from .base import is_first_use
+from .parameters import parameters_of, wall_of
 from .stepping import SteppingDriver
 
 STEPS_PER_CALL = 5_000_000
@@ -42,31 +43,45 @@ class NewmarkDriver(SteppingDriver):
     def begin(self, start: Checkpoint) -> None:
         system, eta, method = self.run
         parameters = parameters_of(system, eta, method)
+        row = np.array(parameters)
         self._scheme = self.kernel.scheme_of(parameters)
         self._packed = self._cosines = None
         if isinstance(method, Newmark) and can_skip(eta, free_rate(parameters), method.steps, method):
             self._packed = SKIPPING.zeros()
-            set_up_skipping(self._packed, no_keys(), np.array(parameters))
+            set_up_skipping(self._packed, no_keys(), row)
         else:
             self._cosines = self.cosines_of_steps()
         if len(start.state) == self.kernel.STATE.size:
             self._state = np.array(start.state)
         else:
-            self._state = self.kernel.STATE.pack(self.kernel.start_state(self._scheme, parameters, start.state))
+            self._state = self.kernel.STATE.zeros()
+            self.kernel.write_start(row, self._state, *map(float, start.state))
         self._started = start.periods * method.steps
         self._load()
 
+    def cosines_of_steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """cos(ητ + ψ) of both bodies at the beginning of each step of a period, and at the end of the last.
+
+        Where both are the same, so are the arrays: the loop then reads one of them.
+        """
+        angle, m = self.angles_of_steps(), self._scheme
+        first, second = uncompiled(self.kernel.phased)(m, np.cos(angle), np.sin(angle))
+        return first, first if (m.cosine1, m.sine1) == (m.cosine2, m.sine2) else second
+
     def _load(self) -> None:
         """Compile or load the kernels outside the measured seconds; a call up to step 0 does nothing."""
-        kernels = (
-            (self.kernel.integrate, self.kernel.integrate_recorded)
-            if self._packed is None
-            else (skip.integrate_skipping,)
-        )
-        if not all(getattr(each, "signatures", True) for each in kernels):
-            state, self._state = self._state, self._state.copy()
-            self.integrate(0, self._no_buffers)
+        kernel = self._unrecorded if self._packed is None else skip.integrate_skipping
+        if is_first_use(kernel, wall_of(self.run[0])):
+            state = self._state
+            for buffers in (self._no_buffers, self._buffers):  # the plain loops that record are apart
+                self._state = state.copy()
+                self.integrate(0, buffers)
             self._state = state
+
+    @property
+    def _unrecorded(self):
+        """The plain loop that records nothing."""
+        return self.kernel.integrate_at_wall if self.run[0].wall else self.kernel.integrate
 
     @property
     def _now(self) -> newmark.StepState:
@@ -78,11 +93,12 @@ class NewmarkDriver(SteppingDriver):
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         last, window = stop * self._method.steps, self._window
         if self._packed is not None:
-            code = skip.integrate_skipping(self._packed, self._state, last, window, buffers.flat, buffers.sizes, True)
+            flat, sizes, wall = buffers.flat, buffers.sizes, wall_of(self.run[0])
+            code = skip.integrate_skipping(self._packed, self._state, last, window, flat, sizes, wall, True)
         elif buffers is not self._no_buffers:
             code = self.kernel.integrate_recorded(self._scheme, self._cosines, self._state, last, window, buffers.views)
         else:
-            code = self.kernel.integrate(self._scheme, self._cosines, self._state, last)
+            code = self._unrecorded(self._scheme, self._cosines, self._state, last)
         return Status.OK if code == FULL else STATUSES[code], code == FULL
 
     def explain(self, status: Status) -> str:
@@ -93,7 +109,7 @@ class NewmarkDriver(SteppingDriver):
         if not now.pressed or last <= self._window[0]:
             return
         if self._packed is not None:
-            skip.record_open_contact(self._packed, self._state, last, buffers)
+            skip.record_open_contact(self._packed, self._state, wall_of(self.run[0]), last, buffers)
         else:
             motion = uncompiled(self.kernel.motion_of)(self._scheme, now)
             self.kernel.end_contact(self._scheme, now.contact, last, motion, buffers)

@@ -5,33 +5,65 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..kernels.equations.contact_law import KELVIN_VOIGT, LAWS
-from ..kernels.equations.motion import joined_generator, pressed_generator, separated_generator
+from ..kernels.equations.motion import (
+    free_equilibrium,
+    joined_equilibrium,
+    joined_generator,
+    pressed_equilibrium,
+    pressed_generator,
+    separated_generator,
+)
 from ..kernels.linear.tables import full_generator
-from ..kernels.parameters import Parameters
+from ..kernels.parameters import AT_WALL, TWO_BODIES, Parameters
 from ..methods import Method, Reference
 from ..model import System
 
 
 def parameters_of(system: System, eta: float, method: Method) -> Parameters:
     """The parameters of one run; 0 for those that its method does not have."""
-    rigid = isinstance(method, Reference)
+    rigid, wall = isinstance(method, Reference), system.wall
     law = LAWS.index(getattr(method, "law", LAWS[KELVIN_VOIGT]))
+    base, force1, force2 = (system.excitation.harmonic(name) for name in ("base", "force1", "force2"))
+    mu = 1.0 if wall else system.mass_ratio
     return Parameters(
         eta=float(eta),
-        kappa=system.kappa,
+        kappa=1.0 if wall else system.kappa,
         d1=system.d1,
-        d2=system.d2,
+        d2=system.d1 if wall else system.d2,
         steps=float(getattr(method, "steps", 0)),
-        kappa3=system.kappa3,
+        wall=float(wall),
+        base_cosine=base[0],
+        base_sine=base[1],
+        force1_cosine=force1[0],
+        force1_sine=force1[1],
+        push_cosine=force2[0] / mu - force1[0],
+        push_sine=force2[1] / mu - force1[1],
+        free_position=0.0 if wall else system.separate_rest[0],
+        free_gap=system.static_gap,
+        clearance=system.clearance,
+        kappa3=1.0 if wall else system.kappa3,
         d3=system.joint_damping(method.joint_damping) if rigid else 0.0,
-        mu=system.mass_ratio,
+        mu=mu,
         mass_share=system.mass_share,
+        stiffness_share=system.stiffness_share,
         stiffness=0.0 if rigid else method.stiffness,
         damping=0.0 if rigid else method.damping,
         restitution=system.restitution,
         threshold=method.threshold if rigid else 0.0,
         law=float(law),
     )
+
+
+def wall_of(system: System) -> tuple | None:
+    """Whether the system has a wall, as kernels take it that are compiled once for each: AT_WALL or TWO_BODIES."""
+    return AT_WALL if system.wall else TWO_BODIES
+
+
+def loads(system: System, eta: float) -> tuple[np.ndarray, np.ndarray]:
+    """What drives each body, per unit of its mass, as factors of cos ητ and sin ητ, (2,) each; zeros for a wall."""
+    base, force1, force2 = (np.array(system.excitation.harmonic(name)) for name in ("base", "force1", "force2"))
+    first = eta * eta * base + force1
+    return first, np.zeros(2) if system.wall else eta * eta * base + force2 / system.mass_ratio
 
 
 def parameter_rows(rows: np.ndarray, columns: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -42,8 +74,21 @@ def parameter_rows(rows: np.ndarray, columns: Mapping[str, np.ndarray]) -> np.nd
 
 
 def generators(system: System, eta: float, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A of z′ = A z, (6, 6), in flight, in contact, and of the common motion without the measured joint damping."""
+    """A of z′ = A z, (6, 6), in flight, in contact, and of the common motion without the measured joint damping.
+
+    z is relative to the equilibrium of each (:func:`equilibria`).
+    """
     p = parameters_of(system, eta, method)
-    joined = joined_generator(eta, system.kappa3, system.derived_joint_damping)
-    contact = joined_generator(eta, p.kappa3, p.d3) if isinstance(method, Reference) else pressed_generator(p)
+    joined = joined_generator(p._replace(d3=system.derived_joint_damping))
+    contact = joined_generator(p) if isinstance(method, Reference) else pressed_generator(p)
     return tuple(full_generator(rows, eta) for rows in (separated_generator(p), contact, joined))
+
+
+def equilibria(system: System, eta: float, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """z at the equilibrium of each of these motions, (6,), relative to that of the flight."""
+    p = parameters_of(system, eta, method)
+    free, joined = np.array(free_equilibrium(p)), np.array(joined_equilibrium(p))
+    contact = joined if isinstance(method, Reference) else np.array(pressed_equilibrium(p))
+    found = np.zeros((3, 6))
+    found[:, [0, 2]] = np.array([free, contact, joined]) - free
+    return tuple(found)

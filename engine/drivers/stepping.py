@@ -39,10 +39,10 @@ class SteppingDriver(Driver):
     def checkpoint(self) -> Checkpoint:
         return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
 
-    def cosines_of_steps(self) -> np.ndarray:
-        """cos ητ at the beginning of each step of a period, and at the end of the last."""
+    def angles_of_steps(self) -> np.ndarray:
+        """ητ at the beginning of each step of a period, and at the end of the last."""
         n = self._method.steps
-        return np.cos(2 * np.pi * np.arange(n + 1) / n)
+        return 2 * np.pi * np.arange(n + 1) / n
 
     def explain_divergence(self, step: int) -> str:
         """What happened at which step, and what to change."""

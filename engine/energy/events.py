@@ -5,12 +5,13 @@ quarters of the period, where the stored energy is evaluated as well. On each se
 (:mod:`.quadratic_forms`). The state starts anew from each row of the section, so that errors do not add up.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from ..drivers.event_driven import contact_state
 from ..methods import Reference
 from ..result import Cancelled, Response
 from .quadratic_forms import EnergyForms, energy_forms, phase_integrals
@@ -101,18 +102,24 @@ class _Walk:
 
     def __init__(self, response: Response, forms: EnergyForms, rows: np.ndarray):
         self.response, self.forms, self.rows = response, forms, rows
+        self.position = 0.0 if response.system.wall else response.system.separate_rest[0]
         self.sums = np.zeros((len(rows) - 1, 4))  # of each period: work, dampers, contact damper, impacts
         self.largest_stored = 0.0
         self.row, self.elapsed, self.z = -1, 0.0, np.zeros(6)
 
-    @staticmethod
-    def section_state(row: np.ndarray) -> np.ndarray:
-        """Return z for a row ξ₁, ξ₁′, ξ₂, ξ₂′ of the section."""
-        return np.array([row[0], row[1], row[2] - row[0], row[3] - row[1], 1.0, 0.0])
+    def section_state(self, row: np.ndarray) -> np.ndarray:
+        """Return z, relative to the equilibrium of the flight, for a row ξ₁, ξ₁′, ξ₂, ξ₂′ of the section."""
+        return np.array([*self.relative(row), 1.0, 0.0])
+
+    def relative(self, state: Sequence[float]) -> np.ndarray:
+        """Return the first four numbers of z, relative to the equilibrium of the flight."""
+        y = contact_state(self.response.system, state)
+        return y - np.array([self.position, 0.0, self.forms.free_gap, 0.0])
 
     def stored(self, z: np.ndarray) -> float:
         """Return the mechanical energy E."""
-        return z @ self.forms.stored @ z + 0.5 * self.forms.stiffness * min(z[2], 0.0) ** 2
+        gap = z[2] + self.forms.free_gap
+        return z @ self.forms.stored @ z + 0.5 * self.forms.stiffness * min(gap, 0.0) ** 2
 
     def follow(self, segment: _Segment, change: np.ndarray, integral: np.ndarray) -> None:
         """Move the state to the end of a segment and add the energies of the segment to the sums.
@@ -128,17 +135,19 @@ class _Walk:
             self.row, self.elapsed, self.z = segment.row, 0.0, self.section_state(self.rows[segment.row])
         if segment.impact >= 0:
             self._apply_impact(segment)
-        z, generator, duration = self.z, self.forms.generators[segment.phase], segment.end - segment.begin
+        generator, duration = self.forms.generators[segment.phase], segment.end - segment.begin
+        equilibrium = self.forms.equilibria[segment.phase]
+        z = self.z - equilibrium
         end = z + change @ z
         correction = self._duration_correction(segment, duration, end, generator)
         slope = generator @ end
         power = end @ self.forms.powers[segment.phase] @ end
         self.sums[segment.row, :3] += z @ integral @ z + correction * power
-        self.z = end + correction * slope + 0.5 * correction**2 * (generator @ slope)
+        self.z = end + correction * slope + 0.5 * correction**2 * (generator @ slope) + equilibrium
         self.elapsed += duration + correction
         self.largest_stored = max(self.largest_stored, float(self.stored(self.z)))
         if segment.quarter == 0.0 and self.forms.rigid:
-            self.z[2] = 0.0
+            self.z[2] = -self.forms.free_gap
 
     def _duration_correction(self, segment: _Segment, duration: float, end: np.ndarray, generator: np.ndarray) -> float:
         """Return the rounding error of the duration: the quantity that ends a phase vanishes at its exact end."""
@@ -148,7 +157,8 @@ class _Walk:
             return 0.0
         row = self.forms.ends[segment.phase]
         slope = row @ generator @ end
-        correction = -(row @ end) / slope if slope != 0.0 else 0.0
+        value = row @ (end + self.forms.equilibria[segment.phase]) + self.forms.levels[segment.phase]
+        correction = -value / slope if slope != 0.0 else 0.0
         allowed = 4 * EPSILON * (segment.end + self.response.period)
         return correction if abs(correction) <= allowed else 0.0
 
@@ -156,9 +166,12 @@ class _Walk:
         """Set the state after an impact. If the rest of a chatter follows, it dissipates all relative motion."""
         impacts, share = self.response.impacts, self.forms.mass_share
         v1, v2 = impacts.velocity_after[segment.impact]
+        x1, x2 = impacts.position[segment.impact], impacts.position2(self.response.system)[segment.impact]
         before = np.diff(impacts.velocity_before[segment.impact])[0]
         after = v2 - v1
         if segment.phase != FLIGHT:
-            v1, after = v1 + share * after, 0.0
+            v1 = 0.0 if self.response.system.wall else v1 + share * after
+            after, v2 = 0.0, v1
         self.sums[segment.row, 3] += 0.5 * share * (before - after) * (before + after)
-        self.z[:4] = impacts.position[segment.impact], v1, 0.0, after
+        self.z[:4] = self.relative((x1, v1, x2, v2))
+        self.z[2], self.z[3] = -self.forms.free_gap, after

@@ -1,7 +1,8 @@
 """Powers as quadratic forms of the state, and their integrals over a phase.
 
-Between two events the state z = (ξ₁, ξ₁′, g, g′, cos ητ, sin ητ) obeys z′ = A z (:mod:`..kernels.linear.tables`). Every
-power is a quadratic form zᵀVz, with the integral over a duration s
+Between two events the state z = (ξ₁ − ξ₁*, ξ₁′, g − g*, g′, cos ητ, sin ητ) relative to the equilibrium of the phase
+obeys z′ = A z (:mod:`..kernels.linear.tables`). The powers depend on velocities and excitation alone, so that the
+equilibrium does not matter to them. Every power is a quadratic form zᵀVz, with the integral over a duration s
 
     ∫₀ˢ zᵀVz dτ = z(0)ᵀ G(s) z(0),    G(s) = ∫₀ˢ E(τ)ᵀ V E(τ) dτ,    E(τ) = exp(Aτ).
 
@@ -14,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.parameters import generators
+from ..drivers.parameters import equilibria, generators, parameters_of
 from ..methods import Reference
 from ..result import Response
 
 _TERMS = 16  # of the series in A s with |A| s ≤ 1/4
 _STATE = np.eye(6)
-_X1, _V1, _GAP, _RATE, _COSINE = _STATE[:5]
+_X1, _V1, _GAP, _RATE, _COSINE, _SINE = _STATE
 
 
 class EnergyForms(NamedTuple):
@@ -32,36 +33,46 @@ class EnergyForms(NamedTuple):
 
     generators: tuple[np.ndarray, ...]  # (6, 6) of each phase
     powers: tuple[np.ndarray, ...]  # (3, 6, 6) of each phase: excitation, dampers, contact damper
-    stored: np.ndarray  # (6, 6) E without the contact spring
+    equilibria: tuple[np.ndarray, ...]  # (6,) of each phase, relative to that of the flight
+    stored: np.ndarray  # (6, 6) E without the contact spring, of z relative to the equilibrium of the flight
+    free_gap: float  # the gap there
     stiffness: float  # of the contact spring
     mass_share: float
-    ends: tuple[np.ndarray, ...]  # (6,) rows of the quantities that vanish where flight and contact end
+    ends: tuple[
+        np.ndarray, ...
+    ]  # (6,) rows of the quantities that vanish where flight and contact end, of the same z …
+    levels: tuple[float, ...]  # … less these numbers
     rigid: bool
 
 
 def energy_forms(response: Response) -> EnergyForms:
     """Return the quadratic forms of a response of a closed-form solver, or with located steps."""
     c, eta, method = response.system, response.eta, response.method
-    mu, x2, v2 = c.mass_ratio, _X1 + _GAP, _V1 + _RATE
-    work = eta**2 * _product(_COSINE, _V1 + mu * v2)
-    dampers = 2 * c.d1 * _product(_V1) + 2 * mu * c.d2 * c.kappa * _product(v2)
-    zero = np.zeros((6, 6))
+    p = parameters_of(c, eta, method)  # in which a wall is body 1 that never moves
+    mu, x2, v2 = p.mu, _X1 + _GAP, _V1 + _RATE
     phases = generators(c, eta, method)
+    load1, push = (row[4] * _COSINE + row[5] * _SINE for row in (phases[0][1], phases[0][3]))
+    work = _product(load1, _V1) + mu * _product(load1 + push, v2)
+    dampers = 2 * p.d1 * _product(_V1) + 2 * mu * p.d2 * p.kappa * _product(v2)
+    zero = np.zeros((6, 6))
     rigid = isinstance(method, Reference)
     if rigid:
-        d3 = c.joint_damping(method.joint_damping)
-        dissipated = np.array([2 * (1 + mu) * d3 * c.kappa3 * _product(_V1), zero])
-        ends = _GAP, phases[0][3]  # the contact force is proportional to g″ of the motion without contact
+        dissipated = np.array([2 * (1 + mu) * p.d3 * p.kappa3 * _product(_V1), zero])
+        # the contact force is proportional to g″ of the motion without contact
+        ends, levels = (_GAP, phases[0][3]), (p.free_gap, 0.0)
     else:
         dissipated = np.array([dampers, 2 * method.damping * _product(_RATE)])
-        ends = _GAP, _GAP
+        ends, levels = (_GAP, _GAP), (p.free_gap, p.free_gap)
     return EnergyForms(
         generators=phases,
         powers=(np.array([work, dampers, zero]), np.array([work, *dissipated]), np.array([work, dampers, zero])),
-        stored=0.5 * (_product(_V1) + _product(_X1) + mu * (_product(v2) + c.kappa**2 * _product(x2))),
+        equilibria=equilibria(c, eta, method),
+        stored=0.5 * (_product(_V1) + _product(_X1) + mu * (_product(v2) + p.kappa**2 * _product(x2))),
+        free_gap=p.free_gap,
         stiffness=0.0 if rigid else method.stiffness,
         mass_share=c.mass_share,
         ends=ends,
+        levels=levels,
         rigid=rigid,
     )
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..divergence.contact import contact_frequency
+from ..drivers.event_driven import contact_state, displaced_state
 from ..methods import ExactPenalty, Method, Reference
 from ..model import System
-from ..motions.poincare_map import displacement_coordinates, gap_coordinates
 from ..motions.steady import REST
 from ..result import Response
 from ..simulate import simulate
@@ -40,7 +40,7 @@ class SimulationSetup:
     eta: float
     method: Method
     periods: int
-    initial: tuple[float, float, float, float] = REST
+    initial: tuple[float, float, float, float] | None = REST
 
     def solve(self, **options) -> Response:
         """Simulate; ``options`` are further arguments of :func:`engine.simulate`."""
@@ -132,31 +132,40 @@ def _changes(setup: SimulationSetup) -> Iterator[Change]:
     yield lambda old, r: replace(old, eta=old.eta * (1 + r))
     # κ and κ₃ matter by their distances from 1 and from each other; as frequencies they are covered by η
     yield lambda old, r: replace(old, system=_with_frequencies_apart(old.system, 1 + r))
-    for name in ("d1", "d2", "d3"):
-        if getattr(setup.system, name) > 0:
+    for name in ("d1", "d2", "d3", "clearance"):
+        if getattr(setup.system, name):
             yield lambda old, r, name=name: replace(old, system=_scaled(old.system, name, 1 + r))
     if isinstance(setup.method, Reference) and 0 < setup.system.restitution < 1:
         yield lambda old, r: replace(old, system=_scaled(old.system, "restitution", 1 + r))
+    for name, value in setup.system.excitation.as_dict().items():
+        if value != 0 and (name, value) != ("base", 1.0):  # with a base of 1 the lengths are counted in it
+            yield lambda old, r, name=name: replace(
+                old, system=replace(old.system, excitation=_scaled(old.system.excitation, name, 1 + r))
+            )
     if isinstance(setup.method, ExactPenalty):
         for name in ("stiffness", "damping"):
             if getattr(setup.method, name) > 0:
                 yield lambda old, r, name=name: replace(old, method=_scaled(old.method, name, 1 + r))
-    for i, value in enumerate(gap_coordinates(setup.initial)):
+    if setup.initial is None:
+        return
+    for i, value in enumerate(contact_state(setup.system, setup.initial)):
         if value != 0:
-            yield lambda old, r, i=i: replace(old, initial=_with_scaled_coordinate(old.initial, i, 1 + r))
+            yield lambda old, r, i=i: replace(old, initial=_with_scaled_coordinate(old, i, 1 + r))
 
 
-def _scaled(holder: System | ExactPenalty, name: str, factor: float) -> System | ExactPenalty:
+def _scaled(holder, name: str, factor: float):
     return replace(holder, **{name: getattr(holder, name) * factor})
 
 
 def _with_frequencies_apart(system: System, factor: float) -> System:
-    """Scale the distances of κ and κ₃ from 1."""
+    """Scale the distances of κ and κ₃ from 1, or the mass ratio where it is given."""
+    if system.mu is not None:
+        return replace(system, kappa=1 + (system.kappa - 1) * factor, mu=system.mu * factor)
     return replace(system, kappa=1 + (system.kappa - 1) * factor, kappa3=1 + (system.kappa3 - 1) * factor)
 
 
-def _with_scaled_coordinate(initial, i: int, factor: float) -> tuple[float, ...]:
-    """Scale ξ₁, ξ₁′, the gap or its rate; pendulums that touch keep the gap zero."""
-    y = gap_coordinates(initial)
+def _with_scaled_coordinate(setup: SimulationSetup, i: int, factor: float) -> tuple[float, ...]:
+    """Scale ξ₁, ξ₁′, the gap or its rate; bodies that touch keep the gap zero."""
+    y = contact_state(setup.system, setup.initial)
     y[i] *= factor
-    return tuple(displacement_coordinates(y).tolist())
+    return tuple(displaced_state(setup.system, y).tolist())

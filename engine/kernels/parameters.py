@@ -9,17 +9,33 @@ from .compile.packing import Layout
 
 
 class Parameters(NamedTuple):
-    """The numbers of one run, in the order in which tables depend on them: flight, contact, laws."""
+    """The numbers of one run, in the order in which tables depend on them: flight, contact, laws.
+
+    **A wall.** The kernels see one body and a wall as two bodies of which the first never moves: the wall takes the
+    place of body 1, at rest, and the body, seen from the wall, that of body 2. Of the state (ξ₁, ξ₁′, g, g′) the first
+    two numbers then are zero. κ = κ₃ = μ = 1 and d₂ = d₁ belong to this view.
+    """
 
     eta: float
     kappa: float
     d1: float
     d2: float
     steps: float  # n; 0 for the solvers in closed form
+    wall: float  # 1 or 0
+    base_cosine: float  # factors of cos ητ and sin ητ in the motion of the base
+    base_sine: float
+    force1_cosine: float  # … in the force on body 1
+    force1_sine: float
+    push_cosine: float  # … in force 2 over μ less force 1, which drives the gap
+    push_sine: float
+    free_position: float  # static equilibrium of the separated bodies: ξ₁ and gap
+    free_gap: float
+    clearance: float
     kappa3: float
     d3: float
     mu: float
-    mass_share: float  # μ/(1 + μ)
+    mass_share: float  # reduced mass in units of m₁: μ/(1 + μ), 1 at a wall
+    stiffness_share: float  # both springs in series, in units of k₁: μκ²/(1 + μκ²), 1 at a wall
     stiffness: float
     damping: float
     restitution: float
@@ -27,7 +43,11 @@ class Parameters(NamedTuple):
     law: float  # index in equations.contact_law.LAWS
 
 
-FOR_FLIGHT = Parameters._fields.index("steps") + 1  # numbers that the tables of flight depend on …
+# Whether there is a wall, as kernels that are compiled once for each take it: as a condition the one is false and the
+# other true, and the type says which it is. So the compiler leaves out the branches of the other.
+TWO_BODIES, AT_WALL = None, (True,)
+
+FOR_FLIGHT = Parameters._fields.index("clearance") + 1  # numbers that the tables of flight depend on …
 FOR_CONTACT = Parameters._fields.index("damping") + 1  # … and those of contact
 
 unpack_parameters = Layout(Parameters).unpack

@@ -90,12 +90,17 @@ def add_events(log, rows, origin, period, steps, impacts, contacts):
 def repeat_cycle(log, rows, first, cycle, length, origin):
     """Fill a log that begins with period ``first`` from that of one cycle, which begins with period ``origin``.
 
-    No contact outlasts every cycle: bodies that never separate would swing about zero, and the force with them.
+    A contact that lasts all through the cycle never ends, so that it grows from row to row.
     """
+    whole = True
+    for k in range(length):
+        whole &= cycle[k, CONTACTS_BEGUN] == 0.0 and cycle[k, CONTACT_SHARE] == 1.0
     for j in range(rows):
         k = (first + j - origin) % length
         for c in range(COLUMNS):
             log[j, c] = cycle[k, c]
+        if whole:
+            log[j, LONGEST_CONTACT] += first + j - (origin + k)
 
 
 @jit_no_alloc

@@ -82,7 +82,7 @@ def compare_measured(
     *,
     reference: Reference | None = None,
     periods: int = 2050,
-    initial: Sequence[float] = REST,
+    initial: Sequence[float] | None = REST,
     cancelled: Callable[[], bool] | None = None,
 ) -> MeasuredComparison:
     """Compare a measurement with both solutions, both from one start and each aligned by its own phase.
@@ -97,7 +97,7 @@ def compare_measured(
     reference : Reference, optional
     periods : int
         Excitation periods that Newmark runs.
-    initial : (4,) sequence
+    initial : (4,) sequence, optional
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest.
     cancelled : callable, optional
         Polled many times a second; when it returns true the comparison is cancelled.

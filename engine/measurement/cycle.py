@@ -61,13 +61,16 @@ class Cycle:
         """Return ξ₁ and ξ₂ at the instants τ, (2, n), relative to the base or ``"absolute"``."""
         u, h, (left, right), (before, after) = self._interval(time)
         relative = left + u * u * (3 - 2 * u) * (right - left) + h * u * (1 - u) * ((1 - u) * before - u * after)
-        return relative + np.cos(self.eta * time) if frame == "absolute" else relative
+        return relative + self._base(time)[0] if frame == "absolute" else relative
 
     def velocity(self, time: np.ndarray, frame: str = "relative") -> np.ndarray:
         """Return ξ₁′ and ξ₂′ at the instants τ, (2, n), relative to the base or ``"absolute"``."""
         u, h, (left, right), (before, after) = self._interval(time)
         relative = 6 * u * (1 - u) / h * (right - left) + (1 - u) * (1 - 3 * u) * before + u * (3 * u - 2) * after
-        return relative - self.eta * np.sin(self.eta * time) if frame == "absolute" else relative
+        return relative + self._base(time)[1] if frame == "absolute" else relative
+
+    def _base(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return self.response.system.excitation.base_motion(self.eta, time)
 
     def _interval(self, time):
         """Return, of the interval between two knots: the fraction that has passed, its length, values and slopes."""
@@ -101,7 +104,7 @@ def reference_cycle(
     eta: float,
     method: Reference,
     *,
-    initial: Sequence[float] = REST,
+    initial: Sequence[float] | None = REST,
     cancelled: Callable[[], bool] | None = None,
 ) -> SettledRun:
     """Find the steady motion of the reference; arguments and errors are those of :func:`..motions.steady.steady`."""
@@ -115,7 +118,7 @@ def penalty_cycle(
     method: Newmark,
     *,
     periods: int = 2050,
-    initial: Sequence[float] = REST,
+    initial: Sequence[float] | None = REST,
     cancelled: Callable[[], bool] | None = None,
 ) -> SettledRun:
     """Return the last cycle of Newmark's run, where scatter is ignored; raises as :func:`engine.simulate`."""
@@ -137,7 +140,7 @@ def _last_cycle(response: Response, periods: int) -> Cycle:
     values, slopes = sampled.displacement, sampled.velocity
     closings = impacts.time[inside] - begin
     if isinstance(response.method, Reference):
-        position = np.repeat(impacts.position[inside][None], 2, axis=0)
+        position = np.array([impacts.position[inside], impacts.position2(response.system)[inside]])
         time = np.concatenate([time, closings - INSTANT * length, closings + INSTANT * length])
         values = np.concatenate([values, position, position], axis=1)
         slopes = np.concatenate([slopes, impacts.velocity_before[inside].T, impacts.velocity_after[inside].T], axis=1)

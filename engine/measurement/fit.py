@@ -20,14 +20,14 @@ so the search starts from several guesses.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arguments import shown
 from ..methods import Reference
-from ..model import System, check_eta
-from .least_squares import UPPER, FitProblem
+from ..model import BODY_2, System, check_eta
+from .least_squares import UPPER, FitProblem, constant
 from .measurement import Measurement
 from .recurrence import recurrence
 
@@ -81,7 +81,7 @@ def fit(
     eta: float,
     measurement: Measurement,
     *,
-    names: Sequence[str] = FITTED,
+    names: Sequence[str] | None = None,
     method: Reference | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Fit:
@@ -94,8 +94,8 @@ def fit(
     eta : float
         Excitation frequency η = Ω/ω₁ of the measurement.
     measurement : Measurement
-    names : sequence of {"restitution", "d1", "d2", "d3"}
-        Constants to fit.
+    names : sequence of {"restitution", "d1", "d2", "d3"}, optional
+        Constants to fit; by default all that the system has: a wall has neither d2 nor d3.
     method : Reference, optional
         By default with the threshold 0, see above.
     cancelled : callable, optional
@@ -108,16 +108,19 @@ def fit(
     Raises
     ------
     ValueError
-        If a name is unknown or given twice, a number is out of range, or the motion is nowhere periodic.
+        If a name is unknown, given twice or not of this system, a number is out of range, or the motion is nowhere
+        periodic.
     Cancelled
         If ``cancelled`` returned true.
     """
-    names = tuple(names)
+    names = tuple(name for name in FITTED if not (system.wall and name in BODY_2)) if names is None else tuple(names)
     known = all(isinstance(name, str) and name in UPPER for name in names)
     if not names or not known or len(set(names)) < len(names):
         raise ValueError(
             f"cannot fit {shown(names) if names else 'nothing'}: give some of {', '.join(UPPER)}, each once"
         )
+    if idle := [name for name in names if system.wall and name in BODY_2]:
+        raise ValueError(f"cannot fit {', '.join(idle)}: a wall has no such number, leave it out")
     eta = check_eta(eta)
     noise = recurrence(measurement, eta).noise
     problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled)
@@ -145,11 +148,10 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
     fitted = visible[:-1].sum()
     correlation = (covariance / np.outer(scale, scale))[:fitted, :fitted]
     determined = [name for name, shown in zip(names, visible, strict=False) if shown]
-    given = np.append([getattr(problem.system, name) for name in names], 0.0)
-    system = problem.system_of(np.where(visible, best, given))
+    system = replace(problem.system, **{name: float(best[names.index(name)]) for name in determined})
     return Fit(
         system=system,
-        values={name: getattr(system, name) for name in names},
+        values={name: constant(system, name) for name in names},
         errors=dict(zip(names, errors.tolist(), strict=False)),
         correlation=correlation,
         phase=float(np.mod(best[-1], problem.cycle(best).length)),

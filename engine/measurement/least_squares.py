@@ -20,6 +20,11 @@ GUESSES = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"d
 EVALUATIONS = 60  # per guess
 
 
+def constant(system: System, name: str) -> float:
+    """A constant that can be fitted; d₃ as it follows from the dampers where it was never measured."""
+    return system.joint_damping("table") if name == "d3" else getattr(system, name)
+
+
 class FitProblem:
     """Residuals and Jacobian as functions of the fitted constants and, last, the phase.
 
@@ -58,7 +63,7 @@ class FitProblem:
             values = [
                 change.get("restitution", self.system.restitution)
                 if name == "restitution"
-                else factor * getattr(self.system, name)
+                else factor * constant(self.system, name)
                 for name in self.names
             ]
             values = np.clip(values, 0.0, self.upper[:-1])
@@ -77,7 +82,7 @@ class FitProblem:
         found = reference_cycle(system, self.eta, self.method, initial=self.last_state, cancelled=self.cancelled)
         if found.cycle is not None:
             # rounding may leave pendulums that touch in each other
-            self.last_state = without_penetration(found.response.section[-1])
+            self.last_state = without_penetration(system, found.response.section[-1])
         return found.cycle
 
     def minimum(self, guess: np.ndarray):

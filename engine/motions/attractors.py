@@ -21,7 +21,7 @@ from .averages import batch_means, standard_error
 from .description import Kind, Motion
 from .motion import KEEP, LONGEST, motion
 from .section import band_width
-from .steady import LONG, REST, steady
+from .steady import LONG, steady
 
 REACH = 2.0  # of the starts, in amplitudes of the motion from rest
 STARTS = 64
@@ -113,9 +113,12 @@ def search_attractors(
     """
     starts = whole("starts", starts, 1, 100_000, "give the number of starts")
     groups: list[_Group] = []
-    for done, start in enumerate(_starts(system, eta, method, starts, seed, cancelled), start=1):
+    states = _starts(system, eta, method, starts, seed, cancelled)
+    # what is left of a free vibration has no size of its own
+    least = 0.0 if system.excitation.drives else float(np.abs(states).max())
+    for done, start in enumerate(states, start=1):
         run = _long_term_response(system, eta, method, start, cancelled)
-        group = next((group for group in groups if group.includes(run)), None)
+        group = next((group for group in groups if group.includes(run, least)), None)
         if group is None:
             group = _Group(motion(system, eta, method, initial=start, cancelled=cancelled), run, start)
             groups.append(group)
@@ -131,8 +134,12 @@ def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
     reach = REACH * np.maximum([largest[[0, 2]].max(), largest[[1, 3]].max()], 1.0)
     seed = whole("seed", seed, 0, 2**63 - 1, "give any whole number")
     states = np.round(np.random.default_rng(seed).uniform(-1, 1, (count, 4)) * reach[[0, 1, 0, 1]], DECIMALS)
-    states[:, [0, 2]] = np.sort(states[:, [0, 2]], axis=1)
-    states[0] = REST
+    if system.wall:
+        states[:, 0] = np.minimum(states[:, 0], 2 * system.clearance - states[:, 0])  # reflected at the wall
+        states[:, 2:] = 0.0
+    else:
+        states[:, [0, 2]] = np.sort(states[:, [0, 2]] + [0.0, system.clearance], axis=1) - [0.0, system.clearance]
+    states[0] = system.rest
     return states
 
 
@@ -155,24 +162,24 @@ class _Group:
     start: np.ndarray
     count: int = 0
 
-    def includes(self, run: Response) -> bool:
-        """Whether a run ends in the same motion."""
+    def includes(self, run: Response, least: float) -> bool:
+        """Whether a run ends in the same motion; ``least``: size below which a motion counts as rest."""
         if not (run.ok and self.run.ok):
             return run.status is self.run.status
         if self.motion.type is Kind.PERIODIC:
             # a step may scatter one cycle from one start, and lock the scatter from another
             thin = THIN if self.motion.step_noise > 0 else 0.0
-            return _same_cycle(self.run.section, run.section, self.motion.period, thin)
+            return _same_cycle(self.run.section, run.section, self.motion.period, thin, least)
         return not period_of(run.section) and _same_averages(self.run.section, run.section)
 
 
-def _same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float) -> bool:
+def _same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float, least: float) -> bool:
     """Whether both sections are the same cycle of points but for time-step scatter, wherever they begin."""
     if len(section) < period or (len(section) < KEEP and len(section) != period):
         return False
     points, others = _cycle_points(known, period), _cycle_points(section, period)
     widths = band_width(known, period), band_width(section, period)
-    size = np.abs(known).max()
+    size = max(np.abs(known).max(), least)
     if max(widths) > max(NOISY * min(widths) + TOLERANCE * size, thin * size):
         return False
     allowed = SAME * size + NOISY * max(widths)

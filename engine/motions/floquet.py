@@ -7,7 +7,7 @@ import numpy as np
 from ..methods import ExactPenalty, Method, Reference
 from ..model import System
 from ..simulate import simulate
-from .poincare_map import PoincareMap, gap_coordinates
+from .poincare_map import PoincareMap
 
 DIFFERENCE = 1e-7  # of the state's size: well below what a time step shifts, well above rounding
 REAL = 1e-9  # relative: a multiplier with a smaller imaginary part is real
@@ -43,7 +43,8 @@ def multipliers(
         Largest first; empty if the map has no derivative there.
     """
     if isinstance(method, Reference | ExactPenalty):
-        returned = PoincareMap(system, eta, method, cancelled)(gap_coordinates(state), period)
+        poincare = PoincareMap(system, eta, method, cancelled)
+        returned = poincare(poincare.coordinates(state), period)
         return np.empty(0, complex) if returned is None else eigenvalues_by_modulus(returned.jacobian)
     width = DIFFERENCE * max(np.abs(state).max(), 1e-9)
     columns = []

@@ -25,7 +25,7 @@ from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta, whole
 from ..simulate import starting_checkpoint
 from .averages import batch_means, smooth_weights, standard_error
-from .poincare_map import PoincareMap, displacement_coordinates, gap_coordinates
+from .poincare_map import PoincareMap
 from .regularity import irregularity
 from .steady import REST
 
@@ -90,7 +90,7 @@ def lyapunov(
     eta: float,
     method: Reference | ExactPenalty,
     *,
-    initial: Sequence[float] = REST,
+    initial: Sequence[float] | None = REST,
     periods: int = 8192,
     cancelled: Callable[[], bool] | None = None,
 ) -> Lyapunov:
@@ -122,17 +122,18 @@ def lyapunov(
     eta = check_eta(eta)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
     poincare = PoincareMap(system, eta, method, cancelled)
-    y, v = gap_coordinates(starting_checkpoint(initial, system, eta, method).state), np.full(4, 0.5)
+    y = poincare.coordinates(starting_checkpoint(initial, system, eta, method).state)
+    v = np.full(4, 0.5)
     growth, section = np.empty(periods), np.empty((periods, 4))
     for n in range(-SETTLING, periods):
         returned = poincare(y)
         length = 0.0 if returned is None else float(np.linalg.norm(returned.jacobian @ v))
         if not 0.0 < length < np.inf:
-            return Lyapunov(np.nan, np.nan, np.nan, np.nan, displacement_coordinates(section[: max(n, 0)]))
+            return Lyapunov(np.nan, np.nan, np.nan, np.nan, poincare.displacements(section[: max(n, 0)]))
         y, v = returned.state, returned.jacobian @ v / length
         if n >= 0:
             growth[n], section[n] = np.log(length), y
-    return average_growth(growth, displacement_coordinates(section))
+    return average_growth(growth, poincare.displacements(section))
 
 
 def average_growth(growth: np.ndarray, section: np.ndarray) -> Lyapunov:

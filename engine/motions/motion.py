@@ -51,7 +51,7 @@ def motion(
     eta: float | None = None,
     method: Method | None = None,
     *,
-    initial: Sequence[float] = REST,
+    initial: Sequence[float] | None = REST,
     cancelled: Callable[[], bool] | None = None,
 ) -> Motion:
     """Describe the kept periods of a response, or find out what the motion of a system is.
@@ -183,6 +183,8 @@ def _periodic_motion(once: Response, period: int, values: np.ndarray, cancelled)
     described = _with_energy(describe(run, period), run, cancelled)
     fate = "die away" if np.abs(values).max(initial=0.0) < 1 else "do not die away"
     reason = f"a cycle of {counted(period, 'period')} closes, and disturbances of it {fate}"
+    if not once.system.excitation.drives:
+        reason = f"nothing drives the bodies: their free vibration has come to rest, and disturbances {fate}"
     return _with_multipliers(replace(described, reason=reason, section=run.section[-period:]), values)
 
 

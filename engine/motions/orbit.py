@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .poincare_map import PoincareMap, Return, gap_coordinates
+from .poincare_map import PoincareMap, Return
 
 NEAR = 0.3  # of the section's size: a return within this distance is worth an attempt …
 NEARER = 0.5  # … if its distance is at most so many times that of all shorter periods
@@ -85,7 +85,7 @@ class OrbitSearch:
         Orbit or None
             Its state belongs to τ ≡ 0 mod pT, τ counted from the start of the run.
         """
-        rows = gap_coordinates(section)
+        rows = self.map.coordinates(section)
         size = max(np.abs(section).max(), 1e-300)
         self.rejection = ""
         for period in _near_returns(rows, size, self.max_period):

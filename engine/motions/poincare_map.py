@@ -1,6 +1,6 @@
 """The Poincaré map of the closed-form solvers with its exact Jacobian (:mod:`..kernels.event_driven.saltation`).
 
-The map carries the state y = (ξ₁, ξ₁′, g, g′), with the gap g = ξ₂ − ξ₁, from τ = 0 to τ = pT.
+The map carries the state y = (ξ₁, ξ₁′, g, g′), with the gap g, from τ = 0 to τ = pT; at a wall y = (0, 0, g, g′).
 """
 
 from collections.abc import Callable, Sequence
@@ -8,27 +8,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.event_driven import integrate_variation, set_up, start_at
+from ..drivers.event_driven import contact_state, displaced_state, integrate_variation, set_up, start_at
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Cancelled
 
 
-def gap_coordinates(state: Sequence[float]) -> np.ndarray:
-    """Convert (…, 4) states ξ₁, ξ₁′, ξ₂, ξ₂′ to ξ₁, ξ₁′, g, g′."""
-    state = np.asarray(state, dtype=float)
-    return state - state[..., [0, 1, 0, 1]] * np.array([0, 0, 1, 1])
+def without_penetration(system: System, state: Sequence[float]) -> tuple[float, float, float, float]:
+    """Return the state ξ₁, ξ₁′, ξ₂, ξ₂′ with the gap closed if it is negative: the reference cannot start with g < 0.
 
-
-def displacement_coordinates(y: np.ndarray) -> np.ndarray:
-    """Convert (…, 4) states ξ₁, ξ₁′, g, g′ to ξ₁, ξ₁′, ξ₂, ξ₂′."""
-    return y + y[..., [0, 1, 0, 1]] * np.array([0, 0, 1, 1])
-
-
-def without_penetration(state: Sequence[float]) -> tuple[float, float, float, float]:
-    """Return the state ξ₁, ξ₁′, ξ₂, ξ₂′ with ξ₂ raised to ξ₁ if it is below: the reference cannot start with g < 0."""
+    Body 2 is moved; body 1, if body 2 is a wall.
+    """
     x1, v1, x2, v2 = (float(value) for value in state)
-    return x1, v1, max(x1, x2), v2
+    if system.wall:
+        return min(x1, system.clearance), v1, x2, v2
+    return x1, v1, max(x1 - system.clearance, x2), v2
 
 
 class Return(NamedTuple):
@@ -58,7 +52,7 @@ class PoincareMap:
     def __init__(
         self, system: System, eta: float, method: Reference | ExactPenalty, cancelled: Callable[[], bool] | None
     ):
-        self.system = set_up(system, eta, method)
+        self.mechanics, self.system = system, set_up(system, eta, method)
         self.cancelled = cancelled
         self.periods = 0
 
@@ -66,7 +60,15 @@ class PoincareMap:
         """Return the packed hybrid state at y; for the reference a penetration is set to zero."""
         x1, v1, gap, rate = map(float, y)
         gap = max(gap, 0.0) if self.system.views.rigid else gap
-        return start_at((x1, v1, gap, rate))
+        return start_at(self.system, (x1, v1, gap, rate))
+
+    def coordinates(self, states: np.ndarray) -> np.ndarray:
+        """Convert (…, 4) states ξ₁, ξ₁′, ξ₂, ξ₂′ to those of the map."""
+        return contact_state(self.mechanics, states)
+
+    def displacements(self, y: np.ndarray) -> np.ndarray:
+        """Convert (…, 4) states of the map to ξ₁, ξ₁′, ξ₂, ξ₂′."""
+        return displaced_state(self.mechanics, y)
 
     def __call__(self, y: np.ndarray, count: int = 1) -> Return | None:
         """Map y over ``count`` periods; None if the integration ends early or the map has no derivative at y."""

@@ -23,9 +23,9 @@ from ..result import Checkpoint, Record, Response, Status
 from ..simulate import simulate, starting_checkpoint
 from .floquet import eigenvalues_by_modulus
 from .orbit import Orbit, OrbitSearch
-from .poincare_map import PoincareMap, displacement_coordinates
+from .poincare_map import PoincareMap
 
-REST = (0.0, 0.0, 0.0, 0.0)
+REST = None  # as a start: the static equilibrium of the system
 ATTEMPTS_AFTER = (8, 32, 128, 512)  # periods
 LONG, KEEP = 2050, 50  # periods of the long run, and the last of them that are kept: the paper's
 MAX_PERIOD_LIMIT = 64
@@ -82,7 +82,7 @@ def steady(
     eta: float,
     method: Reference | ExactPenalty,
     *,
-    initial: Sequence[float] = REST,
+    initial: Sequence[float] | None = REST,
     max_period: int = 8,
     stable_only: bool = True,
     record: Record | None = None,
@@ -164,7 +164,7 @@ def _of_orbit(system, eta, method, orbit: Orbit, search: OrbitSearch, record: Re
         periodic=True,
         message="",
         period=orbit.period,
-        state=displacement_coordinates(orbit.state),
+        state=search.map.displacements(orbit.state),
         multipliers=eigenvalues_by_modulus(orbit.returned.jacobian),
         residual=orbit.returned.residual,
         iterations=orbit.iterations,

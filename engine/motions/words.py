@@ -12,6 +12,9 @@ _TYPES = {
 }
 
 
+UNBROKEN = 1e-12  # share of the time that rounding may take from a contact without an end
+
+
 def repetition(found: Motion) -> str:
     """How a motion repeats itself, such as "repeats every 2 periods".
 
@@ -42,3 +45,12 @@ def difference_in_kind(reference: Motion, penalty: Motion) -> str:
     if penalty.near_period == reference.near_period and penalty.type is not Kind.DIVERGED:
         return ""
     return f"the penalty solution {repetition(penalty)}, the reference {repetition(reference)}"
+
+
+def touching(found: Motion) -> str:
+    """A sentence on a motion in which contact never changes; else empty."""
+    if found.contact_share >= 1.0 - UNBROKEN:
+        return "The bodies stay in contact all the time."
+    if found.contact_share == 0.0 and found.impacts_per_period == 0.0:
+        return "Nothing touches: the bodies stay apart all the time, so that K and D have no effect."
+    return ""

@@ -8,7 +8,9 @@ from ..divergence.contact import equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..methods import ExactPenalty, Reference
+from ..motions.description import describe
 from ..motions.steady import KEEP, LONG, Steady, steady
+from ..motions.words import touching
 from ..result import Record
 from ..simulate import simulate
 from ..wording import percent
@@ -25,6 +27,21 @@ def aperiodic_reference_reason(found: Steady) -> str:
         "solutions drift apart whatever K, D and the step are, and no error exists at each instant: set K, D and n by "
         "a neighbouring eta with periodic motion, and compare statistics (motion type, impacts per period, section)"
     )
+
+
+def idle_reason(found: Steady) -> str:
+    """Say that there is nothing to recommend: nothing drives the bodies, or nothing touches; else empty."""
+    if not found.response.system.excitation.drives:
+        return (
+            "Nothing drives the bodies, so that they come to rest: there is no steady motion that K and D could change."
+        )
+    described = describe(found.response, found.period)
+    fact = touching(described)
+    if fact and described.contact_share > 0 and found.response.system.wall:
+        return (
+            f"{fact} Body 1 rests against the wall: it does not move, so that no error relative to its motion exists."
+        )
+    return fact if described.contact_share == 0.0 else ""
 
 
 def joint_damping_error(target: Target, reference: Reference, cancelled: Callable[[], bool] | None = None) -> float:

@@ -24,7 +24,7 @@ from .contact_search import ContactSearch
 from .front import monotone_front
 from .limits import Limits
 from .range_trials import steps_at
-from .reasons import aperiodic_reference_reason, joint_damping_error, unmet_tolerance_reason
+from .reasons import aperiodic_reference_reason, idle_reason, joint_damping_error, unmet_tolerance_reason
 from .step_search import StepSearch
 from .trials import Trial, Trials
 
@@ -149,6 +149,9 @@ def recommend(
     asked = (system, eta, reference, tolerance, located)
     if not found.periodic:
         return Recommendation(*asked, False, None, (), math.nan, aperiodic_reference_reason(found))
+    idle = idle_reason(found)
+    if idle:
+        return Recommendation(*asked, False, None, (), math.nan, idle)
     with ThreadPoolExecutor(threads) as pool:
         trials = Trials(found, located, pool, cancelled)
         contact = ContactSearch(trials, system, limited, tolerance)
@@ -221,10 +224,10 @@ def _kind(found: Steady, method: Newmark, cancelled: Callable[[], bool] | None) 
     return difference_in_kind(reference, penalty)
 
 
-def rounded_up(share: float) -> float:
+def rounded_up(error: float) -> float:
     """Round up to two significant digits."""
-    unit = 10.0 ** (math.floor(math.log10(share)) - 1)
-    return float(f"{math.ceil(share / unit - 1e-9) * unit:.2g}")
+    unit = 10.0 ** (math.floor(math.log10(error)) - 1)
+    return float(f"{math.ceil(error / unit - 1e-9) * unit:.2g}")
 
 
 def no_progress(_: object) -> None:

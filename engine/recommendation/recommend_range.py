@@ -22,7 +22,7 @@ from .contact_search import ContactSearch
 from .front import monotone_front
 from .limits import STEPS_MAX_RANGE, Limits
 from .range_trials import RangeTrials, steps_at
-from .reasons import error_without_time_step, joint_damping_error, unmet_tolerance_reason
+from .reasons import error_without_time_step, idle_reason, joint_damping_error, unmet_tolerance_reason
 from .recommend import cheapest_near_least, check_tolerance, no_progress, of_same_kind, rounded_up
 from .step_search import StepSearch
 from .trials import NewmarkSetting, Trial, Trials
@@ -71,7 +71,7 @@ class RangeRecommendation:
     served : tuple of Served
         What ``best`` does at each η, lowest first; those between the η asked for are here if the tolerance is met.
     left_out : tuple of float
-        The η at which the reference does not repeat itself: no error exists there.
+        The η at which no error exists, since the reference does not repeat itself, or K and D have no effect.
     limit : str
         At which η the error is largest, and which part of it: what limits the range.
     reason : str
@@ -156,11 +156,12 @@ def recommend_range(
         search = _RangeSearch(asked, limited, pool, cancelled)
         search.add(etas)
         if not search.parts:
+            reason = "" if len(search.idle) < len(etas) else search.idle[etas[0]]
             return RangeRecommendation(
-                *asked, math.nan, False, None, (), (), tuple(search.left_out), "", _nowhere_periodic(etas), ""
+                *asked, math.nan, False, None, (), (), tuple(search.left_out), "", reason or _nowhere_periodic(etas), ""
             )
         for begin, end in pairwise(_SHARES):
-            met = search.run(lambda share, b=begin, e=end: progress(b + share * (e - b)))
+            met = search.run(lambda done, b=begin, e=end: progress(b + done * (e - b)))
             if not met or not (missed := search.missed_between(met[0])):
                 break
             search.add(missed)
@@ -177,6 +178,7 @@ class _RangeSearch:
         self.limits, self._pool, self._cancelled = limits, pool, cancelled
         self.parts: list[Trials] = []
         self.left_out: list[float] = []
+        self.idle: dict[float, str] = {}  # why K and D have no effect, where they have none
         self._found: dict[float, Steady] = {}
         self._between: list[Trials] = []  # η between the others at which the last setting meets the tolerance
 
@@ -243,9 +245,11 @@ class _RangeSearch:
         new = [eta for eta in etas if eta not in self._found]
         found = self._pool.map(lambda eta: steady(self.system, eta, self.reference, cancelled=self._cancelled), new)
         self._found |= dict(zip(new, found, strict=True))
-        self.left_out += [eta for eta in new if not self._found[eta].periodic]
-        periodic = [self._found[eta] for eta in etas if self._found[eta].periodic]
-        return [Trials(one, self.located, self._pool, self._cancelled) for one in periodic]
+        reasons = {eta: idle_reason(self._found[eta]) for eta in new if self._found[eta].periodic}
+        self.idle |= {eta: reason for eta, reason in reasons.items() if reason}
+        self.left_out += [eta for eta in new if eta not in reasons or eta in self.idle]
+        tried = [self._found[eta] for eta in etas if eta not in self.left_out]
+        return [Trials(one, self.located, self._pool, self._cancelled) for one in tried]
 
     def _served(self, setting: NewmarkSetting, parts: Sequence[Trials]) -> list[Served]:
         def serve(part: Trials) -> Served:

@@ -28,7 +28,7 @@ import numpy as np
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..methods import STEPS_RANGE, Newmark
-from ..motions.steady import KEEP, LONG, REST, Steady
+from ..motions.steady import KEEP, LONG, Steady
 from ..result import Checkpoint, Record
 from ..simulate import sample_run
 
@@ -114,7 +114,7 @@ class Trials:
 
         It differs from the trial's by rounding alone, which shows in the scatter of a constant step.
         """
-        return self._run(setting, REST, LONG, KEEP, PER_PERIOD, every_step=True)[0]
+        return self._run(setting, self._system.rest, LONG, KEEP, PER_PERIOD, every_step=True)[0]
 
     def screen_one(self, setting: NewmarkSetting, neighbours: int = 0, bound: float = math.inf) -> Trial:
         """One setting as in :meth:`screen`, in the calling thread."""
@@ -157,7 +157,7 @@ class Trials:
         return found
 
     def _run_from_rest(self, setting: NewmarkSetting, per_period: int) -> tuple[float, float]:
-        return self._run(setting, REST, LONG, KEEP, per_period)
+        return self._run(setting, self._system.rest, LONG, KEEP, per_period)
 
     def _run(
         self, setting: NewmarkSetting, start: tuple, periods: int, keep: int, per_period: int, every_step: bool = False

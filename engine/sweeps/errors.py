@@ -21,7 +21,7 @@ import numpy as np
 
 from ..cells import CellResults, Cells
 from ..divergence.error import Target
-from ..divergence.grid import best_shift, grid_of, rms
+from ..divergence.grid import best_shift, grid_of, relative_to, rms
 from ..divergence.grid import repeat_cycle as repeated
 from ..divergence.grid import samples_by_period as by_period
 from ..methods import ExactPenalty, Method, Reference
@@ -57,7 +57,7 @@ class ReferenceMotion:
         if not self.splits:
             return np.nan
         table, size = self.table.cycle(Record(1, SAMPLES))
-        return rms(self._in_step(self.derived, Record(1, SAMPLES), table) - table) / size
+        return relative_to(rms(self._in_step(self.derived, Record(1, SAMPLES), table) - table), size)
 
     @functools.cached_property
     def first_impact(self) -> float:
@@ -125,17 +125,17 @@ class ReferenceMotion:
         if penalty is None:
             return np.nan, np.nan, np.nan
         _, size = self.table.cycle(grid)
-        total = rms(penalty - self._in_step(self.table, grid, penalty)) / size
+        total = relative_to(rms(penalty - self._in_step(self.table, grid, penalty)), size)
         if exact_state is None:
             return total, np.nan, np.nan
         if isinstance(method, ExactPenalty):
-            return total, 0.0, rms(penalty - self._in_step(self.derived, grid, penalty)) / size
+            return total, 0.0, relative_to(rms(penalty - self._in_step(self.derived, grid, penalty)), size)
         exact, _ = self._sampled(method.limit, exact_state, method.steps)
         if exact is None:
             return total, np.nan, np.nan
         exact = repeated(exact, exact.shape[1], self._lead(exact, penalty))
         derived = self._in_step(self.derived, grid, exact)
-        return total, rms(penalty - exact) / size, rms(exact - derived) / size
+        return total, relative_to(rms(penalty - exact), size), relative_to(rms(exact - derived), size)
 
     def _sampled(self, method: Method, state: np.ndarray, steps: int | None = None):
         """Displacements over whole cycles from a state on, (2, periods, m), and their grid; None if the run ends."""

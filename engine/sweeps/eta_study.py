@@ -20,6 +20,7 @@ from ..cells import CellResults, Cells
 from ..methods import ExactPenalty, Newmark, Reference
 from ..model import require, whole
 from ..motions.lyapunov import PERIODS_RANGE, Lyapunov, lyapunov
+from ..motions.motion import FARTHEST
 from . import variables as vocabulary
 from .axis import ascending_values
 from .codes import MOTIONS
@@ -150,9 +151,13 @@ class EtaStudy(Study):
         """The variables of a batch of cells; continued, they run from end to end in the study's direction."""
         forwards = slice(None, None, -1 if self.backwards else 1)
         points = {name: values[forwards] for name, values in self.points(batch).items()}
-        initial = self._initial(batch, len(points[self.over]), before)[forwards]
-        chain = np.zeros(len(initial), int) if self.sequential else None
-        cells = self.cells_at(points, initial=initial, chain=chain)
+        chain = np.zeros(len(points[self.over]), int) if self.sequential else None
+        cells = self.cells_at(points, chain=chain)
+        if self.initial is not None:
+            part = slice(None) if batch is None else batch[0]
+            cells = replace(cells, initial=self.initial[part][forwards])
+        elif self.sequential and before is not None:
+            cells = replace(cells, initial=self._after(before, cells.starts()))
         found = run_cells(
             cells,
             transient=self.transient,
@@ -170,21 +175,19 @@ class EtaStudy(Study):
         values |= {name: found.section[:, :, COORDINATES.index(name)] for name in self.coordinates}
         return {name: values[name][forwards] for name in self.variables}
 
-    def _initial(self, batch, n: int, before: dict[str, np.ndarray] | None) -> np.ndarray:
-        """Where the cells of a batch start, (n, 4)."""
-        if self.initial is not None:
-            return self.initial[slice(None) if batch is None else batch[0]]
-        initial = np.zeros((n, 4))
-        if self.sequential and before is not None:
-            first, last = (-1, 0) if self.backwards else (0, -1)
-            if before["status"][last] == 0:
-                initial[first] = before["end"][last]
-        return initial
+    def _after(self, before: dict[str, np.ndarray], starts: np.ndarray) -> np.ndarray:
+        """The starts of a batch, (n, 4), the first of which goes on from the batch before."""
+        last, starts = 0 if self.backwards else -1, starts.copy()
+        if before["status"][last] == 0:
+            starts[0] = before["end"][last]
+        return starts
 
     def _exponents(self, cells: Cells, found: CellResults, threads: int | None, cancelled) -> dict[str, np.ndarray]:
         def average(i: int) -> tuple[float, float, int]:
             if not found.ok[i]:
                 return np.nan, np.nan, MOTIONS["ended-early"]
+            if np.abs(found.end[i]).max() > FARTHEST:
+                return np.nan, np.nan, MOTIONS["aperiodic"]
             how = {"initial": found.end[i], "periods": self.lyapunov, "cancelled": cancelled}
             averaged = lyapunov(cells.system_of(i), cells.eta[i], cells.method_of(i), **how)
             return averaged.exponent, averaged.error, kind_of_motion(int(found.period[i]), averaged)
@@ -220,8 +223,8 @@ class EtaStudy(Study):
         initial = None
         if self.direction != "rest":
             source = left + (self.direction == "down")
-            reached = found["status"][source] == 0
-            initial = np.where(reached[:, None], found["end"][source], 0.0)
+            reached = (found["status"][source] == 0) & (np.abs(found["end"][source]) <= FARTHEST).all(axis=1)
+            initial = np.where(reached[:, None], found["end"][source], self.cells_at({self.over: middle}).starts())
         return replace(self, values=middle, initial=initial)
 
 

@@ -12,7 +12,6 @@ What these runs do not decide is undecided. No module of a study imports this on
 of numerical code.
 """
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -23,6 +22,7 @@ import numpy as np
 from ..batch import run_cells
 from ..cells import Cells
 from ..drivers.section import TOLERANCE, period_of
+from ..drivers.threads import thread_count
 from ..methods import STEPS_RANGE, Method, Newmark
 from ..model import System
 from ..motions.description import Kind
@@ -185,7 +185,7 @@ def judge_runs(
 
 
 def _how(threads: int | None, cancelled) -> dict[str, object]:
-    return {"threads": threads or os.cpu_count() or 1, "cancelled": cancelled}
+    return {"threads": thread_count(threads), "cancelled": cancelled}
 
 
 def _judge(cells: Cells, period, end, sections, run: dict, how: dict) -> dict[str, np.ndarray]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..cells import Cells
 from ..methods import Method
-from ..model import System, check_eta, require, whole
+from ..model import BODY_2, System, check_eta, require, whole
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
 from .digest import engine_digest
 from .variables import SWEPT, StudyArray, Variable
@@ -31,7 +31,7 @@ NUMBERS_LIMIT = 10**12  # numbers in a result: 8 TB
 
 # Parameters that can be swept: their names in the result → in `Cells`; in `System` they have the same names.
 CELL_PARAMETERS = {"K": "stiffness", "D": "damping", "steps": "steps"}
-SYSTEM_PARAMETERS = ("kappa", "kappa3", "d1", "d2", "d3", "restitution")
+SYSTEM_PARAMETERS = ("kappa", "kappa3", "d1", "d2", "d3", "restitution", "clearance")
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +161,15 @@ class Study(abc.ABC):
         require("numbers in the result", self.cells * self.numbers_per_cell, 1, NUMBERS_LIMIT, "keep a smaller sample")
         self._check_corners()
 
+    def _idle_parameters(self) -> tuple[str, ...]:
+        """Parameters that the system does not have, or that follow from others."""
+        return BODY_2 if self.system.wall else () if self.system.mu is None else ("kappa3",)
+
     def _check_corners(self) -> None:
+        idle = [name for name in self.axes if name in self._idle_parameters()]
+        if idle:
+            why = "a wall has no such number" if self.system.wall else "it follows from the mass ratio, which is given"
+            raise ValueError(f"{idle[0]} cannot be swept: {why}; sweep another parameter")
         # each parameter is allowed within an interval, so that the ends of the axes stand for all cells
         ends = ([float(values[0]), float(values[-1])] for values in self.axes.values())
         for corner in itertools.product(*ends):

@@ -11,12 +11,13 @@ SWEPT = {  # parameters that can be swept
     "K": "contact stiffness",
     "D": "contact damping",
     "steps": "steps per excitation period",
-    "kappa": "frequency ratio of pendulum 2",
-    "kappa3": "frequency ratio of the joined pendulums",
-    "d1": "damping ratio of pendulum 1",
-    "d2": "damping ratio of pendulum 2",
-    "d3": "damping ratio of the joined pendulums",
+    "kappa": "frequency ratio of body 2",
+    "kappa3": "frequency ratio of the joined bodies",
+    "d1": "damping ratio of body 1",
+    "d2": "damping ratio of body 2",
+    "d3": "damping ratio of the joined bodies",
     "restitution": "coefficient of restitution",
+    "clearance": "gap at rest with relaxed springs",
 }
 # Of each cell, by any method: dtype and description.
 MOTION = {

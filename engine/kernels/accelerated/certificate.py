@@ -40,17 +40,25 @@ class Skip(NamedTuple):
 def signed_gap_at(t, pressed, level, z, j):
     """The signed gap after j ≥ 1 strides."""
     m = t.signed_gaps[pressed, level, :, j - 1]
-    return m[0] * z[0] + m[1] * z[1] + m[2] * z[2] + m[3] * z[3] + m[4] * z[4] + m[5] * z[5]
+    if t.wall:
+        return m[2] * z[2] + m[3] * z[3] + m[4] * z[4] + m[5] * z[5] - t.surfaces[pressed]
+    relative = m[0] * z[0] + m[1] * z[1] + m[2] * z[2] + m[3] * z[3] + m[4] * z[4] + m[5] * z[5]
+    return relative - t.surfaces[pressed]
 
 
 @jit_inlined
 def entries_above(t, pressed, level, z, bound, begin):
-    """Entries of a level, up to the end of a chunk, before the first whose signed gap does not exceed the bound."""
+    """Entries of a level, up to the end of a chunk, before the first whose tabulated gap does not exceed the bound."""
     m, end = t.signed_gaps[pressed, level], begin + CHUNK
     z0, z1, z2, z3, z4, z5 = z
     m0, m1, m2 = m[0, begin:end], m[1, begin:end], m[2, begin:end]
     m3, m4, m5 = m[3, begin:end], m[4, begin:end], m[5, begin:end]
     first = CHUNK
+    if t.wall:
+        for j in range(CHUNK):
+            signed_gap = m2[j] * z2 + m3[j] * z3 + m4[j] * z4 + m5[j] * z5
+            first = min(first, CHUNK if signed_gap > bound else j)
+        return begin + first
     for j in range(CHUNK):
         signed_gap = m0[j] * z0 + m1[j] * z1 + m2[j] * z2 + m3[j] * z3 + m4[j] * z4 + m5[j] * z5
         first = min(first, CHUNK if signed_gap > bound else j)  # without a branch: vector instructions
@@ -69,6 +77,7 @@ def certified_entries(t, pressed, level, z):
     near = signed_gap_at(t, pressed, 0, z, 1)
     if not (near > bound or (near > 0.0 and signed_gap_at(t, pressed, level, z, 1) > 4.0 * bound)):
         return 0
+    bound += t.surfaces[pressed]
     entries = 0
     for begin in range(0, ENTRIES, CHUNK):
         entries = entries_above(t, pressed, level, z, bound, begin)
@@ -83,9 +92,10 @@ def single_steps(t, pressed, z, signed_gap):
 
     A gap whose sign is not certain ends them as well, so that a graze within rounding is left to the plain step.
     """
-    uncertain, count = CERTAIN * (abs(z[0]) + abs(z[2])), ENTRIES
+    surface, count = t.surfaces[pressed], ENTRIES
+    uncertain = CERTAIN * (abs(z[0]) + abs(z[2]) + abs(surface))
     for begin in range(0, ENTRIES, CHUNK):
-        count = entries_above(t, pressed, 0, z, uncertain, begin)
+        count = entries_above(t, pressed, 0, z, uncertain + surface, begin)
         if count < begin + CHUNK:
             break
     before = signed_gap_at(t, pressed, 0, z, count) if count > 0 else signed_gap
@@ -108,13 +118,13 @@ def certify_skip(p, pressed, z, signed_gap):
     coarse = certified_entries(t, pressed, 2, z)
     if coarse > 0:
         signed_gap = signed_gap_at(t, pressed, 2, z, coarse)
-        z = apply_transition(t.matrices[pressed, 2], z, coarse)
+        z = apply_transition(t.matrices[pressed, 2], z, coarse, t.wall)
     if coarse == ENTRIES:
         return Skip(coarse, 0, 0, SKIP_ON, signed_gap, signed_gap, z)
     middle = certified_entries(t, pressed, 1, z)
     if middle > 0:
         signed_gap = signed_gap_at(t, pressed, 1, z, middle)
-        z = apply_transition(t.matrices[pressed, 1], z, middle)
+        z = apply_transition(t.matrices[pressed, 1], z, middle, t.wall)
     if middle == ENTRIES:
         return Skip(coarse, middle, 0, SKIP_ON, signed_gap, signed_gap, z)
     fine, outcome, before, signed_gap = single_steps(t, pressed, z, signed_gap)

@@ -6,15 +6,17 @@ Every step is one entry of each level away from where the skip begins, so no ste
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..linear.cos_sin import cos_sin
 from ..linear.tables import apply_transition, dot
-from ..time_stepping.newmark import write_sample
+from ..time_stepping.newmark import displaced, write_sample
+from .certificate import steps_of
 from .step_map import ENTRIES, PRESSED
 
 
 @jit_inlined
 def state_at(t, pressed, z, coarse, middle, fine):
     """z after so many entries of each level, all with the same contact state."""
-    z = apply_transition(t.matrices[pressed, 1], apply_transition(t.matrices[pressed, 2], z, coarse), middle)
-    return apply_transition(t.matrices[pressed, 0], z, fine)
+    z = apply_transition(t.matrices[pressed, 2], z, coarse, t.wall)
+    z = apply_transition(t.matrices[pressed, 1], z, middle, t.wall)
+    return apply_transition(t.matrices[pressed, 0], z, fine, t.wall)
 
 
 @jit_inlined
@@ -34,17 +36,25 @@ def motion_after(p, pressed, z, i, t):
     z = (*state_at(p.tables, pressed, z, coarse, middle, fine)[:4], c, s)  # before step t
     rows = p.tables.accelerations[pressed]
     a1, a2 = dot(rows[0], z), dot(rows[1], z)
+    x, gap = p.tables.origins[pressed, 0], p.tables.origins[pressed, 1]
     p1, q1, p2, q2 = z[0], z[1], z[0] + z[2], z[1] + z[3]
-    return p1 + 0.25 * a1, (q1 + 0.5 * a1) / h, p2 + 0.25 * a2, (q2 + 0.5 * a2) / h
+    return displaced(
+        p.scheme,
+        p1 + 0.25 * a1 + x,
+        (q1 + 0.5 * a1) / h,
+        p2 + 0.25 * a2 + (x + gap),
+        (q2 + 0.5 * a2) / h,
+    )
 
 
 @jit_inlined
 def impulse_of(t, z, skip):
     """Δτ Σλ over the steps of a skip in contact."""
-    total = dot(t.impulses[2, skip.coarse - 1], z) if skip.coarse > 0 else 0.0
-    z = apply_transition(t.matrices[PRESSED, 2], z, skip.coarse)
+    total = t.origins[PRESSED, 2] * steps_of(t, PRESSED, skip)
+    total += dot(t.impulses[2, skip.coarse - 1], z) if skip.coarse > 0 else 0.0
+    z = apply_transition(t.matrices[PRESSED, 2], z, skip.coarse, t.wall)
     total += dot(t.impulses[1, skip.middle - 1], z) if skip.middle > 0 else 0.0
-    z = apply_transition(t.matrices[PRESSED, 1], z, skip.middle)
+    z = apply_transition(t.matrices[PRESSED, 1], z, skip.middle, t.wall)
     return total + (dot(t.impulses[0, skip.fine - 1], z) if skip.fine > 0 else 0.0)
 
 

@@ -23,6 +23,7 @@ from ..time_stepping.newmark import (
     end_contact,
     motion,
     motion_of,
+    phased,
     step,
     unpack_state,
     with_contact,
@@ -41,7 +42,7 @@ class Excitation(NamedTuple):
     """The phase of the excitation at the end of a step."""
 
     k: int  # steps done in the period
-    cosine: float
+    cosine: float  # of ητ
     sine: float
 
 
@@ -56,21 +57,24 @@ def excitation_at(k, n):
 def state_after_skip(p, now, skip, reached):
     """The discrete solution after a skip to step ``reached``; accelerations stay those of the last step taken."""
     pressed = int(now.pressed)
-    p1, q1, apart, drift, _, _ = apply_transition(p.tables.matrices[pressed, 0], skip.beginning, skip.fine)
-    gap = -skip.signed_gap if now.pressed else skip.signed_gap
+    t = p.tables
+    p1, q1, apart, drift, _, _ = apply_transition(t.matrices[pressed, 0], skip.beginning, skip.fine, t.wall)
+    p1, apart = p1 + t.origins[pressed, 0], apart + t.origins[pressed, 1]
+    gap = (-skip.signed_gap if now.pressed else skip.signed_gap) + p.scheme.touch
     after = now.pressed != (skip.outcome == CHANGE)
     return StepState(p1, q1, p1 + apart, q1 + drift, now.a1, now.a2, gap, after, reached, now.contact)
 
 
 @jit_inlined
-def state_after_step(p, now, cosine):
-    """The discrete solution after one step as the plain loop takes it; ``cosine``: cos ητ at its end."""
-    a1, a2, push = step(p.scheme, now.p1, now.q1, now.p2, now.q2, now.pressed, cosine)
+def state_after_step(p, now, at):
+    """The discrete solution after one step as the plain loop takes it; ``at``: the excitation at its end."""
+    cosine1, cosine2 = phased(p.scheme, at.cosine, at.sine)
+    a1, a2, push = step(p.scheme, now.p1, now.q1, now.p2, now.q2, now.pressed, cosine1, cosine2)
     gap = now.p2 - now.p1 + 0.25 * (a2 - a1)
     q1, q2 = now.q1 + a1, now.q2 + a2
     # the trapezoidal rule gives each force two half steps, hence one whole step
     contact = with_impulse(now.contact, now.contact.impulse + p.scheme.h * push)
-    return StepState(now.p1 + q1, q1, now.p2 + q2, q2, a1, a2, gap, gap <= 0.0, now.step + 1, contact)
+    return StepState(now.p1 + q1, q1, now.p2 + q2, q2, a1, a2, gap, gap <= p.scheme.touch, now.step + 1, contact)
 
 
 @jit_inlined
@@ -88,7 +92,7 @@ def change_contact(m, now, there, closed, kept, buffers):
 
 
 @jit_no_alloc
-def integrate_skipping(packed, state, stop, window, flat, sizes, full):
+def integrate_skipping(packed, state, stop, window, flat, sizes, wall, full):
     """Integrate the discrete solution to the end of step ``stop``, as ``integrate_recorded`` does.
 
     Parameters
@@ -104,6 +108,8 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
         sample, counted anew in each period.
     flat, sizes
         Packed record buffers. Nothing is recorded if they have no room for a section.
+    wall : AT_WALL or TWO_BODIES
+        Of :mod:`..parameters`: the loop is compiled once for each.
     full : bool
         Whether motion and impulse of an impact are asked for, and not only its instant and closing speed.
 
@@ -112,7 +118,7 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
     int
         OK, DIVERGED or FULL.
     """
-    p, buffers, now, status = unpack_skipping(packed), unpack_buffers(flat, sizes), unpack_state(state), OK
+    p, buffers, now, status = unpack_skipping(packed, wall), unpack_buffers(flat, sizes), unpack_state(state), OK
     kept, sampled = buffers.section.shape[0] > 0, buffers.samples.shape[0] > 0
     at = excitation_at(now.step % p.steps, p.steps)
     if sampled and now.step == window[1]:
@@ -121,9 +127,10 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
         if kept and no_room(buffers):
             status = FULL
             break
-        z = (now.p1, now.q1, now.p2 - now.p1, now.q2 - now.q1, at.cosine, at.sine)
         pressed = int(now.pressed)
-        skip = certify_skip(p, pressed, z, -now.gap if now.pressed else now.gap)
+        x, apart = now.p1 - p.tables.origins[pressed, 0], now.p2 - now.p1 - p.tables.origins[pressed, 1]
+        z, gap = (x, now.q1, apart, now.q2 - now.q1, at.cosine, at.sine), now.gap - p.scheme.touch
+        skip = certify_skip(p, pressed, z, -gap if now.pressed else gap)
         reached = now.step + steps_of(p.tables, pressed, skip)
         if reached > now.step:
             if sampled or (kept and at.k + reached - now.step >= p.steps):
@@ -141,7 +148,7 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
                 now = change_contact(p.scheme, now, there, skip.before - skip.signed_gap, kept, buffers)
         if skip.outcome == TAKE_STEP:
             before, at = now, excitation_at(at.k + 1 if at.k + 1 < p.steps else 0, p.steps)
-            now = state_after_step(p, before, at.cosine)
+            now = state_after_step(p, before, at)
             there = motion(p.scheme, now.p1, now.q1, now.a1, now.p2, now.q2, now.a2) if kept else NOT_ASKED
             if now.pressed != before.pressed:
                 now = change_contact(p.scheme, now, there, before.gap - now.gap, kept, buffers)
@@ -155,14 +162,15 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
 
 
 @jit_no_alloc
-def record_open_contact(packed, state, stop, buffers):
+def record_open_contact(packed, state, wall, stop, buffers):
     """Take the steps that are left of an open contact up to ``stop``, and record it as if it ended there."""
-    p, now = unpack_skipping(packed), unpack_state(state)
+    p, now = unpack_skipping(packed, wall), unpack_state(state)
     k = now.step % p.steps
     while now.step < stop:
         k = (k + 1) % p.steps
-        cosine = cos_sin(k / p.steps)[0]
-        a1, a2, push = step(p.scheme, now.p1, now.q1, now.p2, now.q2, True, cosine)
+        c, s = cos_sin(k / p.steps)
+        cosine1, cosine2 = phased(p.scheme, c, s)
+        a1, a2, push = step(p.scheme, now.p1, now.q1, now.p2, now.q2, True, cosine1, cosine2)
         q1, q2 = now.q1 + a1, now.q2 + a2
         contact = with_impulse(now.contact, now.contact.impulse + p.scheme.h * push)
         now = StepState(now.p1 + q1, q1, now.p2 + q2, q2, a1, a2, now.gap, True, now.step + 1, contact)

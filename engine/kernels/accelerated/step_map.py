@@ -4,7 +4,8 @@ As long as contact does not change, a step maps
 
     z = (p₁, Q₁, p₂ − p₁, Q₂ − Q₁, C, S),    C = cos ητ,  S = sin ητ,
 
-the predictors of :mod:`..time_stepping.newmark`, linearly, z → Φ z, and the gap at its end is a row ρ times z. So the
+the predictors of :mod:`..time_stepping.newmark`, linearly, z → Φ z, and the gap at its end is a row ρ times z. All of
+them are counted from the static equilibrium, in contact from that of the bodies pressed together. So the
 gaps at the ends of the next ENTRIES steps are rows ρ Φʲ⁻¹ times one state, and Φʲ carries the state there.
 
 **Levels.** The same at every s-th step reaches s times as far. Between two entries of such a level the gaps keep to a
@@ -13,8 +14,9 @@ no more than 4u(1 − u) b below its chord, b = B s²/8, as a parabola would. So
 zero inside. The second differences are rows too, ρ (Φ − 1)² Φʲ⁻², of which the supremum over all steps of a level is
 taken, element by element. The entries of a level are made from those of the level below.
 
-**Signed gap.** In contact the gap's negative is tabulated, so that for both contact states what is tabulated is
-positive until contact changes. The gap at the start of a skip is no such row: where contact has just changed, it was
+**Signed gap.** In contact the gap's negative is tabulated, so that for both contact states the signed gap is positive
+until contact changes. It is the tabulated one, relative to the equilibrium, less a *surface*: what is tabulated where
+the bodies touch. The gap at the start of a skip is no such row: where contact has just changed, it was
 computed with the other contact state. So the certificate begins with the next step.
 """
 
@@ -24,11 +26,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.options import jit, jit_no_alloc
-from ..compile.packing import Layout
+from ..compile.packing import GIVEN, Layout
+from ..equations.motion import free_equilibrium, pressed_equilibrium
 from ..equations.rates import free_rate, pressed_rate
 from ..linear.matrices import fill_powers, raise_to_images, raise_within, row_image, row_times
-from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
-from ..time_stepping.newmark import Scheme, scheme_of
+from ..parameters import FOR_CONTACT, FOR_FLIGHT, TWO_BODIES, renew_key, unpack_parameters
+from ..time_stepping.newmark import Scheme, phased, scheme_of
 
 FREE, PRESSED = 0, 1  # contact states
 LEVELS = 3
@@ -54,7 +57,10 @@ class StepTables(NamedTuple):
     matrices: np.ndarray  # (2, LEVELS, ENTRIES, 6, 6) Φˢ, Φ²ˢ, …
     curvatures: np.ndarray  # (2, LEVELS, 6) bound of b between entries
     accelerations: np.ndarray  # (2, 2, 6) Δτ² ξ″ at the end of the next step
-    impulses: np.ndarray  # (LEVELS, ENTRIES, 6) Δτ Σλ over the steps up to each entry, pressed
+    impulses: np.ndarray  # (LEVELS, ENTRIES, 6) Δτ Σλ over the steps up to each entry, pressed, less that at rest
+    wall: tuple | None  # AT_WALL where the first two numbers of z are zero, else TWO_BODIES (see ..parameters)
+    surfaces: np.ndarray  # (2,) what is tabulated as signed gap where the bodies touch
+    origins: np.ndarray  # (2, 3) equilibrium less that of the separated bodies: ξ₁, gap; Δτ λ there
     strides: np.ndarray  # (2, LEVELS) steps from entry to entry; 0 if there is no such level
 
 
@@ -73,6 +79,9 @@ TABLES = Layout(
     curvatures=(2, LEVELS, 6),
     accelerations=(2, 2, 6),
     impulses=(LEVELS, ENTRIES, 6),
+    wall=GIVEN,
+    surfaces=(2,),
+    origins=(2, 3),
     strides=(2, LEVELS),
 )
 SKIPPING = Layout(SkippingScheme, tables=TABLES, scheme=Layout(Scheme))
@@ -86,12 +95,14 @@ def step_map(m, eta, contact):
     turn = eta * m.h
     accelerations, force, gap, matrix = np.zeros((2, 6)), np.zeros(6), np.zeros(6), np.zeros((6, 6))
     cosine, sine = math.cos(turn), math.sin(turn)
+    cosine1, cosine2 = phased(m, cosine, sine)
+    sine1, sine2 = phased(m, sine, -cosine)
     a1, a2 = accelerations[0], accelerations[1]
     a1[0], a1[1] = -m.stiffness1, -m.damping1
     a2[0] = a2[2] = -m.stiffness2
     a2[1] = a2[3] = -m.damping2
-    a1[4], a1[5] = m.load1 * cosine, -m.load1 * sine
-    a2[4], a2[5] = m.load2 * cosine, -m.load2 * sine
+    a1[4], a1[5] = m.load1 * cosine1, -m.load1 * sine1
+    a2[4], a2[5] = m.load2 * cosine2, -m.load2 * sine2
     if contact:
         for i in range(6):
             force[i] = m.contact_a * (a1[i] - a2[i])
@@ -154,7 +165,8 @@ def fill_curvature(tables, state, level, one):
     entries = int(strides[level] / strides[level - 1])
     apart = math.ceil(entries * SAMPLED / REACHES[state])
     for k in range(0, entries, apart):
-        raise_to_images(bound, row_times(curvature, below[k - 1]) if k > 0 else curvature, matrices)
+        image = row_times(curvature, below[k - 1]) if k > 0 else curvature
+        raise_to_images(bound, image, matrices)
     raise_within(bound, change, apart * strides[level - 1])
     for i in range(6):
         bound[i] *= strides[level] ** 2 / 8
@@ -186,7 +198,7 @@ def fill_tables(tables, m, eta, state, rate):
             k = int(strides[level] / strides[level - 1]) - 1
             gap, impulse = signed_gaps[level - 1, :, k].copy(), tables.impulses[level - 1, k]
             stride = matrices[level - 1, k]
-        fill_powers(matrices[level], stride)
+        fill_powers(matrices[level], stride, m.wall)
         fill_signed_gaps(signed_gaps[level], gap, matrices[level])
         if state == PRESSED:
             fill_impulses(tables.impulses[level], impulse, matrices[level])
@@ -205,9 +217,12 @@ def set_up_skipping(packed, keys, row):
         The parameters for which the tables in ``packed`` were made; changed in place.
     row : (len(Parameters),) float64
     """
-    p, tables = unpack_parameters(row), unpack_skipping(packed).tables
+    p, tables = unpack_parameters(row), unpack_skipping(packed, TWO_BODIES).tables
     m, rates, counts = scheme_of(p), (free_rate(p), pressed_rate(p)), (FOR_FLIGHT, FOR_CONTACT)
     _write_numbers(packed, p.steps, m)
     for state in range(2):  # a literal 0 or 1 would be compiled twice
         if renew_key(keys[state], row, counts[state]):
             fill_tables(tables, m, p.eta, state, rates[state])
+    (x, gap), (x_pressed, gap_pressed) = free_equilibrium(p), pressed_equilibrium(p)
+    tables.surfaces[FREE], tables.surfaces[PRESSED] = -gap, gap_pressed
+    tables.origins[PRESSED] = (x_pressed - x, gap_pressed - gap, -m.h * p.stiffness * gap_pressed)

@@ -17,7 +17,7 @@ REFERENCE, EXACT, SKIPPING = range(3)  # how a cell is solved
 
 
 @jit_no_alloc
-def integrate_events(work, p, stop, log, record, signals):
+def integrate_events(work, plan, p, stop, log, record, signals):
     """Integrate a motion in closed form to the end of period ``stop``; returns its status.
 
     ``record``: packed buffers to fill, and the period with which they begin.
@@ -25,7 +25,7 @@ def integrate_events(work, p, stop, log, record, signals):
     flat, sizes, origin = record
     window, pauses, paused_in = (float(origin), float(stop)), 0, -1.0
     while signals[0] == 0:
-        status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, None)
+        status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, plan.wall, None)
         if status == FULL:
             log_events(work, p, log, record)
         elif status == PAUSED:
@@ -40,13 +40,13 @@ def integrate_events(work, p, stop, log, record, signals):
 
 
 @jit_no_alloc
-def integrate_steps(work, p, stop, log, record, signals):
+def integrate_steps(work, plan, p, stop, log, record, signals):
     """Integrate Newmark's solution to the end of period ``stop``, as :func:`integrate_events`."""
     flat, sizes, origin = record
     n = int(p.steps)
     window = (origin * n, stop * n, n)
     while signals[0] == 0:
-        status = skip.integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, False)
+        status = skip.integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, plan.wall, False)
         if status != FULL:
             return status
         log_events(work, p, log, record)
@@ -57,8 +57,8 @@ def integrate_steps(work, p, stop, log, record, signals):
 def integrate_to(work, plan, p, stop, log, record, signals):
     """Integrate to the end of period ``stop``."""
     if plan.kind == SKIPPING:
-        return integrate_steps(work, p, stop, log, record, signals)
-    return integrate_events(work, p, stop, log, record, signals)
+        return integrate_steps(work, plan, p, stop, log, record, signals)
+    return integrate_events(work, plan, p, stop, log, record, signals)
 
 
 @jit_no_alloc
@@ -78,10 +78,11 @@ def log_open_contact(work, plan, p, stop, log, record):
     buffers = unpack_buffers(flat, sizes)
     if plan.kind == SKIPPING:
         if unpack_step_state(work.state).pressed:
-            skip.record_open_contact(work.packed, work.state, stop * int(p.steps), buffers)
+            skip.record_open_contact(work.packed, work.state, plan.wall, stop * int(p.steps), buffers)
     else:
         window = (float(origin), float(stop))
-        output.record_open_contact(unpack_system(work.packed), unpack_state(work.state), float(stop), window, buffers)
+        system = unpack_system(work.packed, plan.wall)
+        output.record_open_contact(system, unpack_state(work.state), float(stop), window, buffers)
     log_events(work, p, log, record)
 
 

@@ -7,8 +7,9 @@ import numpy as np
 from .. import section_statistics as statistics
 from ..accelerated.step_map import set_up_skipping
 from ..compile.options import jit
+from ..equations.coordinates import contact_coordinates
 from ..event_driven.setup import set_up_events
-from ..event_driven.state import start_state
+from ..event_driven.state import start_state, unpack_system
 from ..event_driven.state import write_state as write_event_state
 from ..parameters import unpack_parameters
 from ..status import OK, WITHDRAWN
@@ -26,6 +27,7 @@ class BatchPlan(NamedTuple):
     sample: int
     early_stop: bool
     coordinates: np.ndarray  # (c,) int64
+    wall: tuple | None  # AT_WALL or TWO_BODIES of ..parameters
     completion: float  # of a chatter (engine.drivers.event_driven)
 
 
@@ -82,8 +84,11 @@ def begin(work, plan, p, start):
     if plan.kind == SKIPPING:
         write_step_state(work.state, step_start_state(scheme_of(p), p, start))
     else:
-        gap, rate = start[2] - start[0], start[3] - start[1]
-        write_event_state(work.state, start_state(start[0], start[1], gap, rate))
+        system = unpack_system(work.packed, plan.wall)
+        x1, v1, gap, rate = contact_coordinates(system, start[0], start[1], start[2], start[3])
+        if plan.kind == REFERENCE:  # not even by rounding
+            gap = max(gap, 0.0)
+        write_event_state(work.state, start_state(system, (x1, v1, gap, rate)))
 
 
 @jit
@@ -127,5 +132,3 @@ def describe_cell(work, plan, results, i):
             results.section[i, j, c] = log[j, statistics.SECTION + plan.coordinates[c]]
     for c in range(4):
         results.end[i, c] = log[plan.sample - 1, statistics.SECTION + c]
-    if plan.kind == REFERENCE:  # a run that starts from there must not penetrate, not even by rounding
-        results.end[i, 2] = max(results.end[i, 0], results.end[i, 2])

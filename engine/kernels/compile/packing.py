@@ -15,6 +15,7 @@ import numpy as np
 
 from .options import uncompiled
 
+GIVEN = object()  # as a field of a layout: takes no room, and is handed to ``unpack`` as an argument of its name
 LANES = 8  # numbers in a cache line and in the longest vector register
 
 
@@ -33,15 +34,17 @@ class Layout:
     kind : type
         A NamedTuple. Fields annotated float, int or bool take one number each; ``np.ndarray`` as many as its shape
         says; a nested NamedTuple what its own layout says.
-    **fields : tuple of int or Layout
-        The shape of each array and the layout of each nested NamedTuple, by name.
+    **fields : tuple of int, Layout or GIVEN
+        The shape of each array and the layout of each nested NamedTuple, by name; GIVEN for what is not packed. Its
+        type is that of the argument, so that the compiler may know what it is.
 
     Attributes
     ----------
     size : int
         Numbers in a packed array.
     unpack : compiled function
-        ``unpack(packed)`` returns the NamedTuple; its arrays are views of the packed one.
+        ``unpack(packed)`` returns the NamedTuple; its arrays are views of the packed one. Where this layout or one in
+        it has a given field, of one name in all of them, that is the second argument.
     write : compiled function
         ``write(packed, value)`` copies a NamedTuple into the packed array.
     """
@@ -50,16 +53,16 @@ class Layout:
         self.kind = kind
         self.fields = fields
         self.size = sum(self._length(name) for name in kind._fields)
-        self.unpack = self._generate("packed", [f"return {self._reading(0)}"])
+        self.unpack = self._generate(", ".join(("packed", *sorted(self._given()))), [f"return {self._reading(0)}"])
         self.write = self._generate("packed, value", self._writing("value", 0))
 
     def zeros(self) -> np.ndarray:
         """A packed array of zeros."""
         return aligned_zeros(self.size)
 
-    def read(self, packed: np.ndarray) -> NamedTuple:
+    def read(self, packed: np.ndarray, *given) -> NamedTuple:
         """As ``unpack``, from Python."""
-        return uncompiled(self.unpack)(packed)
+        return uncompiled(self.unpack)(packed, *given)
 
     def pack(self, value: NamedTuple) -> np.ndarray:
         """A packed array that holds a NamedTuple."""
@@ -79,6 +82,8 @@ class Layout:
 
     def _length(self, name: str) -> int:
         field = self.fields.get(name, ())
+        if field is GIVEN:
+            return 0
         return field.size if isinstance(field, Layout) else math.prod(field)
 
     def _reading(self, at: int) -> str:
@@ -92,6 +97,8 @@ class Layout:
         field, end = self.fields.get(name), at + self._length(name)
         if isinstance(field, Layout):
             return field._reading(at)
+        if field is GIVEN:
+            return name
         if field is not None:
             return f"packed[{at}:{end}]" + (f".reshape({field})" if len(field) > 1 else "")
         conversion = {bool: "packed[{}] > 0.0", int: "int(packed[{}])"}
@@ -108,6 +115,8 @@ class Layout:
         field, end = self.fields.get(name), at + self._length(name)
         if isinstance(field, Layout):
             return field._writing(value, at)
+        if field is GIVEN:
+            return []
         if field is not None:
             return [f"packed[{at}:{end}] = {value}.ravel()" if len(field) > 1 else f"packed[{at}:{end}] = {value}"]
         return [f"packed[{at}] = {value}"]
@@ -118,6 +127,10 @@ class Layout:
         body = "\n    ".join(lines)
         exec(f"def generated({arguments}):\n    {body}\n", names)
         return numba.njit(names["generated"], inline="always")
+
+    def _given(self) -> set[str]:
+        nested = (field._given() for field in self.fields.values() if isinstance(field, Layout))
+        return {name for name, field in self.fields.items() if field is GIVEN}.union(*nested)
 
     def _kinds(self):
         yield self.kind.__name__, self.kind

@@ -12,10 +12,13 @@ inverse of the reduced mass, its eigenvalues obey
 
 (the bodies' own springs and dampers left out), that is frequency ω_c = √(KM) and damping ratio ζ = DM/ω_c.
 
-**Permanent contact** (reference): the force that keeps the bodies together is −μ/(1 + μ) times the gap acceleration
-that the free motion would have, so that release is smooth by construction,
+**Permanent contact** (reference): the force that keeps the bodies together is −μ̂ times the gap acceleration (3) that
+the free motion would have, μ̂ the reduced mass, so that release is smooth by construction,
 
-    λ = μ/(1 + μ) [(κ² − 1) ξ + 2(d₂κ − d₁) ξ′]                                                    (8)
+    λ = μ̂ [(κ² − 1)(ξ − ξ₁ₛ) + 2(d₂κ − d₁) ξ′ − κ² gₛ − f(τ)]                                       (8)
+
+with the static equilibrium ξ₁ₛ, gₛ of the separated bodies and the force f(τ) that drives the gap; in the paper's
+system these three are zero. At a wall, where κ = 1 and d₂ = d₁, only the last two terms are left.
 
 It amounts to sharing the extra joint damping between the bodies by mass. Shared otherwise, bodies would part into each
 other.
@@ -49,6 +52,12 @@ def force_of_law(law, linear):
 def joint_force(p):
     """Factors of ξ and ξ′ in Eq. (8), as μ/(1 + μ)·(κ² − 1) = κ₃² − 1."""
     return (p.kappa3 - 1.0) * (p.kappa3 + 1.0), p.mass_share * 2.0 * (p.d2 * p.kappa - p.d1)
+
+
+@jit
+def joint_force_constant(p):
+    """What Eq. (8) has without ξ, ξ′ and f."""
+    return -(joint_force(p)[0] * p.free_position + p.mass_share * p.kappa * p.kappa * p.free_gap)
 
 
 @jit

@@ -1,25 +1,37 @@
 """Equations of motion of the two bodies: separated, joined, and pressed together by a penalty contact.
 
-Displacements are relative to the base, time is τ = ω₁t, lengths are counted in base amplitudes. With the coefficients
+Displacements are relative to the base, time is τ = ω₁t. With the coefficients
 
-    c₁ = 2d₁,   k₁ = 1,   c₂ = 2d₂κ,   k₂ = κ²
+    c₁ = 2d₁,   k₁ = 1,   c₂ = 2d₂κ,   k₂ = κ²,
 
-and the contact force λ, which pushes body 1 down and body 2 up,
+the base motion b(τ), the forces fᵢ(τ) + pᵢ on the bodies, harmonic and constant, and the contact force λ, which pushes
+body 1 down and body 2 up,
 
-    ξ₁″ = η² cos ητ − c₁ξ₁′ − k₁ξ₁ − λ                                                   (1)
-    ξ₂″ = η² cos ητ − c₂ξ₂′ − k₂ξ₂ + λ/μ                                                 (2)
+    ξ₁″ = −b″ + f₁ + p₁ − c₁ξ₁′ − k₁ξ₁ − λ                                               (1)
+    ξ₂″ = −b″ + (f₂ + p₂)/μ − c₂ξ₂′ − k₂ξ₂ + λ/μ                                         (2)
 
-Subtracting (1) from (2) gives the gap g = ξ₂ − ξ₁; the excitation cancels, being common to both:
+where the paper's base b = cos ητ gives −b″ = η² cos ητ. Subtracting (1) from (2) gives the gap g = g₀ + ξ₂ − ξ₁, with
+the clearance g₀; the base cancels, being common to both:
 
-    g″ = −(k₂ − k₁) ξ₁ − (c₂ − c₁) ξ₁′ − k₂ g − c₂ g′ + (1 + 1/μ) λ                      (3)
+    g″ = f − (k₂ − k₁)(ξ₁ − ξ₁ₛ) − (c₂ − c₁) ξ₁′ − k₂(g − gₛ) − c₂g′ + (1 + 1/μ) λ        (3)
 
-Solvers in closed form work in y = (ξ₁, ξ₁′, g, g′): where the bodies nearly touch, ξ₂ − ξ₁ would lose the digits that
-g keeps. Joined bodies move as one oscillator,
+with f = f₂/μ − f₁. ξ₁ₛ = p₁/k₁ and gₛ = g₀ + p₂/(μk₂) − p₁/k₁ are the static equilibrium of the separated bodies:
+constant forces and the clearance have no other effect than to shift it.
 
-    ξ″ = η² cos ητ − 2d₃κ₃ξ′ − κ₃²ξ                                                      (4)
+Solvers in closed form work in y = (ξ₁, ξ₁′, g, g′): where the bodies nearly touch, g₀ + ξ₂ − ξ₁ would lose the digits
+that g keeps. Joined bodies move as one oscillator,
 
-All three motions are linear, z′ = A z with z = (ξ₁, ξ₁′, g, g′, cos ητ, sin ητ); a *generator* is the upper four rows
-of A, (4, 6).
+    ξ″ = −b″ + (f₁ + f₂)/(1 + μ) − 2d₃κ₃ξ′ − κ₃²(ξ − ξⱼ)                                  (4)
+
+All three motions are linear about an *equilibrium* of their own: z′ = A z with z = (ξ₁ − ξ₁*, ξ₁′, g − g*, g′, cos ητ,
+sin ητ); a *generator* is the upper four rows of A, (4, 6). With κ̂ = μκ²/(1 + μκ²), the stiffness of both springs in
+series, the bodies rest at
+
+    ξ₁* = ξ₁ₛ,           g* = gₛ                         separated
+    ξ₁* = ξ₁ₛ + κ̂gₛ,     g* = 0,   λ* = −κ̂gₛ             joined (ξ₁* is ξⱼ of (4))
+    ξ₁* = ξ₁ₛ + Kg*,     g* = gₛκ̂/(κ̂ + K)                pressed together by a spring K
+
+A *wall* takes the place of body 1 (:mod:`..parameters`): its ξ₁ stays zero, and it feels neither force nor contact.
 """
 
 from typing import NamedTuple
@@ -33,32 +45,58 @@ from .contact_law import force
 class Coefficients(NamedTuple):
     """Coefficients of Eqs. (1) to (3)."""
 
-    load: float  # η²
+    load1: tuple  # factors of cos ητ and sin ητ in Eq. (1)
+    push: tuple  # … in Eq. (3)
     c1: float
     k1: float
     c2: float
     k2: float
     stiffening: float  # k₂ − k₁ as (κ − 1)(κ + 1), to all digits where κ is close to 1
     mu: float  # μ = m₂/m₁
+    react1: float  # acceleration of body 1 by a unit of contact force: 1, 0 of a wall
     inverse_mass: float  # 1 + 1/μ, the inverse of the reduced mass
 
 
 @jit
 def coefficients(p):
     """Coefficients of the equations of motion, from :class:`..parameters.Parameters`."""
-    kappa = p.kappa
+    kappa, square = p.kappa, p.eta * p.eta
     stiffening = (kappa - 1.0) * (kappa + 1.0)
-    return Coefficients(
-        p.eta * p.eta, 2.0 * p.d1, 1.0, 2.0 * p.d2 * kappa, kappa * kappa, stiffening, p.mu, 1.0 + 1.0 / p.mu
-    )
+    load1 = square * p.base_cosine + p.force1_cosine, square * p.base_sine + p.force1_sine
+    push, react1 = (p.push_cosine, p.push_sine), 1.0
+    if p.wall > 0.0:
+        load1, push, react1 = (0.0, 0.0), (-load1[0], -load1[1]), 0.0
+    c2, k2, inverse_mass = 2.0 * p.d2 * kappa, kappa * kappa, react1 + 1.0 / p.mu
+    return Coefficients(load1, push, 2.0 * p.d1, 1.0, c2, k2, stiffening, p.mu, react1, inverse_mass)
 
 
 @jit_uncontracted
-def accelerations(c, x1, v1, x2, v2, contact_force, cosine):
-    """ξ₁″ and ξ₂″; ``cosine`` is cos ητ."""
-    a1 = c.load * cosine - c.c1 * v1 - c.k1 * x1 - contact_force  # Eq. (1)
-    a2 = c.load * cosine - c.c2 * v2 - c.k2 * x2 + contact_force / c.mu  # Eq. (2)
+def accelerations(c, x1, v1, x2, v2, contact_force, cosine, sine):
+    """ξ₁″ and ξ₂″; xᵢ: ξᵢ less the static equilibrium of the separated bodies; cos ητ and sin ητ."""
+    load1 = c.load1[0] * cosine + c.load1[1] * sine
+    load2 = (c.load1[0] + c.push[0]) * cosine + (c.load1[1] + c.push[1]) * sine
+    a1 = load1 - c.c1 * v1 - c.k1 * x1 - c.react1 * contact_force  # Eq. (1)
+    a2 = load2 - c.c2 * v2 - c.k2 * x2 + contact_force / c.mu  # Eq. (2)
     return a1, a2
+
+
+@jit
+def free_equilibrium(p):
+    """ξ₁ and gap of the static equilibrium of the separated bodies."""
+    return p.free_position, p.free_gap
+
+
+@jit
+def joined_equilibrium(p):
+    """ξ₁ and gap of the static equilibrium of the joined bodies."""
+    return (0.0 if p.wall > 0.0 else p.free_position + p.stiffness_share * p.free_gap), 0.0
+
+
+@jit
+def pressed_equilibrium(p):
+    """ξ₁ and gap of the static equilibrium of the bodies pressed together by a spring."""
+    gap = p.free_gap * p.stiffness_share / (p.stiffness_share + p.stiffness)
+    return (0.0 if p.wall > 0.0 else p.free_position + p.stiffness * gap), gap
 
 
 @jit
@@ -66,8 +104,9 @@ def separated_generator(p):
     """Generator without contact."""
     c, a = coefficients(p), np.zeros((4, 6))
     a[0, 1] = a[2, 3] = 1.0
-    a[1, 0], a[1, 1], a[1, 4] = -c.k1, -c.c1, c.load  # Eq. (1)
+    a[1, 0], a[1, 1], a[1, 4], a[1, 5] = -c.k1, -c.c1, c.load1[0], c.load1[1]  # Eq. (1)
     a[3, 0], a[3, 1], a[3, 2], a[3, 3] = -c.stiffening, -(c.c2 - c.c1), -c.k2, -c.c2  # Eq. (3)
+    a[3, 4], a[3, 5] = c.push
     return a
 
 
@@ -76,17 +115,20 @@ def pressed_generator(p):
     """Generator in penalty contact, whose force is linear in g and g′, Eq. (5)."""
     c, a = coefficients(p), separated_generator(p)
     by_gap, by_rate = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
-    a[1, 2] -= by_gap
-    a[1, 3] -= by_rate
+    if p.wall == 0.0:
+        a[1, 2] -= by_gap
+        a[1, 3] -= by_rate
     a[3, 2] += c.inverse_mass * by_gap
     a[3, 3] += c.inverse_mass * by_rate
     return a
 
 
 @jit
-def joined_generator(eta, kappa3, d3):
+def joined_generator(p):
     """Generator of the common motion of joined bodies; the gap stays as it is."""
-    a = np.zeros((4, 6))
+    c, a = coefficients(p), np.zeros((4, 6))
     a[0, 1] = 1.0
-    a[1, 0], a[1, 1], a[1, 4] = -kappa3 * kappa3, -2.0 * d3 * kappa3, eta * eta  # Eq. (4)
+    a[1, 0], a[1, 1] = -p.kappa3 * p.kappa3, -2.0 * p.d3 * p.kappa3  # Eq. (4)
+    if p.wall == 0.0:
+        a[1, 4], a[1, 5] = c.load1[0] + p.mass_share * c.push[0], c.load1[1] + p.mass_share * c.push[1]
     return a

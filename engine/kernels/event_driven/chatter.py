@@ -64,13 +64,17 @@ def damper_terms(phase, mass_share):
 
 @jit_no_alloc
 def sum_up(phase, z, restitution, mass_share, scratch):
-    """Duration t∞ of the chatter that begins at z, and ξ and ξ′ of the joined bodies at its end."""
+    """Duration t∞ of the chatter that begins at z, and ξ and ξ′ of the joined bodies at its end.
+
+    ξ is relative to the equilibrium of the flight, and so is z; at its beginning the gap itself is zero.
+    """
     r, h = z[3], phase.spacing
-    together = (z[0], z[1] + mass_share * r, 0.0, 0.0, z[4], z[5])
+    together = (z[0], z[1] + mass_share * r, z[2], 0.0, z[4], z[5])
     a, j = gap_acceleration_and_jerk(phase, together, scratch)
     difference, gamma = damper_terms(phase, mass_share)
     second = 2.0 * (j - gamma * a) / (3.0 * a * a) - gamma / (3.0 * a)
     s = 2.0 * r / (a * (1.0 - restitution)) * (1.0 + r * second / (1.0 - restitution))
     x, v = position_at(phase, together, s / h, scratch)
     g, rate = gap_at(phase, together, s / h, scratch)
+    g -= z[2]
     return s, x + mass_share * g, v + mass_share * rate + mass_share * (1.0 - mass_share) * difference * g

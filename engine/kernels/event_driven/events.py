@@ -15,6 +15,8 @@ first derivative of the free gap that is not zero decides: positive, the bodies 
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import OpenContact, no_contact
+from ..equations.coordinates import displacements
+from ..linear.cos_sin import cos_sin
 from ..linear.tables import POWERS
 from .chatter import can_sum, sum_up
 from .state import COLLISION, CONTACT, FLIGHT, ROUNDING, HybridState, later_state, linear_state, time_of
@@ -31,7 +33,7 @@ def first_nonzero_derivative(p, z, start):
     """
     for order in range(start, HIGHEST_ORDER + 1):
         value, scale = 0.0, 0.0
-        for i in range(6):
+        for i in range(2 if p.wall else 0, 6):
             term = p.flight.rows[i, POWERS + order] * z[i]
             value += term
             scale += abs(term)
@@ -52,7 +54,8 @@ def begin_contact(p, a, rate, order):
 
     Joined bodies move at the velocity (ξ₁′ + μξ₂′)/(1 + μ) that conserves momentum; pressed ones keep theirs.
     """
-    opened = OpenContact(time_of(p, a), max(-a.rate, 0.0), a.x1, a.v1, a.v1 + a.rate, 0.0)
+    x1, v1, _, v2 = displacements(p, a.x1, a.v1, a.gap, a.rate)
+    opened = OpenContact(time_of(p, a), max(-a.rate, 0.0), x1, v1, v2, 0.0)
     if p.rigid:
         v1 = a.v1 + p.mass_share * a.rate
         return HybridState(a.period, a.tau, a.x1, v1, 0.0, 0.0, CONTACT, order, a.events, opened)
@@ -62,13 +65,22 @@ def begin_contact(p, a, rate, order):
 @jit_no_alloc
 def separate_or_touch(p, a, start):
     """The phase that follows a touch without approach, the gap's derivatives below order ``start`` being zero."""
-    order, value = first_nonzero_derivative(p, linear_state(p, a), start)
+    order, value = first_nonzero_derivative(p, linear_state(p, p.flight, a), start)
     rate = a.rate if order == 1 else 0.0
     if value > 0.0:
         return begin_flight(a, a.v1, rate, float(order))
     if p.rigid:  # the force is proportional to −g″: its first derivative that is not zero is two orders lower
         return begin_contact(p, a, 0.0, float(max(0, min(order, HIGHEST_ORDER) - 2)))
     return begin_contact(p, a, rate, float(min(order, HIGHEST_ORDER)))
+
+
+@jit_inlined
+def other_force(p, share):
+    """What the contact force does not owe to the motion; ``share`` of the period."""
+    if p.force_cosine == 0.0 and p.force_sine == 0.0:
+        return p.force_constant
+    c, s = cos_sin(share)
+    return p.force_constant + (p.force_cosine * c + p.force_sine * s)
 
 
 @jit_inlined
@@ -79,9 +91,10 @@ def impact(p, a):
     """
     parting = -p.restitution * a.rate
     common = a.v1 + p.mass_share * a.rate
-    compressed = p.force_position * a.x1 + p.force_velocity * common > 0.0
-    if parting <= p.threshold and compressed:
-        return begin_contact(p, a, 0.0, 0.0)
+    if parting <= p.threshold:
+        force = p.force_position * a.x1 + p.force_velocity * common + other_force(p, a.tau / p.period)
+        if force > 0.0:
+            return begin_contact(p, a, 0.0, 0.0)
     return begin_flight(a, common - p.mass_share * parting, parting, 1.0)
 
 
@@ -101,10 +114,12 @@ def resolve_flight_start(p, a):
     if a.mode != FLIGHT or a.order != 1.0:
         return a
     if p.rigid and p.threshold == 0.0:
-        z = linear_state(p, a)
+        z = linear_state(p, p.flight, a)
         if can_sum(p.flight, z, p.restitution, p.completion, p.scratch):
             s, x, v = sum_up(p.flight, z, p.restitution, p.mass_share, p.scratch)
-            return begin_contact(p, later_state(p, a, s, (x, v, 0.0, 0.0), FLIGHT, 0.0, a.contact), 0.0, 0.0)
+            return begin_contact(
+                p, later_state(p, a, s, (x + p.flight.position, v, 0.0, 0.0), FLIGHT, 0.0, a.contact), 0.0, 0.0
+            )
     if a.rate <= ROUNDING * (abs(a.v1) + abs(a.x1)):
         return separate_or_touch(p, a, 2)  # rounding hides so slow a rate: higher derivatives decide
     return a
@@ -119,7 +134,7 @@ def can_separate(p, a):
     """
     if not p.rigid or a.mode != FLIGHT or a.order < 3.0:
         return True
-    return first_nonzero_derivative(p, linear_state(p, a), 3)[1] >= 0.0
+    return first_nonzero_derivative(p, linear_state(p, p.flight, a), 3)[1] >= 0.0
 
 
 @jit_inlined

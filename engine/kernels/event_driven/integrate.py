@@ -31,6 +31,7 @@ from .state import (
     CONTACT,
     SLOW_CONTACT,
     HybridState,
+    absolute,
     in_contact,
     later_state,
     linear_state,
@@ -51,7 +52,7 @@ def drop_fast_part(p, a):
     """The hybrid state without its fast part, once that has decayed below the rounding of the penetration."""
     if a.mode != CONTACT or a.order > 0.0 or not p.stiff:
         return a
-    z = linear_state(p, a)
+    z = linear_state(p, p.contact, a)
     x1, v1, gap, rate = dot(p.fast[0], z), dot(p.fast[1], z), dot(p.fast[2], z), dot(p.fast[3], z)
     if abs(gap) + abs(rate) * p.contact.spacing > LOST * abs(a.gap):
         return a
@@ -63,6 +64,7 @@ def drop_fast_part(p, a):
 def end_of_phase(p, phase, a, z, i, u, slope):
     """The hybrid state where a phase ends, u into interval i."""
     x1, v1 = position_at(phase, state_after(phase, z, i), u, p.scratch)
+    x1 += phase.position
     s = (i + u) * phase.spacing
     if in_contact(a):
         return release(p, a, s, x1, v1, slope)
@@ -72,7 +74,9 @@ def end_of_phase(p, phase, a, z, i, u, slope):
 @jit_inlined
 def end_of_block(p, phase, a, z):
     """The hybrid state at which the search for an event goes on."""
-    return later_state(p, a, POINTS * phase.spacing, state_after(phase, z, POINTS)[:4], a.mode, 0.0, a.contact)
+    return later_state(
+        p, a, POINTS * phase.spacing, absolute(phase, state_after(phase, z, POINTS)), a.mode, 0.0, a.contact
+    )
 
 
 @jit_inlined
@@ -82,7 +86,7 @@ def count_event(a):
 
 
 @jit_no_alloc
-def integrate(packed, state, stop, window, flat, sizes, variation):
+def integrate(packed, state, stop, window, flat, sizes, wall, variation):
     """Integrate the motion to the end of period ``stop``.
 
     Parameters
@@ -98,6 +102,8 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
         Period at which the section begins, period at which sampling begins.
     flat, sizes
         Packed record buffers. Nothing is recorded if they have no room for a section.
+    wall : AT_WALL or TWO_BODIES
+        Of :mod:`..parameters`: the loop is compiled once for each.
     variation : Variation or None
         What small changes of the start change, at τ = ``stop`` T in the end.
 
@@ -107,7 +113,7 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
         Status: OK, PILED_UP or UNRESOLVED; FULL (empty the buffers and call again), PAUSED (call again). Events.
         Intervals examined. With a variation nothing but OK has a meaning for it.
     """
-    p, buffers, a = unpack_system(packed), unpack_buffers(flat, sizes), unpack_state(state)
+    p, buffers, a = unpack_system(packed, wall), unpack_buffers(flat, sizes), unpack_state(state)
     phases = (p.flight, p.contact, p.slow_contact)
     events, examined = 0, 0
     start_variation(p, variation, a)
@@ -133,7 +139,8 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
         touching, a = a, drop_fast_part(p, a)
         carry_over_fast_decay(p, variation, touching, a)
         # 2. The phase that begins here, up to its first event, the end of the block or the end of the run
-        phase, z = phases[int(a.mode)], linear_state(p, a)
+        phase = phases[int(a.mode)]
+        z = linear_state(p, phase, a)
         leave_event(phase, variation, z)
         i, u, slope, tries = first_root(phase, z, int(a.order), p.scratch)
         examined += tries

@@ -4,8 +4,19 @@ import numpy as np
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import record_contact, record_impact, with_impulse
+from ..equations.coordinates import displacements
 from ..linear.tables import INTEGRAL, POINTS, gap_at, position_at, state_after
-from .state import COLLISION, SLOW_CONTACT, HybridState, in_contact, later_state, linear_state, time_of
+from .events import other_force
+from .state import (
+    COLLISION,
+    SLOW_CONTACT,
+    HybridState,
+    absolute,
+    in_contact,
+    later_state,
+    linear_state,
+    time_of,
+)
 
 # An event on the section itself: rounding must not make both of its phases leave the row to the other one.
 SLACK = -1e-13  # of a period
@@ -26,7 +37,7 @@ def evaluate(p, phase, z, s):
     z = state_after(phase, z, i)
     x1, v1 = position_at(phase, z, u, p.scratch)
     gap, rate = gap_at(phase, z, u, p.scratch)
-    return x1, v1, gap, rate
+    return absolute(phase, (x1, v1, gap, rate))
 
 
 @jit_inlined
@@ -46,7 +57,7 @@ def write_rows(p, phase, a, z, s, window, buffers):
         if t >= SLACK * p.period:
             x1, v1, gap, rate = evaluate(p, phase, z, max(t, 0.0))
             row = buffers.section[int(k - kept_from) - 1]
-            row[0], row[1], row[2], row[3] = x1, v1, x1 + gap, v1 + rate
+            row[0], row[1], row[2], row[3] = displacements(p, x1, v1, gap, rate)
         k += 1.0
     m = buffers.phases.shape[0]
     j = max(0, int(a.period - sampled_from) * m + np.searchsorted(buffers.phases, a.tau / p.period) - 1)
@@ -58,9 +69,11 @@ def write_rows(p, phase, a, z, s, window, buffers):
         if t >= SLACK * p.period:
             x1, v1, gap, rate = evaluate(p, phase, z, max(t, 0.0))
             row = buffers.samples[j]
-            row[0], row[1], row[2], row[3], row[4] = x1, v1, x1 + gap, v1 + rate, 0.0
+            row[0], row[1], row[2], row[3] = displacements(p, x1, v1, gap, rate)
+            row[4] = 0.0
             if in_contact(a):
                 row[4] = p.force_position * x1 + p.force_velocity * v1 + p.force_gap * gap + p.force_rate * rate
+                row[4] += other_force(p, buffers.phases[part])
         j += 1
 
 
@@ -69,8 +82,8 @@ def write_chatter(p, a, b, stop, window, buffers):
     """Write what falls into the summed end of a chatter, from a to b, as the bodies' common motion."""
     if not records(buffers):
         return
-    x1, v1, _, rate, c, s = linear_state(p, a)
-    together = (x1, v1 + p.mass_share * rate, 0.0, 0.0, c, s)
+    x1, v1, gap, rate, c, s = linear_state(p, p.contact, a)
+    together = (x1, v1 + p.mass_share * rate, gap, 0.0, c, s)
     length = (b.period - a.period) * p.period + b.tau - a.tau
     write_output(p, p.contact, a, together, min(length, (stop - a.period) * p.period - a.tau), window, buffers)
 
@@ -79,9 +92,9 @@ def write_chatter(p, a, b, stop, window, buffers):
 def record_collision(p, before, after, buffers):
     """Append the reference's impact, if a collision was due; the hybrid states are those before and after it."""
     if records(buffers) and p.rigid and before.mode == COLLISION and before.rate < 0.0:
-        v1, v2 = before.v1, before.v1 + before.rate
-        speeds, impulse = (after.v1, after.v1 + after.rate), v1 - after.v1
-        record_impact(buffers, time_of(p, before), after.x1, (v1, v2), speeds, impulse, -before.rate)
+        x1, v1, _, v2 = displacements(p, before.x1, before.v1, before.gap, before.rate)
+        _, w1, _, w2 = displacements(p, after.x1, after.v1, after.gap, after.rate)
+        record_impact(buffers, time_of(p, before), x1, (v1, v2), (w1, w2), v1 - w1, -before.rate)
 
 
 @jit_inlined
@@ -89,13 +102,14 @@ def add_impulse(p, phase, begin, end, z, buffers):
     """``end`` with the impulse of the penalty contact that was open from ``begin``, where z is, to it."""
     if not records(buffers) or p.rigid or not in_contact(begin):
         return end
-    return gather_impulse(p, phase, end, z, linear_state(p, end))
+    length = (end.period - begin.period) * p.period + end.tau - begin.tau
+    return gather_impulse(p, phase, end, z, linear_state(p, phase, end), length)
 
 
 @jit_no_alloc
-def gather_impulse(p, phase, a, begin, end):
+def gather_impulse(p, phase, a, begin, end, length):
     """The hybrid state with the impulse of its open penalty contact between two states, ∫λ = K ∫(−g) − 2D Δg."""
-    squeezed = 0.0
+    squeezed = phase.watched * length
     for i in range(6):
         squeezed += phase.rows[i, INTEGRAL] * (end[i] - begin[i])
     impulse = a.contact.impulse - p.force_gap * squeezed + p.force_rate * (end[2] - begin[2])
@@ -115,7 +129,8 @@ def append_contact(p, now, window, buffers):
     """Append the contact that ends at ``now``; a penalty contact is an impact as well."""
     contact = now.contact
     impact = not p.rigid and contact.begun >= window[0] * p.period
-    record_contact(buffers, contact, time_of(p, now), (now.v1, now.v1 + now.rate), impact)
+    _, v1, _, v2 = displacements(p, now.x1, now.v1, now.gap, now.rate)
+    record_contact(buffers, contact, time_of(p, now), (v1, v2), impact)
 
 
 @jit_no_alloc
@@ -124,9 +139,9 @@ def record_open_contact(p, a, stop, window, buffers):
     if not in_contact(a):
         return
     phase = p.slow_contact if a.mode == SLOW_CONTACT else p.contact
-    z = linear_state(p, a)
+    z = linear_state(p, phase, a)
     s = (stop - a.period) * p.period - a.tau
     now = later_state(p, a, s, evaluate(p, phase, z, s), a.mode, 0.0, a.contact)
     if not p.rigid:
-        now = gather_impulse(p, phase, now, z, linear_state(p, now))
+        now = gather_impulse(p, phase, now, z, linear_state(p, phase, now), s)
     append_contact(p, now, window, buffers)

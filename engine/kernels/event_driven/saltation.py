@@ -168,8 +168,10 @@ def start_variation(p, d, a):
     """Begin at a hybrid state, where a collision may be due."""
     if d is None:
         return
+    if p.wall:  # the wall never moves
+        d.state[0, 0] = d.state[1, 1] = 0.0
     if a.mode == COLLISION and a.rate < 0.0:
-        meet_event(p.flight, d, linear_state(p, a), a.rate)
+        meet_event(p.flight, d, linear_state(p, p.flight, a), a.rate)
 
 
 @jit_no_alloc
@@ -177,7 +179,7 @@ def carry_to_event(p, phase, d, a, slope):
     """From δ to δ_e at the event a that ends a phase, which adds to the course of events."""
     if d is None:
         return
-    meet_event(phase, d, linear_state(p, a), slope)
+    meet_event(phase, d, linear_state(p, phase, a), slope)
     d.course[0] = (d.course[0] * 4 + int(a.mode)) % COURSES
 
 
@@ -217,7 +219,7 @@ def join(p, d, z):
     add_row(d, 1, p.mass_share, 3)
     scale_row(d, 2, 0.0)
     scale_row(d, 3, 0.0)
-    return z[0], z[1] + p.mass_share * z[3], 0.0, 0.0, z[4], z[5]
+    return z[0], z[1] + p.mass_share * z[3], z[2], 0.0, z[4], z[5]
 
 
 @jit_no_alloc
@@ -248,12 +250,12 @@ def carry_over_chatter(p, d, before, after, stop):
     """d over the summed end of a chatter; whether the run ends within it, and d with it."""
     if d is None:
         return False
-    z = linear_state(p, before)
     if (stop - after.period) * p.period < after.tau:
-        z = join(p, d, z)
+        z = join(p, d, linear_state(p, p.contact, before))
         leave_event(p.contact, d, z)
         carry_to_end(p, p.contact, d, z, (stop - before.period) * p.period - before.tau)
         return True
+    z = linear_state(p, p.flight, before)
     length, r = time_of(p, after) - time_of(p, before), z[3]
     parting, end = d.rows[0], d.rows[1]
     for i in range(4):
@@ -267,7 +269,7 @@ def carry_over_chatter(p, d, before, after, stop):
     carry(p.flight, d, 0, u)
     x, v = position_at(p.flight, z, u, p.scratch)
     g, rate = gap_at(p.flight, z, u, p.scratch)
-    _, _, _, _, c, s = linear_state(p, after)
+    _, _, _, _, c, s = linear_state(p, p.flight, after)
     for i in range(4):
         d.time[i] = end[i]
     shift(d, slope_of(p.flight, (x, v, g, rate, c, s)), 1.0)

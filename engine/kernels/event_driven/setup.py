@@ -9,8 +9,16 @@ import math
 import numpy as np
 
 from ..compile.options import jit
-from ..equations.contact_law import force, joint_force
-from ..equations.motion import joined_generator, pressed_generator, separated_generator
+from ..equations.contact_law import force, joint_force, joint_force_constant
+from ..equations.motion import (
+    coefficients,
+    free_equilibrium,
+    joined_equilibrium,
+    joined_generator,
+    pressed_equilibrium,
+    pressed_generator,
+    separated_generator,
+)
 from ..equations.rates import free_rate, pressed_rate
 from ..linear.matrices import unit
 from ..linear.slow_subspace import SEPARATION, fast_projector
@@ -21,7 +29,8 @@ from .state import SYSTEM
 _write_flight, _write_contact, _write_slow = (SYSTEM.writer(name) for name in ("flight", "contact", "slow_contact"))
 _write_fast, _write_numbers = SYSTEM.writer("fast"), SYSTEM.writer("period", "rigid", "stiff")
 _write_laws = SYSTEM.writer("force_position", "force_velocity", "force_gap", "force_rate")
-_write_impact = SYSTEM.writer("mass_share", "restitution", "threshold", "completion")
+_write_other_force = SYSTEM.writer("force_cosine", "force_sine", "force_constant")
+_write_impact = SYSTEM.writer("clearance", "mass_share", "restitution", "threshold", "completion")
 
 
 @jit
@@ -34,11 +43,21 @@ def force_factors(p, rigid):
 
 
 @jit
+def other_force_factors(p, rigid):
+    """Factors of cos ητ and sin ητ in the contact force of the joined bodies, and its constant, Eq. (8)."""
+    if rigid:
+        push = coefficients(p).push
+        return -p.mass_share * push[0], -p.mass_share * push[1], joint_force_constant(p)
+    return 0.0, 0.0, 0.0
+
+
+@jit
 def watched_in_contact(p, rigid):
     """What is watched in contact, as a row: the contact force (reference) or the penetration −g (penalty)."""
     row = np.zeros(6)
     if rigid:
         row[0], row[1] = joint_force(p)
+        row[4], row[5], _ = other_force_factors(p, rigid)
     else:
         row[2] = -1.0
     return row
@@ -47,17 +66,29 @@ def watched_in_contact(p, rigid):
 @jit
 def flight_phase(p):
     """Tables of the separated bodies, in which the gap is watched."""
-    return tabulate(separated_generator(p), p.eta, unit(2), REACH / free_rate(p))
+    position, gap = free_equilibrium(p)
+    return tabulate(separated_generator(p), p.eta, unit(2), REACH / free_rate(p), (position, gap, gap), p.wall > 0.0)
 
 
 @jit
 def contact_phase(p, rigid):
     """Tables of the bodies in contact."""
     if rigid:
-        generator, fastest = joined_generator(p.eta, p.kappa3, p.d3), max(p.kappa3, p.eta)
+        generator, fastest = joined_generator(p), max(p.kappa3, p.eta)
     else:
         generator, fastest = pressed_generator(p), pressed_rate(p)
-    return tabulate(generator, p.eta, watched_in_contact(p, rigid), REACH / fastest)
+    row, equilibrium = watched_in_contact(p, rigid), contact_equilibrium(p, rigid)
+    return tabulate(generator, p.eta, row, REACH / fastest, equilibrium, p.wall > 0.0)
+
+
+@jit
+def contact_equilibrium(p, rigid):
+    """ξ₁, gap and the watched quantity of the bodies at rest in contact."""
+    if rigid:
+        position, gap = joined_equilibrium(p)
+        return position, gap, -p.stiffness_share * p.free_gap
+    position, gap = pressed_equilibrium(p)
+    return position, gap, -gap
 
 
 @jit
@@ -69,7 +100,12 @@ def slow_contact_phase(p, fast, slow_rate):
         for j in range(6):
             for k in range(4):  # the lower rows of P_f are zero
                 rest[i, j] -= generator[i, k] * fast[k, j]
-    return tabulate(rest, p.eta, watched_in_contact(p, False), REACH / max(slow_rate, free_rate(p)))
+    row, equilibrium, h = (
+        watched_in_contact(p, False),
+        contact_equilibrium(p, False),
+        REACH / max(slow_rate, free_rate(p)),
+    )
+    return tabulate(rest, p.eta, row, h, equilibrium, p.wall > 0.0)
 
 
 @jit
@@ -121,4 +157,7 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
     _write_numbers(packed, 2 * math.pi / p.eta, rigid, circle[0] > 0.0)
     position, velocity, gap, rate = force_factors(p, rigid)
     _write_laws(packed, position, velocity, gap, rate)
-    _write_impact(packed, p.mass_share, p.restitution, p.threshold, completion)
+    cosine, sine, constant = other_force_factors(p, rigid)
+    _write_other_force(packed, cosine, sine, constant)
+    mass_share = 0.0 if p.wall > 0.0 else p.mass_share
+    _write_impact(packed, p.clearance, mass_share, p.restitution, p.threshold, completion)

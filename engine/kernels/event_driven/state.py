@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit_inlined
-from ..compile.packing import Layout
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..compile.packing import GIVEN, Layout
 from ..compile.record import OpenContact, no_contact
+from ..equations.coordinates import displacements
 from ..linear.cos_sin import cos_sin
 from ..linear.tables import PHASE, SCRATCH, Phase, Scratch
 
@@ -38,21 +39,27 @@ class HybridSystem(NamedTuple):
     force_velocity: float
     force_gap: float
     force_rate: float
-    mass_share: float  # μ/(1 + μ)
+    mass_share: float  # μ/(1 + μ), what body 1 gains of a relative velocity; 0 of a wall
+    force_cosine: float  # + force_cosine cos ητ + force_sine sin ητ + force_constant, of the reference
+    force_sine: float
+    force_constant: float
+    wall: tuple | None  # whether body 1 is a wall, as AT_WALL or TWO_BODIES of ..parameters, or as a bool
+    clearance: float
     restitution: float  # of the reference, as are the next two
     threshold: float
     completion: float  # how far a chatter must have come to be summed up (see chatter.py)
     scratch: Scratch
 
 
-SYSTEM = Layout(HybridSystem, flight=PHASE, contact=PHASE, slow_contact=PHASE, fast=(4, 6), scratch=SCRATCH)
+SYSTEM = Layout(HybridSystem, flight=PHASE, contact=PHASE, slow_contact=PHASE, fast=(4, 6), wall=GIVEN, scratch=SCRATCH)
 unpack_system = SYSTEM.unpack
 
 
 class HybridState(NamedTuple):
     """Where a phase begins, or where the search for its end goes on.
 
-    It holds gap and gap rate instead of ξ₂ and ξ₂′, so that a short flight keeps its digits. Time is counted in whole
+    It holds gap and gap rate instead of ξ₂ and ξ₂′, so that a short flight keeps its digits. They and ξ₁ are absolute;
+    tables count from the equilibrium of their phase (:func:`linear_state`). Time is counted in whole
     periods and a remainder, so that the phase of the excitation stays exact over any number of periods.
     """
 
@@ -60,7 +67,7 @@ class HybridState(NamedTuple):
     tau: float  # time since the beginning of that period
     x1: float
     v1: float
-    gap: float  # g = ξ₂ − ξ₁
+    gap: float  # g
     rate: float  # g′
     mode: float  # FLIGHT, CONTACT, SLOW_CONTACT or COLLISION
     order: float  # of the first derivative of the watched quantity that is not zero
@@ -79,10 +86,18 @@ def in_contact(a):
 
 
 @jit_inlined
-def linear_state(p, a):
-    """z = (ξ₁, ξ₁′, g, g′, cos ητ, sin ητ) of a hybrid state (see :mod:`..linear.tables`)."""
+def linear_state(p, phase, a):
+    """z of a hybrid state, relative to the equilibrium of a phase (see :mod:`..linear.tables`)."""
     c, s = cos_sin(a.tau / p.period)
-    return a.x1, a.v1, a.gap, a.rate, c, s
+    if p.wall:
+        return 0.0, 0.0, a.gap - phase.gap, a.rate, c, s
+    return a.x1 - phase.position, a.v1, a.gap - phase.gap, a.rate, c, s
+
+
+@jit_inlined
+def absolute(phase, z):
+    """(ξ₁, ξ₁′, g, g′) of z."""
+    return z[0] + phase.position, z[1], z[2] + phase.gap, z[3]
 
 
 @jit_inlined
@@ -102,8 +117,16 @@ def later_state(p, a, s, y, mode, order, contact):
 
 
 @jit_inlined
-def start_state(x1, v1, gap, rate):
+def start_state(p, y):
     """The hybrid state of a run that starts at τ = 0; a gap within rounding of the displacements counts as zero."""
-    small = ROUNDING * (abs(x1) + abs(x1 + gap))
+    x1, v1, gap, rate = y
+    one, _, two, _ = displacements(p, x1, v1, gap, rate)
+    small = ROUNDING * (abs(one) + abs(two) + abs(p.clearance))
     mode = FLIGHT if gap > small else CONTACT if gap < -small else COLLISION
     return HybridState(0.0, 0.0, x1, v1, 0.0 if mode == COLLISION else gap, rate, mode, 0.0, 0.0, no_contact())
+
+
+@jit_no_alloc
+def write_start(packed, state, wall, x1, v1, gap, rate):
+    """Write the packed hybrid state of a run that starts at τ = 0 (:func:`start_state`)."""
+    write_state(state, start_state(unpack_system(packed, wall), (x1, v1, gap, rate)))

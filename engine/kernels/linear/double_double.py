@@ -13,43 +13,70 @@ from ..compile.options import jit
 _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose products are exact (Dekker)
 
 
-@jit
-def product(a, b, divisor):
-    """Product of two (2, 6, 6) matrices, high parts first, divided by a small whole number; accurate to about 2⁻¹⁰⁰."""
-    out = np.zeros((2, 6, 6))
-    for i in range(6):
-        for k in range(6):
-            x, rest = a[0, i, k], a[1, i, k]
-            t = _SPLITTER * x
-            x1 = t - (t - x)
-            x2 = x - x1
-            for j in range(6):
-                y = b[0, k, j]
-                t = _SPLITTER * y
-                y1 = t - (t - y)
-                y2 = y - y1
-                p = x * y
-                error = ((x1 * y1 - p) + x1 * y2 + x2 * y1) + x2 * y2
-                high = out[0, i, j]
-                total = high + p
-                virtual = total - high
-                lost = (high - (total - virtual)) + (p - virtual)
-                out[0, i, j] = total
-                out[1, i, j] += lost + error + (x * b[1, k, j] + rest * y)
-    for i in range(6):
-        for j in range(6):
-            high, low = out[0, i, j], out[1, i, j]
-            quotient = high / divisor
-            t = _SPLITTER * quotient
-            upper = t - (t - quotient)
-            low = (((high - divisor * upper) - divisor * (quotient - upper)) + low) / divisor
-            out[0, i, j] = quotient + low
-            out[1, i, j] = (quotient - out[0, i, j]) + low
-    return out
+def _products(begin):
+    # Constant bounds let the compiler unroll the loops. Rows and columns before ``begin`` are left out.
+    @jit
+    def product(a, b, divisor):
+        out = np.zeros((2, 6, 6))
+        for i in range(begin, 6):
+            for k in range(begin, 6):
+                x, rest = a[0, i, k], a[1, i, k]
+                t = _SPLITTER * x
+                x1 = t - (t - x)
+                x2 = x - x1
+                for j in range(begin, 6):
+                    y = b[0, k, j]
+                    t = _SPLITTER * y
+                    y1 = t - (t - y)
+                    y2 = y - y1
+                    p = x * y
+                    error = ((x1 * y1 - p) + x1 * y2 + x2 * y1) + x2 * y2
+                    high = out[0, i, j]
+                    total = high + p
+                    virtual = total - high
+                    lost = (high - (total - virtual)) + (p - virtual)
+                    out[0, i, j] = total
+                    out[1, i, j] += lost + error + (x * b[1, k, j] + rest * y)
+        for i in range(begin, 6):
+            for j in range(begin, 6):
+                high, low = out[0, i, j], out[1, i, j]
+                quotient = high / divisor
+                t = _SPLITTER * quotient
+                upper = t - (t - quotient)
+                low = (((high - divisor * upper) - divisor * (quotient - upper)) + low) / divisor
+                out[0, i, j] = quotient + low
+                out[1, i, j] = (quotient - out[0, i, j]) + low
+        return out
+
+    @jit
+    def rounded_product(a, b, out):
+        # the factors are known to more digits than the product needs
+        for i in range(begin, 6):
+            for j in range(begin, 6):
+                high, low = 0.0, 0.0
+                for k in range(begin, 6):
+                    high += a[0, i, k] * b[0, k, j]
+                    low += a[1, i, k] * b[0, k, j] + a[0, i, k] * b[1, k, j]
+                out[i, j] = high + low
+
+    return product, rounded_product
+
+
+_product, _rounded_product = _products(0)
+_short_product, _short_rounded_product = _products(2)
 
 
 @jit
-def exponential(a, h, terms):
+def product(a, b, divisor, one_body):
+    """Product of two (2, 6, 6) matrices, high parts first, divided by a small whole number; accurate to about 2⁻¹⁰⁰.
+
+    ``one_body``: the first two rows and columns are left out (see :mod:`.matrices`), here and in what follows.
+    """
+    return _short_product(a, b, divisor) if one_body else _product(a, b, divisor)
+
+
+@jit
+def exponential(a, h, terms, one_body):
     """exp(ah) of a (6, 6) matrix, ah of norm at most about one, by Horner's rule on its series; (2, 6, 6)."""
     matrix, factor, total = np.zeros((2, 6, 6)), np.zeros((2, 6, 6)), np.zeros((2, 6, 6))
     for i in range(6):
@@ -57,9 +84,9 @@ def exponential(a, h, terms):
         total[0, i, i] = 1.0
         for j in range(6):
             matrix[0, i, j] = a[i, j]
-    matrix = product(matrix, factor, 1.0)
+    matrix = product(matrix, factor, 1.0, one_body)
     for k in range(terms, 0, -1):
-        total = product(matrix, total, float(k))
+        total = product(matrix, total, float(k), one_body)
         for i in range(6):
             high, low = total[0, i, i], total[1, i, i]
             total[0, i, i] = 1.0 + high
@@ -67,18 +94,6 @@ def exponential(a, h, terms):
             low += (1.0 - (total[0, i, i] - virtual)) + (high - virtual)
             total[1, i, i] = low
     return total
-
-
-@jit
-def _rounded_product(a, b, out):
-    # the factors are known to more digits than the product needs
-    for i in range(6):
-        for j in range(6):
-            high, low = 0.0, 0.0
-            for k in range(6):
-                high += a[0, i, k] * b[0, k, j]
-                low += a[1, i, k] * b[0, k, j] + a[0, i, k] * b[1, k, j]
-            out[i, j] = high + low
 
 
 @jit
@@ -90,7 +105,7 @@ def _copy(out, a):
 
 
 @jit
-def powers(a, count):
+def powers(a, count, one_body):
     """aʲ of a (2, 6, 6) matrix for j = 1 … count, rounded to float64: (count, 6, 6).
 
     Every eighth power and the first eight are computed to twice the digits; each other power is one product of these.
@@ -100,10 +115,13 @@ def powers(a, count):
         first[0, 0, i, i] = eighths[0, 0, i, i] = 1.0
     _copy(first[1], a)
     for j in range(2, 9):
-        _copy(first[j], product(first[j // 2], first[j - j // 2], 1.0))
+        _copy(first[j], product(first[j // 2], first[j - j // 2], 1.0, one_body))
     _copy(eighths[1], first[8])
     for j in range(2, count // 8 + 1):
-        _copy(eighths[j], product(eighths[j // 2], eighths[j - j // 2], 1.0))
+        _copy(eighths[j], product(eighths[j // 2], eighths[j - j // 2], 1.0, one_body))
     for j in range(1, count + 1):
-        _rounded_product(eighths[j // 8], first[j % 8], out[j - 1])
+        if one_body:
+            _short_rounded_product(eighths[j // 8], first[j % 8], out[j - 1])
+        else:
+            _rounded_product(eighths[j // 8], first[j % 8], out[j - 1])
     return out

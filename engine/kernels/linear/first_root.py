@@ -3,6 +3,9 @@
 **Across the block.** f at the POINTS instants jh of the block is POINTS rows times one state. Where f exceeds
 c = h²/8 · sup|f″| at both ends of an interval, it has no zero inside: f lies above its chord less c.
 
+Tables hold f − f*, f* the value at the phase's equilibrium (:mod:`.tables`), which is added to a polynomial as to all
+of its Bernstein coefficients, and taken from the bound.
+
 **Within an interval** that this leaves open, f is to rounding a polynomial in u = s/h. In Bernstein's basis it has no
 zero in (0, 1) if its coefficients do not change sign, and exactly one if they change sign once (Descartes' rule); with
 more changes the interval is bisected (de Casteljau). Halley's method then finishes from where the control polygon
@@ -15,6 +18,8 @@ numbers, is solved to all digits.
 Plain twin: the sign of the quantity at 4096 instants of the block, and polynomials whose roots are known
 (tests/engine/kernels/test_first_root.py).
 """
+
+import math
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from .tables import (
@@ -39,6 +44,7 @@ _N = TERMS - 1
 HALLEY_LIMIT = 12  # iterations; three are enough for most zeros
 NONE = -1.0
 CHUNK = 8
+SAFE = 1e-12  # coefficients above this share of a constant that was added to them have a sign beyond rounding
 
 
 @jit_inlined
@@ -167,6 +173,23 @@ def first_zero_by_bisection(terms, b, scratch):
             return low, min(polynomial_and_derivatives(terms, low)[1], 0.0)
 
 
+@jit_no_alloc
+def add_constant(value, order, powers, b):
+    """Add a constant to a polynomial in both bases; with an order above 0 the sum begins at zero exactly."""
+    if order == 0:
+        powers[0] += value
+        for k in range(TERMS):
+            b[k] += value
+        return
+    powers[0] = b[0] = 0.0
+    least = math.inf
+    for k in range(1, TERMS):
+        b[k] += value
+        least = min(least, b[k])
+    if not least > SAFE * abs(value):  # the sum of two large numbers loses the digits of a short flight
+        to_bernstein(powers, b)
+
+
 @jit_inlined
 def first_zero_in_interval(phase, z, order, scratch):
     """First zero of f in (0, h], as u = s/h, and f′ there; (NONE, 0) if there is none.
@@ -175,6 +198,8 @@ def first_zero_in_interval(phase, z, order, scratch):
     """
     find_watched(phase, z, scratch)
     b, powers = scratch.products[BERNSTEIN:POWERS], scratch.products[POWERS:POSITION]
+    if phase.watched != 0.0:
+        add_constant(phase.watched, order, powers, b)
     low = 0
     for k in range(TERMS):
         low += not (b[k] > 0.0)
@@ -223,7 +248,7 @@ def first_root(phase, z, order, scratch):
         return 0, u, slope, 1
     examined, i = 1, 1
     find_values(phase, z, scratch)
-    values, level = scratch.products[VALUES:BERNSTEIN], curvature_bound(phase, z)
+    values, level = scratch.products[VALUES:BERNSTEIN], curvature_bound(phase, z) - phase.watched
     while i < POINTS:
         # values[k] belongs to the instant k + 1
         k = first_at_most(values, level, i - 1) + 1

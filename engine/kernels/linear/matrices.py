@@ -2,7 +2,8 @@
 
 All of them act on z: a state of four numbers, then cos ητ and sin ητ. The excitation does not depend on the motion, so
 they are (6, 6) with zeros in the lower left, [B C; 0 R]. Products leave the zeros out, and with them nearly half of
-the sums.
+the sums. With ``one_body`` the first two numbers of z are zero (:mod:`..parameters`): the first two rows and columns
+are left out as well, and what is written there has no meaning.
 """
 
 import numpy as np
@@ -16,6 +17,15 @@ def unit(i):
     row = np.zeros(6)
     row[i] = 1.0
     return row
+
+
+@jit_inlined
+def short_row_image(row, a):
+    """The same without the first two rows and columns."""
+    r2, r3, r4, r5 = row[2], row[3], row[4], row[5]
+    s4 = r2 * a[2, 4] + r3 * a[3, 4] + r4 * a[4, 4] + r5 * a[5, 4]
+    s5 = r2 * a[2, 5] + r3 * a[3, 5] + r4 * a[4, 5] + r5 * a[5, 5]
+    return 0.0, 0.0, r2 * a[2, 2] + r3 * a[3, 2], r2 * a[2, 3] + r3 * a[3, 3], s4, s5
 
 
 @jit_inlined
@@ -45,20 +55,40 @@ def multiply(out, a, b):
     """Write the product of two matrices to ``out``, which is neither and holds zeros in the lower left."""
     for i in range(4):
         out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = row_image(a[i], b)
+    multiply_turn(out, a, b)
+
+
+@jit_inlined
+def short_multiply(out, a, b):
+    """The same without the first two rows and columns, which become zero."""
+    for i in range(2):
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(2, 4):
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = short_row_image(a[i], b)
+    multiply_turn(out, a, b)
+
+
+@jit_inlined
+def multiply_turn(out, a, b):
+    """Write the lower right of a product."""
     for i in range(4, 6):
         c, s = a[i, 4], a[i, 5]
         out[i, 4], out[i, 5] = c * b[4, 4] + s * b[5, 4], c * b[4, 5] + s * b[5, 5]
 
 
 @jit_no_alloc
-def fill_powers(out, a):
+def fill_powers(out, a, one_body):
     """Write aʲ for j = 1 … len(out), each as a product of two earlier ones, so that rounding adds up only log₂ j times.
 
     ``out``, (n, 6, 6), holds zeros in the lower left of each.
     """
     for i in range(6):
         for j in range(6):
-            out[0, i, j] = a[i, j]
+            out[0, i, j] = 0.0 if one_body and i < 2 else a[i, j]
+    if one_body:
+        for j in range(2, out.shape[0] + 1):
+            short_multiply(out[j - 1], out[j // 2 - 1], out[j - j // 2 - 1])
+        return
     for j in range(2, out.shape[0] + 1):
         multiply(out[j - 1], out[j // 2 - 1], out[j - j // 2 - 1])
 
@@ -72,8 +102,12 @@ def row_times(row, a):
 
 
 @jit_no_alloc
-def rows_times(out, row, tables):
+def rows_times(out, row, tables, one_body):
     """Write a row times each matrix of a table, (n, 6, 6), to (n, 6)."""
+    if one_body:
+        for j in range(out.shape[0]):
+            out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = short_row_image(row, tables[j])
+        return
     for j in range(out.shape[0]):
         out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = row_image(row, tables[j])
 

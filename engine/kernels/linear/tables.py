@@ -2,17 +2,18 @@
 
 In flight, joined, or pressed together by a penalty contact, the state
 
-    z = (ξ₁, ξ₁′, g, g′, C, S),    C = cos ητ,  S = sin ητ,
+    z = (ξ₁ − ξ₁*, ξ₁′, g − g*, g′, C, S),    C = cos ητ,  S = sin ητ,
 
-obeys z′ = A z with a constant A (:mod:`..equations.motion`). So z(s) = E(s) z(0) with the state-transition matrix
-E(s) = exp(As), and every quantity f = w·z, such as the gap or the contact force, is one row of numbers times z(0). This
-holds for all dampings and at resonance; modes and steady amplitudes, which cancel where an oscillator is hardly damped
-and its excitation resonant, are never formed.
+relative to the static equilibrium ξ₁*, g* of the phase obeys z′ = A z with a constant A (:mod:`..equations.motion`).
+So z(s) = E(s) z(0) with the state-transition matrix E(s) = exp(As), and every quantity f = f* + w·z, such as the gap or
+the contact force, is one row of numbers times z(0), and its value f* at the equilibrium. This holds for all dampings
+and at resonance; modes and steady amplitudes, which cancel where an oscillator is hardly damped and its excitation
+resonant, are never formed. (In the paper's system all equilibria are zero.)
 
 A block of a phase is POINTS intervals of length h. Its tables hold the rows w·E(jh) and the transitions E(jh) at the
 POINTS instants s = jh, and for the interval between two instants the coefficients of f, ξ₁ and g as polynomials in
 u = s/h. With |ν|h ≤ REACH for every eigenvalue ν of A, TERMS terms of the series are exact to rounding, derivatives
-included.
+included. Tables and functions give ξ₁ and g relative to the equilibrium, unless they say otherwise.
 
 Between two instants f″ is bounded: |f″| ≤ Σᵢ sup|(w A² E)ᵢ| |zᵢ|. The supremum is taken over the instants and extended
 to the points between them by the matrix exp(|A|h/2), which has no negative element and majorises exp(Aδ) for |δ| ≤ h/2.
@@ -24,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.options import jit, jit_inlined
-from ..compile.packing import Layout
+from ..compile.packing import GIVEN, Layout
 from . import double_double
 from .matrices import raise_to_images, raise_within, row_times, rows_times, unit
 
@@ -51,6 +52,10 @@ class Phase(NamedTuple):
     """Tables of one phase."""
 
     spacing: float  # h
+    position: float  # ξ₁*, g* and f*: what is counted from here
+    gap: float
+    watched: float
+    wall: tuple | None  # whether the first two numbers of z are zero (AT_WALL of ..parameters)
     rows: np.ndarray  # (6, INTEGRAL + 1)
     transitions: np.ndarray  # (POINTS, 6, 6) E(jh)
 
@@ -62,7 +67,7 @@ class Scratch(NamedTuple):
     stack: np.ndarray  # (DEEPEST, TERMS + 2) right halves still to search
 
 
-PHASE = Layout(Phase, rows=(6, INTEGRAL + 1), transitions=(POINTS, 6, 6))
+PHASE = Layout(Phase, wall=GIVEN, rows=(6, INTEGRAL + 1), transitions=(POINTS, 6, 6))
 SCRATCH = Layout(Scratch, products=(WIDTH,), stack=(DEEPEST, TERMS + 2))
 
 
@@ -92,9 +97,10 @@ def fill_polynomial(out, begin, row, a, h):
 
 
 @jit
-def transitions_of(a, eta, h):
+def transitions_of(a, eta, h, one_body):
     """E(jh) for j = 1 … POINTS."""
-    transitions = double_double.powers(double_double.exponential(a, h, _SERIES), POINTS)
+    step = double_double.exponential(a, h, _SERIES, one_body)
+    transitions = double_double.powers(step, POINTS, one_body)
     for j in range(1, POINTS + 1):
         turn = j * h * eta
         transitions[j - 1, 4, 4] = transitions[j - 1, 5, 5] = math.cos(turn)
@@ -104,8 +110,8 @@ def transitions_of(a, eta, h):
 
 
 @jit
-def tabulate(generator, eta, row, h):
-    """Tables of the phase z′ = A z in which f = ``row``·z is watched.
+def tabulate(generator, eta, row, h, equilibrium, one_body):
+    """Tables of the phase z′ = A z in which f = f* + ``row``·z is watched.
 
     Parameters
     ----------
@@ -115,16 +121,20 @@ def tabulate(generator, eta, row, h):
     row : (6,) float64
     h : float
         At most REACH over the largest |eigenvalue|.
+    equilibrium : (3,) tuple of float64
+        ξ₁*, g* and f*.
+    one_body : bool
 
     Returns
     -------
     Phase
     """
     a = full_generator(generator, eta)
-    transitions = transitions_of(a, eta, h)
+    transitions = transitions_of(a, eta, h, one_body)
     rows = np.zeros((6, INTEGRAL + 1))
     fill_polynomial(rows, POWERS, row, a, h)
-    fill_polynomial(rows, POSITION, unit(0), a, h)
+    if not one_body:
+        fill_polynomial(rows, POSITION, unit(0), a, h)
     fill_polynomial(rows, GAP, unit(2), a, h)
     for i in range(6):
         for j in range(TERMS):
@@ -134,14 +144,14 @@ def tabulate(generator, eta, row, h):
     bound = np.zeros(6)
     raise_to_images(bound, curvature, transitions)
     values = np.empty((POINTS, 6))
-    rows_times(values, row, transitions)
+    rows_times(values, row, transitions, one_body)
     for j in range(POINTS):
         for i in range(6):
             rows[i, VALUES + j] = values[j, i]
     raise_within(bound, a, h / 2)
     for i in range(6):
         rows[i, CURVATURE] = bound[i] * (h * h / 8)
-    return Phase(h, rows, transitions)
+    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], one_body, rows, transitions)
 
 
 def _product(begin, end):
@@ -158,6 +168,10 @@ def _product(begin, end):
             phase.rows[5, begin:end],
         )
         out = scratch.products[begin:end]
+        if phase.wall:
+            for k in range(end - begin):
+                out[k] = t2[k] * z2 + t3[k] * z3 + t4[k] * z4 + t5[k] * z5
+            return
         for k in range(end - begin):
             out[k] = t0[k] * z0 + t1[k] * z1 + t2[k] * z2 + t3[k] * z3 + t4[k] * z4 + t5[k] * z5
 
@@ -174,7 +188,7 @@ find_gap = _product(GAP, CURVATURE)
 def curvature_bound(phase, z):
     """h²/8 times a bound of |f″| over the block that begins at z."""
     level = 0.0
-    for i in range(6):
+    for i in range(2 if phase.wall else 0, 6):
         level += phase.rows[i, CURVATURE] * abs(z[i])
     return level
 
@@ -186,12 +200,21 @@ def dot(row, z):
 
 
 @jit_inlined
-def apply_transition(transitions, z, j):
-    """z times matrix j of a table, counted from 1; z itself for j = 0."""
+def apply_transition(transitions, z, j, wall):
+    """z times matrix j of a table, counted from 1; z itself for j = 0. At a ``wall`` its first two numbers are zero."""
     if j == 0:
         return z
     m = transitions[j - 1]
     z0, z1, z2, z3, z4, z5 = z
+    if wall:
+        return (
+            0.0,
+            0.0,
+            m[2, 2] * z2 + m[2, 3] * z3 + m[2, 4] * z4 + m[2, 5] * z5,
+            m[3, 2] * z2 + m[3, 3] * z3 + m[3, 4] * z4 + m[3, 5] * z5,
+            m[4, 4] * z4 + m[4, 5] * z5,
+            m[5, 4] * z4 + m[5, 5] * z5,
+        )
     return (
         m[0, 0] * z0 + m[0, 1] * z1 + m[0, 2] * z2 + m[0, 3] * z3 + m[0, 4] * z4 + m[0, 5] * z5,
         m[1, 0] * z0 + m[1, 1] * z1 + m[1, 2] * z2 + m[1, 3] * z3 + m[1, 4] * z4 + m[1, 5] * z5,
@@ -205,7 +228,7 @@ def apply_transition(transitions, z, j):
 @jit_inlined
 def state_after(phase, z, j):
     """z after j intervals."""
-    return apply_transition(phase.transitions, z, j)
+    return apply_transition(phase.transitions, z, j, phase.wall)
 
 
 @jit_inlined
@@ -225,6 +248,8 @@ def polynomial_at(terms, u):
 @jit_inlined
 def position_at(phase, z, u, scratch):
     """ξ₁ and ξ₁′ at s = uh."""
+    if phase.wall:
+        return 0.0, 0.0
     find_position(phase, z, scratch)
     x, v = polynomial_at(scratch.products[POSITION:GAP], u)
     return x, v / phase.spacing

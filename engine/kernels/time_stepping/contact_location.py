@@ -4,10 +4,11 @@
 subtracting ξ₁ from ξ₂ would lose the digits that a stiff contact needs. On one side of the contact surface the
 equations of motion (:mod:`..equations.motion`) are linear,
 
-    a = A₂ₓ x + A₂ᵥ v + A₂g g + A₂ᵤ u + η² cos ητ,        b = A₄ₓ x + A₄ᵥ v + A₄g g + A₄ᵤ u,              (12)
+    a = A₂ₓ x + A₂ᵥ v + A₂g g + A₂ᵤ u + f₁(τ),        b = A₄ₓ x + A₄ᵥ v + A₄g g + A₄ᵤ u + f(τ),           (12)
 
-A₂ and A₄ being rows of that side's generator. A step of any length s is Newmark's: a and b at its end solve (12) there,
-with x = p + s²a/4, v = q + sa/2 from the predictors p = x + sv + s²a/4, q = v + sa/2, and g and u likewise.
+A₂ and A₄ being rows of that side's generator, f₁ and f what drives body 1 and the gap, constants included. A step of
+any length s is Newmark's: a and b at its end solve (12) there, with x = p + s²a/4, v = q + sa/2 from the predictors
+p = x + sv + s²a/4, q = v + sa/2, and g and u likewise.
 
 **Instant of change.** A step of length θ is itself such a step, so the gap g(θ) that it ends with is a known function.
 If the gap at the end of the step is not on the side of its beginning, a bracketed secant iteration finds the θ with
@@ -21,6 +22,7 @@ from typing import NamedTuple
 
 from ..compile.options import jit, jit_inlined
 from ..equations.contact_law import force
+from ..linear.cos_sin import cos_sin
 
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
 ITERATIONS = 100  # three or four are needed, half of this with bisection alone
@@ -33,11 +35,11 @@ class Side(NamedTuple):
     av: float
     ag: float
     au: float
-    load: float  # η²
     bx: float
     bv: float
     bg: float
     bu: float
+    alone: bool  # whether body 1 is a wall: x, v and a are zero
 
 
 class LocatedScheme(NamedTuple):
@@ -45,9 +47,13 @@ class LocatedScheme(NamedTuple):
 
     separated: Side
     pressed: Side
+    forcing: tuple  # f₁ and f as factors of cos ητ and sin ητ, and constants: (2, 3)
+    clearance: float
+    wall: bool  # whether body 1 is a wall (see ..parameters)
     stiffness: float  # K
     damper: float  # D
     eta: float
+    frequency: float  # 1/T
     h: float  # T/n
     steps: int  # n
     shortest_step: float  # Δτ T_c/T_f, the step with which a contact begins (see located.py)
@@ -55,10 +61,18 @@ class LocatedScheme(NamedTuple):
 
 
 @jit
-def side_of(generator):
+def side_of(generator, alone):
     """The rows of a generator that accelerations follow from."""
     a, b = generator[1], generator[3]
-    return Side(a[0], a[1], a[2], a[3], a[4], b[0], b[1], b[2], b[3])
+    return Side(a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], alone)
+
+
+@jit
+def forcing_of(generator, equilibrium):
+    """f₁ and f as factors of cos ητ and sin ητ, and constants, of one side, whose equilibrium is ξ₁ and g."""
+    a, b = generator[1], generator[3]
+    x, g = equilibrium
+    return (a[4], a[5], -(a[0] * x + a[2] * g)), (b[4], b[5], -(b[0] * x + b[2] * g))
 
 
 @jit_inlined
@@ -68,23 +82,28 @@ def side(m, pressed):
 
 
 @jit_inlined
-def with_accelerations(e, z, cosine):
-    """The motion with a and b from the equations of a side; ``cosine``: cos ητ."""
+def with_accelerations(e, z, forcing):
+    """The motion with a and b from the equations of a side; ``forcing``: f₁ and f."""
     x, v, _, g, u, _ = z
-    a = e.ax * x + e.av * v + e.ag * g + e.au * u + e.load * cosine
-    b = e.bx * x + e.bv * v + e.bg * g + e.bu * u
+    # beginning with what is known long before the motion, so that the chain of dependent sums is short
+    a = e.ax * x + (e.av * v + (e.ag * g + (e.au * u + forcing[0])))
+    b = e.bx * x + (e.bv * v + (e.bg * g + (e.bu * u + forcing[1])))
     return x, v, a, g, u, b
 
 
 @jit_inlined
-def step(e, z, s, cosine):
-    """The motion after a step of length ``s`` on one side of the surface; ``cosine`` is cos ητ at its end."""
+def step(e, z, s, forcing):
+    """The motion after a step of length ``s`` on one side of the surface; ``forcing``: f₁ and f at its end."""
     x, v, a, g, u, b = z
     half, quarter = 0.5 * s, 0.25 * s * s
+    if e.alone:
+        pg, qg = g + s * u + quarter * b, u + half * b
+        b = (e.bg * pg + (e.bu * qg + forcing[1])) / (1.0 - half * e.bu - quarter * e.bg)
+        return x, v, a, pg + quarter * b, qg + half * b, b
     p, q = x + s * v + quarter * a, v + half * a
     pg, qg = g + s * u + quarter * b, u + half * b
     # right side and matrix of the two equations for a and b at the end
-    _, _, a, _, _, b = with_accelerations(e, (p, q, 0.0, pg, qg, 0.0), cosine)
+    _, _, a, _, _, b = with_accelerations(e, (p, q, 0.0, pg, qg, 0.0), forcing)
     m11, m12 = 1.0 - half * e.av - quarter * e.ax, -half * e.au - quarter * e.ag
     m21, m22 = -half * e.bv - quarter * e.bx, 1.0 - half * e.bu - quarter * e.bg
     over = 1.0 / (m11 * m22 - m12 * m21)
@@ -93,9 +112,17 @@ def step(e, z, s, cosine):
 
 
 @jit_inlined
-def cosine_at(m, k, s):
-    """Cos ητ at the time s after step k of a period."""
-    return math.cos(m.eta * (k * m.h + s))
+def forcing_with(m, cosine, sine):
+    """f₁ and f from cos ητ and sin ητ, numbers or arrays."""
+    one, gap = m.forcing
+    return one[0] * cosine + one[1] * sine + one[2], gap[0] * cosine + gap[1] * sine + gap[2]
+
+
+@jit_inlined
+def forcing_at(m, k, s):
+    """f₁ and f at the time s after step k of a period."""
+    cosine, sine = cos_sin((k * m.h + s) * m.frequency)
+    return forcing_with(m, cosine, sine)
 
 
 @jit_inlined
@@ -114,7 +141,7 @@ def locate_change(m, pressed, z, end, length, k, s):
         if not (approaches and 2.0 * gap * curvature <= rate * rate):
             return math.inf, end, 0
         reach, solves = -rate / curvature, 1
-        there = step(e, z, reach, cosine_at(m, k, s + reach))
+        there = step(e, z, reach, forcing_at(m, k, s + reach))
         if (there[3] <= 0.0) == pressed:
             return math.inf, end, 1
     elif gap <= 0.0 and rate <= 0.0:
@@ -132,7 +159,7 @@ def locate_change(m, pressed, z, end, length, k, s):
         if not low < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         before, passed = there[3], better - theta
-        there = step(e, z, better, cosine_at(m, k, s + better))
+        there = step(e, z, better, forcing_at(m, k, s + better))
         theta, slope, solves = better, (there[3] - before) / passed, solves + 1
     return theta, (there[0], there[1], there[2], 0.0, there[4], there[5]), solves
 

@@ -24,13 +24,21 @@ from ..compile.options import jit, jit_inlined
 from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_contact, no_room, record_contact, with_impulse
 from ..equations.contact_law import contact_rate
-from ..equations.motion import coefficients, pressed_generator, separated_generator
+from ..equations.coordinates import contact_coordinates, displacements
+from ..equations.motion import (
+    coefficients,
+    free_equilibrium,
+    pressed_generator,
+    separated_generator,
+)
 from ..equations.rates import free_rate
 from ..status import DIVERGED, OK, PAUSED, UNRESOLVED
 from .contact_location import (
     LocatedScheme,
     contact_force,
-    cosine_at,
+    forcing_at,
+    forcing_of,
+    forcing_with,
     locate_change,
     side,
     side_of,
@@ -69,35 +77,56 @@ def located_scheme(p):
     """Both sides and the time grid, from :class:`..parameters.Parameters`."""
     h, fastest = 2 * math.pi / p.eta / p.steps, free_rate(p)
     rate = contact_rate(p.stiffness, p.damping, coefficients(p).inverse_mass)
-    sides = side_of(separated_generator(p)), side_of(pressed_generator(p))
+    separated = separated_generator(p)
+    sides, forcing = (
+        (side_of(separated, p.wall > 0.0), side_of(pressed_generator(p), p.wall > 0.0)),
+        forcing_of(separated, free_equilibrium(p)),
+    )
     shortest, per_age = h * fastest / rate, h * fastest / math.pi
-    return LocatedScheme(sides[0], sides[1], p.stiffness, p.damping, p.eta, h, int(p.steps), shortest, per_age)
+    return LocatedScheme(
+        sides[0],
+        sides[1],
+        forcing,
+        p.clearance,
+        p.wall > 0.0,
+        p.stiffness,
+        p.damping,
+        p.eta,
+        p.eta / (2.0 * math.pi),
+        h,
+        int(p.steps),
+        shortest,
+        per_age,
+    )
 
 
 @jit
 def start_state(m, start, kept):
     """The discrete solution at τ = 0; ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′; ``kept``: whether the first period is recorded."""
-    x, v, x2, v2 = start[0], start[1], start[2], start[3]
-    x, v, a, g, u, b = with_accelerations(m.separated, (x, v, 0.0, x2 - x, v2 - v, 0.0), 1.0)
-    # at zero gap the first derivative of the free motion that is not zero decides; its third needs no cos ητ
-    jerk = with_accelerations(m.separated, (v, a, 0.0, u, b, 0.0), 0.0)[5]
+    x, v, g, u = contact_coordinates(m, start[0], start[1], start[2], start[3])
+    forcing = forcing_with(m, 1.0, 0.0)
+    x, v, a, g, u, b = with_accelerations(m.separated, (x, v, 0.0, g, u, 0.0), forcing)
+    # at zero gap the first derivative of the free motion that is not zero decides
+    jerk = with_accelerations(m.separated, (v, a, 0.0, u, b, 0.0), (0.0, m.eta * m.forcing[1][1]))[5]
     deciding = g if g != 0.0 else u if u != 0.0 else b if b != 0.0 else jerk
     pressed = deciding < 0.0 or deciding == 0.0
-    z = with_accelerations(side(m, pressed), (x, v, a, g, u, b), 1.0)
-    contact = begin_contact(0.0, z, kept and pressed and g == 0.0)
+    z = with_accelerations(side(m, pressed), (x, v, a, g, u, b), forcing)
+    contact = begin_contact(m, 0.0, z, kept and pressed and g == 0.0)
     return LocatedState(z[0], z[1], z[2], z[3], z[4], z[5], pressed, 0, 0.0, 0, 0, 0.0, contact)
 
 
 @jit_inlined
-def begin_contact(now, z, kept):
+def begin_contact(m, now, z, kept):
     """The contact that begins at τ = ``now``; its impact is recorded only in the kept periods."""
-    return OpenContact(now, -z[4] if kept else 0.0, z[0], z[1], z[1] + z[4], 0.0)
+    x1, v1, _, v2 = displacements(m, z[0], z[1], z[3], z[4])
+    return OpenContact(now, -z[4] if kept else 0.0, x1, v1, v2, 0.0)
 
 
 @jit_inlined
-def end_contact(contact, now, z, buffers):
+def end_contact(m, contact, now, z, buffers):
     """Record the contact that ends at τ = ``now``, and its impact if it began with a closing speed."""
-    record_contact(buffers, contact, now, (z[1], z[1] + z[4]), True)
+    _, v1, _, v2 = displacements(m, z[0], z[1], z[3], z[4])
+    record_contact(buffers, contact, now, (v1, v2), True)
 
 
 @jit_inlined
@@ -107,9 +136,9 @@ def motion_of(s):
 
 
 @jit_inlined
-def write_row(row, z):
+def write_row(m, row, z):
     """Write the motion as ξ₁, ξ₁′, ξ₂, ξ₂′."""
-    row[0], row[1], row[2], row[3] = z[0], z[1], z[0] + z[3], z[1] + z[4]
+    row[0], row[1], row[2], row[3] = displacements(m, z[0], z[1], z[3], z[4])
 
 
 @jit
@@ -118,11 +147,11 @@ def write_output(m, i, k, z, pressed, window, buffers):
     kept_from, sampled_from, stride = window
     section, samples = buffers.section, buffers.samples
     if k == 0 and i > kept_from and section.shape[0] > 0:
-        write_row(section[(i - kept_from) // m.steps - 1], z)
+        write_row(m, section[(i - kept_from) // m.steps - 1], z)
     if i >= sampled_from and samples.shape[0] > 0 and k % stride == 0:
         j = (i - sampled_from) // m.steps * buffers.phases.shape[0] + k // stride
         if j < samples.shape[0]:
-            write_row(samples[j], z)
+            write_row(m, samples[j], z)
             samples[j, 4] = contact_force(m, pressed, z)
 
 
@@ -136,14 +165,14 @@ def next_piece(m, pressed, since, left):
 
 
 @jit
-def integrate_located(m, cosines, state, stop, most, window, buffers):
+def integrate_located(m, forces, state, stop, most, window, buffers):
     """Integrate to the end of step ``stop`` of the grid.
 
     Parameters
     ----------
     m : LocatedScheme
-    cosines : (n + 1,) float64
-        cos ητ at the steps of one period.
+    forces : (n + 1, 2) float64
+        f₁ and f at the steps of one period.
     state : (STATE.size,) float64
         A :class:`LocatedState`, changed in place.
     stop : int
@@ -169,28 +198,28 @@ def integrate_located(m, cosines, state, stop, most, window, buffers):
         write_output(m, i, k, z, pressed, window, buffers)
     while i < stop and status == OK:
         pieces, length = next_piece(m, pressed, since, m.h - offset)
-        cosine = cosines[k + 1] if pieces == 1 else cosine_at(m, k, offset + length)
-        end = step(side(m, pressed), z, length, cosine)
+        forcing = (forces[k + 1, 0], forces[k + 1, 1]) if pieces == 1 else forcing_at(m, k, offset + length)
+        end = step(side(m, pressed), z, length, forcing)
         theta, there, more = locate_change(m, pressed, z, end, length, k, offset)
         changed = theta < math.inf
         if changed:
             length, end = theta, there
         if pressed:
             since += length
-            pushes = contact_force(m, pressed, z) + contact_force(m, pressed, end)
-            contact = with_impulse(contact, contact.impulse + 0.5 * length * pushes)
+            twice = contact_force(m, pressed, z) + contact_force(m, pressed, end)
+            contact = with_impulse(contact, contact.impulse + 0.5 * length * twice)
         solves += 1 + more
         offset += length
         z = end
         if changed:
             pressed, since, now = not pressed, 0.0, i * m.h + offset
             if pressed:
-                contact = begin_contact(now, z, buffers.contacts.shape[0] > 0)
+                contact = begin_contact(m, now, z, buffers.contacts.shape[0] > 0)
             else:
                 if buffers.contacts.shape[0] > 0:
-                    end_contact(contact, now, z, buffers)
+                    end_contact(m, contact, now, z, buffers)
                 contact = no_contact()
-            z = with_accelerations(side(m, pressed), z, cosine_at(m, k, offset))
+            z = with_accelerations(side(m, pressed), z, forcing_at(m, k, offset))
             if no_room(buffers):
                 status = PAUSED
         elif pieces == 1:

@@ -4,16 +4,19 @@
 of a step are ξ = p + Δτ² a/4 and ξ′ = q + Δτ a/2. The equations of motion there (:mod:`..equations.motion`) give the
 acceleration a: with m = 1 + cΔτ/2 + kΔτ²/4, c and k those of the body,
 
-    m a = η² cos ητ − c q − k p ∓ λ                                                       (10)
+    m a = l cos(ητ + ψ) − c q − k p ∓ λ                                                   (10)
 
-(λ for body 1, −λ/μ for body 2). The next predictors are q + Δτ a and p + Δτ (q + Δτ a). They do not depend on the
-contact state, so the same four numbers serve a step with contact and one without. They are stored as p and Q = Δτ q,
-the acceleration as A = Δτ² a: then a step is A by (10), Q += A, p += Q.
+(λ for body 1, −λ/μ for body 2; l and ψ amplitude and phase of what drives the body, η² and 0 in the paper). ξ is
+counted from the static equilibrium of the separated bodies, so that constant forces and the clearance have no part in
+(10): the gap is g = gₛ + ξ₂ − ξ₁ with gₛ there, and the bodies touch where ξ₂ − ξ₁ is at most −gₛ. The next predictors
+are q + Δτ a and p + Δτ (q + Δτ a). They do not depend on the contact state, so the same four numbers serve a step with
+contact and one without. They are stored as p and Q = Δτ q, the acceleration as A = Δτ² a: then a step is A by (10),
+Q += A, p += Q.
 
 **Contact.** Inserting (10) into the contact law λ = K(ξ₁ − ξ₂) + 2D(ξ₁′ − ξ₂′) at the end of the step gives λ from the
 accelerations without contact (index f),
 
-    λ = [K (p₁ − p₂) + 2D (q₁ − q₂) + σ (a₁f − a₂f)] / (1 + σ (1/m₁ + 1/(μ m₂))),   σ = KΔτ²/4 + DΔτ      (11)
+    λ = [K (p₁ − p₂ − gₛ) + 2D (q₁ − q₂) + σ (a₁f − a₂f)] / (1 + σ (1/m₁ + 1/(μ m₂))),   σ = KΔτ²/4 + DΔτ  (11)
 
 A step is with contact if the gap at its start is not positive (paper, section 4).
 """
@@ -25,7 +28,9 @@ from ..compile.options import jit, jit_inlined, jit_uncontracted
 from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_contact, no_room, record_contact, with_impulse
 from ..equations.contact_law import force, force_of_law
+from ..equations.coordinates import contact_coordinates, displacements
 from ..equations.motion import accelerations, coefficients
+from ..parameters import unpack_parameters
 from ..status import DIVERGED, FULL, OK
 
 LIMIT = 1e9  # a gap of 1e9 base amplitudes is no motion; far enough from overflow that no NaN is ever made
@@ -48,11 +53,21 @@ class Scheme(NamedTuple):
     contact_p: float  # K / (1 + σ (1/m₁ + 1/(μ m₂)))
     contact_q: float  # 2D/Δτ / (…)
     contact_a: float  # σ/Δτ² / (…)
+    contact_gap: float  # −K gₛ / (…)
+    touch: float  # −gₛ, at which ξ₂ − ξ₁ the bodies touch
     law: float  # index in equations.contact_law.LAWS
+    cosine1: float  # cos ψ and sin ψ of each body
+    sine1: float
+    cosine2: float
+    sine2: float
+    rest1: float  # static equilibrium of the separated bodies: ξ₁ and ξ₂
+    rest2: float
+    clearance: float
+    wall: bool  # whether body 1 is a wall (see ..parameters)
 
 
 class StepState(NamedTuple):
-    """The discrete solution at the end of a step."""
+    """The discrete solution at the end of a step, counted from the static equilibrium of the separated bodies."""
 
     p1: float  # predictors of the coming step
     q1: float
@@ -60,7 +75,7 @@ class StepState(NamedTuple):
     q2: float
     a1: float  # Δτ² ξ₁″ at the end of the last step; not known after a skip
     a2: float
-    gap: float  # there
+    gap: float  # there, less the one at the equilibrium
     pressed: bool  # whether the coming step is with contact
     step: int  # steps done
     contact: OpenContact
@@ -84,52 +99,88 @@ def scheme_of(p):
     m1 = 1 + c.c1 * h / 2 + c.k1 * h * h / 4
     m2 = 1 + c.c2 * h / 2 + c.k2 * h * h / 4
     sigma = p.stiffness * h * h / 4 + p.damping * h
-    shared = 1 + sigma * (1 / m1 + 1 / (c.mu * m2))
+    shared = 1 + sigma * (c.react1 / m1 + 1 / (c.mu * m2))
+    load1, cosine1, sine1 = amplitude_and_phase(c.load1[0], c.load1[1])
+    load2, cosine2, sine2 = amplitude_and_phase(c.load1[0] + c.push[0], c.load1[1] + c.push[1])
     return Scheme(
         h,
         c.c1 * h / m1,
         c.k1 * h * h / m1,
-        c.load * h * h / m1,
-        h * h / m1,
+        load1 * h * h / m1,
+        c.react1 * h * h / m1,
         c.c2 * h / m2,
         c.k2 * h * h / m2,
-        c.load * h * h / m2,
+        load2 * h * h / m2,
         h * h / (c.mu * m2),
         p.stiffness,
         p.damping,
         p.stiffness / shared,
         2 * p.damping / h / shared,
         sigma / (h * h) / shared,
+        -p.stiffness * p.free_gap / shared,
+        -p.free_gap,
         p.law,
+        cosine1,
+        sine1,
+        cosine2,
+        sine2,
+        p.free_position,
+        p.free_position + p.free_gap - p.clearance,
+        p.clearance,
+        p.wall > 0.0,
     )
+
+
+@jit_uncontracted
+def amplitude_and_phase(cosine, sine):
+    """l, cos ψ and sin ψ with cosine · cos ητ + sine · sin ητ = l cos(ητ + ψ)."""
+    if sine == 0.0:
+        return cosine, 1.0, 0.0
+    size = math.hypot(cosine, sine)
+    return size, cosine / size, -sine / size
+
+
+@jit_inlined
+def phased(m, cosine, sine):
+    """cos(ητ + ψ) of both bodies from cos ητ and sin ητ, numbers or arrays."""
+    return m.cosine1 * cosine - m.sine1 * sine, m.cosine2 * cosine - m.sine2 * sine
 
 
 @jit_uncontracted
 def start_state(m, p, start):
     """The discrete solution at τ = 0, its accelerations from the equations of motion; ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′."""
-    x1, v1, x2, v2 = start[0], start[1], start[2], start[3]
-    h, pressed = m.h, x2 <= x1
-    push = contact_force(m, x1, v1, x2, v2) if pressed else 0.0
-    a1, a2 = accelerations(coefficients(p), x1, v1, x2, v2, push, 1.0)
+    x1, v1, gap, rate = contact_coordinates(m, start[0], start[1], start[2], start[3])
+    h, pressed = m.h, gap <= 0.0
+    push = contact_force(m, start[0], start[1], start[2], start[3]) if pressed else 0.0
+    x1, v2 = x1 - m.rest1, v1 + rate
+    x2 = m.touch + gap + x1
+    a1, a2 = accelerations(coefficients(p), x1, v1, x2, v2, push, 1.0, 0.0)
     a1, a2 = h * h * a1, h * h * a2
     p1, p2 = x1 + h * v1 + 0.25 * a1, x2 + h * v2 + 0.25 * a2
     return StepState(p1, h * v1 + 0.5 * a1, p2, h * v2 + 0.5 * a2, a1, a2, x2 - x1, pressed, 0, no_contact())
 
 
+@jit
+def write_start(row, state, x1, v1, x2, v2):
+    """Write the packed state at τ = 0, of a run whose parameters are ``row``."""
+    p = unpack_parameters(row)
+    write_state(state, start_state(scheme_of(p), p, (x1, v1, x2, v2)))
+
+
 @jit_inlined
 def contact_force(m, x1, v1, x2, v2):
-    """λ of bodies in contact."""
-    return force_of_law(m.law, force(m.stiffness, m.damper, x2 - x1, v2 - v1))
+    """λ of bodies in contact, of ξ₁, ξ₁′, ξ₂ and ξ₂′."""
+    return force_of_law(m.law, force(m.stiffness, m.damper, m.clearance + (x2 - x1), v2 - v1))
 
 
 @jit_inlined
-def step(m, p1, q1, p2, q2, pressed, cosine):
-    """A₁, A₂ and the contact force λ at the end of a step, Eqs. (10) and (11); ``cosine``: cos ητ there."""
-    a1 = m.load1 * cosine - m.damping1 * q1 - m.stiffness1 * p1
-    a2 = m.load2 * cosine - m.damping2 * q2 - m.stiffness2 * p2
+def step(m, p1, q1, p2, q2, pressed, cosine1, cosine2):
+    """A₁, A₂ and the contact force λ at the end of a step, Eqs. (10) and (11); ``cosine1``: cos(ητ + ψ₁) there."""
+    a1 = m.load1 * cosine1 - m.damping1 * q1 - m.stiffness1 * p1
+    a2 = m.load2 * cosine2 - m.damping2 * q2 - m.stiffness2 * p2
     if not pressed:
         return a1, a2, 0.0
-    push = m.contact_p * (p1 - p2) + m.contact_q * (q1 - q2) + m.contact_a * (a1 - a2)
+    push = m.contact_p * (p1 - p2) + (m.contact_q * (q1 - q2) + m.contact_gap) + m.contact_a * (a1 - a2)
     push = force_of_law(m.law, push)
     return a1 - m.react1 * push, a2 + m.react2 * push, push
 
@@ -141,23 +192,62 @@ def integrate(m, cosines, state, stop):
     Parameters
     ----------
     m : Scheme
-    cosines : (n + 1,) float64
-        cos ητ at the steps of one period.
+    cosines : pair of (n + 1,) float64
+        cos(ητ + ψ) of both bodies at the steps of one period.
     state : (STATE.size,) float64
         A :class:`StepState`, changed in place.
     stop : int
     """
     p1, q1, p2, q2, a1, a2, gap, pressed, done, contact = unpack_state(state)
-    n, status = cosines.shape[0] - 1, OK
+    cosines1, cosines2 = cosines
+    n, status, touch = cosines1.shape[0] - 1, OK, m.touch
     while done < stop and status == OK:
         for k in range(1, n + 1):
-            a1, a2, _ = step(m, p1, q1, p2, q2, pressed, cosines[k])
+            a1, a2, _ = step(m, p1, q1, p2, q2, pressed, cosines1[k], cosines2[k])
             gap = p2 - p1 + 0.25 * (a2 - a1)
             q1 += a1
             q2 += a2
             p1 += q1
             p2 += q2
-            if (gap <= 0.0) != pressed:
+            if (gap <= touch) != pressed:
+                pressed = not pressed
+                if pressed:  # outside the kept periods its impact is not recorded
+                    contact = OpenContact((done + k) * m.h, 0.0, 0.0, 0.0, 0.0, 0.0)
+            if not abs(gap) < LIMIT:
+                status, n = DIVERGED, k
+                break
+        done += n
+    write_state(state, StepState(p1, q1, p2, q2, a1, a2, gap, pressed, done, contact))
+    return status
+
+
+@jit
+def integrate_at_wall(m, cosines, state, stop):
+    """As :func:`integrate`, of one body and a wall.
+
+    A step without contact, Q += A and p += Q with A = l cos(ητ + ψ) − c Q − k p, is one chain of dependent sums, which
+    a second body would not lengthen. So it is made shorter: Q becomes (1 − c) Q + l cos(ητ + ψ) − k p, and what
+    rounding takes from 1 − c is added to the load with the Q of the step before, long known.
+    """
+    p1, q1, p2, q2, a1, a2, gap, pressed, done, contact = unpack_state(state)
+    cosine = cosines[1]
+    n, status, touch = cosine.shape[0] - 1, OK, m.touch
+    kept = 1.0 - m.damping2
+    lost = (1.0 - kept) - m.damping2
+    old = q2
+    while done < stop and status == OK:
+        for k in range(1, n + 1):
+            if pressed:
+                _, a2, _ = step(m, 0.0, 0.0, p2, q2, True, 0.0, cosine[k])
+                gap = p2 + 0.25 * a2
+                old, q2 = q2, q2 + a2
+            else:
+                load = m.load2 * cosine[k] + lost * old
+                old, q2 = q2, kept * q2 + load - m.stiffness2 * p2
+                a2 = q2 - old
+                gap = p2 + 0.25 * a2
+            p2 += q2
+            if (gap <= touch) != pressed:
                 pressed = not pressed
                 if pressed:  # outside the kept periods its impact is not recorded
                     contact = OpenContact((done + k) * m.h, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -173,7 +263,15 @@ def integrate(m, cosines, state, stop):
 def motion(m, p1, q1, a1, p2, q2, a2):
     """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of a step, from the predictors of the next one and the accelerations."""
     x1, x2 = p1 - q1 + 0.25 * a1, p2 - q2 + 0.25 * a2
-    return x1, (q1 - 0.5 * a1) / m.h, x2, (q2 - 0.5 * a2) / m.h
+    return displaced(m, x1, (q1 - 0.5 * a1) / m.h, x2, (q2 - 0.5 * a2) / m.h)
+
+
+@jit_inlined
+def displaced(m, x1, v1, x2, v2):
+    """ξ₁, ξ₁′, ξ₂, ξ₂′ of displacements from the equilibrium of the separated bodies."""
+    if m.wall:
+        return displacements(m, x1, v1, x2 - m.touch, v2)
+    return x1 + m.rest1, v1, x2 + m.rest2, v2  # not by their difference, which rounds once more
 
 
 @jit_inlined
@@ -220,7 +318,8 @@ def integrate_recorded(m, cosines, state, stop, window, buffers):
     from sample to sample, counted anew in each period.
     """
     p1, q1, p2, q2, a1, a2, gap, pressed, i, contact = unpack_state(state)
-    n, status = cosines.shape[0] - 1, OK
+    cosines1, cosines2 = cosines
+    n, status = cosines1.shape[0] - 1, OK
     _, sampled_from, stride = window
     if i == sampled_from and buffers.samples.shape[0] > 0:
         write_sample(m, buffers.samples[0], motion(m, p1, q1, a1, p2, q2, a2), pressed)
@@ -228,7 +327,7 @@ def integrate_recorded(m, cosines, state, stop, window, buffers):
     impulse = contact.impulse
     while i < stop and status == OK:
         before = p2 - p1 - (q2 - q1) + 0.25 * (a2 - a1)
-        a1, a2, push = step(m, p1, q1, p2, q2, pressed, cosines[k + 1])
+        a1, a2, push = step(m, p1, q1, p2, q2, pressed, cosines1[k + 1], cosines2[k + 1])
         gap = p2 - p1 + 0.25 * (a2 - a1)
         q1 += a1
         q2 += a2
@@ -238,7 +337,7 @@ def integrate_recorded(m, cosines, state, stop, window, buffers):
         k += 1
         # the trapezoidal rule gives each force two half steps, hence one whole step
         impulse += m.h * push
-        if (gap <= 0.0) != pressed:
+        if (gap <= m.touch) != pressed:
             pressed = not pressed
             now = motion(m, p1, q1, a1, p2, q2, a2)
             if pressed:
