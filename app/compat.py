@@ -13,6 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource
+from panel.io import document as panel_document
 from panel.io.state import set_curdoc, state
 from tornado.iostream import IOStream
 from tornado.websocket import WebSocketHandler
@@ -72,6 +73,15 @@ def claim_document(doc: Document) -> None:
     Uses ``panel.state._thread_id_``. Otherwise Panel puts each change off to the next turn of the loop.
     """
     state._thread_id_[doc] = threading.get_ident()
+
+
+def leave_collections_out() -> None:
+    """Keep Panel from collecting garbage 5 s after a session has ended; `app.server.housekeeping` does that.
+
+    Replaces ``panel.io.document._garbage_collect``, which runs on the event loop: 60 to 130 ms for the sessions of an
+    address that opens two a second, again and again, while another visitor's move waits (``benchmarks/fairness.py``).
+    """
+    panel_document._garbage_collect = lambda: None
 
 
 def stream_of(handler: WebSocketHandler) -> IOStream:

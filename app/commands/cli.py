@@ -24,6 +24,7 @@ COMMANDS = (
     "bench",
     "stability",
     "paper",
+    "validate",
     "diagram",
     "sweep",
     "system",
@@ -92,9 +93,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status.append(_run(join_initial(sys.argv[1:])))
     except SystemExit as end:  # help, or bad arguments
-        status.append(end.code)
+        status.append(_status_of(end))
         raise
     return status[0]
+
+
+def _status_of(end: SystemExit) -> int:
+    """The exit status that Python gives such an end: without a code success, with a text, which it prints, failure."""
+    if end.code is None:
+        return 0
+    return end.code & 0xFF if isinstance(end.code, int) else 1
 
 
 def _end_process(status: list[int]) -> None:

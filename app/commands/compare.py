@@ -15,6 +15,7 @@ from vibroscope.app.commands.options import (
     add_system_option,
     add_threshold_option,
     default_of,
+    eta_of,
     reference_of,
     system_of,
 )
@@ -29,12 +30,14 @@ from vibroscope.app.commands.physical_units import (
 )
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.engine import (
+    FREE_PERIODS,
     PART_NAMES,
     PARTS,
     Comparison,
     Motion,
     Newmark,
     Regularisation,
+    System,
     Units,
     Verdict,
     compare,
@@ -61,9 +64,10 @@ def add(commands) -> None:
         "Poincare sections (measure: sections).",
     )
     add = command.add_argument
-    add("--eta", required=True, **ETA)
+    add("--eta", **ETA)
     add_penalty_options(command, required=True)
-    add("--periods", type=float, metavar="N", help="excitation periods to run (default %(default)s)")
+    usual = f"default {default_of(compare, 'periods')}; where nothing drives the bodies {FREE_PERIODS}"
+    add("--periods", type=float, metavar="N", help=f"excitation periods to run ({usual})")
     add("--keep", type=float, metavar="N", help=f"last periods to compare (default {_KEEP}, or all if fewer are run)")
     add_joint_damping_option(command)
     add_threshold_option(command)
@@ -73,25 +77,29 @@ def add(commands) -> None:
     add("--series", action="store_true", help="with --json: also the difference and its parts at every sample")
     add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=run, periods=default_of(compare, "periods"))
+    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
     """Compare and print."""
+    eta, system = eta_of(options), system_of(options)
+    _set_length(options, system)
     if options.measured is not None:
         run_measured(options)
         return
     if options.fit is not None:
         raise ValueError("--fit needs a measurement: give --measured FILE.csv")
     comparison = compare(
-        system_of(options),
-        options.eta,
+        system,
+        eta,
         Newmark(options.K, options.D, options.steps, located=options.located),
         reference=reference_of(options),
         periods=options.periods,
-        keep=min(_KEEP, options.periods) if options.keep is None else options.keep,
+        keep=options.keep,
         initial=options.initial,
-    ).with_evidence()
+    )
+    if not comparison.is_free:
+        comparison = comparison.with_evidence()
     judgement = verdict(comparison)
     split = comparison.split() if comparison.complete else None
     units = wanted_units(options)
@@ -106,6 +114,15 @@ def run(options: argparse.Namespace) -> None:
         print(as_text(comparison, judgement, split))
         if units:
             print("\n".join(_physical_lines(comparison, units)))
+
+
+def _set_length(options: argparse.Namespace, system: System) -> None:
+    """Periods to run and to keep where they are not given: of a free vibration the first ones, since it decays."""
+    drives = system.excitation.drives
+    if options.periods is None:
+        options.periods = default_of(compare, "periods") if drives else FREE_PERIODS
+    if options.keep is None:
+        options.keep = min(_KEEP, options.periods) if drives else options.periods
 
 
 # --- for scripts ------------------------------------------------------------------------------------------------------
@@ -142,7 +159,7 @@ def _difference_json(comparison: Comparison) -> dict:
     return {
         "measure": found.measure,
         "total": finite_or_none(found.total),
-        **{name: found.parts.get(name) for name in PARTS},
+        **{name: found.parts.get(name, None if name in comparison.part_names else 0.0) for name in PARTS},
     }
 
 
@@ -202,8 +219,7 @@ def as_text(comparison: Comparison, judgement: Verdict, split: Regularisation | 
             *wrap(judgement.headline, 100),
             "",
             *_part_lines(comparison, split),
-            f"{'reference':22}{_motion_text(comparison.reference)}",
-            f"{'penalty':22}{_motion_text(comparison.penalty)}",
+            *_motion_lines(comparison),
             "",
             *details,
         ]
@@ -228,6 +244,13 @@ def _part_lines(comparison: Comparison, split: Regularisation | None) -> list[st
     return lines
 
 
+def _motion_lines(comparison: Comparison) -> list[str]:
+    """Both motions, which a free vibration does not repeat."""
+    motions = {"reference": comparison.reference, "penalty": comparison.penalty}
+    texts = {name: "free vibration" if comparison.is_free else _motion_text(each) for name, each in motions.items()}
+    return [f"{name:22}{text}" for name, text in texts.items()]
+
+
 def _motion_text(motion: Motion) -> str:
     rate = f"; Lyapunov exponent {motion.lyapunov:+.3g} a period" if math.isfinite(motion.lyapunov) else ""
     return f"{repetition(motion)}{rate}"
@@ -235,9 +258,13 @@ def _motion_text(motion: Motion) -> str:
 
 def _physical_lines(comparison: Comparison, units: Units) -> list[str]:
     penalty, exact = comparison.runs.penalty, comparison.runs.reference.method
-    rows = {
-        "physical": settings_text(units, penalty.eta, penalty.method),
-        "  reference": motion_text(units, penalty.eta, comparison.reference, exact) or "nothing known",
-        "  penalty": motion_text(units, penalty.eta, comparison.penalty, penalty.method) or "nothing known",
-    }
-    return ["", *(f"{name:22}{text}" for name, text in rows.items())]
+    rows = {"physical": settings_text(units, penalty.eta, penalty.method)}
+    motions = (
+        {}
+        if comparison.is_free
+        else {
+            "  reference": motion_text(units, penalty.eta, comparison.reference, exact) or "nothing known",
+            "  penalty": motion_text(units, penalty.eta, comparison.penalty, penalty.method) or "nothing known",
+        }
+    )
+    return ["", *(f"{name:22}{text}" for name, text in (rows | motions).items())]

@@ -33,10 +33,11 @@ def add_measured_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--fit",
         nargs="?",
-        const=",".join(FITTED),
+        const=True,
         type=fit_names,
         metavar="NAMES",
-        help=f"with --measured: fit these constants to the measurement first (default {','.join(FITTED)})",
+        help="with --measured: fit these constants to the measurement first "
+        f"(default: what the system has of {','.join(FITTED)})",
     )
 
 
@@ -54,7 +55,7 @@ def run_measured(options: argparse.Namespace) -> None:
     measurement = read_measurement(options.measured, units_of(options))
     system, fitted = system_of(options), None
     if options.fit:
-        fitted = fit(system, options.eta, measurement, names=options.fit)
+        fitted = fit(system, options.eta, measurement, names=None if options.fit is True else options.fit)
         system = fitted.system
     penalty = Newmark(options.K, options.D, options.steps, located=options.located)
     reference = reference_of(options)

@@ -5,6 +5,8 @@ import argparse
 from vibroscope.app.commands.options import add_system_option, system_of, units_of
 from vibroscope.engine import measurement_text, synthetic_measurement
 
+_ETA = 2.76  # of the paper's figures
+
 
 def add(commands) -> None:
     """Describe ``vibroscope measurement``."""
@@ -16,10 +18,10 @@ def add(commands) -> None:
     )
     add = command.add_argument
     usual = "(default %(default)s)"
-    add("--eta", type=float, default=2.76, metavar="F", help=f"excitation frequency {usual}")
+    add("--eta", type=float, metavar="F", help=f"excitation frequency (default: that of --system, or else {_ETA:g})")
     add("--periods", type=int, default=4, metavar="N", help=f"excitation periods {usual}")
     add("--per-period", type=int, default=120, metavar="N", help=f"samples per period {usual}")
-    add("--noise", type=float, default=0.02, metavar="F", help=f"standard deviation in base amplitudes {usual}")
+    add("--noise", type=float, default=0.02, metavar="F", help=f"standard deviation in units of length {usual}")
     add("--phase", type=float, default=0.7, metavar="F", help=f"tau of the first sample {usual}")
     add("--seed", type=int, default=1, metavar="N", help=f"the same seed gives the same noise {usual}")
     add_system_option(command)
@@ -31,12 +33,16 @@ def run(options: argparse.Namespace) -> None:
     if options.seed < 0:
         raise ValueError(f"seed = {options.seed} is outside [0, inf): give a whole number")
     system, units = system_of(options), units_of(options)
+    if options.eta is None:
+        options.eta = options.system.eta or _ETA
     names = ("periods", "per_period", "noise", "phase", "seed")
     example = synthetic_measurement(system, options.eta, **{name: getattr(options, name) for name in names})
+    moves = system.excitation.base != 0
+    length, lengths = ("base amplitude", "base amplitudes") if moves else ("unit of length", "units of length")
     comment = (
         "NOT MEASURED: the semi-analytical reference plus normal noise, made by `vibroscope measurement`\n"
-        f"eta = {options.eta:g}, restitution = {system.restitution:g}, noise of {options.noise:g} base amplitudes, "
+        f"eta = {options.eta:g}, restitution = {system.restitution:g}, noise of {options.noise:g} {lengths}, "
         f"seed {options.seed}\n"
-        f"omega1 = {units.omega1:g} 1/s, base amplitude {units.base_amplitude:g} mm; x1, x2 as a fixed sensor sees them"
+        f"omega1 = {units.omega1:g} 1/s, {length} {units.base_amplitude:g} mm; x1, x2 as a fixed sensor sees them"
     )
     print(measurement_text(example, units, comment), end="")

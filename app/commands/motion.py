@@ -14,8 +14,8 @@ from vibroscope.app.commands.physical_units import (
     unit_names,
     wanted_units,
 )
-from vibroscope.app.explorer.force import plain_motion
-from vibroscope.engine import Attractor, Motion, attractors, motion, repetition
+from vibroscope.app.explorer.force import has_peak_force, plain_motion
+from vibroscope.engine import Attractor, Motion, attractors, motion, repetition, touching
 
 _INDENT = 18 * " "
 _MOST_IMPACTS = 12  # that are listed
@@ -88,6 +88,8 @@ def _motion_lines(found: Motion) -> list[str]:
     lines += wrap(found.reason, 100, initial_indent=_INDENT, subsequent_indent=_INDENT)
     if not found.impacts_per_period >= 0:  # not known: the run ended early
         return lines
+    if fact := touching(found):
+        lines += wrap(fact, 100, initial_indent=_INDENT, subsequent_indent=_INDENT)
     lines += [
         f"impacts           {found.impacts_per_period:.4g} per period",
         f"contacts          {_rate_text(found.contacts_per_period, found.contact_share)}",
@@ -127,9 +129,7 @@ def _rate_text(per_period: float, share: float) -> str:
 
 def _peak_force(found: Motion) -> str:
     """The peak force, or why there is none."""
-    if not found.peak_force > 0 and found.impacts_per_period > 0 and not found.contact_share > 0:
-        return "none: impacts have an impulse alone"
-    return _number(found.peak_force)
+    return _number(found.peak_force) if has_peak_force(found) else "none: impacts have an impulse alone"
 
 
 def _number(value: float) -> str:

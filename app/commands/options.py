@@ -16,7 +16,6 @@ from vibroscope.engine import (
     SystemFile,
     Units,
     read_system,
-    simulate,
 )
 
 # The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
@@ -26,7 +25,12 @@ SOLVER_OPTIONS = {
     "newmark": ("K", "D", "steps", "every_step", "located", "law"),
 }
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
-ETA = {"type": float, "metavar": "F", "help": "excitation frequency Omega/omega1; paper: 1.08 to 3.25"}
+FREE_VIBRATION = "nothing drives the bodies: a free vibration from its start, and eta only sets the length of a period"
+ETA = {
+    "type": float,
+    "metavar": "F",
+    "help": "excitation frequency Omega/omega1; paper: 1.08 to 3.25 (default: what frequency_Hz of --system gives)",
+}
 
 
 def default_of(function: Callable, name: str):
@@ -79,6 +83,15 @@ def system_of(options: argparse.Namespace) -> System:
     return options.system.system
 
 
+def eta_of(options: argparse.Namespace) -> float:
+    """η that the options give, or else the system file, which the options then hold as if it were given."""
+    if options.eta is None:
+        options.eta = options.system.eta
+    if options.eta is None:
+        raise ValueError("--eta is missing: give it, or a system file with a table [physical] and frequency_Hz")
+    return options.eta
+
+
 def units_of(options: argparse.Namespace) -> Units:
     """The units that the options describe, by default the paper's."""
     return options.system.units
@@ -96,7 +109,7 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
         choices=tuple(SOLVER_OPTIONS),
         help="semi-analytical reference; penalty model without a time step, or by Newmark's method",
     )
-    add("--eta", required=True, **ETA)
+    add("--eta", **ETA)
     add_penalty_options(command)
     add("--every-step", action="store_true", help="newmark: take every step, as an FE code must (slower)")
     add_joint_damping_option(command)
@@ -117,8 +130,9 @@ def add_initial_option(command: argparse.ArgumentParser) -> None:
         "--initial",
         type=numbers,
         metavar="x1,v1,x2,v2",
-        default=default_of(simulate, "initial"),
-        help="state at tau = 0 (default rest), as --initial=-1,0,2,0; the reference needs x2 >= x1",
+        default=None,
+        help="state at tau = 0 (default: rest, the static equilibrium), as --initial=-1,0,2,0; the reference needs an "
+        "open gap: clearance + x2 - x1 >= 0",
     )
 
 
@@ -148,8 +162,8 @@ def add_threshold_option(command: argparse.ArgumentParser) -> None:
         "--threshold",
         type=float,
         metavar="F",
-        help=f"reference: parting speed that begins permanent contact (default {Reference().threshold:g}); "
-        "0: the limit of the threshold",
+        help="reference: parting speed that begins permanent contact, in the unit of length times omega1, so that it "
+        f"scales with the system (default {Reference().threshold:g}); 0: the limit of the threshold",
     )
 
 
@@ -158,7 +172,9 @@ def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
     system = system_of(options)
     if options.solver == "reference" and options.restitution is not None:  # the penalty model has no impact law
         system = replace(system, restitution=options.restitution)
-    return system, options.eta, method_of(options)
+    if not system.excitation.drives:
+        note(FREE_VIBRATION)
+    return system, eta_of(options), method_of(options)
 
 
 def method_of(options: argparse.Namespace) -> Method:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vibroscope.app.commands.options import units_of
 from vibroscope.app.commands.output import finite_or_none
-from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Response, Units
+from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Response, Units, written
 
 if TYPE_CHECKING:  # `vibroscope simulate` does without, and it imports the whole description of motions
     from vibroscope.engine import Motion
@@ -67,13 +67,13 @@ def physical_motion(units: Units, motion: Motion) -> dict:
 
 def settings_text(units: Units, eta: float, method: Method) -> str:
     """The settings for an FE input file in one line."""
-    formats = {
-        "stiffness": ("stiffness {:.4g}", "stiffness"),
-        "damping": ("damper {:.4g}", "damping"),
-        "time_step": ("time step {:.4g}", "time"),
-        "period": ("period {:.4g}", "time"),
+    names = {
+        "stiffness": ("stiffness", "stiffness"),
+        "damping": ("damper", "damping"),
+        "time_step": ("time step", "time"),
+        "period": ("period", "time"),
     }
-    return _line(units, formats, units.settings(eta, method))
+    return _line(units, names, units.settings(eta, method))
 
 
 def motion_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
@@ -81,13 +81,10 @@ def motion_text(units: Units, eta: float, motion: Motion, method: Method) -> str
     from vibroscope.app.explorer.force import force_text  # imports what describes motions
 
     force = force_text(units, eta, motion, method).replace("·", ".")
-    formats = {
-        "impulse": ("impulse {:.4g}", "impulse"),
-        "energy_lost": ("energy lost in a period {:.4g}", "energy"),
-    }
+    names = {"impulse": ("impulse", "impulse"), "energy_lost": ("energy lost in a period", "energy")}
     if "impulse" in force:
-        del formats["impulse"]
-    return ", ".join(text for text in (force, _line(units, formats, physical_motion(units, motion))) if text)
+        del names["impulse"]
+    return ", ".join(text for text in (force, _line(units, names, physical_motion(units, motion))) if text)
 
 
 def unit_names(units: Units) -> dict[str, str]:
@@ -95,10 +92,11 @@ def unit_names(units: Units) -> dict[str, str]:
     return {quantity: units.unit(quantity) for quantity in QUANTITIES}
 
 
-def _line(units: Units, formats: dict[str, tuple[str, str]], values: dict) -> str:
+def _line(units: Units, names: dict[str, tuple[str, str]], values: dict) -> str:
+    """Name, number and unit of each of the ``values`` that is known, which are in these units already."""
     return ", ".join(
-        f"{text.format(values[name])} {units.unit(quantity).replace('·', '.')}"
-        for name, (text, quantity) in formats.items()
+        f"{text} {written(values[name])} {units.unit(quantity).replace('·', '.')}"
+        for name, (text, quantity) in names.items()
         if values.get(name) is not None
     )
 

@@ -9,6 +9,7 @@ from vibroscope.app.commands.options import (
     add_joint_damping_option,
     add_system_option,
     default_of,
+    eta_of,
     reference_of,
     system_of,
 )
@@ -24,6 +25,7 @@ from vibroscope.engine import (
     percent,
     recommend,
     recommend_range,
+    written,
 )
 
 ETAS_LIMIT = 1000
@@ -42,7 +44,7 @@ def add(commands) -> None:
         epilog="A tolerance that nothing meets is a result, with the reason; the exit status is 2 only for bad input.",
     )
     add = command.add_argument
-    where = command.add_mutually_exclusive_group(required=True)
+    where = command.add_mutually_exclusive_group()
     where.add_argument("--eta", **ETA)
     where.add_argument("--eta-range", type=eta_range, metavar="A:B:N", help="N frequencies from A to B: a design curve")
     add(
@@ -100,11 +102,12 @@ def run(options: argparse.Namespace) -> None:
         rows = [as_json(found, units) for found in curve]
         print(json.dumps(rows, allow_nan=False) if options.json else _curve_text(curve))
     elif options.json:
-        found = recommend(system, options.eta, located=options.located, **search)
+        found = recommend(system, eta_of(options), located=options.located, **search)
         print(json.dumps(as_json(found, units), allow_nan=False))
     else:
+        eta = eta_of(options)
         for located in (True,) if options.located else (False, True):
-            print(as_text(recommend(system, options.eta, located=located, **search), units), flush=True)
+            print(as_text(recommend(system, eta, located=located, **search), units), flush=True)
 
 
 def as_json(found: Recommendation, units: Units | None = None) -> dict:
@@ -185,7 +188,7 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
         return "\n".join(lines)
     k, d, n = found.best.setting
     lines += [
-        f"{'set' if found.met else 'best found':18s}K = {k:g}, D = {d:g}, {n} steps per period",
+        f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}, {n} steps per period",
         f"error             {_beside(found, found.best.error)}; "
         f"{_beside(found, found.best.robust)} is kept to with half the step "
         "and by 9 in 10 neighbours",
@@ -212,13 +215,13 @@ def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
         lines.append(f"not met           {found.reason}")
     if found.left_out:
         etas = ", ".join(f"{eta:.4g}" for eta in found.left_out)
-        lines.append(f"left out          eta = {etas}: the reference does not repeat itself there")
+        lines.append(f"left out          eta = {etas}: the reference does not repeat itself, or nothing touches there")
     if found.best is None:
         return "\n".join(lines)
     k, d, n = found.best.setting
     lines += [
-        f"{'set' if found.met else 'best found':18s}K = {k:g}, D = {d:g}, time step {found.time_step:.4g} "
-        f"({n} steps per period at eta = {found.eta:g})",
+        f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}, "
+        f"time step {written(found.time_step)} ({n} steps per period at eta = {found.eta:g})",
         f"limit             {found.limit}",
     ]
     if found.kind:
@@ -247,9 +250,9 @@ def _front_lines(found: Recommendation | RangeRecommendation, units: Units | Non
     for trial in found.front:
         k, d, n = trial.setting
         if units is not None:
-            k, d = (float(f"{units.physical(*one):.4g}") for one in (("stiffness", k), ("damping", d)))
+            k, d = units.physical("stiffness", k), units.physical("damping", d)
         error, robust = _beside(found, trial.error), _beside(found, trial.robust)
-        lines.append(f"{n:23d} {trial.cost:7.0f} {error:>9s} {robust:>9s} {k:{wide}g} {d:{wide}g}")
+        lines.append(f"{n:23d} {trial.cost:7.0f} {error:>9s} {robust:>9s} {written(k):>{wide}} {written(d):>{wide}}")
     return lines
 
 
@@ -263,5 +266,6 @@ def _curve_text(curve: list[Recommendation]) -> str:
         (k, d, n), best = found.best.setting, found.best
         error, robust = _beside(found, best.error), _beside(found, best.robust)
         met = ("yes, of another kind" if found.kind else "yes") if found.met else f"no: {found.reason.split(':')[0]}"
-        lines.append(f"{found.eta:7.4f} {k:9g} {d:9g} {n:7d} {best.cost:7.0f} {error:>9s} {robust:>9s}  {met}")
+        cells = [f"{found.eta:7.4f} {written(k, 6):>9} {written(d, 6):>9} {n:7d} {best.cost:7.0f}"]
+        lines.append(" ".join([*cells, f"{error:>9s} {robust:>9s}  {met}"]))
     return "\n".join(lines)

@@ -12,7 +12,6 @@ from vibroscope.app.commands.physical_units import add_units_option, physical_ru
 from vibroscope.engine import CONTACT_LAWS, Newmark, Response, simulate
 
 _KEEP = default_of(simulate, "keep")
-_REST = default_of(simulate, "initial")
 
 
 def add(commands) -> None:
@@ -96,7 +95,7 @@ def steady_json(found: engine.Steady, solver: str) -> dict:
     }
 
 
-def steady_text(found: engine.Steady, initial: Sequence[float] = _REST) -> str:
+def steady_text(found: engine.Steady, initial: Sequence[float] | None = None) -> str:
     """A steady motion as text."""
     if not found.periodic:
         return f"{as_text(found.response, initial)}\n{found.message}"
@@ -122,7 +121,7 @@ def steady_text(found: engine.Steady, initial: Sequence[float] = _REST) -> str:
     )
 
 
-def as_text(response: Response, initial: Sequence[float] = _REST) -> str:
+def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
     """A run as text; ``initial``: where it began."""
     lines = [
         f"{response.method}",
@@ -132,7 +131,7 @@ def as_text(response: Response, initial: Sequence[float] = _REST) -> str:
     if not response.ok:
         return "\n".join([*lines, f"{response.status}: {response.message}"])
     found = engine.motion(response)
-    last = ", ".join(f"{value:.6g}" for value in response.section[-1])
+    last = ", ".join(f"{value + 0.0:.6g}" for value in response.section[-1])  # -0 is 0
     lines += [
         f"motion            {_motion_text(response, found, initial)}",
         f"impacts           {found.impacts_per_period:g} per period",
@@ -140,10 +139,11 @@ def as_text(response: Response, initial: Sequence[float] = _REST) -> str:
         f"section at end    xi1, xi1', xi2, xi2' = {last}",
         f"spread of xi2     {found.spread:.3g}",
     ]
-    return "\n".join(lines)
+    fact = engine.touching(found)
+    return "\n".join([*lines, f"result            {fact}"] if fact else lines)
 
 
-def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float]) -> str:
+def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float] | None) -> str:
     """What the motion is; Newmark's section alone does not show it where the time step may have scattered it."""
     method = response.method
     if isinstance(method, Newmark) and found.period != 1 and method.law == CONTACT_LAWS[0] and response.keep >= _KEEP:

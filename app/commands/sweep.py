@@ -10,9 +10,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from vibroscope.app.commands.options import (
+    ETA,
     SOLVER_OPTIONS,
     add_system_option,
     default_of,
+    eta_of,
     note_unused,
     numbers,
     reference_of,
@@ -77,7 +79,7 @@ def _add_eta(studies) -> None:
     add("--logarithmic", action="store_true", help="evenly spaced in the logarithm")
     add("--over", choices=OVER, default="eta", help="the parameter that is swept (default eta)")
     add("--solver", required=True, choices=tuple(SOLVER_OPTIONS), help="as in `vibroscope simulate`")
-    add("--eta", type=float, metavar="F", help="excitation frequency, where another parameter is swept")
+    add("--eta", **ETA | {"help": f"where another parameter is swept: {ETA['help']}"})
     add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
     add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
     add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
@@ -96,7 +98,7 @@ def _add_eta(studies) -> None:
 def _add_plane(studies) -> None:
     text = "K-D plane of the penalty model at one eta, with logarithmic axes"
     add = _study(studies, "plane", _plane, sweep_plane, text).add_argument
-    add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1")
+    add("--eta", **ETA)
     add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
     add("--D", required=True, type=_span, metavar="a:b:n", help="contact damping, n values from a to b")
     add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
@@ -108,7 +110,7 @@ def _add_plane(studies) -> None:
 def _add_step(studies) -> None:
     text = "time-step study of Newmark at one eta, K and D, fixed and located step"
     add = _study(studies, "step", _step, sweep_step, text).add_argument
-    add("--eta", required=True, type=float, metavar="F", help="excitation frequency Omega/omega1")
+    add("--eta", **ETA)
     add("--K", required=True, type=float, metavar="F", help="contact stiffness")
     add("--D", required=True, type=float, metavar="F", help="contact damping")
     add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
@@ -167,7 +169,7 @@ def _eta(options: argparse.Namespace, **how):
         _method(options),
         values,
         over=options.over,
-        eta=options.eta,
+        eta=None if options.over == "eta" else eta_of(options),
         direction=options.direction,
         coordinates=options.coordinates.split(","),
         refine=options.refine,
@@ -200,11 +202,11 @@ def _plane(options: argparse.Namespace, **how):
     axes = [spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")]
     steps = None if exact else options.steps
     more = {"located": options.located, "parts": not options.no_error}
-    return sweep_plane(system_of(options), options.eta, *axes, steps=steps, **more, **how)
+    return sweep_plane(system_of(options), eta_of(options), *axes, steps=steps, **more, **how)
 
 
 def _step(options: argparse.Namespace, **how):
-    return sweep_step(system_of(options), options.eta, options.K, options.D, options.steps, **how)
+    return sweep_step(system_of(options), eta_of(options), options.K, options.D, options.steps, **how)
 
 
 def _run(options: argparse.Namespace, run: Callable) -> int:

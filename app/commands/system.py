@@ -3,7 +3,8 @@
 import argparse
 
 from vibroscope.app.commands.options import add_system_option, system_of, units_of
-from vibroscope.engine import system_text
+from vibroscope.app.commands.output import note
+from vibroscope.engine import physical_text, read_system, system_text
 
 
 def add(commands) -> None:
@@ -12,12 +13,37 @@ def add(commands) -> None:
         "system",
         allow_abbrev=False,
         help="print a system file with comments, to change and hand to --system",
-        description="Print the paper's system (or that of --system, completed) as a commented TOML file.",
+        description="Print the paper's system (or that of --system, completed) as a commented TOML file. "
+        "--from physical FILE converts a table [physical], whose numbers have units; --to physical converts back.",
     )
     add_system_option(command)
+    command.add_argument(
+        "--from",
+        dest="source",
+        nargs=2,
+        metavar=("physical", "FILE.toml"),
+        help="the file with a table [physical] to convert",
+    )
+    command.add_argument(
+        "--to",
+        choices=("numbers", "physical"),
+        default="numbers",
+        help="print numbers without dimension, or one table [physical] (default %(default)s)",
+    )
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
     """Print the file."""
-    print(system_text(system_of(options), units_of(options)), end="")
+    if options.source is not None:
+        kind, path = options.source
+        if kind != "physical":
+            raise ValueError(f"--from {kind!r} is not known: give --from physical FILE.toml")
+        options.system = read_system(path)
+    system, units, eta = system_of(options), units_of(options), options.system.eta
+    if options.to == "physical":
+        print(physical_text(system, units, eta), end="")
+        return
+    print(system_text(system, units), end="")
+    if eta is not None:
+        note(f"the file's frequency is eta = {eta!r}: give it as --eta")

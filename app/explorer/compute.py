@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 from vibroscope.app.explorer.scenes import opening_setting
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import Setting, is_driven
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.workers import Workers, give_way, workers
 from vibroscope.engine import (
+    FREE_PERIODS,
     Cancelled,
     Motion,
     Newmark,
@@ -101,6 +102,11 @@ def _keys(setting: Setting) -> list[Key]:
     return [(setting.system, setting.eta, method, setting.initial) for method in methods]
 
 
+def run_length(system: System) -> dict[str, int]:
+    """Periods to run and to keep: of a free vibration the first ones, since it decays; else those of `simulate`."""
+    return {} if is_driven(system) else {"periods": FREE_PERIODS, "keep": FREE_PERIODS}
+
+
 def _cached_run(key: Key, cancelled: CancelCheck | None, cache: Cache) -> Run:
     run = cache.get(key)
     if run is None:
@@ -113,7 +119,8 @@ def _compute_run(
     system: System, eta: float, method: Reference | Newmark, initial: Start, cancelled: CancelCheck | None
 ) -> Run:
     record = Record(TRACE_PERIODS, _SAMPLES[type(method)])
-    response = simulate(system, eta, method, initial=initial, record=record, cancelled=cancelled)
+    options = run_length(system) | {"initial": initial, "record": record, "cancelled": cancelled}
+    response = simulate(system, eta, method, **options)
     if not response.ok:
         return Run(response, None, None, None)
     found = motion(response)
@@ -123,7 +130,7 @@ def _compute_run(
 
 def _orbit(response: Response, trace: Trajectory, period: int, cancelled: CancelCheck | None) -> Trajectory:
     """The last cycle. Most cycles are part of the trace; a longer one is computed again, with samples."""
-    periods = min(period or ORBIT_PERIODS, ORBIT_PERIODS)
+    periods = min(period or ORBIT_PERIODS, ORBIT_PERIODS, response.keep)
     if periods <= TRACE_PERIODS:
         per_period = (len(trace.time) - 1) // TRACE_PERIODS
         return _tail(trace, periods * per_period, max(1, per_period // _ORBIT_SAMPLES))

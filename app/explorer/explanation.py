@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.app.explorer.compute import Run, RunPair
+from vibroscope.app.explorer.compute import Run, RunPair, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
-from vibroscope.app.explorer.state import Setting, print_number, read_setting
+from vibroscope.app.explorer.state import Setting, is_driven, print_number, read_setting
 from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.engine import (
     PARTS,
@@ -21,6 +21,7 @@ from vibroscope.engine import (
     Motion,
     Reference,
     Response,
+    System,
     Units,
     compare,
     counted,
@@ -30,6 +31,10 @@ from vibroscope.engine import (
     verdict,
 )
 
+_WITHOUT_IMPACTS = {  # by the share of contact
+    0.0: "Nothing touches: the bodies move as if they were alone.",
+    1.0: "Permanent contact: the bodies never part.",
+}
 _MEASURES = {"displacements": "displacements, rms, relative", "sections": "Poincaré sections, relative"}
 
 
@@ -119,6 +124,7 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
         initial=setting.initial,
         responses=[run.response for run in (runs.reference, runs.penalty)],
         cancelled=cancelled,
+        **run_length(setting.system),
     )
     found = verdict(comparison, cancelled=cancelled)
     difference = comparison.difference if comparison.parts and math.isfinite(comparison.difference.total) else None
@@ -128,7 +134,7 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
     return Explanation(
         headline=found.headline + _shift_note(comparison) + limit,
         agree=found.agree,
-        kinds={name: _motion_text(*each) for name, each in motions.items() if each[0] is not None},
+        kinds={name: _motion_text(*each, setting.system) for name, each in motions.items() if each[0] is not None},
         measure=_MEASURES[difference.measure] if difference else "",
         parts={"total": difference.total, **difference.parts} if difference else {},
         note=_parts_note(difference),
@@ -211,11 +217,23 @@ def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
     if not run.response.ok:
         return "No result.", sentence(run.response.message)
     force = force_text(scale, run.response.eta, run.motion, run.response.method) if scale is not None else ""
-    return in_units(_motion_text(run.motion, run.response.method), scale), sentence(force) if force else ""
+    words = _motion_text(run.motion, run.response.method, run.response.system)
+    return in_units(words, scale), sentence(force) if force else ""
 
 
-def _motion_text(found: Motion, method: Method) -> str:
+def _free_text(found: Motion, method: Method) -> str:
+    number = counted(WINDOW * found.impacts_per_period, "impact" if isinstance(method, Reference) else "contact")
+    if found.contact_share == 0 and found.impacts_per_period == 0:
+        return f"Free vibration. {_WITHOUT_IMPACTS[0.0]}"
+    return f"Free vibration. {number} in {WINDOW} periods T, in contact {percent(found.contact_share)} of that time."
+
+
+def _motion_text(found: Motion, method: Method, system: System) -> str:
     """How a motion repeats itself, its impacts per period, and its share of contact."""
+    if not is_driven(system):
+        return _free_text(found, method)
+    if found.impacts_per_period == 0 and found.contact_share in (0.0, 1.0):
+        return f"{sentence(repetition(found))} {_WITHOUT_IMPACTS[found.contact_share]}"
     rate = counted(found.impacts_per_period, "impact" if isinstance(method, Reference) else "contact")
     return f"{sentence(repetition(found))} {rate} per period, in contact {percent(found.contact_share)} of the time."
 

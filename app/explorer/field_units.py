@@ -15,13 +15,15 @@ from vibroscope.engine import Units, written
 
 _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
 _QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity", **_STARTS}
+_QUANTITIES |= dict.fromkeys(("clearance", "base"), "displacement")
+_QUANTITIES |= dict.fromkeys(("force1", "force2", "constant1", "constant2"), "force")
 # In units: other quantities than η and D, and other symbols than those without dimension.
 _LABELS = {"eta": ("f", "excitation frequency"), "D": ("2D", "penalty damper")}
 _LABELS |= {
     name: (label, Explorer.param[name].doc.replace("τ", "t").replace("ξ", "x"))
     for name, label in zip(_STARTS, ("x₁(0)", "x₁′(0)", "x₂(0)", "x₂′(0)"), strict=True)
 }
-# What a number without dimension is a multiple of: k₁ = m₁ω₁² is the spring of pendulum 1, A the amplitude of the base.
+# What a number without dimension is a multiple of: k₁ = m₁ω₁² is the spring of body 1, A the amplitude of the base.
 _NATURAL = {
     "displacement": "base amplitude",
     "velocity": "Aω₁",
@@ -30,6 +32,7 @@ _NATURAL = {
     "force": "k₁A",
     "impulse": "m₁Aω₁",
 }
+_NOT_DRIVEN = "frequency that counts time: nothing drives the bodies"
 _DEFINING = {"omega1": "angular_frequency", "m1": "mass", "amplitude": "displacement"}
 # Units that may be typed, in SI units; as `plain_unit` writes them.
 _TYPED = {
@@ -41,7 +44,12 @@ _TYPED = {
     "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
     "displacement": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3},
+    "acceleration": {"m/s²": 1.0, "m/s2": 1.0, "m/s^2": 1.0, "mm/s²": 1e-3, "mm/s2": 1e-3, "mm/s^2": 1e-3},
+    "angle": {"rad": 1.0, "°": math.pi / 180, "deg": math.pi / 180},
+    "share": {"": 1.0, "%": 0.01},
 }
+_TIMES = ((1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
 _SPACING = str.maketrans(dict.fromkeys(" ·⋅*.") | {"µ": "u", "μ": "u"})
 _DIGITS = 6  # of a number that was converted: as many as a field has room for
 
@@ -101,12 +109,16 @@ def shown_field(name: str, setting: Setting) -> ShownField:
     share = {"%": 0.01} if name in SHARES else {}
     if setting.scale is None:
         natural = _NATURAL.get(_QUANTITIES.get(name, ""), "")
-        return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share}, natural)
+        if natural == "base amplitude" and not setting.base:
+            natural = "A"  # of another length
+        hint = rule.doc if name != "eta" or setting.is_driven else _NOT_DRIVEN
+        return ShownField(rule.label, hint, "", 1.0, {"": 1.0, **share}, natural)
     if name not in _QUANTITIES:
         ratio = {"Hz": 2 * math.pi / setting.omega1} if name in ("kappa", "kappa3") else {}  # as the frequency it gives
         return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share, **ratio})
     quantity = _QUANTITIES[name]
     label, hint = _LABELS.get(name, (rule.label, rule.doc))
+    hint = hint if name != "eta" or setting.is_driven else _NOT_DRIVEN
     factor = setting.scale.factor(quantity)
     one = replace(setting.scale, system="si").factor(quantity)
     return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **_sizes(quantity, one)})
@@ -126,6 +138,12 @@ def _system(setting: Setting) -> str:
     return "si" if setting.scale is None else setting.scale.system
 
 
+def typed_units(quantity: str, unit: str) -> dict[str, float]:
+    """What one of each unit that may be typed for a quantity is worth in ``unit``; "" for a number without one."""
+    one = _TYPED[quantity][plain_unit(unit)]
+    return {"": 1.0, **_sizes(quantity, one)}
+
+
 def _sizes(quantity: str, one: float) -> dict[str, float]:
     return {unit: size / one for unit, size in _TYPED[quantity].items()}
 
@@ -133,6 +151,12 @@ def _sizes(quantity: str, one: float) -> dict[str, float]:
 def unit_of(quantity: str, setting: Setting) -> str:
     """The unit in which numbers of a quantity are shown: what they are multiples of where they have no dimension."""
     return _NATURAL[quantity] if setting.scale is None else setting.scale.unit(quantity)
+
+
+def time_text(seconds: float) -> str:
+    """A time in the unit that suits it, as in "25 µs"."""
+    size, unit = next(((size, unit) for size, unit in _TIMES if abs(seconds) < 1e3 * size), _TIMES[-1])
+    return f"{written(seconds / size)} {unit}"
 
 
 def plain_unit(text: str) -> str:
@@ -143,3 +167,8 @@ def plain_unit(text: str) -> str:
 def seconds_of(unit: str) -> float | None:
     """A typed unit of time in seconds; None if it is none."""
     return _TYPED["time"].get(unit)
+
+
+def is_unit(unit: str) -> bool:
+    """Whether what is typed after a number is a unit of some field."""
+    return any(unit in units for units in _TYPED.values())

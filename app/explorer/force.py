@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from vibroscope.app.explorer.field_units import time_text
 from vibroscope.engine import Method, Motion, Reference, Units
 
 
@@ -29,7 +30,7 @@ def force_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
         if not duration > 0:
             return ""
         mean = units.text("force", motion.impulse / duration)
-        lasts = units.text("time", duration)
+        lasts = time_text(units.physical("time", duration))
         return f"contacts too short to sample a peak force: {impulse} in {lasts} of contact, mean {mean}"
     peak = f"peak force {units.text('force', motion.peak_force)}" if motion.peak_force > 0 else ""
     if isinstance(method, Reference) and motion.impacts_per_period > 0:

@@ -183,13 +183,15 @@ def place(comparison: MeasuredComparison, setting: Setting, drawn: Columns) -> P
     if not solver or own.period == 0 or comparison.other_eta is not None:
         return NOWHERE
     solved = getattr(comparison, solver)
-    share, values, velocity = _folded(comparison.measurement, eta, solved.alignment.phase, solved.period, own.period)
-    base = np.array([np.cos(2 * math.pi * share), -eta * np.sin(2 * math.pi * share)])
+    turns, values, velocity = _folded(comparison.measurement, eta, solved.alignment.phase, solved.period, own.period)
+    drive = setting.system.excitation
+    turned = 2 * math.pi * turns + drive.base_phase
+    base = drive.base * np.array([np.cos(turned), -eta * np.sin(turned)])
     if comparison.measurement.frame == "absolute":
         values, velocity = values - base[0], velocity - base[1]
     phase = dict(zip(_PHASE, (values[0], velocity[0], values[1], velocity[1]), strict=True))
     shown = values + base[0] if setting.frame == "absolute" else values
-    found = [convert_units(_in_window(share + shift, shown, solved.period), setting) for shift in range(solved.period)]
+    found = [convert_units(_in_window(turns + shift, shown, solved.period), setting) for shift in range(solved.period)]
     best = min(found, key=lambda columns: _distance(columns, drawn, solver))
     columns = (
         NOWHERE.displacements if setting.frame == "difference" else best,
@@ -212,9 +214,9 @@ def _folded(measurement: Measurement, eta: float, phase: float, *periods: int):
     return folded.time[chosen] / length, folded.displacement[:, chosen], velocity[:, chosen]
 
 
-def _in_window(share: np.ndarray, values: np.ndarray, period: int) -> Columns:
+def _in_window(turns: np.ndarray, values: np.ndarray, period: int) -> Columns:
     """Samples at these excitation periods, folded into the window of the figures, each of them once."""
-    time = np.mod(share, period) + period * (np.arange(len(share)) % max(1, WINDOW // period))
+    time = np.mod(turns, period) + period * (np.arange(len(turns)) % max(1, WINDOW // period))
     order = np.argsort(time, kind="stable")
     order = order[time[order] <= WINDOW]
     return {"t": time[order], "x1": values[0, order], "x2": values[1, order]}

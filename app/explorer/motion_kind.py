@@ -55,12 +55,16 @@ def kind_threads() -> Workers:
 
 def known_kinds(setting: Setting) -> Kinds | None:
     """The kinds of both motions if they are known, else None; nothing is computed."""
+    if not setting.is_driven:
+        return {}
     found = {name: _CACHE.get(key) for name, key in _keys(setting).items()}
     return None if None in found.values() else found
 
 
 def judge_motions(setting: Setting, cancelled: Callable[[], bool]) -> Kinds:
-    """The kinds of both motions; raises `engine.Cancelled` if ``cancelled()``."""
+    """The kinds of both motions, none of a free vibration; raises `engine.Cancelled` if ``cancelled()``."""
+    if not setting.is_driven:
+        return {}
     return {name: _CACHE.get(key) or _judge(key, cancelled) for name, key in _keys(setting).items()}
 
 

@@ -46,7 +46,14 @@ def present(runs: RunPair) -> dict[str, Columns]:
         "impulse_reference": _impulses(runs.reference),
         "impulse_penalty": _impulses(runs.penalty),
     }
+    if runs.setting.bodies == "wall":
+        columns = {name: _without_body_2(source) for name, source in columns.items()}
     return {name: convert_units(source, runs.setting) for name, source in columns.items()}
+
+
+def _without_body_2(columns: Columns) -> Columns:
+    """The columns with nothing to draw of body 2: it is a wall."""
+    return {name: np.full_like(column, np.nan) if name[-1] == "2" else column for name, column in columns.items()}
 
 
 def convert_units(columns: Columns, setting: Setting) -> Columns:
@@ -73,12 +80,13 @@ def quantity_of(column: str) -> str | None:
 
 def _displacements(runs: RunPair) -> Columns:
     grid = np.linspace(0.0, WINDOW, TIME_POINTS)
-    # The window starts at τ ≡ 0 (mod T), so the base moves as cos 2πτ/T.
-    base = np.cos(2 * np.pi * grid) if runs.setting.frame == "absolute" else 0.0
+    # The window starts at τ ≡ 0 (mod T), so the base moves as a cos(2πτ/T + φ).
+    drive = runs.setting.system.excitation
+    moved = drive.base * np.cos(2 * np.pi * grid + drive.base_phase) if runs.setting.frame == "absolute" else 0.0
     columns = {"t": grid}
     for name, run in (("reference", runs.reference), ("penalty", runs.penalty)):
         for row in (0, 1):
-            columns[f"{name}{row + 1}"] = _resample(grid, run, "displacement", row) + base
+            columns[f"{name}{row + 1}"] = _resample(grid, run, "displacement", row) + moved
             # Not drawn over time: they place the marks of the present instant in the phase plots.
             columns[f"{name}_v{row + 1}"] = _resample(grid, run, "velocity", row)
     return _as_float32(columns)
@@ -102,7 +110,7 @@ def _window_start(run: Run) -> float:
 
 
 def _orbit(run: Run, *, corners: bool) -> Columns:
-    """Orbit of both pendulums; with ``corners``, also the states before and after each impact."""
+    """Orbit of both bodies; with ``corners``, also the states before and after each impact."""
     if run.orbit is None:
         return dict.fromkeys(("x1", "v1", "x2", "v2"), _EMPTY)
     chosen = _orbit_indices(run)

@@ -16,17 +16,17 @@ import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import Newmark, Reference, System, Units, simulate
+from vibroscope.engine import Excitation, Newmark, Reference, System, Units, simulate
 from vibroscope.engine.methods import DAMPING_RANGE, STEPS_RANGE, STIFFNESS_RANGE, THRESHOLD_RANGE
-from vibroscope.engine.model import ETA_RANGE
+from vibroscope.engine.model import AMPLITUDE_RANGE, CLEARANCE_RANGE, ETA_RANGE, MASS_RATIO_RANGE, PHASE_RANGE
 from vibroscope.engine.motions.motion import FARTHEST
 from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, UNIT_SYSTEMS
 
-_PAPER, _UNITS = System(), Units()
+_PAPER, _UNITS, _DRIVE = System(), Units(), Excitation()
 _PERIODS = signature(simulate).parameters["periods"].default
 _START = {"bounds": (-FARTHEST, FARTHEST)}
 _RATIOS = (1e-3, 1e3)  # of frequencies, as `System` takes them
-_BELOW_ONE = {"bounds": (0.0, 1.0), "inclusive_bounds": (True, False)}  # damping ratios: underdamped pendulums
+_BELOW_ONE = {"bounds": (0.0, 1.0), "inclusive_bounds": (True, False)}  # damping ratios: underdamped bodies
 
 # A number as a person writes one. Stricter than float(), which also accepts "nan", "inf", "1_000", the digits of other
 # scripts, and text of any length.
@@ -62,18 +62,43 @@ class Explorer(param.Parameterized):
         doc="d₃ of the reference in permanent contact: as measured, or the sum of the two dampers",
     )
     threshold = param.Number(
-        0.002, bounds=THRESHOLD_RANGE, label="ε", doc="separation speed below which contact stays (0: limit)"
+        0.002,
+        bounds=THRESHOLD_RANGE,
+        label="ε",
+        doc="separation speed below which contact stays, in the unit of length times ω₁ (0: limit)",
+    )
+    bodies = param.Selector(
+        default="pendulums",
+        objects=["pendulums", "two", "wall"],
+        label="System",
+        doc="Pendulums whose frequencies are known apart and joined, as the paper's; two bodies; or a body and a wall",
     )
     restitution = param.Number(_PAPER.restitution, bounds=(0.0, 1.0), label="e", doc="coefficient of restitution")
-    kappa = param.Number(_PAPER.kappa, bounds=_RATIOS, label="κ", doc="frequency ratio ω₂/ω₁ of pendulum 2")
-    d1 = param.Number(_PAPER.d1, **_BELOW_ONE, label="d₁", doc="damping ratio of pendulum 1")
-    d2 = param.Number(_PAPER.d2, **_BELOW_ONE, label="d₂", doc="damping ratio of pendulum 2")
+    kappa = param.Number(_PAPER.kappa, bounds=_RATIOS, label="κ", doc="frequency ratio ω₂/ω₁ of body 2")
+    d1 = param.Number(_PAPER.d1, **_BELOW_ONE, label="d₁", doc="damping ratio of body 1")
+    d2 = param.Number(_PAPER.d2, **_BELOW_ONE, label="d₂", doc="damping ratio of body 2")
     kappa3 = param.Number(_PAPER.kappa3, bounds=_RATIOS, label="κ₃", doc="frequency ratio of both, joined")
     d3 = param.Number(_PAPER.d3, **_BELOW_ONE, label="d₃", doc="damping ratio of both, joined, as measured")
-    start_xi1 = param.Number(0.0, **_START, label="ξ₁(0)", doc="displacement of pendulum 1 at τ = 0")
-    start_v1 = param.Number(0.0, **_START, label="ξ₁′(0)", doc="velocity of pendulum 1 at τ = 0")
-    start_xi2 = param.Number(0.0, **_START, label="ξ₂(0)", doc="displacement of pendulum 2 at τ = 0")
-    start_v2 = param.Number(0.0, **_START, label="ξ₂′(0)", doc="velocity of pendulum 2 at τ = 0")
+    mass_ratio = param.Number(1.0, bounds=MASS_RATIO_RANGE, label="μ", doc="mass ratio m₂/m₁")
+    clearance = param.Number(
+        _PAPER.clearance, bounds=CLEARANCE_RANGE, label="g₀", doc="clearance with relaxed springs; below 0: preload"
+    )
+    base = param.Number(_DRIVE.base, bounds=AMPLITUDE_RANGE, label="a", doc="amplitude of the base motion a·cos ητ")
+    base_phase = param.Number(_DRIVE.base_phase, bounds=PHASE_RANGE, label="φ", doc="phase of the base motion, rad")
+    force1 = param.Number(_DRIVE.force1, bounds=AMPLITUDE_RANGE, label="F₁", doc="harmonic force on body 1")
+    force1_phase = param.Number(_DRIVE.force1_phase, bounds=PHASE_RANGE, label="φ₁", doc="phase of F₁, rad")
+    force2 = param.Number(_DRIVE.force2, bounds=AMPLITUDE_RANGE, label="F₂", doc="harmonic force on body 2")
+    force2_phase = param.Number(_DRIVE.force2_phase, bounds=PHASE_RANGE, label="φ₂", doc="phase of F₂, rad")
+    constant1 = param.Number(
+        _DRIVE.constant1, bounds=AMPLITUDE_RANGE, label="P₁", doc="constant force on body 1; positive: towards body 2"
+    )
+    constant2 = param.Number(
+        _DRIVE.constant2, bounds=AMPLITUDE_RANGE, label="P₂", doc="constant force on body 2; positive: away from body 1"
+    )
+    start_xi1 = param.Number(0.0, **_START, label="ξ₁(0)", doc="displacement of body 1 at τ = 0")
+    start_v1 = param.Number(0.0, **_START, label="ξ₁′(0)", doc="velocity of body 1 at τ = 0")
+    start_xi2 = param.Number(0.0, **_START, label="ξ₂(0)", doc="displacement of body 2 at τ = 0")
+    start_v2 = param.Number(0.0, **_START, label="ξ₂′(0)", doc="velocity of body 2 at τ = 0")
     frame = param.Selector(
         default="relative",
         objects=["relative", "absolute", "difference"],
@@ -90,17 +115,28 @@ class Explorer(param.Parameterized):
         default="none",
         objects=["none", *UNIT_SYSTEMS],
         label="Units",
-        doc="Without dimension as in the paper, or in a consistent system of units, as an FE input file has them; ω₁, "
-        "m₁ and the amplitude of the base, under System and solver, say what they are multiples of",
+        doc="Without dimension as in the paper, or in a consistent system of units, as an FE input file has them; "
+        "the system is then given by masses in kg, springs in N/m and so on",
     )
-    omega1 = param.Number(_UNITS.omega1, bounds=OMEGA1_RANGE, label="ω₁", doc="angular frequency of pendulum 1")
-    m1 = param.Number(_UNITS.m1, bounds=M1_RANGE, label="m₁", doc="mass of pendulum 1")
-    amplitude = param.Number(_UNITS.base_amplitude, bounds=BASE_AMPLITUDE_RANGE, label="A", doc="amplitude of the base")
+    omega1 = param.Number(_UNITS.omega1, bounds=OMEGA1_RANGE, label="ω₁", doc="angular frequency of body 1")
+    m1 = param.Number(_UNITS.m1, bounds=M1_RANGE, label="m₁", doc="mass of body 1")
+    amplitude = param.Number(
+        _UNITS.base_amplitude, bounds=BASE_AMPLITUDE_RANGE, label="A", doc="unit of length: amplitude of the base"
+    )
 
 
 FIELDS = tuple(name for name in Explorer.param if name != "name")
 MAIN_FIELDS = ("eta", "K", "D", "steps")
-SYSTEM_FIELDS = tuple(_PAPER.as_dict())
+EXCITATION_FIELDS = tuple(_DRIVE.as_dict())
+# What each kind of system is described by, beside what drives it.
+_OF_ALL = ("d1", "restitution", "clearance")
+_OF_BODY_2 = ("kappa", "d2", "d3")
+_DESCRIBED_BY = {
+    "pendulums": (*_OF_ALL, *_OF_BODY_2, "kappa3"),
+    "two": (*_OF_ALL, *_OF_BODY_2, "mass_ratio"),
+    "wall": _OF_ALL,
+}
+SYSTEM_FIELDS = ("bodies", *_OF_ALL, *_OF_BODY_2, "kappa3", "mass_ratio", *EXCITATION_FIELDS)
 START_FIELDS = ("start_xi1", "start_v1", "start_xi2", "start_v2")
 SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 _FORMER_CHOICES = {("units", "physical"): "si"}  # in older links and files
@@ -116,8 +152,13 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
 
     @property
     def system(self) -> System:
-        """The two pendulums."""
-        return System(**{name: getattr(self, name) for name in SYSTEM_FIELDS})
+        """The bodies and what drives them; raises ValueError where the numbers give none together."""
+        values = {name: getattr(self, name) for name in _DESCRIBED_BY[self.bodies]}
+        if self.bodies == "two":
+            values["mu"] = values.pop("mass_ratio")
+            values["d3"] = self.d3 if self.joint_damping == "table" else None  # None: it was never measured
+        drive = Excitation(**{name: getattr(self, name) for name in EXCITATION_FIELDS})
+        return System(**values, wall=self.bodies == "wall", excitation=drive)
 
     @property
     def reference(self) -> Reference:
@@ -130,9 +171,19 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
         return Newmark(self.K, self.D, self.steps, located=self.located == "yes")
 
     @property
+    def is_driven(self) -> bool:
+        """Whether anything moves with the frequency η; otherwise it only counts the time."""
+        return is_driven(self.system)
+
+    @property
+    def from_rest(self) -> bool:
+        """Whether both runs start from rest, the static equilibrium: all numbers of the start are 0 then."""
+        return not any(getattr(self, name) for name in START_FIELDS)
+
+    @property
     def initial(self) -> tuple[float, float, float, float]:
         """Where both runs start: ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
-        return tuple(getattr(self, name) for name in START_FIELDS)
+        return self.system.rest if self.from_rest else tuple(getattr(self, name) for name in START_FIELDS)
 
     def drawn_like(self, other: Setting) -> Setting:
         """The same results, drawn like ``other``: with its `DRAWING_FIELDS`."""
@@ -154,6 +205,11 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
         return {name: value if isinstance(value, str) else print_number(value) for name, value in values}
 
 
+def is_driven(system: System) -> bool:
+    """Whether anything moves with the frequency η; otherwise a motion is a free vibration from its start."""
+    return system.excitation.drives
+
+
 # ---- from text to a setting -----------------------------------------------------------------------------------------
 
 
@@ -162,9 +218,18 @@ def read_setting(texts: Mapping[str, object], base: Setting | None = None) -> Se
 
     Names that are no parameter are ignored.
     """
+    setting = read_setting_at_any_cost(texts, base)
+    _check_cost(setting)
+    return setting
+
+
+def read_setting_at_any_cost(texts: Mapping[str, object], base: Setting | None = None) -> Setting:
+    """As `read_setting`, even if this server would not run it: what is offered is the same on every server."""
     setting = (base or Setting())._replace(**read_values(texts))
+    if setting.bodies == "wall":  # it does not move
+        setting = setting._replace(coordinate="xi1", start_xi2=0.0, start_v2=0.0)
     _check_combination(setting)
-    _check_gap(setting, "start_xi1" if "start_xi1" in texts else "start_xi2")
+    _check_gap(setting, "start_xi1" if "start_xi1" in texts or setting.bodies == "wall" else "start_xi2")
     return setting
 
 
@@ -187,35 +252,51 @@ def bounds_of(name: str) -> tuple[float, float]:
     return low, high if Explorer.param[name].inclusive_bounds[1] else math.nextafter(high, low)
 
 
-def _check_combination(setting: Setting) -> None:
-    """Raise `Refused` where values that are valid one by one give no system together, or cost too much."""
+def _check_cost(setting: Setting) -> None:
     try:
         check_cost(setting.steps, _PERIODS)
     except CostLimitError as error:
         raise Refused("steps", str(error)) from None
+
+
+def _check_combination(setting: Setting) -> None:
+    """Raise `Refused` where values that are valid one by one give no system together."""
     try:
         _ = setting.system
-    except ValueError:
-        raise Refused(
-            "kappa3",
-            f"kappa3 must lie between 1 and kappa = {setting.kappa:g}, not {setting.kappa3:g}: the natural frequency "
-            "of the joined pendulums lies between those of the separate ones, and the mass ratio follows from it.",
-        ) from None
+    except ValueError as error:
+        raise _refused_system(setting, error) from None
+
+
+def _refused_system(setting: Setting, error: ValueError) -> Refused:
+    if setting.bodies != "pendulums":
+        name = str(error).partition(" ")[0]
+        return Refused(name if name in FIELDS else "bodies", f"{error}.")
+    return Refused(
+        "kappa3",
+        f"kappa3 must lie between 1 and kappa = {setting.kappa:g}, not {setting.kappa3:g}: the natural frequency "
+        "of the joined pendulums lies between those of the separate ones, and the mass ratio follows from it.",
+    )
 
 
 def _check_gap(setting: Setting, name: str) -> None:
-    """Raise `Refused` for the parameter ``name`` where the pendulums would overlap at the start."""
-    if setting.start_xi1 <= setting.start_xi2:
+    """Raise `Refused` for the parameter ``name`` where the bodies would overlap at the start."""
+    system = setting.system
+    if setting.from_rest or not system.overlap_of(setting.initial):
         return
-    symbol, values = "ξ", (setting.start_xi1, setting.start_xi2)
-    texts = map(print_number, values)
+    symbol, number = "ξ", print_number
     if setting.scale is not None:
-        symbol, texts = "x", (setting.scale.text("displacement", value, 6) for value in values)
-    first, second = texts
+        symbol, number = "x", lambda value: setting.scale.text("displacement", value, 6)
+    first, second, clearance = map(number, (setting.start_xi1, setting.start_xi2, setting.clearance))
+    may = "the bodies may touch, but not overlap"
+    if setting.bodies == "wall":
+        raise Refused(
+            name, f"{symbol}₁(0) must be at most the clearance, {clearance}, not {first}: at the start {may}."
+        )
+    most = f"{symbol}₂(0)" + (f" plus the clearance, {clearance}" if setting.clearance else "")
     raise Refused(
         name,
-        f"{symbol}₁(0) must be at most {symbol}₂(0), not {first} with {second}: at the start the pendulums may touch, "
-        f"but not overlap. Set {symbol}{'₂' if name == 'start_xi1' else '₁'}(0) first.",
+        f"{symbol}₁(0) must be at most {most}, not {first} with {second}: at the start {may}. "
+        f"Set {symbol}{'₂' if name == 'start_xi1' else '₁'}(0) first.",
     )
 
 

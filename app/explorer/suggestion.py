@@ -9,6 +9,7 @@ from typing import NamedTuple
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation, sentence
 from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.state import Setting, bounds_of, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.explorer.words_in_units import in_units, plain_symbols, words_of_change
@@ -33,6 +34,7 @@ from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE, STIFFNESS_M
 
 _THREADS = 2  # searches that run at the same time, of all sessions
 _PERCENT = (0.01, 100.0)  # range of a tolerance
+_BEYOND_SLIDER = 10.0  # times the end of the slider: the largest K of a search at first
 _ETAS = 5  # of a range, at which settings are tried; between them what is found is tried, too
 Found = Recommendation | RangeRecommendation
 _OFFERED = (0.05, 0.1, 0.2, 0.5, 1.0)  # tolerances, of which the least that can be met is offered
@@ -67,12 +69,12 @@ class Question(NamedTuple):
 def default_limits(setting: Setting) -> dict[str, str]:
     """Largest K and most steps per period of a search, as texts; the unit of K, and name and unit of a range of η.
 
-    They are the command line's, if this server allows them.
+    For the paper's system they are the command line's, if this server allows them.
     """
-    usual, field, eta = Limits(), shown_field("K", setting), shown_field("eta", setting)
-    steps = print_number(min(usual.steps_max, most_steps()))
+    field, eta = shown_field("K", setting), shown_field("eta", setting)
+    steps = print_number(min(Limits().steps_max, most_steps()))
     shown = {"unit": field.unit or field.natural, "eta": f"Range of frequency {eta.label}", "eta_unit": eta.unit}
-    return {"K": field.number(usual.stiffness_max), "steps": steps, **shown}
+    return {"K": field.number(_largest_stiffness(setting)), "steps": steps, **shown}
 
 
 def make_question(setting: Setting, typed: object) -> Question:
@@ -90,6 +92,9 @@ def make_question(setting: Setting, typed: object) -> Question:
     Refused
         If one of them is none, or if the page could not be set to what the search may find.
     """
+    if not setting.is_driven:
+        raise Refused("eta", "Nothing drives the bodies: a search needs a motion that lasts. Give the base or a body "
+                      "an amplitude, under System.")  # fmt: skip
     usual = default_limits(setting)
     asked = usual | dict(typed if isinstance(typed, Mapping) else {})
     percent = {"units": {"": 1.0, "%": 1.0}, "shown": "%"}
@@ -98,7 +103,7 @@ def make_question(setting: Setting, typed: object) -> Question:
     K_options = {"units": field.typed, "shown": field.unit}
     stiffness_max = float(read_typed_number("K allowed", asked["K"], STIFFNESS_MAX_RANGE, **K_options))
     if asked["K"] == usual["K"]:  # the text is rounded where units are shown, and the search would try other K
-        stiffness_max = Limits().stiffness_max
+        stiffness_max = _largest_stiffness(setting)
     steps_range = (STEPS_MAX_RANGE[0], min(STEPS_MAX_RANGE[1], most_steps()))
     steps_max = int(read_typed_number("T/Δτ allowed", asked["steps"], steps_range, whole=True))
     held = str(asked.get("hold", ""))
@@ -113,6 +118,10 @@ def make_question(setting: Setting, typed: object) -> Question:
         setting.K if "K" in held else None,
         setting.D if "D" in held else None,
     )
+
+
+def _largest_stiffness(setting: Setting) -> float:
+    return _BEYOND_SLIDER * slider_range("K", setting.system)[1]
 
 
 def _read_etas(setting: Setting, first: object, last: object) -> tuple[float, ...]:
@@ -287,13 +296,13 @@ def _range_lines(found: RangeRecommendation, setting: Setting) -> list[str]:
         lines.append(f"Mind: another kind of motion: {found.kind}.")
     if found.left_out:
         etas = ", ".join(f"η = {eta:.6g}" for eta in found.left_out)
-        lines.append(f"Left out, since the reference does not repeat itself there: {etas}.")
+        lines.append(f"Left out, since the reference does not repeat itself, or nothing touches there: {etas}.")
     errors = (f"{percent(one.error, beside=found.tolerance)} at η = {one.eta:.6g}" for one in found.served)
     return [*lines, f"Error: {', '.join(errors)}."]
 
 
 def _start_lines(setting: Setting) -> list[str]:
-    return ["Mind: the search runs from rest, not from the own start."] if any(setting.initial) else []
+    return ["Mind: the search runs from rest, not from the own start."] if not setting.from_rest else []
 
 
 def _thin_front(front: tuple, best) -> list:

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.field_units import plain_unit, seconds_of, shown_field
+from vibroscope.app.explorer.field_units import ShownField, is_unit, plain_unit, seconds_of, shown_field
+from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, physical_bounds, physical_field
 from vibroscope.app.explorer.state import (
     FIELDS,
     LONGEST_NUMBER,
@@ -33,6 +34,7 @@ _TYPED = re.compile(
     re.DOTALL,
 )
 _GROUPS = {mark: re.compile(rf"[0-9]{{1,3}}({re.escape(mark)}[0-9]{{3}})+") for mark in " '_,."}
+_PART = re.compile(r"\s*[1T]\s*/(.*)", re.DOTALL)
 _NO_UNITS = {"": 1.0}
 _LEADING_GROUP = re.compile(r"[1-9][0-9]{0,2}")
 
@@ -139,10 +141,7 @@ def read_typed_number(
     ends = " to ".join(print_end(end / units[""]) for end in bounds)
     kind = "a whole number" if whole else "a number"
     unknown = f" in {_list(units)}" if typed.numbers and size is None and len(units) > 1 else ""
-    no_unit = "; a unit can be typed once Units is SI or mm-t-s" if typed.unit and len(units) == 1 else ""
-    raise Refused(
-        name, f"{name} must be {kind} from {ends}{shown and f' {shown}'}{unknown}, not {quote(text)}{no_unit}."
-    )
+    raise Refused(name, f"{name} must be {kind} from {ends}{shown and f' {shown}'}{unknown}, not {quote(text)}.")
 
 
 def _list(units: Mapping[str, float]) -> str:
@@ -172,17 +171,34 @@ def plain_texts(texts: Mapping[str, object], setting: Setting) -> dict[str, obje
 
 
 def _read_field(name: str, text: object, setting: Setting) -> object:
+    if name in PHYSICAL_FIELDS:
+        return _read_number(name, text, physical_field(name), physical_bounds(name))
     rule = Explorer.param[name] if name in FIELDS else None
     if not isinstance(rule, param.Number):
         return text
-    if name == "steps" and (steps := _steps_of_time(text, setting)):
-        return steps
-    field = shown_field(name, setting)
-    options = {"units": field.typed, "shown": field.unit, "whole": isinstance(rule, param.Integer)}
+    if name == "steps":
+        if steps := _steps_of_time(text, setting):
+            return steps
+        text = _part_of_period(text)
+    field, whole = shown_field(name, setting), isinstance(rule, param.Integer)
+    advice = " A unit can be typed once Units is SI or mm-t-s." if setting.scale is None else ""
+    return _read_number(name, text, field, bounds_of(name), whole, advice)
+
+
+def _read_number(
+    name: str, text: object, field: ShownField, bounds: tuple[float, float], whole: bool = False, on_unit: str = ""
+) -> str:
+    options = {"units": field.typed, "shown": field.unit, "whole": whole}
     try:
-        return read_typed_number(field.label, text, bounds_of(name), **options)
+        return read_typed_number(field.label, text, bounds, **options)
     except Refused as error:
-        raise Refused(name, str(error)) from None
+        raise Refused(name, f"{error}{on_unit if is_unit(parse_typed(text).unit) else ''}") from None
+
+
+def _part_of_period(text: object) -> object:
+    """The number of steps in a step as a part of the period, as "T/2000" or "1/2000"; any other text as it is."""
+    part = _PART.fullmatch(text) if isinstance(text, str) else None
+    return part[1] if part else text
 
 
 def _steps_of_time(text: object, setting: Setting) -> str | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.field_units import shown_field, time_text
 from vibroscope.app.explorer.state import MAIN_FIELDS, Setting
 from vibroscope.engine import Units, written
 
@@ -21,13 +21,16 @@ _RULES = tuple(
         (r"(?<!\w)K = ", "K = ", "stiffness"),
         (r"(?<!\w)K ≈ ", "K ≈ ", "stiffness"),
         (r"(?<!\w)D ≈ ", "2D ≈ ", "damping"),
+        (r"ξ₁ scatters by ", "x₁ scatters by ", "displacement"),
         (r"ξ₂ scatters by ", "x₂ scatters by ", "displacement"),
         (r"(?<!\w)K up to ", "K up to ", "stiffness"),
         (r"(?<=K is to blame: )up to ", "up to ", "stiffness"),
         (r"(?<!\w)D = ", "2D = ", "damping"),
         (r"(?<!\w)(?:η|eta) = ", "f = ", "frequency"),
+        (r"ξ₁ by ±", "x₁ by ±", "displacement"),
         (r"ξ₂ by ±", "x₂ by ±", "displacement"),
-        (r"±(?=[0-9.e+-]+ (?:in ξ₂|at T/))", "±", "displacement"),
+        (r"±(?=[0-9.e+-]+ (?:in ξ[₁₂]|at T/))", "±", "displacement"),
+        (r"(?<=lasts )τ = ", "", "time"),
     )
 )
 _POWER = re.compile(r"(?<![\w.])[0-9]+(?:\.[0-9]+)?e[+-]?[0-9]+")
@@ -41,8 +44,14 @@ def in_units(text: str, scale: Units | None) -> str:
         return _POWER.sub(lambda match: written(float(match[0])), text)
     text = _RANGE.sub(lambda m: " to ".join(_frequencies(m, scale)), text)
     for pattern, shown, quantity in _RULES:
-        text = pattern.sub(lambda m, s=shown, q=quantity: f"{s}{scale.text(q, float(m[1]), _DIGITS.get(q, 4))}", text)
-    return text.replace(" in ξ₂", " in x₂")
+        text = pattern.sub(lambda m, s=shown, q=quantity: f"{s}{_measure(scale, q, float(m[1]))}", text)
+    return text.replace(" in ξ₁", " in x₁").replace(" in ξ₂", " in x₂")
+
+
+def _measure(scale: Units, quantity: str, value: float) -> str:
+    if quantity == "time":
+        return time_text(scale.physical(quantity, value))
+    return scale.text(quantity, value, _DIGITS.get(quantity, 4))
 
 
 def _frequencies(match: re.Match, scale: Units) -> tuple[str, str]:

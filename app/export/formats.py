@@ -13,7 +13,8 @@ from platform import python_version
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.state import FIELDS, Setting, print_number
+from vibroscope.app.explorer.physical_fields import values_of_system
+from vibroscope.app.explorer.state import FIELDS, SYSTEM_FIELDS, Setting, print_number
 from vibroscope.engine import Units, system_of_tables, toml_tables
 
 
@@ -43,6 +44,7 @@ class Series(NamedTuple):
 
 
 MEASURED = "measured"  # label of the series of a measurement
+_OF_SYSTEM = ("system", "excitation", "physical")  # tables of a system file beside [units]
 _LONGEST_FILE = 65_536  # characters
 _UNITS = {"omega1": "omega1", "m1": "m1", "amplitude": "base_amplitude"}  # name of the parameter: name in `Units`
 
@@ -89,17 +91,27 @@ def texts_from_toml(text: str) -> dict[str, str]:
     content = text.encode()
     tables = toml_tables(content)
     rest = {name: table for name, table in tables.items() if name != "setting"}
-    if "setting" in tables and (unknown := rest.keys() - {"system", "units"}):
-        raise ValueError(f"unknown table [{min(unknown)[:40]}]: known are [setting], [system], [units]")
+    if "setting" in tables and (unknown := rest.keys() - {*_OF_SYSTEM, "units"}):
+        known = ", ".join(f"[{name}]" for name in ("setting", *_OF_SYSTEM, "units"))
+        raise ValueError(f"unknown table [{min(unknown)[:40]}]: known are {known}")
     values = {}
-    if "system" in rest or ("units" in rest and "setting" not in tables):
+    if rest.keys() & set(_OF_SYSTEM) or ("units" in rest and "setting" not in tables):
         file = system_of_tables(rest)
-        values = file.system.as_dict() | {name: getattr(file.units, unit) for name, unit in _UNITS.items()}
+        values = values_of_system(file.system, file.units, file.eta)
+        values |= {"units": "si"} if "physical" in rest else {}
     elif "units" in rest:
         values = _read_table(rest, "units", {unit: name for name, unit in _UNITS.items()})
     if "setting" in tables or not values:
-        values |= _read_table(tables, "setting", {name: name for name in FIELDS if name not in _UNITS})
+        given = _read_table(tables, "setting", {name: name for name in FIELDS if name not in _UNITS})
+        values |= _of_older_file(given) | given
     return {name: value if isinstance(value, str) else print_number(value) for name, value in values.items()}
+
+
+def _of_older_file(given: Mapping) -> dict:
+    """What a whole setting leaves out that was written when there were the paper's pendulums alone."""
+    if "kappa" not in given or "bodies" in given:
+        return {}
+    return {name: getattr(Setting(), name) for name in SYSTEM_FIELDS if name not in given}
 
 
 def _read_table(tables: Mapping, table: str, names: Mapping[str, str]) -> dict:

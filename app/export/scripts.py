@@ -6,12 +6,16 @@ Tests run them and compare their numbers with those of the page.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from shlex import quote
 
+from vibroscope.app.explorer.compute import run_length
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import units_table
 from vibroscope.app.studies.speed import SpeedQuestion
-from vibroscope.engine import ExactPenalty, Method, Newmark, Reference, System
+from vibroscope.engine import FREE_PERIODS, ExactPenalty, Method, Newmark, Reference, System, brief_system_text
+
+_PAPER = System().as_dict()
 
 # ---- one setting ----------------------------------------------------------------------------------------------------
 
@@ -20,8 +24,9 @@ def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
     p, r = setting.penalty, setting.reference
     located = ", located=True" if p.located else ""
-    start = "" if setting.initial == Setting().initial else f", initial={setting.initial}"
-    return f"""from vibroscope.engine import Newmark, Reference, System, compare, motion, simulate, verdict
+    start = "" if setting.from_rest else f", initial={setting.initial}"
+    start += "".join(f", {name}={periods}" for name, periods in run_length(setting.system).items())
+    script = f"""from vibroscope.engine import Newmark, Reference, System, compare, motion, simulate, verdict
 
 system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}){start})
@@ -35,7 +40,11 @@ for response in (reference, penalty):
 
 runs = {{"reference": reference.method, "responses": (reference, penalty)}}
 found = compare(system, {setting.eta!r}, penalty.method, **runs{start})
-answer = verdict(found)
+"""
+    return script + _VERDICT
+
+
+_VERDICT = """answer = verdict(found)
 print(answer.headline, *answer.details, sep="\\n")
 if found.parts:
     print("total", found.difference.total, "of the", found.difference.measure)
@@ -52,15 +61,16 @@ def as_command(setting: Setting, measured: str = "") -> str:
     """
     file, options = _system_file(setting.system, units_table(setting) if setting.scale or measured else [])
     options += f" --units {setting.scale.system}" if setting.scale else ""
-    options += initial_option(setting.initial)
+    options += "" if setting.from_rest else initial_option(setting.initial)
+    periods = f" --periods {FREE_PERIODS}" if not setting.is_driven else ""
     eta = print_number(setting.eta)
     reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
     compared = f"vibroscope compare --eta {eta}{newmark}{reference}{options}"
-    return (
-        f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{options}\n"
-        f"vibroscope simulate --solver newmark --eta {eta}{newmark}{options}\n"
-        f"{compared}\n"
-    ) + (f"{compared} --measured {quote(measured)}\n" if measured else "")
+    runs = (
+        f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{options}{periods}\n"
+        f"vibroscope simulate --solver newmark --eta {eta}{newmark}{options}{periods}\n"
+    )
+    return f"{runs}{compared}\n" + (f"{compared} --measured {quote(measured)}\n" if measured else "")
 
 
 # ---- a study --------------------------------------------------------------------------------------------------------
@@ -133,20 +143,23 @@ def _method_options(method: Method) -> str:
 
 
 def _system(system: System) -> str:
-    return f"System({_differing(system.as_dict(), System().as_dict())})"
+    constants = {name: value for name, value in system.as_dict().items() if value != _PAPER.get(name)}
+    if constants.keys() <= {field.name for field in fields(System)}:
+        return f"System({_differing(constants, {})})"
+    return f"System.from_dict({constants!r})"
 
 
 def _system_file(system: System, units: list[str]) -> tuple[str, str]:
     """A command that writes what differs from the paper's system into a file, and the option that reads the file."""
-    differing = _differing(system.as_dict(), System().as_dict()).replace(", ", "\n").replace("=", " = ")
-    tables = ([f"[system]\n{differing}"] if differing else []) + (["\n".join(units)] if units else [])
+    differing = brief_system_text(system)
+    tables = ([differing] if differing else []) + (["\n".join(units)] if units else [])
     if not tables:
         return "", ""
     return "cat > system.toml <<'END'\n" + "\n".join(tables) + "\nEND\n", " --system system.toml"
 
 
 def _differing(values: Mapping, usual: Mapping) -> str:
-    return ", ".join(f"{name}={value!r}" for name, value in values.items() if value != usual[name])
+    return ", ".join(f"{name}={value!r}" for name, value in values.items() if name not in usual or value != usual[name])
 
 
 def _isort_key(name: str) -> tuple[bool, str]:

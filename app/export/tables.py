@@ -12,9 +12,9 @@ from vibroscope.engine import Units
 FIGURES = {
     figure.name: figure
     for figure in (
-        Figure("mechanism", "Pendulums", "The pendulums at one phase, the penalty solution outlined.", tabled=False),
-        Figure("phase1", "Phase plot 1", "Phase plot of pendulum 1 with its Poincaré section (τ ≡ 0 mod T)."),
-        Figure("phase2", "Phase plot 2", "Phase plot of pendulum 2 with its Poincaré section."),
+        Figure("mechanism", "Bodies", "The bodies at one phase, the penalty solution outlined.", tabled=False),
+        Figure("phase1", "Phase plot 1", "Phase plot of body 1 with its Poincaré section (τ ≡ 0 mod T)."),
+        Figure("phase2", "Phase plot 2", "Phase plot of body 2 with its Poincaré section."),
         Figure("displacement", "Displacements", "Displacements over the last two excitation periods."),
         Figure("strip", "Contact strip", "Intervals in contact; an impact of the reference has no length."),
         Figure("force", "Contact force", "Contact force, the mean of contacts too short to sample, and impulses."),

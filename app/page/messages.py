@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.shelf import shelf
 
 if TYPE_CHECKING:
     from vibroscope.app.page.session import Session
@@ -41,6 +42,11 @@ def _choose_scene(session: Session, key: object) -> None:
         session.set(scenes()[key].texts(), fresh=True)  # fresh also for the same scene: a way back from any zoom
 
 
+def _choose_shelf(session: Session, key: object) -> None:
+    if isinstance(key, str) and key in shelf():
+        session.set(shelf()[key].texts(), fresh=True)
+
+
 def _if_text(act: Callable[[Session, str], None]) -> Callable[[Session, object], None]:
     return lambda session, text: act(session, text) if isinstance(text, str) else None
 
@@ -48,6 +54,7 @@ def _if_text(act: Callable[[Session, str], None]) -> Callable[[Session, object],
 _ACTIONS: dict[str, Callable[[Session, object], None]] = {
     "set": _set,
     "scene": _choose_scene,
+    "shelf": _choose_shelf,
     "undo": lambda session, _: session.undo(),
     "redo": lambda session, _: session.redo(),
     "reset": lambda session, _: session.reset(),

@@ -16,7 +16,9 @@ import panel as pn
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.history import History
 from vibroscope.app.explorer.link import MOST_PINS, View
+from vibroscope.app.explorer.physical_fields import entered
 from vibroscope.app.explorer.scenes import opening_setting, scene_key, scenes
+from vibroscope.app.explorer.shelf import shelf, shelf_key
 from vibroscope.app.explorer.state import Setting, read_setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
@@ -77,7 +79,7 @@ class Session:
         """Accept all of ``texts``, also typed ones (`plain_texts`), and show the new setting, or say why not."""
         before = self.setting
         try:
-            self.setting = read_setting(plain_texts(texts, before), before)
+            self.setting = read_setting(entered(plain_texts(texts, before), before), before)
         except Refused as error:
             error.log()
             self._refused = {"name": error.name, "text": str(error)}
@@ -212,7 +214,7 @@ class Session:
         """Tell the browser the accepted setting, and that ``move`` is dealt with."""
         self._answered = move
         self.update_offers()
-        scene = scenes().get(scene_key(self.setting))
+        scene = scenes().get(scene_key(self.setting)) or shelf().get(shelf_key(self.setting))
         self.header.caption = scene.caption if scene and TABS[self.header.tab].controls else ""
         self.controls.show_setting(
             self.setting,

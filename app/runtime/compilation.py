@@ -1,7 +1,7 @@
 """The kernels are compiled while the server already answers: in a process of its own, so that the page stays quick.
 
-Numba holds the interpreter's lock while it compiles, for a minute or two in all. What needs a kernel waits until all
-are compiled (`Compilation.when_done`) and then loads the machine code from the cache.
+Numba holds the interpreter's lock while it compiles, for two or three minutes in all. What needs a kernel waits until
+all are compiled (`Compilation.when_done`) and then loads the machine code from the cache.
 """
 
 from __future__ import annotations

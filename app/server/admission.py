@@ -21,6 +21,7 @@ from vibroscope.app.page.files import style
 from vibroscope.app.page.page import create_app
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import Turns
+from vibroscope.app.server.housekeeping import GarbageCollection
 from vibroscope.app.server.prewarmed import PLAIN_REQUEST, PrewarmedSession
 from vibroscope.app.server.tokens import make_token
 
@@ -46,7 +47,7 @@ class Admission:
         self.stopping = False
 
     async def open(self, app: BokehTornado) -> None:
-        """Make the page from a session that no browser opens, and start to prewarm sessions."""
+        """Make the page from a session that no browser opens, and start to prewarm sessions and to tidy up."""
         self._app, self._context = app, app.applications["/"]
         session = await self._context.create_session_if_needed(_TEMPLATE_SESSION, PLAIN_REQUEST)
         doc = session.document
@@ -56,8 +57,9 @@ class Admission:
             )
         self._page = _defer_scripts(_UNUSED_SCRIPT.sub("", html))
         self.prewarmed = PrewarmedSession(self._context, self._new_id)
-        run = self.prewarmed.run(lambda: not self.refusal())
-        self._tasks.add(asyncio.get_running_loop().create_task(run))
+        garbage = GarbageCollection(lambda: self.sessions, self.prewarmed.quiet_seconds)
+        for work in (self.prewarmed.run(lambda: not self.refusal()), garbage.run()):
+            self._tasks.add(asyncio.get_running_loop().create_task(work))
         metrics.SESSIONS.read = lambda: self.sessions
         metrics.TASKS.read = lambda: len(asyncio.all_tasks())
 

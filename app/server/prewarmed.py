@@ -28,6 +28,7 @@ PLAIN_REQUEST = HTTPServerRequest(
     start_line=RequestStartLine("GET", "/", "HTTP/1.1"), headers=HTTPHeaders({"Host": "localhost"})
 )
 _CHECK_SECONDS = 0.5
+_LONGEST_PAUSE = 60.0  # s between two tries while none succeeds
 
 
 class PrewarmedSession:
@@ -66,6 +67,10 @@ class PrewarmedSession:
         """Record that a browser has sent a message."""
         self._active_at = time.monotonic()
 
+    def quiet_seconds(self) -> float:
+        """Return the time since the last message."""
+        return time.monotonic() - self._active_at
+
     def owns(self, session_id: str) -> bool:
         """Return whether this is a prewarmed session that no browser has opened yet."""
         return bool(session_id) and session_id in (self._building, self._ready, self._handed_out)
@@ -80,31 +85,48 @@ class PrewarmedSession:
     def release(self, session_id: str) -> None:
         """Treat the session like any other, because a browser has opened it."""
         if session_id == self._handed_out:
+            self._handed_out = ""  # whatever the next line meets
             self._context.get_session(session_id).unblock_expiration()
-            self._handed_out = ""
 
     async def run(self, wanted: Callable[[], bool]) -> None:
-        """Keep a session ready while ``wanted()``; never returns."""
+        """Keep a session ready while ``wanted()``; never returns. A failure is logged, and tried again ever later."""
+        pause = _CHECK_SECONDS
         while True:
-            await asyncio.sleep(_CHECK_SECONDS)
-            await self.update(wanted())
+            await asyncio.sleep(pause)
+            try:
+                await self.update(wanted())
+            except Exception as error:  # of any kind: visitors do without a prewarmed session until it works again
+                pause = min(2 * pause, _LONGEST_PAUSE)
+                logs.event("session not kept ready", logging.ERROR, error=error, again_in=pause)
+            else:
+                pause = _CHECK_SECONDS
 
     async def update(self, wanted: bool) -> None:
         """Release a session that nobody opened in time; build one if it is wanted and the server is idle."""
         if self._handed_out and time.monotonic() - self._handed_out_at > self._claim_seconds:
             self.release(self._handed_out)  # Bokeh ends a session without connections
-        idle = time.monotonic() - self._active_at > self._quiet_seconds and not jobs()
+        idle = self.quiet_seconds() > self._quiet_seconds and not jobs()
         if idle and wanted and not self._ready and not self._handed_out:
             await self._build()
 
     async def _build(self) -> None:
         session_id = self._building = self._new_id()
         with logs.in_session(logs.session_name(session_id)):
-            session = await self._context.create_session_if_needed(session_id, PLAIN_REQUEST)
-            session.block_expiration()
-            await self._store_json(session)
-            self._ready, self._building = session_id, ""
+            try:
+                await self._build_as(session_id)
+                self._ready = session_id
+            finally:
+                self._building = ""
             logs.event("session kept ready", logging.DEBUG)
+
+    async def _build_as(self, session_id: str) -> None:
+        session = await self._context.create_session_if_needed(session_id, PLAIN_REQUEST)
+        session.block_expiration()
+        try:
+            await self._store_json(session)
+        except BaseException:
+            session.unblock_expiration()  # Bokeh ends it
+            raise
 
     async def _store_json(self, session: ServerSession) -> None:
         """Serialise the document now, which would be most of the wait for it, and drop the result when it changes."""

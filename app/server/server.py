@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import gc
 import logging
 import os
 import signal
@@ -32,7 +31,7 @@ from vibroscope.app.server import connections, endpoints
 from vibroscope.app.server.admission import Admission, page_or_apology
 from vibroscope.app.server.building import SWITCH_SECONDS, ThreadedApplication
 from vibroscope.app.server.hosts import Misdirected, OtherHost, allowed_hosts, allowed_origins
-from vibroscope.app.server.housekeeping import limit_cache, trim_cache
+from vibroscope.app.server.housekeeping import limit_cache, set_up_collection, trim_cache
 from vibroscope.app.server.security import SecurityHeaders
 from vibroscope.app.server.static_files import StaticFile
 from vibroscope.app.server.tokens import TOKEN_SECONDS
@@ -97,8 +96,6 @@ def _make_app(chosen: Settings, admission: Admission, port: int) -> BokehTornado
         {"/": ThreadedApplication(*built.handlers)},
         websocket_max_message_size_bytes=_MOST_MESSAGE_BYTES,
         ico_path=str(DIST_DIR / "images" / "favicon.ico"),
-        websocket_compression_level=6,  # of the document; see `SessionSocket.on_message`
-        websocket_compression_mem_level=8,
         use_index=False,
         sign_sessions=True,
         secret_key=chosen.secret_key.encode(),
@@ -111,6 +108,7 @@ def _make_app(chosen: Settings, admission: Admission, port: int) -> BokehTornado
         origins=allowed_origins(chosen, port),
     )
     session_arguments = {"application_context": app.applications["/"], "bokeh_websocket_path": "/ws"}
+    session_arguments |= {"compression_level": 6, "mem_level": 8}  # of the document; see `SessionSocket.on_message`
     app.add_handlers(  # they come before Bokeh's own
         ".*",
         [
@@ -156,7 +154,7 @@ def serve(chosen: Settings | None = None, *, show: bool = False) -> None:
     compilation.watch(_LogCompilation())
     load_diagram("table")
     sys.setswitchinterval(SWITCH_SECONDS)
-    gc.freeze()  # imported objects stay: each full collection would visit them, for 0.1 to 0.3 s
+    set_up_collection()
     server = Server(chosen)
     server.io_loop.asyncio_loop.set_default_executor(ThreadPoolExecutor(chosen.threads, "loop"))
     workers().submit(trim_cache)

@@ -54,6 +54,7 @@ class SessionSocket(WSHandler):
         self._token_text = offered[1].strip() if len(offered) == 2 else ""
         self._stream = stream_of(self)
         self._closed = self._ended = False
+        self._frame_bytes = 0  # of the frame that is being read, as they come
         if not is_allowed_origin(self.request, self.application.settings["origins"]):
             self.send_error(403)
         elif not is_valid_token(self._token_text, self.application.secret_key):
@@ -132,12 +133,15 @@ class SessionSocket(WSHandler):
         """Take the price of a frame; return how long to wait before so many bytes are read."""
         if not self._ended and not self._budget.take(number == _HEADER_BYTES):
             self._end_flood()
+        self._frame_bytes += number
         return self._bytes.owe(number)
 
     async def on_message(self, fragment: str | bytes) -> None:
         """Collect the frames of a message and answer it; all frames of the page are text."""
         if self._closed or self._ended or self.connection is None:
             return
+        self._bytes.owe(max(0, len(fragment) - self._frame_bytes))  # of a compressed frame, the size that it takes here
+        self._frame_bytes = 0
         self.application.settings["admission"].prewarmed.note_activity()
         if isinstance(fragment, bytes):
             self._end("a frame that is not the page's")

@@ -24,7 +24,7 @@ from vibroscope.engine.sweeps import (
 )
 
 STEPS = (500, 1000, 2000, 4000, 6000, 8000, 16_000, 32_000)  # the paper's Figure 14 has 2,000 to 8,000
-STEPS_AT_ONCE = 3  # from one partial result to the next
+STEPS_AT_ONCE = 4  # from one partial result to the next; the last has half its cost in one run
 MOST_LOCATED = 4000  # steps with which a located motion is judged: none of its steps is skipped
 TRANSIENT, SAMPLE = 2000, 50
 

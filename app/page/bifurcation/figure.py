@@ -13,6 +13,7 @@ from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
+from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.swept import SWEPT
@@ -72,7 +73,8 @@ class BifurcationView:
     def __init__(self, on_value: Callable[[float], None], on_zoom: Callable[[], None]) -> None:
         self._on_value = on_value
         self.over = "eta"
-        self.ranges = {"eta": OwnedRange(*SWEPT["eta"].home), "value": OwnedRange(-10, 10)}
+        self._system = System()
+        self.ranges = {"eta": OwnedRange(*self._home), "value": OwnedRange(-10, 10)}
         self._drawn: tuple[str, str, str] | None = None  # solver, coordinate, swept number
         columns = ("eta", "value", "period")
         self.points = {solver: empty_source(f"bifurcation_{solver}", *columns) for solver in _COLOURS}
@@ -176,7 +178,17 @@ class BifurcationView:
         if over != self.over:
             self.over = over
             self.ranges["eta"].unzoom()
-            self.ranges["eta"].put(*SWEPT[over].home, fresh=True)
+            self.ranges["eta"].put(*self._home, fresh=True)
+
+    def hold(self, setting: Setting) -> None:
+        """Let the axis cover what the slider does for the system of the setting."""
+        if setting.system != self._system:
+            self._system = setting.system
+            self.ranges["eta"].put(*self._home)
+
+    @property
+    def _home(self) -> tuple[float, float]:
+        return slider_range(self.over, self._system)
 
     @property
     def axis_label(self) -> str:
@@ -188,7 +200,7 @@ class BifurcationView:
         """The values in view, within what can be set, rounded so that the same view is the same question."""
         swept = SWEPT[self.over]
         low, high = (float(f"{np.clip(end, *swept.bounds):.8g}") for end in self.ranges["eta"].ends)
-        return (low, high) if high - low > 1e-7 * (abs(low) + abs(high)) else swept.home
+        return (low, high) if high - low > 1e-7 * (abs(low) + abs(high)) else self._home
 
     def update(
         self, setting: Setting, result: PartialDiagram | None, coordinate: str, other: PartialDiagram | None

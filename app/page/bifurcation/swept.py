@@ -14,8 +14,8 @@ class Swept(NamedTuple):
     ----------
     symbol, text : str
         Symbol, and what it is.
-    home, bounds : (float, float)
-        The range at first, and the smallest and largest value.
+    bounds : (float, float)
+        The smallest and largest value; `app.explorer.ranges` has the range at first.
     parts : int
         Into how many parts a unit is divided where the line is dragged; 1 for whole numbers.
     solvers : tuple of str
@@ -24,7 +24,6 @@ class Swept(NamedTuple):
 
     symbol: str
     text: str
-    home: tuple[float, float]
     bounds: tuple[float, float]
     parts: int
     solvers: tuple[str, ...]
@@ -42,8 +41,7 @@ class Swept(NamedTuple):
 
 def _swept(name: str, parts: int, *solvers: str) -> Swept:
     parameter = Explorer.param[name]
-    home = parameter.softbounds or parameter.bounds
-    return Swept(parameter.label, parameter.doc, home, parameter.bounds, parts, solvers)
+    return Swept(parameter.label, parameter.doc, parameter.bounds, parts, solvers)
 
 
 SWEPT = {

@@ -14,6 +14,7 @@ from vibroscope.app.export.scripts import initial_option, method_options, sweep_
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import (
     COUNT,
     REST,
@@ -150,6 +151,12 @@ class Bifurcation(StudyTab):
             return
         self.ranges["eta"].restore(low, high)
 
+    def show(self, move: Move) -> None:
+        """See `StudyTab.show`; the axis covers what the slider does for the system."""
+        with pn.io.hold(self.host.doc):  # both ends of a range at once
+            self.view.hold(move.setting)
+        super().show(move)
+
     def question(self, setting: Setting) -> DiagramQuestion:
         """All but the swept number itself."""
         chosen, over = self.panel.chosen, self.view.over
@@ -174,13 +181,18 @@ class Bifurcation(StudyTab):
     def draw(self, setting: Setting, result: PartialDiagram | None) -> None:
         """The diagram and the one to compare with."""
         other = None if result is None else _compared(setting, result.question)
-        self.view.update(setting, result, self.panel.chosen["coordinate"], other)
+        self.view.update(setting, result, self._coordinate(setting), other)
         low, high = self.view.span
         self.panel.chosen = self.panel.chosen | {"from": low, "to": high}
         swept = shown_field(self.view.over, setting)
         ends = {name.lower(): swept._replace(label=name, hint="") for name in ("From", "To")}
         self.panel.show_fields(ends | {name: shown_field(name, setting) for name in START_FIELDS})
         self.panel.key_title, self.panel.key = f"Motion over {self.view.axis_label}", legend()
+
+    def _coordinate(self, setting: Setting) -> str:
+        """The chosen coordinate; of body 1 where body 2 is a wall."""
+        chosen = self.panel.chosen["coordinate"]
+        return chosen.replace("2", "1") if setting.bodies == "wall" else chosen
 
     def describe(self, setting: Setting, result: PartialDiagram) -> list[list[str]]:
         """The nearest η, and the whole range."""
@@ -193,7 +205,8 @@ class Bifurcation(StudyTab):
             columns = dict(zip((f"from_{over}", f"to_{over}", "period", "kind"), self.result.stretches(), strict=True))
             columns["kind"] = kind_names(columns["kind"])
             return [Series(_label(self.result.question), columns)]
-        other, coordinate = _compared(self._result_setting, self.result.question), self.panel.chosen["coordinate"]
+        other = _compared(self._result_setting, self.result.question)
+        coordinate = self._coordinate(self._result_setting)
         return [_points(result, coordinate) for result in (self.result, other) if result is not None]
 
     def python(self, setting: Setting) -> str:
@@ -301,6 +314,6 @@ def kind_text(result: PartialDiagram, index: int) -> str:
     if kind is CellKind.UNKNOWN:
         return f"{result.section_words(index)} by its section alone (being judged)"
     exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
-    told = np.isfinite(exponent) and kind is not CellKind.PERIODIC
-    rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if told else ""
+    is_aperiodic = np.isfinite(exponent) and kind is not CellKind.PERIODIC
+    rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if is_aperiodic else ""
     return f"{kind_words(kind, period, section=result.section_of(index))}{rate}"

@@ -9,35 +9,40 @@ export function render({ model }) {
   root.setAttribute("aria-label", "Settings");
   root.addEventListener("submit", (event) => event.preventDefault());
   const link = new Link(model, root);
+  const units = switchRow(model.spec.units, link);
+  const system = systemDetails(model.spec, link, model);
   const solver = solverDetails(model.spec, link);
-  const first = [scenes(model.spec.scenes, link), actions(link)];
+  const first = [scenes(model.spec, link), actions(link)];
   const sliders = model.spec.sliders.map((slider) => sliderRow(slider, link));
   const view = [...model.spec.viewSwitches.map((choice) => switchRow(choice, link)), key()];
-  const ofMotions = view.filter((part) => part.name !== "units"); // the units apply to the notes of the sliders, too
   const start = startDetails(model.spec, link);
   const folds = element("div", "folds");
-  folds.append(start.element, solver.box);
-  const parts = [...first, ...sliders, ...start.parts, ...solver.parts, ...view];
+  folds.append(system.element, start.element, solver.element);
+  const parts = [...first, ...sliders, units, ...system.parts, ...start.parts, ...solver.parts, ...view];
   const elements = (some) => some.map((part) => part.element);
+  const drawn = foldedIfNarrow("What is shown", ...elements(view));
   root.append(
     link.busyMark(),
     group("first", ...elements(first)),
     group("sliders", ...elements(sliders)),
-    group("rest", folds, foldedIfNarrow("What is shown", ...elements(view))),
+    group("rest", units.element, folds, drawn),
   );
   const hide = () => {
     root.hidden = !model.visible; // on a narrow page the component has no box of its own that could be hidden
-    for (const { element } of [start, ...ofMotions]) element.hidden = !model.motions;
+    start.element.hidden = drawn.hidden = !model.motions;
   };
   for (const name of ["visible", "motions"]) model.on(name, hide);
   hide();
   const draw = () => {
     if (!model.shown.texts) return;
-    const fields = Object.entries(model.shown.numbers).map(([name, text]) => [name, { ...model.fields[name], text }]);
+    const fields = Object.entries(model.shown.numbers).map(([name, text]) => [
+      name,
+      { ...model.fields[name], span: model.spans[name], text },
+    ]);
     const shown = { ...model.shown, fields: Object.fromEntries(fields) };
     const isLatest = link.receive(shown);
     parts.forEach((part) => part.draw(shown, isLatest));
-    solver.draw(shown);
+    for (const { name, element } of view) if (name === "coordinate") element.hidden = shown.texts.bodies === "wall";
   };
   model.on("shown", draw);
   draw();
@@ -64,7 +69,7 @@ class Link {
     this.sentAt = 0;
     this.answeredMove = 0;
     this.painted = 0; // number of the last update
-    for (const name of ["scene", "undo", "redo", "reset", "pin", "unpin", "tab"]) {
+    for (const name of ["scene", "shelf", "undo", "redo", "reset", "pin", "unpin", "tab"]) {
       listen(name, (detail) => this.act({ [name]: detail.value ?? true }));
     }
     listen("set", (texts) => this.set(texts));
@@ -219,9 +224,15 @@ function sliderRow(slider, link) {
   const hint = element("small", "", slider.hint);
   label.replaceChildren(symbol, hint);
   const range = input("range", `${id}-slider`, `${slider.label}: ${slider.hint}`);
-  const scale = scaleOf(slider);
-  range.min = scale.position(slider.low);
-  range.max = scale.position(slider.high);
+  let scale = null; // of the span that the slider covers, which the system decides
+  let covered = "";
+  const cover = (span) => {
+    if (String(span) === covered) return;
+    covered = String(span);
+    scale = scaleOf(slider, ...span);
+    range.min = scale.position(span[0]);
+    range.max = scale.position(span[1]);
+  };
   range.step = slider.step;
   const note = element("div", "note");
   const field = typedField(slider, link, note);
@@ -235,7 +246,8 @@ function sliderRow(slider, link) {
   });
   box.append(label, field.typed, range, note);
   const draw = (shown, isLatest) => {
-    const { label: name, name: words, unit, text } = shown.fields[slider.name];
+    const { label: name, name: words, unit, text, span } = shown.fields[slider.name];
+    cover(span);
     setText(symbol, name);
     setText(hint, words);
     noteText.textContent = shown.notes[slider.name] ?? "";
@@ -256,8 +268,8 @@ function input(type, id, name) {
 }
 
 // Position of a slider for a value, and text for a position; logarithmic sliders give three significant digits.
-function scaleOf(slider) {
-  const clip = (value) => Math.min(slider.high, Math.max(slider.low, value));
+function scaleOf(slider, low, high) {
+  const clip = (value) => Math.min(high, Math.max(low, value));
   if (!slider.log) return { position: (value) => value, text: (p) => String(Number(clip(p).toFixed(4))) };
   const round = (value) => Number(clip(value).toPrecision(3));
   return {

@@ -10,23 +10,35 @@ from __future__ import annotations
 import math
 
 import param
-from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.drawing import drawing, drawing_in_words
+from vibroscope.app.explorer.field_units import time_text
+from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
-from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting, print_end
+from vibroscope.app.explorer.shelf import shelf, shelf_key
+from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting
+from vibroscope.app.page.controls.system import (
+    group_spec,
+    plain_description,
+    plain_number,
+    system_fields,
+    system_numbers,
+    system_title,
+)
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.engine import written
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
-_NUMBERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution", "threshold", "omega1", "m1", "amplitude")
+_OTHER_FIELDS = (*MAIN_FIELDS, "threshold", *START_FIELDS)  # beside those of the system
+_BODIES = {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"}
+_UNITS = {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"}
 _SOLVER_SWITCHES = {
     "joint_damping": {"table": "as measured", "derived": "of both dampers"},
     "located": {"no": "at the next step", "yes": "cut at contact"},
 }
 _VIEW_SWITCHES = {
     "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
-    "coordinate": {"xi1": "pendulum 1", "xi2": "pendulum 2"},
-    "units": {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"},
+    "coordinate": {"xi1": "body 1", "xi2": "body 2"},
 }
 
 
@@ -36,10 +48,12 @@ class Controls(Component):
     spec = param.Dict(doc="Limits, labels and scenes; fixed")
     motions = param.Boolean(default=True, doc="Whether the open tab draws motions, and the switches for that are shown")
     fields = param.Dict(default={}, doc="How the number of each field is shown: another one in other units")
+    spans = param.Dict(default={}, doc="First and last value of each slider")
+    system = param.Dict(default={}, doc="The system to scale, see `app.explorer.drawing`; its title, and it in words")
     shown = param.Dict(default={}, doc="The accepted setting, see `show_setting`")
 
-    _esm = script("shared/dom", "controls/parts", "controls/controls")
-    _stylesheets = [style("shared/scroll_cue", "controls/controls")]  # noqa: RUF012 - Panel reads it from the class
+    _esm = script("shared/dom", "shared/bodies", "controls/parts", "controls/system", "controls/controls")
+    _stylesheets = [style("shared/scroll_cue", "shared/bodies", "controls/controls", "controls/system")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:
         super().__init__(spec=_spec(), css_classes=["controls"], sizing_mode="stretch_both", **params)
@@ -56,42 +70,30 @@ class Controls(Component):
             refused value. ``undo``, ``redo``: whether there is something to undo or redo. ``pinned``: whether this
             setting is pinned.
         """
-        fields = {name: _field(name, setting) for name in (*MAIN_FIELDS, *_NUMBERS, *START_FIELDS)}
-        if fields != self.fields:  # a move changes none of them
-            self.fields = fields
+        fields = {name: plain_description(name, setting) for name in _OTHER_FIELDS} | system_fields(setting)
+        spans = {name: slider_range(name, setting.system) for name in MAIN_FIELDS}
+        numbers = system_numbers(setting)
+        system = {
+            "drawing": drawing(setting),
+            "title": system_title(setting),
+            "words": drawing_in_words(setting),
+            "length": _length(setting),
+        }
+        # a move of a slider changes none of them, another system hardly ever how its numbers are shown
+        self.param.update(fields=fields, spans=spans, system=system)
         self.shown = {
-            "texts": setting.texts(),
-            "numbers": {name: _number_text(name, setting) for name in fields},
+            "texts": setting.texts() | {name: text for name, (_, text) in numbers.items()},
+            "numbers": {name: plain_number(name, setting) for name in _OTHER_FIELDS}
+            | {name: number for name, (number, _) in numbers.items()},
             "notes": _notes(setting),
-            "scene": scene_key(setting),
+            "scene": scene_key(setting) or shelf_key(setting),
             **answer,
         }
 
 
-def _field(name: str, setting: Setting) -> dict:
-    """How a number is shown; ``locked``: why it cannot be changed, empty if it can."""
-    field, rule = shown_field(name, setting), Explorer.param[name]
-    low, high = (print_end(field.factor * end) for end in rule.bounds)
-    return {
-        "label": field.label,
-        "hint": field.hint,
-        "name": field.name,
-        "unit": field.unit,
-        "factor": field.factor,
-        "range": f"{low} to {'' if rule.inclusive_bounds[1] else 'below '}{high}",
-        "locked": "follows from both dampers; choose “as measured” to type it" if _is_derived(name, setting) else "",
-    }
-
-
-def _number_text(name: str, setting: Setting) -> str:
-    """A number as its field shows it."""
-    if _is_derived(name, setting):
-        return written(setting.system.derived_joint_damping)
-    return shown_field(name, setting).number(getattr(setting, name))
-
-
-def _is_derived(name: str, setting: Setting) -> bool:
-    return name == "d3" and setting.joint_damping == "derived"
+def _length(setting: Setting) -> dict:
+    """Value and unit of one length of the drawing, as the fields of the panel have it."""
+    return {"unit": "", "factor": 1.0} if setting.scale is None else {"unit": "mm", "factor": setting.amplitude}
 
 
 def _notes(setting: Setting) -> dict[str, str]:
@@ -101,29 +103,32 @@ def _notes(setting: Setting) -> dict[str, str]:
         return {"steps": step}
     numbers = setting.scale.settings(setting.eta, setting.penalty)
     return {
-        "eta": f"ratio η = {written(setting.eta, 5)}, period T = {written(numbers['period'])} s",
+        "eta": f"ratio η = {written(setting.eta, 5)}, period T = {time_text(numbers['period'])}",
         "K": f"K = {written(setting.K, 5)} without dimension",
         "D": f"D = {written(setting.D, 5)} without dimension",
-        "steps": f"time step Δt = T/{setting.steps} = {written(numbers['time_step'])} s",
+        "steps": f"time step Δt = T/{setting.steps} = {time_text(numbers['time_step'])}",
     }
 
 
 def _spec() -> dict:
     return {
         "sliders": [_slider(name) for name in MAIN_FIELDS],
-        "numbers": [_number(name) for name in _NUMBERS],
+        "groups": group_spec(),
+        "bodies": _switch("bodies", _BODIES),
+        "units": _switch("units", _UNITS),
+        "solverNumbers": [_number("threshold")],
         "starts": [_number(name) for name in START_FIELDS],
         "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
         "scenes": [_button(scene) for scene in buttons()],
+        "shelf": [each.button() for each in shelf().values()],
         "defaults": Setting().texts(),
     }
 
 
 def _slider(name: str) -> dict:
-    low, high = Explorer.param[name].softbounds
     whole = isinstance(Explorer.param[name], param.Integer)
-    return _number(name) | {"low": low, "high": high, "whole": whole, "log": name != "eta", "step": _STEP}
+    return _number(name) | {"whole": whole, "log": name != "eta", "step": _STEP}
 
 
 def _number(name: str) -> dict:
@@ -137,7 +142,7 @@ def _switch(name: str, choices: dict[str, str]) -> dict:
 
 
 def _button(scene: Scene) -> dict:
-    figure = f"η {scene.eta:.2f} {scene.label}" if scene.group == "motion" else f"{scene.group} {scene.label}"
+    figure = f"motion {scene.label}, η = {scene.eta:.2f}" if scene.group == "motion" else f"{scene.group} {scene.label}"
     return {
         "key": scene.key,
         "title": scene.title,

@@ -12,24 +12,38 @@ function foldedIfNarrow(title, ...content) {
   return box;
 }
 
-function scenes(list, link) {
+// The scenes of the paper and, below them, published systems of others.
+function scenes({ scenes: list, shelf }, link) {
   const box = element("fieldset", "scenes");
   const first = element("div", "tiles");
   const others = element("div", "tiles");
-  const more = element("details", "others");
-  const buttons = list.map((scene) => {
-    const made = button("", "", () => link.act({ scene: scene.key }));
+  const published = element("div", "tiles wide");
+  const folds = [["More scenes", others], ["Other systems", published]].map(([name, tiles]) => {
+    const fold = element("details", "others");
+    fold.append(element("summary", "", name), tiles);
+    return fold;
+  });
+  const origin = element("small", "origin"); // of the published system that is shown
+  published.after(origin);
+  const make = (scene, act, place) => {
+    const made = button("", "", () => link.act({ [act]: scene.key }));
     made.append(scene.title, element("small", "", scene.figure));
     made.title = scene.tooltip;
     made.dataset.scene = scene.key;
-    (scene.first ? first : others).append(made);
+    place.append(made);
     return made;
-  });
-  more.append(element("summary", "", "More scenes"), others);
-  box.append(element("legend", "", "Scenes"), first, more);
+  };
+  const buttons = [
+    ...list.map((scene) => make(scene, "scene", scene.first ? first : others)),
+    ...shelf.map((system) => make(system, "shelf", published)),
+  ];
+  const row = element("div", "folds of-scenes");
+  row.append(...folds);
+  box.append(element("legend", "", "Scenes"), first, row);
   const draw = (shown) => {
     for (const made of buttons) made.setAttribute("aria-pressed", String(made.dataset.scene === shown.scene));
-    if (others.querySelector("[aria-pressed=true]")) more.open = true;
+    for (const fold of folds) if (fold.querySelector("[aria-pressed=true]")) fold.open = true;
+    setText(origin, published.querySelector("[aria-pressed=true]")?.title ?? "");
   };
   return { element: box, draw };
 }
@@ -74,22 +88,22 @@ function startDetails(spec, link) {
   return { element: box, parts: [...parts, { draw }] };
 }
 
-// System and solver: folded, since they are seldom changed; open if one is not the default, or is refused.
+// The solver: folded, since it is seldom changed; open if one number is not the default, or is refused.
 function solverDetails(spec, link) {
-  const box = element("details", "more");
-  box.append(element("summary", "", "System and solver"));
+  const box = element("details", "more solver");
+  box.append(element("summary", "", "Solver"));
   const grid = element("div", "numbers");
-  const parts = spec.numbers.map((number) => numberRow(number, link));
+  const parts = spec.solverNumbers.map((number) => numberRow(number, link));
   const switches = spec.solverSwitches.map((choice) => switchRow(choice, link));
   grid.append(...parts.map((part) => part.element));
   box.append(grid, ...switches.map((part) => part.element));
-  const names = [...spec.numbers, ...spec.solverSwitches].map((part) => part.name);
+  const names = [...spec.solverNumbers, ...spec.solverSwitches].map((part) => part.name);
   let opened = false;
   const draw = (shown) => {
     const changed = !opened && names.some((name) => shown.texts[name] !== spec.defaults[name]);
     if (changed || names.includes(shown.refused.name)) box.open = opened = true;
   };
-  return { box, parts: [...parts, ...switches], draw };
+  return { element: box, parts: [...parts, ...switches, { draw }] };
 }
 
 function numberRow(number, link) {

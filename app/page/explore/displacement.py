@@ -96,6 +96,7 @@ class DisplacementView:
             for name, look in PARTS.items()
         ]
         self._items = {"displacements": items, "difference": parts}
+        self._of_body_2 = items[1::2]
         plot.add_layout(legend([*items, *parts], 8))
         self._hover = self._follow_visible([item.renderers[0] for item in items])
         plot.add_tools(self._hover)
@@ -200,7 +201,7 @@ class DisplacementView:
         for kind, items in self._items.items():
             visible = (kind == "difference") == (setting.frame == "difference")
             for item in items:
-                item.visible = visible
+                item.visible = visible and not (setting.bodies == "wall" and item in self._of_body_2)
         self.pinned.draw(setting.frame != "difference")
         self.figure.title.text = "Penalty − reference, in parts" if setting.frame == "difference" else "Displacements"
         return switched

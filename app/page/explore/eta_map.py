@@ -11,9 +11,10 @@ from bokeh.core.property.descriptors import UnsetValueError
 from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Scatter, Span
 from vibroscope.app.explorer.present import unit_factor
+from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting, print_number
-from vibroscope.app.page.explore.map_source import ETA, NOTHING, MapPoints
+from vibroscope.app.page.explore.map_source import NOTHING, MapPoints
 from vibroscope.app.page.shared.figure import (
     BLUE,
     FONT,
@@ -33,6 +34,8 @@ from vibroscope.engine import System
 _holoviews_lock = threading.Lock()  # its options are global, and pages are built in threads
 _PIXELS = (480, 250)  # of the picture, until the browser has sent the size of the frame
 _TITLE = "Reference over frequency: click sets it"
+_FREE = "Free vibration: no motion over frequency"
+_ETA = slider_range("eta", System())
 _SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
 _ROW = {"xi1": 0, "xi2": 1}
 # From transparent to blue; the more points fall on a pixel, the darker it is.
@@ -51,10 +54,12 @@ class EtaMapView:
     def __init__(self, sections: dict[str, ColumnDataSource]) -> None:
         self.set_texts: Callable[[dict[str, str]], None] = lambda texts: None
         self._points = NOTHING
+        self._eta = _ETA  # the whole axis
+        self._driven = True
         self._shown: tuple[str, float] | None = None  # coordinate, and the value of one unit of it
         self._drawn: tuple | None = None  # points of the picture, and the ends of its axes
         self._sections = sections
-        self.ranges = {"eta": OwnedRange(*ETA), "section": OwnedRange(-10, 10)}
+        self.ranges = {"eta": OwnedRange(*_ETA), "section": OwnedRange(-10, 10)}
         self.figure, self.picture = _picture_figure()
         self.figure.x_range, self.figure.y_range = (owned.range for owned in self.ranges.values())
         self._frequency = UnitAxis(self.ranges["eta"], "x", self.figure)
@@ -111,7 +116,8 @@ class EtaMapView:
         other_quantity, self._shown = self._shown != wanted, wanted
         if other_quantity:
             self._label(setting)
-        self.ranges["eta"].put(*ETA, fresh=fresh)
+        self._eta, self._driven = slider_range("eta", setting.system), setting.is_driven
+        self.ranges["eta"].put(*self._eta, fresh=fresh)
         self._frequency.show(*eta_axis(setting))
         self._show(points, fit=other_quantity or fresh)
 
@@ -125,7 +131,8 @@ class EtaMapView:
         fit |= points.share == 1 > self._points.share or (points is not NOTHING and self._points is NOTHING)
         self._points = points
         share = "computing …" if points is NOTHING else f"{100 * points.share:.0f} % computed"
-        self.figure.title.text = _TITLE if self.ready else f"Reference over frequency: {share}"
+        going = f"Reference over frequency: {share}" if self._driven else _FREE
+        self.figure.title.text = _TITLE if self.ready else going
         if fit:
             self.ranges["section"].follow([self._values], fresh=True)
         self._draw()
@@ -184,7 +191,7 @@ class EtaMapView:
 
     def _tap(self, event: Tap) -> None:
         if event.x is not None and np.isfinite(event.x):
-            self.set_texts({"eta": print_number(float(np.clip(round(event.x, 4), *ETA)))})
+            self.set_texts({"eta": print_number(float(np.clip(float(f"{event.x:.5g}"), *self._eta)))})
 
     def _resize(self, attr: str, old: int, new: int) -> None:
         if self._shown is not None and old != new:
@@ -213,7 +220,7 @@ def _rendered():
     hv.renderer("bokeh").webgl = False
     hv.renderer("bokeh").theme = THEME
     axes = [hv.Dimension("eta", label="excitation frequency η = Ω/ω₁"), hv.Dimension("xi", label="ξ")]
-    image = hv.Image(np.zeros((2, 2), np.uint8), bounds=(ETA[0], -10, ETA[1], 10), kdims=axes, vdims="shade").opts(
+    image = hv.Image(np.zeros((2, 2), np.uint8), bounds=(_ETA[0], -10, _ETA[1], 10), kdims=axes, vdims="shade").opts(
         cmap=_SHADES,
         clim=(0, 255),
         responsive=True,

@@ -1,5 +1,5 @@
 // The present instant of the last two periods, marked in every figure. The animation moves it, and so do the slider below
-// the pendulums and the pointer over a time figure. The server is not involved.
+// the drawing and the pointer over a time figure. The server is not involved.
 
 const WINDOW = 2; // periods, as in present.py
 const TIME_FIGURES = ["displacement", "strip", "force"];
@@ -8,7 +8,7 @@ const SOLVERS = ["reference", "penalty"];
 
 // The states at one instant, interpolated from the columns of the displacement figure.
 class Instant {
-  constructor(time, { absolute, amplitude }) {
+  constructor(time, { absolute, amplitude, system }) {
     this.time = time;
     const source = modelOf("displacements");
     this.columns = source ? asObject(source.data) : {};
@@ -17,7 +17,7 @@ class Instant {
     this.index = Math.min(Math.floor(at), count - 2);
     this.share = at - this.index;
     this.period = periodOf(this.columns);
-    this.base = amplitude * Math.cos(2 * Math.PI * time);
+    this.base = amplitude * system.base * Math.cos(2 * Math.PI * time + system.phase);
     this.shift = absolute ? this.base : 0;
     this.ready = count > 1;
   }
@@ -29,8 +29,8 @@ class Instant {
   }
 
   // Displacement relative to the base, and velocity.
-  state(solver, pendulum) {
-    return [this.read(`${solver}${pendulum}`) - this.shift, this.read(`${solver}_v${pendulum}`)];
+  state(solver, body) {
+    return [this.read(`${solver}${body}`) - this.shift, this.read(`${solver}_v${body}`)];
   }
 
   // `age`: periods since the last contact began, Infinity if there was none; `lasts`: whether there is contact now.
@@ -95,11 +95,11 @@ class NowLine extends Mark {
   }
 }
 
-// The state of one pendulum in a phase plot, with the shape of the marks of the section.
+// The state of one body in a phase plot, with the shape of the marks of the section.
 class StateMark extends Mark {
-  constructor(solver, pendulum) {
+  constructor(solver, body) {
     const [size, round] = solver === "reference" ? [11, "50%"] : [9, 0];
-    super(`phase${pendulum}`, `${solver}${pendulum}`, {
+    super(`phase${body}`, `${solver}${body}`, {
       boxSizing: "border-box", width: `${size}px`, height: `${size}px`, margin: `${-size / 2}px`,
       border: "1.2px solid var(--ink)", borderRadius: round, background: `var(--${solver})`,
     });
@@ -115,13 +115,13 @@ class StateMark extends Mark {
 class Marks {
   constructor() {
     this.lines = TIME_FIGURES.map((figure) => new NowLine(figure));
-    this.states = SOLVERS.flatMap((solver) => [1, 2].map((pendulum) => [solver, pendulum]))
-      .map(([solver, pendulum]) => ({ solver, pendulum, mark: new StateMark(solver, pendulum) }));
+    this.states = SOLVERS.flatMap((solver) => [1, 2].map((body) => [solver, body]))
+      .map(([solver, body]) => ({ solver, body, mark: new StateMark(solver, body) }));
   }
 
   put(instant) {
     for (const line of this.lines) line.put(instant.time * instant.period, 0);
-    for (const { solver, pendulum, mark } of this.states) mark.put(...instant.state(solver, pendulum));
+    for (const { solver, body, mark } of this.states) mark.put(...instant.state(solver, body));
   }
 }
 

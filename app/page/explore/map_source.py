@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.explorer.errors import error_text
-from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.explorer.ranges import slider_range
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.studies.bifurcation import DiagramQuestion, PartialDiagram, grow_diagram
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import Reference, System
 
-ETA = Explorer.param["eta"].softbounds
 _REST = 400  # ms without another system before its diagram is computed
 
 
@@ -60,11 +60,11 @@ class MapSource:
 
     def follow(self, setting: Setting) -> MapPoints:
         """The points of the setting that are known now; the rest comes later."""
-        question = DiagramQuestion(setting.system, setting.reference, "rest", ETA)
+        question = DiagramQuestion(setting.system, setting.reference, "rest", slider_range("eta", setting.system))
         if question != self._question:
             self.cancel()
             self._question, self._points = question, NOTHING
-        if self._points.share < 1:
+        if self._points.share < 1 and setting.is_driven:  # a free vibration decays, whatever η is
             self._find(setting)
         return self._points
 

@@ -1,96 +1,58 @@
-// The animated pendulums: the reference filled, the penalty solution as an outline over it.
+// The animated system: the reference filled, the penalty solution as an outline over it.
 
-const WIDE = 260;
-const HIGH = 190;
-const PIVOT = 26; // height of the pivots from the top
-const ROD = 136;
-const BOB = 15; // radius
-const REACH = 92; // pixels of the largest displacement
-const FLASH = 0.03; // decay time of the flash of an impact, in periods
 const SPEEDS = [["0.05", "0.05 periods/s"], ["0.1", "0.1 periods/s"], ["0.25", "0.25 periods/s"], ["0.5", "0.5 periods/s"], ["1", "1 period/s"]];
 const STEP = 0.01; // of one key press, in periods
 const REST = 200; // ms
 
 export function render({ model }) {
   const root = element("div", "mechanism");
-  const drawing = new Drawing();
+  const drawing = new Drawing(model);
   const player = new Player(model, drawing);
-  root.append(element("h2", "", "The pendulums on their base"), drawing.element, player.element);
+  const head = element("h2");
+  const name = () => { head.textContent = model.system.head; };
+  model.on("system", name);
+  name();
+  root.append(head, drawing.element, player.element);
   player.begin();
   return root;
 }
 
-class Drawing {
-  constructor() {
-    this.element = svgElement("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img" });
+// The drawing of the present instant, as large as the motion of both solutions allows.
+class Drawing extends SystemDrawing {
+  constructor(model) {
+    super(SOLVERS);
     this.element.dataset.figure = "mechanism";
-    this.element.setAttribute("aria-label", "Two pendulums side by side on a shaken base, at the present phase");
-    this.base = svgElement("g", { class: "base" });
-    this.base.append(
-      svgElement("rect", { x: WIDE / 2 - 70, y: PIVOT - 16, width: 140, height: 10, rx: 2 }),
-      svgElement("circle", { cx: WIDE / 2 - BOB, cy: PIVOT, r: 3.5 }),
-      svgElement("circle", { cx: WIDE / 2 + BOB, cy: PIVOT, r: 3.5 }),
-    );
-    this.element.append(svgElement("line", { x1: 10, x2: WIDE - 10, y1: PIVOT - 20, y2: PIVOT - 20, class: "rail" }));
-    this.bodies = Object.fromEntries(SOLVERS.map((solver) => [solver, new Bodies(solver)]));
-    this.element.append(this.base, this.bodies.reference.element, this.bodies.penalty.element);
-    this.scale = 1;
+    this.model = model;
+    this.draw();
   }
 
-  // Fits the scale of the drawing to all data, so that it does not change from instant to instant.
-  fit(columns, { absolute, amplitude }) {
-    let largest = amplitude;
+  // The system as it is, before anything moves.
+  draw() {
+    this.set({ ...this.model.system });
+    this.element.setAttribute("aria-label", `${this.model.words} At the present phase.`);
+  }
+
+  // All lengths in the units of the columns.
+  fit(columns) {
+    const { absolute, amplitude, system } = this.model;
+    const lengths = { clearance: amplitude * system.clearance, base: amplitude * system.base };
+    lengths.separate = system.separate.map((x) => amplitude * x);
+    this.set({ ...system, ...lengths });
+    let largest = system.base ? Math.abs(lengths.base) : 0;
     for (const solver of SOLVERS) {
-      for (const pendulum of [1, 2]) {
-        for (const x of columns[`${solver}${pendulum}`] ?? []) if (Math.abs(x) > largest) largest = Math.abs(x);
+      for (const body of system.kind === "wall" ? [1] : [1, 2]) {
+        const rest = this.rest[body - 1];
+        for (const x of columns[`${solver}${body}`] ?? []) if (Math.abs(x - rest) > largest) largest = Math.abs(x - rest);
       }
     }
-    this.scale = REACH / (largest + (absolute ? amplitude : 0) + amplitude);
+    super.fit(largest + (absolute ? Math.abs(lengths.base) : 0));
   }
 
-  show(instant) {
-    const shift = instant.base * this.scale;
-    this.base.setAttribute("transform", `translate(${shift} 0)`);
-    for (const solver of SOLVERS) this.bodies[solver].show(instant, this.scale, shift);
-  }
-}
-
-// Both pendulums of one solution, and the flash at their contact.
-class Bodies {
-  constructor(solver) {
-    this.solver = solver;
-    this.element = svgElement("g", { class: solver });
-    this.rods = [svgElement("line", { class: "rod" }), svgElement("line", { class: "rod" })];
-    this.bobs = [svgElement("circle", { r: BOB, class: "bob" }), svgElement("circle", { r: BOB, class: "bob" })];
-    this.flash = svgElement("circle", { class: "flash" });
-    this.names = [svgElement("text", { class: "name" }), svgElement("text", { class: "name" })];
-    this.names.forEach((name, i) => { name.textContent = solver === "reference" ? String(i + 1) : ""; });
-    this.element.append(...this.rods, this.flash, ...this.bobs, ...this.names);
-  }
-
-  show(instant, scale, shift) {
-    const places = [1, 2].map((pendulum) => {
-      const pivot = WIDE / 2 + shift + (pendulum === 1 ? -BOB : BOB);
-      const out = instant.state(this.solver, pendulum)[0] * scale;
-      return { pivot, x: pivot + out, y: PIVOT + Math.sqrt(Math.max(ROD ** 2 - out ** 2, 0)) };
-    });
-    this.element.style.display = places.every(({ x }) => Number.isFinite(x)) ? "" : "none";
-    if (this.element.style.display) return;
-    places.forEach(({ pivot, x, y }, i) => {
-      put(this.rods[i], { x1: pivot, y1: PIVOT, x2: x, y2: y });
-      put(this.bobs[i], { cx: x, cy: y });
-      put(this.names[i], { x, y: y + 4 });
-    });
-    const { age, lasts } = instant.contact(this.solver);
-    const brightness = Math.max(Math.exp(-age / FLASH), lasts ? 0.45 : 0);
-    const [one, two] = places;
-    put(this.flash, { cx: (one.x + two.x) / 2, cy: (one.y + two.y) / 2, r: 8 + 14 * brightness, opacity: brightness });
+  at(instant) {
+    const states = SOLVERS.map((solver) => [solver, [1, 2].map((body) => instant.state(solver, body)[0])]);
+    this.show(instant.base, Object.fromEntries(states), (solver) => instant.contact(solver));
   }
 }
-
-const put = (shape, attributes) => {
-  for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, value);
-};
 
 class Player {
   constructor(model, drawing) {
@@ -126,15 +88,15 @@ class Player {
     this.marks = new Marks();
     alignTimeAxes();
     const changed = oncePerTask(() => {
-      this.drawing.fit(asObject(source.data), this.model);
+      this.drawing.draw();
+      this.drawing.fit(asObject(source.data));
       this.go(this.time);
     });
     // The flash depends on the contact strips, which may change after the displacements.
     for (const name of ["displacements", ...SOLVERS.map((solver) => `strip_${solver}`)]) {
       modelOf(name).properties.data.change.connect(changed);
     }
-    this.model.on("absolute", changed);
-    this.model.on("amplitude", changed);
+    for (const name of ["absolute", "amplitude", "system"]) this.model.on(name, changed);
     watchPointer((time) => { this.held = true; this.go(time); }, () => { this.held = false; this.animate(); });
     new IntersectionObserver(([{ isIntersecting }]) => {
       this.visible = isIntersecting;
@@ -193,7 +155,7 @@ class Player {
     this.time = time;
     const instant = new Instant(time, this.model);
     if (!instant.ready) return;
-    this.drawing.show(instant);
+    this.drawing.at(instant);
     this.slider.value = time;
     this.slider.setAttribute("aria-valuetext", `${time.toFixed(2)} periods`);
     this.readout.textContent = `time ${time.toFixed(3)} T`;

@@ -1,4 +1,4 @@
-"""The animated pendulums, and the marks of the present instant in every figure; both run in the browser alone."""
+"""The animated system, and the marks of the present instant in every figure; both run in the browser alone."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import math
 from collections.abc import Callable
 
 import param
-from vibroscope.app.explorer.present import WINDOW
+from vibroscope.app.explorer.drawing import drawing, drawing_in_words
+from vibroscope.app.explorer.present import WINDOW, unit_factor
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 
@@ -22,15 +24,26 @@ class Mechanism(Component):
 
     held = param.Number(default=None, bounds=(0, WINDOW), doc="Phase τ/T at which the motion is held; None: it goes on")
     absolute = param.Boolean(default=False, doc="Whether the displacements over time are relative to a fixed sensor")
-    amplitude = param.Number(default=1.0, doc="Amplitude of the base, in the units of the displacements")
+    amplitude = param.Number(default=1.0, doc="The unit of length, in the units of the displacements")
+    system = param.Dict(default=drawing(Setting()), doc="The system to scale, see `app.explorer.drawing`")
+    words = param.String(default=drawing_in_words(Setting()), doc="The same in words")
 
-    _esm = script("shared/dom", "explore/instant", "explore/mechanism")
-    _stylesheets = [style("explore/mechanism")]  # noqa: RUF012 - Panel reads it from the class
+    _esm = script("shared/dom", "shared/bodies", "explore/instant", "explore/mechanism")
+    _stylesheets = [style("shared/bodies", "explore/mechanism")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:
         super().__init__(**params)
         self.on_hold: Callable[[], None] = lambda: None
         self.on_msg(lambda event: self.receive(event.data))
+
+    def follow(self, setting: Setting) -> None:
+        """Draw the system of the setting."""
+        self.param.update(
+            absolute=setting.frame == "absolute",
+            amplitude=unit_factor("displacement", setting),
+            system=drawing(setting),
+            words=drawing_in_words(setting),
+        )
 
     def receive(self, data: object) -> None:
         """Take a message of the browser: ``{"held": phase or None}``."""

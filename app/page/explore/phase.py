@@ -1,4 +1,4 @@
-"""Phase plots of both pendulums: velocity over displacement, with marks at the Poincaré section."""
+"""Phase plots of both bodies: velocity over displacement, with marks at the Poincaré section."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from vibroscope.app.page.shared.figure import (
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
 
+_TITLE, _WALL = "Phase plot, body {}", "Body 2 is a wall"
 _SUBSCRIPT = {1: "₁", 2: "₂"}
 _WIDTHS = {"reference": REFERENCE["line_width"], "penalty": PENALTY["line_width"]}
 _PHASES = tuple(f"phase_{solver}" for solver in _WIDTHS)
@@ -55,7 +56,7 @@ class PhaseView:
 
     def _figure(self, number: int):
         plot = make_figure(
-            f"Phase plot, pendulum {number}",
+            _TITLE.format(number),
             "",
             "",
             name=f"phase{number}",
@@ -92,8 +93,12 @@ class PhaseView:
             figure.xaxis[0].axis_label, figure.yaxis[0].axis_label = x, y
             show_rows(tool, {x: f"@x{number}", y: f"@v{number}"})
 
+    def _name(self, setting: Setting) -> None:
+        self.figures[1].title.text = _WALL if setting.bodies == "wall" else _TITLE.format(2)
+
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
         """Fit ranges, line widths and labels to ``columns``, which the sources hold already."""
+        self._name(setting)
         self._label(setting)
         for line, solver in self._lines:
             points = len(columns[f"phase_{solver}"]["x1"])

@@ -25,12 +25,23 @@ export function render({ model }) {
     status.hidden = phase === "idle";
     status.textContent = { running: "searching …", failed: content.error, done: content.head }[phase] ?? "";
     parts.forEach((part) => part.draw(content));
+    fitAbove(more);
     emit("suggestion", content);
   };
+  addEventListener("resize", () => fitAbove(more));
   limits.onToggle = draw;
   model.on("content", draw);
   draw();
+  cueScroll(more, true);
   return root;
+}
+
+const LEAST_HIGH = 200; // px, of the box with the result
+
+// A box that lies over the page ends at the lower edge of the window, and scrolls.
+function fitAbove(box) {
+  const over = box.isConnected && getComputedStyle(box).position === "absolute";
+  box.style.maxHeight = over ? `${Math.max(LEAST_HIGH, innerHeight - box.getBoundingClientRect().top - 12)}px` : "";
 }
 
 // What is asked and what may be tried: a range of η, what is held, and limits. The fields lie below the result, so that a
@@ -119,6 +130,7 @@ function ask(model, limits) {
   offer();
   form.append(label, go, more);
   listen("suggest", () => form.requestSubmit());
+  listen("cancel-suggestion", () => model.send_msg({ cancel: true }));
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     model.send_msg({ suggest: { tolerance: field.value.trim(), ...limits.typed() } });
@@ -152,10 +164,12 @@ function result() {
     draw: (content) => {
       box.hidden = !content.lines; // also what a search has found so far
       if (box.hidden) return;
-      list.replaceChildren(...content.lines.map((line) => element("li", "", line)));
+      const { lines, moved, met } = content;
+      const all = moved ? [...lines, "K, D or Δτ has been moved since: nothing was set."] : lines;
+      list.replaceChildren(...all.map((line) => element("li", "", line)));
       use.texts = content.use;
-      use.hidden = content.met || !Object.keys(content.use).length;
-      use.textContent = `Accept ${content.possible} and use it`;
+      use.hidden = (met && !moved) || !Object.keys(content.use).length;
+      use.textContent = met ? "Set it" : `Accept ${content.possible} and use it`;
       place.replaceChildren(...(content.front.length > 1 ? [front(content)] : []));
     },
   };

@@ -31,13 +31,13 @@ class SuggestPanel(Component):
     content = param.Dict(
         default={"phase": "idle"},
         doc="phase: idle, running, done or failed; share; error; and `app.explorer.suggestion.suggestion_content`, "
-        "while running `partial_content`",
+        "while running `partial_content`; moved: whether K, D or Δτ were moved since, so that nothing was set",
     )
 
     offer = param.String(default="5", doc="the tolerance in the field until one is typed")
 
     _esm = script("shared/dom", "explore/suggest")
-    _stylesheets = [style("explore/suggest")]  # noqa: RUF012 - Panel reads it from the class
+    _stylesheets = [style("shared/scroll_cue", "explore/suggest")]  # noqa: RUF012 - Panel reads it from the class
 
 
 class Suggester:
@@ -49,7 +49,9 @@ class Suggester:
         self.view.on_msg(lambda event: self._receive(event.data))
         self._setting: Setting | None = None
         self._search: Search | None = None
+        self._asked: Setting | None = None  # the setting at which the search began
         self._found: Found | None = None  # by the search, once it is done
+        self._moved = False  # whether K, D or Δτ were moved before it was
 
     def follow(self, setting: Setting) -> None:
         """Follow the setting: a search for another system, η or reference is cancelled, and units are those shown."""
@@ -57,7 +59,7 @@ class Suggester:
         if before is None or setting.scale != before.scale:
             self.view.limits = default_limits(setting)
         if self._found is not None and (setting.scale, setting.initial) != (before.scale, before.initial):
-            self._show(phase="done", **suggestion_content(self._found, setting))
+            self._show_found(self._found)
         if self._search is not None:
             question = self._search.question
             if question != question.follow(setting):
@@ -102,6 +104,7 @@ class Suggester:
             self._show(phase="failed", error=str(error))
             return
         self._show(phase="running", share=0.0)
+        self._asked = self._setting
         self._search = Search(question, self._on_progress, self._on_result)
 
     def _receive(self, message: object) -> None:
@@ -129,11 +132,20 @@ class Suggester:
             error = f"The search failed ({found}). Ask for another tolerance, or move η."
             self._show_of(search, phase="failed", error=error)
             return
-        content = suggestion_content(found, self._setting)
-        self._found = found if search is self._search else self._found
-        self._show_of(search, phase="done", **content)
-        if search is self._search and content["met"] and content["use"]:
+        if search is not self._search:
+            return
+        self._found = found
+        # What the user has set meanwhile is not set back: a scene of the same η, a point of the front.
+        self._moved = _searched(self._setting) != _searched(self._asked)
+        content = self._show_found(found)
+        if content["met"] and content["use"] and not self._moved:
             self.host.set(content["use"])
+
+    def _show_found(self, found: Found) -> dict:
+        """Show the result of the search in the units of the setting, and return what is shown."""
+        content = suggestion_content(found, self._setting) | {"moved": self._moved}
+        self._show(phase="done", **content)
+        return content
 
     def _show_of(self, search: Search, **content) -> None:
         """Show ``content`` unless its search was cancelled."""
@@ -143,3 +155,8 @@ class Suggester:
     def _show(self, **content) -> None:
         self.view.content = content
         self.host.update_offers()  # with the front, a figure to take away comes or goes
+
+
+def _searched(setting: Setting) -> tuple[float, float, int]:
+    """The numbers that a search sets."""
+    return setting.K, setting.D, setting.steps

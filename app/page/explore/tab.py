@@ -13,7 +13,7 @@ from vibroscope.app.explorer.explanation import Explanation, paragraphs
 from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.measured import Placed
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
-from vibroscope.app.explorer.present import WINDOW, unit_factor
+from vibroscope.app.explorer.present import WINDOW
 from vibroscope.app.explorer.scenes import scene_key
 from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
@@ -130,7 +130,7 @@ class Explore(Tab):
 
     @classmethod
     def spec(cls) -> dict:
-        """The phase that the pendulums are held at."""
+        """The phase that the motion is held at."""
         return {"numbers": [{"name": "phase", "label": "Phase τ/T", "low": 0, "high": WINDOW, "whole": False}]}
 
     def restore(self, view: View) -> None:
@@ -139,7 +139,7 @@ class Explore(Tab):
         self.mechanism.held = view.choice.get("phase")
 
     def choice(self) -> dict[str, float]:
-        """The phase, if the user holds the pendulums."""
+        """The phase, if the user holds the motion."""
         return {} if self.mechanism.held is None else {"phase": self.mechanism.held}
 
     def watch_view(self, on_change: Callable[[], None]) -> None:
@@ -287,8 +287,7 @@ class Explore(Tab):
         for view in self._views:
             view.update(columns, setting, fresh=fresh)
         self.eta_map.update(setting, self._map.follow(setting), fresh=fresh)
-        amplitude = unit_factor("displacement", setting)
-        self.mechanism.param.update(absolute=setting.frame == "absolute", amplitude=amplitude)
+        self.mechanism.follow(setting)
         self._kinds = None if result.shipped else self._judge.follow(setting)
         self._update_findings(result.shipped or self._explainer.follow(setting))
 

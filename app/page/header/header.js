@@ -98,7 +98,7 @@ function question(model) {
 
 // ---- errors, and the summary for screen readers ---------------------------------------------------------------------
 
-// On a first start the solvers are compiled, which takes a minute or two; until then moves wait.
+// On a first start the solvers are compiled, which takes two or three minutes; until then moves wait.
 function compilationLine(model) {
   const line = element("div", "compiling");
   const text = element("p");

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -10,18 +9,18 @@ from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, LegendItem, LinearColorMapper
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.explorer.ranges import slider_range, widened
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, divisor, empty_source, legend, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import SIDES, PartialPlane, PlaneQuestion
-from vibroscope.engine import equal_restitution_damping
+from vibroscope.engine import System, equal_restitution_damping
 
 _VEIL = ["#00000000", classes.VEIL]  # drawn as stripes: some columns of a finer picture
 _STRIPES = 4
-_USUAL = {name: Explorer.param[name].softbounds for name in ("K", "D")}
-_LEAST = 1e-6  # of a range: a logarithmic axis has no 0
+_USUAL = {name: slider_range(name, System()) for name in ("K", "D")}
 
 
 class PlaneView:
@@ -91,8 +90,8 @@ class PlaneView:
 
     def hold(self, setting: Setting) -> None:
         """Let the axes reach as far as the setting: beyond the sliders' ranges by whole decades."""
-        for name, usual in _USUAL.items():
-            self._limits[name] = _widened(usual, getattr(setting, name))
+        for name in _USUAL:
+            self._limits[name] = widened(slider_range(name, setting.system), getattr(setting, name))
             self.ranges[name].put(*self._limits[name])
 
     @property
@@ -137,13 +136,6 @@ class PlaneView:
         """Set K and D to the place of a tap."""
         if event.x and event.y and np.isfinite([event.x, event.y]).all():
             self._on_cell(*(float(f"{np.clip(v, *self._limits[n]):.3g}") for n, v in (("K", event.x), ("D", event.y))))
-
-
-def _widened(usual: tuple[float, float], value: float) -> tuple[float, float]:
-    """The usual range, and the decade of a value outside it."""
-    low, high = usual
-    decade = math.log10(max(value, _LEAST))
-    return min(low, 10.0 ** math.floor(decade)), max(high, 10.0 ** math.ceil(decade))
 
 
 def _within(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:

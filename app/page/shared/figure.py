@@ -189,7 +189,8 @@ def name_of_part(part: str) -> str:
 
 def time_label(setting: Setting) -> str:
     """Label of a time axis."""
-    return f"time {'τ/T' if setting.scale is None else 't / s'} in the last two excitation periods"
+    which = "the last two excitation periods" if setting.is_driven else "the first two periods T"
+    return f"time {'τ/T' if setting.scale is None else 't / s'} in {which}"
 
 
 class PinnedCurves:

@@ -129,7 +129,7 @@ def _error(error: float, scale: Units | None) -> str:
 def _plain_cost(result: PartialSpeed, n: int) -> str:
     plain, skipping = Key("plain", n), Key("fixed", n)
     return (
-        f"{n} steps per period, one by one: {result.cost(plain):.3g} µs in a plain loop over two pendulums, "
+        f"{n} steps per period, one by one: {result.cost(plain):.3g} µs in a plain loop over two bodies, "
         f"{1000 * result.cost(plain) / n:.3g} ns a step. This page skips steps and finds the same solution "
         f"{result.times(plain, skipping):.3g} times as fast, but an FE code cannot skip. A code with more unknowns "
         "pays more for each step: count steps."

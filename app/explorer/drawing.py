@@ -1,0 +1,48 @@
+"""What the drawing of the system shows, bodies, clearance and base in one scale; the same in words. No panel import."""
+
+from __future__ import annotations
+
+from vibroscope.app.explorer.state import Setting
+from vibroscope.engine import written
+
+HEADS = {"pendulums": "The pendulums on their base", "two": "The bodies on their base", "wall": "The body and the wall"}
+
+
+def drawing(setting: Setting) -> dict:
+    """The system to scale, lengths without dimension.
+
+    Returns
+    -------
+    dict
+        ``kind``: one of the choices of `Explorer.bodies`. ``head``: a title. ``clearance``: gap with relaxed springs.
+        ``separate``: ξ₁ and ξ₂ of the static equilibrium without contact. ``share``: how much of an overlap the first
+        spring takes up. ``mass``: m₂/m₁. ``base``, ``phase``: of the base motion base · cos(ητ + phase).
+    """
+    system = setting.system
+    return {
+        "kind": setting.bodies,
+        "head": HEADS[setting.bodies],
+        "clearance": system.clearance,
+        "separate": list(system.separate_rest),
+        "share": system.stiffness_share,
+        "mass": 1.0 if system.wall else system.mass_ratio,
+        "base": system.excitation.base,
+        "phase": system.excitation.base_phase,
+    }
+
+
+def drawing_in_words(setting: Setting) -> str:
+    """The same for those who do not see it."""
+    system, clearance = setting.system, setting.clearance
+    size = _length(abs(clearance), setting)
+    apart = f"{size} apart" if clearance > 0 else f"pressed together by {size}" if clearance < 0 else "touching at rest"
+    if system.wall:
+        return f"A body on a spring and a wall, {apart}."
+    what = "Two pendulums" if setting.bodies == "pendulums" else "Two bodies on springs"
+    return f"{what}, {apart}; the second has {written(system.mass_ratio, 3)} times the mass of the first."
+
+
+def _length(value: float, setting: Setting) -> str:
+    if setting.scale is None:
+        return f"{written(value)} {'base amplitudes' if setting.base else 'lengths A'}"
+    return setting.scale.text("displacement", value)

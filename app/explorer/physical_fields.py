@@ -1,0 +1,270 @@
+"""The system in physical units, field by field: masses, springs, dampers, clearance, excitation. No panel import.
+
+The setting holds the numbers of the model. A physical number that is typed changes the entry that describes the
+setting's system (`engine.physical`), which is converted again; only what differs by that is set, so that all other
+numbers keep their last digit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.field_units import ShownField, typed_units
+from vibroscope.app.explorer.ranges import slider_range
+from vibroscope.app.explorer.state import EXCITATION_FIELDS, Setting, print_end, print_number, read_number
+from vibroscope.engine import System, Units
+from vibroscope.engine.physical import EITHER, KEYS, physical_entry, system_of_physical
+
+_NAMED = {  # by the name in `KEYS`: symbol, unit, and the quantity whose units may be typed
+    "mass1_kg": ("m₁", "kg", "mass"),
+    "mass2_kg": ("m₂", "kg", "mass"),
+    "stiffness1_N_per_m": ("k₁", "N/m", "stiffness"),
+    "stiffness2_N_per_m": ("k₂", "N/m", "stiffness"),
+    "frequency1_Hz": ("f₁", "Hz", "frequency"),
+    "frequency2_Hz": ("f₂", "Hz", "frequency"),
+    "damping1_ratio": ("d₁", "", "share"),
+    "damping2_ratio": ("d₂", "", "share"),
+    "damping1_Ns_per_m": ("c₁", "N·s/m", "damping"),
+    "damping2_Ns_per_m": ("c₂", "N·s/m", "damping"),
+    "joint_damping_ratio": ("d₃", "", "share"),
+    "clearance_mm": ("g₀", "mm", "displacement"),
+    "base_amplitude_mm": ("A", "mm", "displacement"),
+    "base_acceleration_m_per_s2": ("AΩ²", "m/s²", "acceleration"),
+    "base_phase_rad": ("φ", "rad", "angle"),
+    "force1_N": ("F₁", "N", "force"),
+    "force1_phase_rad": ("φ₁", "rad", "angle"),
+    "force2_N": ("F₂", "N", "force"),
+    "force2_phase_rad": ("φ₂", "rad", "angle"),
+    "constant1_N": ("P₁", "N", "force"),
+    "constant2_N": ("P₂", "N", "force"),
+    "length_mm": ("A", "mm", "displacement"),
+}
+PHYSICAL_FIELDS = tuple(_NAMED)
+OTHER_FORM = {name: other for pair in EITHER for name, other in (pair, pair[::-1])}
+_BASE = ("base_amplitude_mm", "base_acceleration_m_per_s2")
+_OF_BODY_2 = {"joint_damping_ratio", *(name for name in PHYSICAL_FIELDS if "2" in name.partition("_")[0])}
+_CARRIED = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
+_CARRIED |= {"K": "stiffness", "D": "damping"}  # what keeps its physical value where the units change
+_ROUNDING = 1e-12
+# What numbers without dimension are counted in.
+_DEFINING = ("mass1_kg", "stiffness1_N_per_m", "frequency1_Hz", "length_mm", *_BASE)
+_LEAST = 1e-12  # of what is more than 0
+_FORMS = "forms"  # in what the browser sends: names of the numbers in two forms, each in the form that is shown
+
+
+# ---- from a system to the setting ------------------------------------------------------------------------------------
+
+
+def values_of_system(system: System, units: Units | None = None, eta: float | None = None) -> dict[str, float | str]:
+    """The values of the setting that describe a system, with the units that its numbers are counted in."""
+    kind = "wall" if system.wall else "pendulums" if system.mu is None else "two"
+    values: dict[str, float | str] = {"bodies": kind}
+    own = ("d1", "restitution", "clearance") + (() if system.wall else ("kappa", "d2"))
+    values |= {name: getattr(system, name) for name in own}
+    if kind == "pendulums":
+        values |= {"kappa3": system.kappa3}
+    elif kind == "two":
+        values |= {"mass_ratio": system.mu, "joint_damping": "derived" if system.d3 is None else "table"}
+    if not system.wall and system.d3 is not None:
+        values["d3"] = system.d3
+    values |= {name: getattr(system.excitation, name) for name in EXCITATION_FIELDS}
+    if units is not None:
+        values |= {"omega1": units.omega1, "m1": units.m1, "amplitude": units.base_amplitude}
+    return values if eta is None else values | {"eta": eta}
+
+
+# ---- how the fields are shown ----------------------------------------------------------------------------------------
+
+
+def physical_field(name: str) -> ShownField:
+    """How the physical number ``name`` of `PHYSICAL_FIELDS` is shown, and what may be typed for it."""
+    symbol, unit, quantity = _NAMED[name]
+    return ShownField(symbol, KEYS[name][0], unit, 1.0, typed_units(quantity, unit))
+
+
+def physical_bounds(name: str) -> tuple[float, float]:
+    """Smallest and largest number that may be typed."""
+    allowed = KEYS[name][1]
+    low = _LEAST if allowed.open_low and name not in _BASE else allowed.low  # a base at rest has the amplitude 0
+    return low, math.nextafter(1.0, 0.0) if name.endswith("_ratio") else allowed.high
+
+
+def physical_range(name: str) -> str:
+    """The same in words."""
+    low, high = physical_bounds(name)
+    return f"{print_end(low)} to {'below 1' if name.endswith('_ratio') else print_end(high)}"
+
+
+def physical_numbers(setting: Setting) -> dict[str, float]:
+    """Every number of `PHYSICAL_FIELDS` that applies to the system of the setting."""
+    entry = _entry(setting)
+    found = dict.fromkeys((n for n in PHYSICAL_FIELDS if setting.bodies != "wall" or n not in _OF_BODY_2), 0.0)
+    found |= {name: value for name, value in entry.items() if name in found}
+    for body in ("1", "2") if setting.bodies != "wall" else ("1",):
+        mass, stiffness = entry[f"mass{body}_kg"], entry[f"stiffness{body}_N_per_m"]
+        found[f"frequency{body}_Hz"] = math.sqrt(stiffness / mass) / (2 * math.pi)
+        found[f"damping{body}_Ns_per_m"] = 2 * entry[f"damping{body}_ratio"] * math.sqrt(stiffness * mass)
+    omega = 2 * math.pi * entry["frequency_Hz"]
+    found["base_acceleration_m_per_s2"] = 1e-3 * found["base_amplitude_mm"] * omega**2
+    if setting.bodies != "wall":
+        found["joint_damping_ratio"] = setting.system.joint_damping(setting.joint_damping)
+    if setting.base:
+        del found["length_mm"]
+    return found
+
+
+def _entry(setting: Setting) -> dict[str, float | bool]:
+    units = Units(setting.omega1, setting.m1, setting.amplitude)
+    return physical_entry(setting.system, units, setting.eta)
+
+
+# ---- what a person enters --------------------------------------------------------------------------------------------
+
+
+class _Converted(NamedTuple):
+    values: dict[str, float | str]
+    system: System
+    units: Units
+
+
+def entered(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
+    """``texts`` for `app.explorer.state.read_setting`, with what follows where a person changes the system.
+
+    A physical number becomes those of the model; another kind of system takes over what the present one has.
+
+    Raises
+    ------
+    Refused
+        If the physical numbers give no system.
+    """
+    typed = {name: text for name, text in texts.items() if name in PHYSICAL_FIELDS}
+    rest: dict[str, object] = {name: text for name, text in texts.items() if name not in (*typed, _FORMS)}
+    if typed:
+        forms = texts.get(_FORMS)
+        shown = [name for name in OTHER_FORM if isinstance(forms, str) and name in forms.split()]
+        return _printed(_of_physical(typed, setting, shown)) | rest
+    if isinstance(texts.get("bodies"), str) and texts["bodies"] != setting.bodies:
+        return _printed(_of_other_bodies(texts["bodies"], setting)) | rest
+    return rest
+
+
+def _printed(values: Mapping[str, float | str]) -> dict[str, str]:
+    return {name: value if isinstance(value, str) else print_number(value) for name, value in values.items()}
+
+
+def _of_other_bodies(kind: str, setting: Setting) -> dict[str, float | str]:
+    """What the other kind of system takes over, as far as it describes the same."""
+    system = setting.system
+    if kind == "two":
+        return {"joint_damping": "derived"} | ({} if system.wall else {"mass_ratio": system.mass_ratio})
+    if kind == "wall":
+        return {"start_xi2": 0.0, "start_v2": 0.0}
+    usual = Setting()
+    low, high = sorted((1.0, setting.kappa))
+    kappa3 = setting.kappa3 if system.wall else system.kappa3
+    fits = low < kappa3 < high
+    return {"joint_damping": "table"} | ({"kappa3": kappa3} if fits else {"kappa": usual.kappa, "kappa3": usual.kappa3})
+
+
+def _of_physical(typed: Mapping[str, object], setting: Setting, shown: Sequence[str]) -> dict[str, float | str]:
+    """What is typed, and what follows.
+
+    ``shown``: numbers in two forms, in the form that the person sees. What is seen and not typed stays. Where it would
+    leave its range because what all is counted in has changed, it keeps its number without dimension instead.
+    """
+    name = next(iter(typed))
+    numbers = {each: read_number(each, text, physical_bounds(each), whole=False) for each, text in typed.items()}
+    before = _convert(_entry(setting), setting, name)
+    try:
+        after = _convert(_changed(_entry(setting), setting, numbers, shown), setting, name)
+    except Refused:
+        if name == "mass2_kg":
+            other = _changed(_entry(setting), setting, numbers, ("frequency2_Hz",))
+        elif name in _DEFINING:
+            other = _in_other_units(numbers, setting, name)
+        else:
+            raise
+        after = _convert(other, setting, name)
+    changed = {each: value for each, value in after.values.items() if value != before.values.get(each)}
+    return changed | (_carried(setting, before.units, after) if before.units != after.units else {})
+
+
+def _changed(
+    entry: dict[str, float | bool], setting: Setting, numbers: Mapping[str, float], shown: Sequence[str]
+) -> dict[str, float | bool]:
+    """The entry with what was typed."""
+    known = physical_numbers(setting)
+    for name in shown:
+        if OTHER_FORM[name] in entry and name in known:
+            del entry[OTHER_FORM[name]]
+            entry[name] = known[name]
+    for name, value in numbers.items():
+        entry.pop(OTHER_FORM.get(name, ""), None)
+        entry[name] = value
+        if name in _BASE and value == 0:
+            del entry[name]
+            entry.setdefault("length_mm", setting.amplitude)
+        elif name in _BASE:
+            entry.pop("length_mm", None)
+    return entry
+
+
+def _in_other_units(numbers: Mapping[str, float], setting: Setting, name: str) -> dict[str, float | bool]:
+    """The entry of the same system without dimension, counted in the mass, spring or length that was typed."""
+    given = _changed(_entry(setting), setting, numbers, ())
+    mass, length = given["mass1_kg"], given.get("base_amplitude_mm", given.get("length_mm", setting.amplitude))
+    spring = given.get("stiffness1_N_per_m") or mass * (2 * math.pi * given["frequency1_Hz"]) ** 2
+    try:
+        return physical_entry(setting.system, Units(math.sqrt(spring / mass), mass, length), setting.eta)
+    except ValueError as error:
+        raise Refused(name, f"{error}.") from None
+
+
+def _convert(entry: Mapping[str, float | bool], setting: Setting, name: str) -> _Converted:
+    try:
+        system, units, eta = system_of_physical(_with_frequency(entry, setting))
+    except ValueError as error:
+        raise Refused(name, f"{error}.") from None
+    values = values_of_system(system, units, eta)
+    del values["bodies"]
+    values.pop("joint_damping", None)  # typing a number does not change what d₃ is
+    if setting.bodies == "pendulums":
+        if system.kappa == 1:
+            raise Refused(name, "Equal frequencies leave the mass ratio open, which pendulums have from theirs: "
+                          "choose two bodies, or other frequencies.")  # fmt: skip
+        del values["mass_ratio"]
+        values["kappa3"] = system.kappa3
+    values = {name: value if isinstance(value, str) else float(f"{value:.15g}") for name, value in values.items()}
+    return _Converted(values, system, units)
+
+
+def _with_frequency(entry: Mapping[str, float | bool], setting: Setting) -> dict[str, float | bool]:
+    """The entry with the frequency of the excitation; where its slider would not reach it, with that of the same η."""
+    bare = {name: value for name, value in entry.items() if name not in ("frequency_Hz", "base_acceleration_m_per_s2")}
+    if "base_acceleration_m_per_s2" in entry:
+        bare["base_amplitude_mm"] = setting.amplitude
+    system, units, _ = system_of_physical(bare)
+    eta = 2 * math.pi * entry["frequency_Hz"] / units.omega1
+    if _is_covered("eta", eta, system) or not _is_covered("eta", setting.eta, setting.system):
+        return dict(entry)
+    return {**entry, "frequency_Hz": setting.eta * units.omega1 / (2 * math.pi)}
+
+
+def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, float]:
+    """What keeps its physical value: K, D and the start. K and D do not where K would leave its slider."""
+    found = {}
+    for name, quantity in _CARRIED.items():
+        ratio = before.factor(quantity) / after.units.factor(quantity)
+        if abs(ratio - 1) > _ROUNDING and getattr(setting, name):
+            found[name] = float(f"{getattr(setting, name) * ratio:.12g}")
+    if not _is_covered("K", found.get("K", setting.K), after.system):
+        found.pop("K", None), found.pop("D", None)
+    return found
+
+
+def _is_covered(name: str, value: float, system: System) -> bool:
+    low, high = slider_range(name, system)
+    return low <= value <= high

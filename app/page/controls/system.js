@@ -1,0 +1,171 @@
+// The panel System: which bodies, their numbers in the units that are chosen, and a drawing to scale that follows what is typed.
+
+const DRAWN = { // fields that the drawing follows while they are typed, and what of it they are
+  clearance: "clearance", clearance_mm: "clearance", mass_ratio: "mass", base: "base", base_amplitude_mm: "base",
+  mass1_kg: "mass1", mass2_kg: "mass2",
+};
+const ARROW = 5; // px
+const NAME = 70; // px, half of a name
+
+function systemDetails(spec, link, model) {
+  const box = element("details", "more system");
+  const head = element("summary");
+  const picture = new RestDrawing();
+  const bodies = switchRow(spec.bodies, link);
+  const elsewhere = element("p", "refusal");
+  elsewhere.setAttribute("role", "alert");
+  const groups = spec.groups.map((group) => numberGroup(group, link));
+  box.append(head, bodies.element, elsewhere, picture.element, ...groups.map((part) => part.element));
+  const rows = groups.flatMap((group) => group.rows);
+  box.addEventListener("input", () => picture.show(typedLengths(rows)));
+  let known = null;
+  const names = rows.map((row) => row.name);
+  const draw = (shown) => {
+    head.textContent = `System: ${model.system.title}`;
+    const away = ["bodies", ...names].includes(shown.refused.name) && !shown.fields[shown.refused.name];
+    elsewhere.hidden = !away;
+    elsewhere.textContent = away ? shown.refused.text : "";
+    const own = !known && ["bodies", ...names].some((name) => name in spec.defaults && shown.texts[name] !== spec.defaults[name]);
+    if (names.includes(shown.refused.name) || away || own) box.open = true;
+    if (known === model.system) return;
+    known = model.system;
+    picture.follow(known);
+  };
+  return { element: box, parts: [bodies, ...groups, { draw }] };
+}
+
+// Numbers as they stand in the fields, which the server has not seen yet; only those that are plain.
+function typedLengths(rows) {
+  const found = {};
+  for (const { name, element: row, field } of rows) {
+    const value = Number(field.value.trim().replace(",", "."));
+    if (DRAWN[name] && !row.hidden && field.value.trim() && Number.isFinite(value)) found[DRAWN[name]] = value;
+  }
+  const { mass1, mass2, ...rest } = found;
+  return mass1 > 0 && mass2 > 0 ? { ...rest, mass: mass2 / mass1 } : rest;
+}
+
+// Rows under a title; hidden while none applies.
+function numberGroup({ title, numbers }, link) {
+  const box = element("fieldset", "numbers");
+  box.append(element("legend", "", title));
+  // What is shown and not typed stays, so the server is told which of two forms is shown.
+  const telling = { set: (texts) => link.set({ ...texts, forms: rows.filter((row) => row.other && isShown(row)).map(({ name }) => name).join(" ") }) };
+  const rows = numbers.map((number) => systemRow(number, telling));
+  box.append(...rows.map((row) => row.element));
+  const chosen = new Set(); // of numbers in two forms, those that are shown in the second
+  for (const row of rows) {
+    row.form?.addEventListener("change", () => {
+      const other = rows.find(({ name }) => name === row.other);
+      if (chosen.has(row.other)) chosen.delete(row.other);
+      chosen.delete(row.name);
+      chosen.add(row.other);
+      draw(last, false);
+      row.form.value = row.name;
+      other.form.focus();
+    });
+  }
+  const first = new Map(numbers.map(({ name }, i) => [name, i]));
+  const isShown = ({ name, other }) => !other || chosen.has(name) || (!chosen.has(other) && first.get(name) < first.get(other));
+  let last = null;
+  const draw = (shown, isLatest) => {
+    last = shown;
+    for (const row of rows) {
+      const applies = Boolean(shown.fields[row.name]);
+      row.element.hidden = !applies || !isShown(row);
+      if (applies) row.draw(shown, isLatest);
+    }
+    box.hidden = rows.every((row) => !shown.fields[row.name]);
+  };
+  return { element: box, rows, draw };
+}
+
+// A number; one that has another form has a choice of the unit, which shows the row of that form in its place.
+function systemRow(number, link) {
+  const row = numberRow(number, link);
+  const about = element("small", "about");
+  about.id = `vibroscope-${number.name}-about`;
+  row.element.append(about);
+  const field = row.element.querySelector("input");
+  const made = { ...row, name: number.name, other: number.other, field };
+  if (number.other) {
+    made.form = element("select", "form");
+    made.form.setAttribute("aria-label", `${number.hint}: its unit`);
+    row.element.querySelector("label").after(made.form);
+    row.element.classList.add("two-forms");
+  }
+  const draw = (shown, isLatest) => {
+    row.draw(shown, isLatest);
+    setText(about, shown.fields[number.name].about);
+    field.setAttribute("aria-describedby", [field.getAttribute("aria-describedby"), about.id].filter(Boolean).join(" "));
+    if (made.form) drawForms(made.form, number, shown.fields);
+  };
+  return { ...made, draw };
+}
+
+function drawForms(form, { name, other }, fields) {
+  const unit = (each) => fields[each].unit || "ratio";
+  if (form.childElementCount) return;
+  form.append(...[name, other].map((each) => Object.assign(element("option", "", unit(each)), { value: each })));
+}
+
+// The system at rest: bodies where their springs hold them, the clearance with its length, and how far the base moves.
+class RestDrawing extends SystemDrawing {
+  constructor() {
+    super(["rest"]);
+    this.element.setAttribute("class", "at-rest");
+    this.dimension = svgElement("g");
+    this.below = 34;
+    this.element.append(this.dimension);
+  }
+
+  follow({ drawing, words, length }) {
+    this.drawing = drawing;
+    this.length = length;
+    this.element.setAttribute("aria-label", words);
+    this.show({});
+  }
+
+  // `typed`: lengths as the fields have them, and the mass ratio.
+  show(typed) {
+    const { factor } = this.length;
+    const system = { ...this.drawing };
+    for (const name of ["clearance", "base"]) if (name in typed) system[name] = typed[name] / factor;
+    if (typed.mass > 0) system.mass = typed.mass;
+    this.set(system);
+    this.fit(0);
+    super.show(0, { rest: this.rest });
+    this.measure(system);
+  }
+
+  measure({ kind, clearance, base }) {
+    const { half, right } = this.place;
+    const middle = kind === "wall" ? right - half : MIDDLE;
+    const hung = kind === "pendulums";
+    const y = hung ? HIGH - 4 : FLOOR - SIDES[1] - 14;
+    const written = (value) => `${Number((value * this.length.factor).toPrecision(4))} ${this.length.unit}`.trim();
+    const faces = [middle - half, middle + half];
+    const shapes = [];
+    const loaded = Math.abs(this.gap - Math.max(clearance, 0)) > 1e-9 * Math.abs(clearance);
+    const atRest = this.gap > 0 ? `gap at rest ${written(this.gap)}` : "pressed together by a load";
+    const unloaded = clearance < 0 ? "preload: " : "";
+    const size = clearance ? `g₀ = ${written(clearance)}` : "touch at rest";
+    const name = loaded ? `${atRest}, g₀ = ${written(clearance)}` : unloaded + size;
+    const x = clamp((faces[0] + faces[1]) / 2, NAME, WIDE - NAME);
+    shapes.push(...(this.gap > 0 ? [between(faces, y, hung ? -18 : 14)] : []), svgElement("text", { class: "length-name", x, y: hung ? y + 13 : y - 5 }, name));
+    if (base) {
+      const out = Math.abs(base) * this.scale;
+      const low = hung ? HIGH + 18 : FLOOR + 24;
+      const words = svgElement("text", { class: "length-name", x: MIDDLE, y: low + 14 }, `base ±${written(Math.abs(base))}`);
+      shapes.push(between([MIDDLE - out, MIDDLE + out], low, 0), words);
+    }
+    this.dimension.replaceChildren(...shapes);
+  }
+}
+
+// A length with arrows at its ends, and lines to what it measures.
+function between([from, to], y, reach) {
+  const tips = `M${from} ${y} l${ARROW} -${ARROW / 2} M${from} ${y} l${ARROW} ${ARROW / 2} M${to} ${y} l-${ARROW} -${ARROW / 2} M${to} ${y} l-${ARROW} ${ARROW / 2}`;
+  const lines = reach ? `M${from} ${y} v${reach} M${to} ${y} v${reach}` : `M${from} ${y - 4} v8 M${to} ${y - 4} v8`;
+  return svgElement("path", { class: "length", d: `M${from} ${y} H${to} ${tips} ${lines}` });
+}

@@ -1,0 +1,144 @@
+"""The panel System: which fields describe the system, without dimension or in physical units, and how each is shown."""
+
+from __future__ import annotations
+
+from vibroscope.app.explorer.field_units import plain_unit, shown_field
+from vibroscope.app.explorer.physical_fields import (
+    OTHER_FORM,
+    PHYSICAL_FIELDS,
+    physical_field,
+    physical_numbers,
+    physical_range,
+)
+from vibroscope.app.explorer.state import EXCITATION_FIELDS, Explorer, Setting, print_end, print_number
+from vibroscope.engine import written
+
+# Titles and fields of the groups; of the fields those are shown that apply to the system and to the units.
+_BODY = ("mass{}_kg", "stiffness{}_N_per_m", "frequency{}_Hz", "damping{}_ratio", "damping{}_Ns_per_m")
+_BODY_1, _BODY_2 = (tuple(name.format(body) for name in _BODY) for body in (1, 2))
+_BASE = ("base_amplitude_mm", "base_acceleration_m_per_s2", "base")
+_FORCES = ("force1_N", "force1", "force2_N", "force2", "constant1_N", "constant1", "constant2_N", "constant2")
+_PHASES = ("base_phase_rad", "base_phase", "force1_phase_rad", "force1_phase", "force2_phase_rad", "force2_phase")
+GROUPS = {
+    "Body 1": (*_BODY_1, "d1"),
+    "Body 2": (*_BODY_2, "mass_ratio", "kappa", "d2", "kappa3"),
+    "Contact": ("clearance_mm", "clearance", "restitution", "joint_damping_ratio", "d3"),
+    "What drives it": (*_BASE, *_FORCES),
+    "Phases": _PHASES,
+    "What numbers are multiples of": ("length_mm", "m1", "omega1", "amplitude"),
+}
+FIELDS = tuple(name for names in GROUPS.values() for name in names)
+_ALWAYS = ("restitution",)
+_OF_BODY_2 = ("kappa", "d2", "d3", "force2", "force2_phase", "constant2")
+_OF_KIND = {"pendulums": ("kappa3",), "two": ("mass_ratio",), "wall": ()}
+_DERIVED = "follows from both dampers; choose “as measured” under Solver to type it"
+
+
+def group_spec() -> list[dict]:
+    """The groups for the browser; ``other`` is the field of the same number in another form."""
+    return [
+        {
+            "title": title,
+            "numbers": [{"name": name, **_words(name), "other": OTHER_FORM.get(name, "")} for name in names],
+        }
+        for title, names in GROUPS.items()
+    ]
+
+
+def _words(name: str) -> dict[str, str]:
+    if name in PHYSICAL_FIELDS:
+        return {"label": physical_field(name).label, "hint": physical_field(name).hint}
+    return {"label": Explorer.param[name].label, "hint": Explorer.param[name].doc}
+
+
+def applies(name: str, setting: Setting) -> bool:
+    """Whether a number without dimension describes the system of the setting where no units are shown."""
+    if name in _ALWAYS:
+        return True
+    if setting.scale is not None:
+        return False
+    if name in _OF_BODY_2:
+        return setting.bodies != "wall"
+    own = {other for names in _OF_KIND.values() for other in names}
+    return name not in own or name in _OF_KIND[setting.bodies]
+
+
+def system_fields(setting: Setting) -> dict[str, dict]:
+    """How each field that applies is shown."""
+    plain = {name: plain_description(name, setting) for name in FIELDS if _is_plain(name) and applies(name, setting)}
+    if setting.scale is None:
+        return plain
+    return plain | {name: _physical_description(name, setting) for name in physical_numbers(setting)}
+
+
+def system_numbers(setting: Setting) -> dict[str, tuple[str, str]]:
+    """Of each field that applies: the number as it is shown, and the text that sets it again."""
+    found = {}
+    for name in FIELDS:
+        if _is_plain(name) and applies(name, setting):
+            found[name] = plain_number(name, setting), print_number(getattr(setting, name))
+    if setting.scale is not None:
+        numbers = physical_numbers(setting)
+        found |= {name: (physical_field_text(value), print_number(value)) for name, value in numbers.items()}
+    return found
+
+
+def physical_field_text(value: float) -> str:
+    """A physical number with as many digits as its field has room for."""
+    return written(value, 6)
+
+
+def plain_description(name: str, setting: Setting) -> dict:
+    """How a parameter of `Explorer` is shown; ``locked``: why it cannot be changed, empty if it can."""
+    field, rule = shown_field(name, setting), Explorer.param[name]
+    low, high = (print_end(field.factor * end) for end in rule.bounds)
+    return _description(
+        field,
+        f"{low} to {'' if rule.inclusive_bounds[1] else 'below '}{high}",
+        _DERIVED if is_derived(name, setting) else "",
+    )
+
+
+def _physical_description(name: str, setting: Setting) -> dict:
+    return _description(physical_field(name), physical_range(name), _DERIVED if is_derived(name, setting) else "")
+
+
+def _description(field, allowed: str, locked: str) -> dict:
+    others = [unit for unit in field.typed if unit and unit != plain_unit(field.unit)]
+    also = f"; {', '.join(others)} may be typed" if others else ""
+    return {
+        "label": field.label,
+        "hint": field.hint,
+        "name": field.name,
+        "unit": field.unit,
+        "factor": field.factor,
+        "range": allowed,
+        "about": locked or f"{allowed}{field.unit and f' {field.unit}'}{also}",
+        "locked": locked,
+    }
+
+
+def plain_number(name: str, setting: Setting) -> str:
+    """A parameter as its field shows it."""
+    if is_derived(name, setting):
+        return written(setting.system.derived_joint_damping)
+    return shown_field(name, setting).number(getattr(setting, name))
+
+
+def is_derived(name: str, setting: Setting) -> bool:
+    """Whether the damping of the joined bodies is shown, and follows from that of each."""
+    return name in ("d3", "joint_damping_ratio") and setting.joint_damping == "derived"
+
+
+def _is_plain(name: str) -> bool:
+    return name not in PHYSICAL_FIELDS
+
+
+def system_title(setting: Setting) -> str:
+    """What the folded panel shows of the system."""
+    kind = {"pendulums": "pendulums", "two": "two bodies", "wall": "a body and a wall"}[setting.bodies]
+    papers = all(getattr(setting, n) == getattr(Setting(), n) for n in _PAPERS)
+    return "the paper’s pendulums" if papers else kind
+
+
+_PAPERS = ("bodies", "kappa", "d1", "d2", "kappa3", "d3", "restitution", "clearance", *EXCITATION_FIELDS)

@@ -1,0 +1,149 @@
+"""The published cases, read from ``assets/validation/cases.toml``; its header explains the keys."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+
+from vibroscope.app.runtime.files import asset
+from vibroscope.engine import (
+    ExactPenalty,
+    Method,
+    Newmark,
+    Reference,
+    System,
+    Units,
+    system_of_physical,
+    system_of_tables,
+)
+
+FILE = "validation/cases.toml"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One published figure.
+
+    Attributes
+    ----------
+    what : str
+        What is compared.
+    unit : str
+        "N", "s", …; empty for a number without dimension.
+    published : float or None
+        The figure as published; None where the source has none.
+    recomputed : float
+        The same as tests/data/recompute_published.py finds it.
+    within : float
+        Largest allowed |ours − recomputed|, relative to ``recomputed``.
+    measure : str
+        Name of a function of :mod:`.measures`.
+    arguments : dict
+        Its further arguments.
+    note : str
+        Why the published figure differs from the recomputed one, where it does.
+    """
+
+    what: str
+    unit: str
+    published: float | None
+    recomputed: float
+    within: float
+    measure: str
+    arguments: dict
+    note: str
+
+
+@dataclass(frozen=True)
+class Case:
+    """One published problem and its figures.
+
+    Attributes
+    ----------
+    key, title, source, url : str
+    system : System
+    units : Units or None
+        None for a problem without dimensions.
+    eta : float
+    method : Method
+    periods : int
+    initial : tuple of 4 float
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0.
+    quantities : tuple of Quantity
+    """
+
+    key: str
+    title: str
+    source: str
+    url: str
+    system: System
+    units: Units | None
+    eta: float
+    method: Method
+    periods: int
+    initial: tuple[float, float, float, float]
+    quantities: tuple[Quantity, ...]
+
+
+@cache
+def cases() -> tuple[Case, ...]:
+    """All cases, in the order of the file."""
+    return tuple(map(_case, tomllib.loads(asset(FILE))["case"]))
+
+
+def _case(table: dict) -> Case:
+    run = table["run"]
+    if "physical" in table:
+        system, units, eta = system_of_physical(table["physical"])
+    else:
+        content = system_of_tables({name: table[name] for name in ("system", "excitation") if name in table})
+        system, units, eta = content.system, None, run["eta"]
+    return Case(
+        key=table["key"],
+        title=table["title"],
+        source=table["source"],
+        url=table.get("url", ""),
+        system=system,
+        units=units,
+        eta=eta,
+        method=_method(run, units),
+        periods=run["periods"],
+        initial=_initial(run, units),
+        quantities=tuple(map(_quantity, table["quantity"])),
+    )
+
+
+def _method(run: dict, units: Units | None) -> Method:
+    """The method of a run; contact spring and damper as K and D, or in physical units."""
+    if run["method"] == Reference.name:
+        return Reference("derived", run.get("threshold", 0.0))
+    stiffness, damping = run.get("K"), run.get("D", 0.0)
+    if units is not None and stiffness is None:
+        stiffness = units.model("stiffness", run["contact_stiffness_N_per_m"])
+        damping = units.model("damping", run.get("contact_damping_Ns_per_m", 0.0))
+    if run["method"] == ExactPenalty.name:
+        return ExactPenalty(stiffness, damping)
+    return Newmark(stiffness, damping, run["steps"])
+
+
+def _initial(run: dict, units: Units | None) -> tuple[float, float, float, float]:
+    """The state at the beginning: ``start``, or ``start_SI`` in m and m/s."""
+    if "start_SI" not in run or units is None:
+        return tuple(run.get("start", (0.0, 0.0, 0.0, 0.0)))
+    kinds = ("displacement", "velocity", "displacement", "velocity")
+    return tuple(units.model(kind, value) for kind, value in zip(kinds, run["start_SI"], strict=True))
+
+
+def _quantity(table: dict) -> Quantity:
+    own = ("what", "unit", "published", "recomputed", "within", "measure", "note")
+    return Quantity(
+        what=table["what"],
+        unit=table.get("unit", ""),
+        published=table.get("published"),
+        recomputed=table["recomputed"],
+        within=table["within"],
+        measure=table["measure"],
+        arguments={name: value for name, value in table.items() if name not in own},
+        note=table.get("note", ""),
+    )
