@@ -37,8 +37,9 @@ def mapped(values):
 class Client:
     """One session, as a browser would hold it; after `open` it has the document of the page."""
 
-    def __init__(self, url, query="", headers=None):
+    def __init__(self, url, query="", headers=None, compression=None):
         self.url, self.query, self.headers = url, query, headers or {}
+        self.compression = compression  # options of Tornado's client; {} as a browser, None: none
         self.patience = 20  # s that the controls may take to show something
         self.answers = []  # in the order in which they came
 
@@ -48,7 +49,9 @@ class Client:
         address = f"{self.url.replace('http', 'ws', 1)}/ws?{self.query}"
         # A browser, too, waits while sessions are built for others.
         request = HTTPRequest(address, headers={"Origin": origin or self.url} | self.headers, request_timeout=100)
-        self.socket = await websocket_connect(request, subprotocols=["bokeh", token])
+        self.socket = await websocket_connect(
+            request, subprotocols=["bokeh", token], compression_options=self.compression
+        )
         self.socket.protocol.stream.set_nodelay(True)  # else a message of three frames waits 40 ms for an answer
         if (message := await self.receive()) is None:
             self.socket.close()

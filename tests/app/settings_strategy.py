@@ -10,15 +10,21 @@ def _values(name):
         return st.floats(1.01, 1.8)  # below every kappa drawn
     if name == "kappa":
         return st.floats(1.9, 10)
+    if name == "clearance":
+        return st.floats(-10, 10)
     if name == "steps":
         return st.integers(rule.bounds[0], 65_536)  # more would cost more than the server allows
     return st.sampled_from(rule.objects) if hasattr(rule, "objects") else st.floats(*bounds_of(name))
 
 
 def _apart(setting):
-    """The setting with pendulums that do not overlap at the start."""
-    first, second = sorted((setting.start_xi1, setting.start_xi2))
-    return setting._replace(start_xi1=first, start_xi2=second)
+    """The setting with bodies that do not overlap at the start; a wall does not move."""
+    if setting.bodies == "wall":
+        setting = setting._replace(start_xi2=0.0, start_v2=0.0, coordinate="xi1")
+    room = setting.start_xi2 + min(setting.clearance, 0.0) - 1
+    if setting.start_xi1 <= room:
+        return setting
+    return setting._replace(start_xi1=max(room, bounds_of("start_xi1")[0]), start_xi2=max(setting.start_xi2, -1e5))
 
 
 settings = st.builds(Setting, **{name: _values(name) for name in FIELDS}).map(_apart)

@@ -15,11 +15,19 @@ from bokeh.document import Document
 from bokeh.events import Event
 from bokeh.models import ColumnDataSource
 from panel.custom import JSComponent
+from panel.io import document as panel_document
 from panel.io.state import set_curdoc, state
 from panel.reactive import ReactiveCustomBase, Syncable
 from tornado.web import Application
 from tornado.websocket import WebSocketHandler, websocket_connect
-from vibroscope.app.compat import FastUpdates, claim_document, stop_compressing, stream_of, update_silently
+from vibroscope.app.compat import (
+    FastUpdates,
+    claim_document,
+    leave_collections_out,
+    stop_compressing,
+    stream_of,
+    update_silently,
+)
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.server.connections import Listener, Stream
 
@@ -172,3 +180,24 @@ def test_a_document_that_another_thread_has_built_is_changed_at_once_by_the_one_
         assert not state._unblocked(doc)
         claim_document(doc)
         assert state._unblocked(doc)
+
+
+def test_panel_collects_no_garbage_after_a_session(monkeypatch):
+    collected, scheduled = [], []
+    needs(panel_document, "_garbage_collect")
+    monkeypatch.setattr(panel_document, "_garbage_collect", panel_document._garbage_collect)
+    monkeypatch.setattr(panel_document, "GC_DEBOUNCE", 0)
+    monkeypatch.setattr(panel_document.gc, "collect", lambda: collected.append(True))
+    monkeypatch.setattr(type(state), "schedule_task", lambda _, name, callback, at: scheduled.append(callback))
+
+    def end_session():
+        doc = Document()
+        doc.destroy = None  # Panel's own, which it then deletes
+        panel_document._destroy_document(doc, None)
+        scheduled.pop()()
+        assert not scheduled, "Panel schedules more at the end of a session: see app/compat.py"
+        return len(collected)
+
+    assert end_session() == 1, "Panel no longer collects garbage at the end of a session: see app/compat.py"
+    leave_collections_out()
+    assert end_session() == 1, "Panel collects garbage in another way: see app/compat.py"

@@ -8,7 +8,7 @@ from vibroscope.app.export.tables import FIGURES
 from vibroscope.app.page.files import template
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.tabs import TABS
-from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, simulate
+from vibroscope.engine import ExactPenalty, Excitation, Newmark, Record, Reference, System, simulate
 
 SYSTEM = System()
 ETA = 1.08
@@ -16,7 +16,9 @@ NUMBERS = {"kappa": SYSTEM.kappa, "kappa3": SYSTEM.kappa3, "d1": SYSTEM.d1, "d2"
 NUMBERS |= {"mu": SYSTEM.mass_ratio, "e": SYSTEM.restitution, "eta": ETA, "K": 2500.0, "D": 8.0}
 # Longest first: ξ₁″ before ξ₁. Each becomes a name of Python's.
 SYMBOLS = {
-    "cos ητ": "drive", "η": "eta", "κ₃": "kappa3", "κ": "kappa", "μ": "mu", "λ": "force", "²": "**2",
+    "cos (ητ + φ)": "drive", "cos (ητ + φ₁)": "drive1", "cos (ητ + φ₂)": "drive2", "a": "base", "F₁": "F1", "F₂": "F2",
+    "P₁": "P1", "P₂": "P2", "g₀": "clearance", "g": "gap", "cos ητ": "drive",
+    "η": "eta", "κ₃": "kappa3", "κ": "kappa", "μ": "mu", "λ": "force", "²": "**2",
     "ξ₁″": "a1", "ξ₂″": "a2", "ξ″": "a1", "ξ₁′": "v1", "ξ₂′": "v2", "ξ′": "v1", "ξ₁′⁺": "p1", "ξ₂′⁺": "p2",
     "ξ₁′⁻": "m1", "ξ₂′⁻": "m2", "ξ₁": "x1", "ξ₂": "x2", "ξ": "x1", "d₁": "d1", "d₂": "d2", "d₃": "d3", "−": "-",
 }  # fmt: skip
@@ -77,6 +79,36 @@ def test_the_penalty_contact(name):
     assert difference(name, **together) < 2e-4
 
 
+GENERAL = System(kappa=1.7, d1=0.02, d2=0.05, mu=0.6, d3=None, clearance=0.3, excitation=Excitation(
+    base=0.8, base_phase=0.4, force1=0.5, force1_phase=-1.0, force2=0.7, force2_phase=2.0, constant1=0.2, constant2=0.1,
+))  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["general_one", "general_two", "gap"])
+def test_the_equations_of_any_system(name):
+    t = simulate(GENERAL, ETA, ExactPenalty(200, 2), periods=30, record=Record(2, 32_000), keep=2).trajectory
+    (x1, x2), (v1, v2), inner = t.displacement[:, 1:-1], t.velocity[:, 1:-1], t.time[1:-1]
+    a1, a2 = (t.velocity[:, 2:] - t.velocity[:, :-2]) / (t.time[2:] - t.time[:-2])
+    steady = np.convolve(np.abs(np.diff(t.force != 0)), np.ones(9), "same")[:-1] == 0  # at its begin the force jumps
+    drive = GENERAL.excitation
+    values = {
+        "kappa": 1.7,
+        "d1": 0.02,
+        "d2": 0.05,
+        "mu": 0.6,
+        "clearance": 0.3,
+        "base": drive.base,
+        "force": t.force[1:-1],
+    }
+    values |= {"F1": drive.force1, "F2": drive.force2, "P1": drive.constant1, "P2": drive.constant2}
+    values |= {f"drive{n}": np.cos(ETA * inner + getattr(drive, f"force{n}_phase")) for n in (1, 2)}
+    values |= {"x1": x1, "x2": x2, "v1": v1, "v2": v2, "a1": a1, "a2": a2, "drive": np.cos(ETA * inner + 0.4)}
+    values["gap"] = GENERAL.gap(x1, x2)
+    assert (t.force > 0).any()
+    assert (t.force[1:-1][steady] == 0).sum() > 1000
+    assert difference(name, **{n: v[steady] if np.ndim(v) else v for n, v in values.items()}) < 2e-4
+
+
 @pytest.mark.parametrize("name", ["joined", "joint_force"])
 def test_permanent_contact(name):
     _, together = sampled(Reference())
@@ -101,7 +133,8 @@ def test_the_mass_ratio():
 
 def test_no_equation_is_left_untested():
     shown = set(re.findall(r'data-equation="(\w+)"', template("help/help.html")))
-    assert shown == {"one", "two", "mass", "impact", "momentum", "joined", "joint_force", "penalty"}
+    of_papers = {"one", "two", "mass", "impact", "momentum", "joined", "joint_force", "penalty"}
+    assert shown == of_papers | {"gap", "general_one", "general_two"}
 
 
 def test_every_figure_that_can_be_taken_away_has_its_paragraph():

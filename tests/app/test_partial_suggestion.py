@@ -1,5 +1,6 @@
-"""What a search has found so far is shown while it goes on, and cannot be taken for its result."""
+"""What a search has found so far is no result, and a result sets back nothing that was moved meanwhile."""
 
+import pytest
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.page.explore.suggest import Suggester
 
@@ -32,3 +33,24 @@ def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):
     host.catch_up()
     assert suggester.view.content["phase"] == "done"
     assert "So far" not in suggester.view.content["lines"][0]
+
+
+@pytest.mark.parametrize("moved", [{"K": 77.0}, {"D": 7.0}, {"steps": 700}])
+def test_a_result_is_offered_and_not_set_where_the_sliders_were_moved_meanwhile(searches, moved):
+    host = QueueingHost()
+    suggester = Suggester(host)
+    suggester.follow(SETTING)
+    send(suggester.view, {"suggest": {"tolerance": "5"}})
+    answer = searches.get(timeout=5)[3]
+    suggester.follow(SETTING._replace(**moved))
+    answer.put(found_for(make_question(SETTING, {"tolerance": "5"})))
+    host.catch_up()
+    content = suggester.view.content
+    assert (content["met"], content["moved"], host.settings) == (True, True, [])
+    assert content["use"] == {"K": "10500", "D": "15.8", "steps": "5793"}
+    suggester.follow(SETTING._replace(units="si", **moved))
+    assert suggester.view.content["moved"]
+    send(suggester.view, {"suggest": {"tolerance": "6"}})  # from where they are now
+    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, {"tolerance": "6"})))
+    host.catch_up()
+    assert (suggester.view.content["moved"], len(host.settings)) == (False, 1)

@@ -1,6 +1,7 @@
 """--units: the numbers printed, in the units of an FE input file."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -68,4 +69,14 @@ def test_a_run_in_millimetres_and_tonnes(printed):
 def test_the_text_has_them_too(capsys, command):
     solver = [] if command == "compare" else ["--solver", "newmark"]
     assert main([command, *solver, *SETTING, "--units"]) == 0
-    assert "stiffness 1.2e+04 N/m, damper 36 N.s/m" in capsys.readouterr().out
+    assert "stiffness 12000 N/m, damper 36 N.s/m, time step 0.001138 s, period 2.277 s" in capsys.readouterr().out
+
+
+def test_no_number_of_a_search_is_written_as_a_power_of_ten(capsys, tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text("[units]\nomega1 = 94.0\nm1 = 2.0\n")  # 1 of K is 17,672 N/m
+    arguments = ["--eta", "2.76", "--tolerance", "0.3", "--units", "mm-t-s", "--system", str(path)]
+    assert main(["recommend", *arguments]) == 0
+    printed = capsys.readouterr().out
+    assert "physical          stiffness " in printed
+    assert not re.search(r"\de\+\d", printed)

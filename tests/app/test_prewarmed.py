@@ -137,6 +137,54 @@ def test_opening_another_session_does_not_release_it(prewarmed, registry):
     assert not prewarmed.owns("")
 
 
+@pytest.mark.parametrize("part", ["create_session_if_needed", "get_session"])
+def test_a_failure_is_logged_and_tried_again_ever_later(part, prewarmed, registry, monkeypatch, caplog):
+    pauses, left, good = [], [3], getattr(registry, part)
+
+    def fails(*arguments):
+        left[0] -= 1
+        if left[0] >= 0:
+            raise OSError("no room")
+        return good(*arguments)
+
+    async def sleep(seconds):
+        pauses.append(seconds)
+        if len(pauses) == 6:
+            raise asyncio.CancelledError
+
+    monkeypatch.setattr(registry, part, fails)
+    monkeypatch.setattr(module.asyncio, "sleep", sleep)
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(prewarmed.run(lambda: True))
+    assert [record.message for record in caplog.records] == ["session not kept ready"] * 3
+    assert "no room" in str(caplog.records[0].exc_info[1])
+    assert pauses == [0.5, 1.0, 2.0, 4.0, 0.5, 0.5]
+    assert prewarmed.hand_out() == "s4"
+    assert sum(map(prewarmed.owns, registry.blocked)) == 1
+
+
+def test_a_session_whose_document_cannot_be_stored_may_end(prewarmed, registry, monkeypatch):
+    async def fails(session, work):
+        raise OSError("no room")
+
+    monkeypatch.setattr(module, "in_thread", fails)
+    with pytest.raises(OSError, match="no room"):
+        update(prewarmed)
+    assert registry.blocked == {"s1": 0}
+    assert not prewarmed.owns("s1")
+
+
+def test_one_that_has_ended_before_it_is_opened_stops_nothing(registry, monkeypatch):
+    monkeypatch.setattr(module, "jobs", lambda: 0)
+    prewarmed = make(registry, claim_seconds=-1.0)
+    update(prewarmed)
+    del registry.documents[prewarmed.hand_out()]
+    with pytest.raises(KeyError):
+        update(prewarmed)
+    update(prewarmed)
+    assert prewarmed.hand_out() == "s2"
+
+
 def test_a_prewarmed_page_works_like_any_other(tmp_path):
     with served(tmp_path / "log.txt", VIBROSCOPE_LOG_FORMAT="json", VIBROSCOPE_LOG_LEVEL="debug") as server:
         server.wait_for(lambda: "session kept ready" in server.log.read_text())

@@ -56,3 +56,23 @@ def test_a_program_ends_with_its_status_after_all_that_waits_for_its_end(command
     assert found.returncode == status
     assert last in (found.stdout if status == 0 else found.stderr)
     assert found.stdout.splitlines()[-2:] == ["thread done", "file closed"]
+
+
+ENDING = """
+import sys
+from vibroscope.app.commands import cli
+def run(words):
+    raise SystemExit({code})
+cli._run = run
+sys.exit(cli.main())
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "status", "printed"),
+    [("None", 0, ""), ("3", 3, ""), ("259", 3, ""), ("True", 1, ""), ("'no such thing'", 1, "no such thing\n")],
+)
+def test_a_program_that_ends_in_another_way_has_the_status_that_python_gives_it(code, status, printed):
+    command = [sys.executable, "-c", ENDING.format(code=code)]
+    found = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stdout, found.stderr) == (status, "", printed)

@@ -1,12 +1,15 @@
-"""Scripts of the libraries: compressed where the browser can read that, and kept for ever where a digest names them."""
+"""What a first visit loads: scripts and document are compressed, and scripts are kept where a digest names them."""
 
+import asyncio
 import gzip
+import json
 import re
 import urllib.error
 import urllib.request
 
 import pytest
 
+from tests.browserless import Client
 from tests.served import served
 
 
@@ -82,3 +85,19 @@ def test_the_page_can_be_read_before_its_scripts_have_come(page):
         assert "src=" not in script or "defer" in script, "a script that is not deferred keeps the page white"
     assert "Bokeh.set_log_level" not in head or '<script type="module">' in head
     assert body.index("Loading the page") < body.index("data-root-id")
+
+
+def test_the_document_is_compressed_and_what_follows_is_not(server):
+    wire = []
+
+    async def steps():
+        async with Client(server, compression={}) as client:
+            protocol = client.socket.protocol
+            wire.append(protocol._wire_bytes_in)
+            await client.ready()
+            return client.socket.headers["Sec-Websocket-Extensions"], len(json.dumps(client.document))
+
+    extensions, size = asyncio.run(asyncio.wait_for(steps(), 60))
+    assert "permessage-deflate" in extensions
+    assert size > 200_000
+    assert wire[0] < size / 3

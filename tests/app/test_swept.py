@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.bifurcation.tab import Bifurcation
@@ -69,7 +70,7 @@ def test_what_cannot_be_taken_is_refused_in_words(tab, wanted):
 def test_any_number_is_swept_by_a_solver_that_has_it_and_moving_it_asks_nothing(tab, over):
     question = choose(tab, over=over)
     assert question.over == over
-    assert question.span == SWEPT[over].home
+    assert question.span == slider_range(over, System())
     assert tab.panel.chosen["solver"] in SWEPT[over].solvers
     assert f"{SWEPT[over].choice} {SWEPT[over].symbol}" in tab.view.hover.tooltips[0][0]
     assert question.study().cells == len(question.axis)  # the engine takes it
@@ -82,7 +83,7 @@ def test_any_number_is_swept_by_a_solver_that_has_it_and_moving_it_asks_nothing(
 def test_a_solver_without_the_swept_number_returns_to_eta(tab):
     choose(tab, over="K")
     assert choose(tab, solver="reference").over == "eta"
-    assert tab.view.span == SWEPT["eta"].home
+    assert tab.view.span == slider_range("eta", System())
 
 
 def test_an_own_start_is_that_of_each_value():

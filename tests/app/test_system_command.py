@@ -50,3 +50,96 @@ def test_a_bad_file_gives_one_line_and_status_2(capsys, tmp_path, content, words
     status, out, err = run(capsys, *SIMULATE, "--system", str(path))
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert words in err
+
+
+PHYSICAL = """[physical]
+mass1_kg = 25.0
+stiffness1_N_per_m = 98696.0
+wall = true
+clearance_mm = 0.5
+base_acceleration_m_per_s2 = 1.0
+frequency_Hz = 10.0
+"""
+
+
+def test_a_physical_file_is_converted_and_gives_the_frequency(capsys, tmp_path):
+    path, plain = tmp_path / "own.toml", tmp_path / "plain.toml"
+    path.write_text(PHYSICAL)
+    status, out, note = run(capsys, "system", "--from", "physical", str(path))
+    assert status == 0
+    assert "wall = true" in out
+    eta = note.split("eta = ")[1].split(":")[0]
+    plain.write_text(out)
+    command = ["simulate", "--solver", "reference", "--periods", "20", "--json"]
+    _, one, _ = run(capsys, *command, "--system", str(path))
+    _, two, _ = run(capsys, *command, "--system", str(plain), "--eta", eta)
+    assert json.loads(one)["section"] == json.loads(two)["section"]
+    status, _, err = run(capsys, *command, "--system", str(plain))
+    assert (status, err.count("\n")) == (2, 1)
+    assert "--eta is missing" in err
+    status, out, _ = run(capsys, "system", "--system", str(path), "--to", "physical")
+    assert status == 0
+    assert "clearance_mm = 0.5" in out
+
+
+WITH_FREQUENCY = (
+    ["recommend", "--located", "--tolerance", "0.5", "--steps-max", "16", "--json"],
+    ["measurement", "--periods", "2"],
+    ["compare", "--K", "700", "--D", "6", "--steps", "100", "--periods", "20", "--json"],
+    ["sweep", "plane", "--K", "500:700:2", "--D", "3:6:2", "--steps", "100", "--transient", "9", "--sample", "3"],
+    ["sweep", "step", "--K", "700", "--D", "6", "--steps", "100,200", "--transient", "9", "--sample", "3"],
+    ["sweep", "eta", "--over", "K", "--from", "500", "--to", "700", "--count", "2", "--solver", "exact", "--D", "6",
+     "--transient", "9", "--sample", "3"],
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("command", WITH_FREQUENCY, ids=lambda words: " ".join(words[:2]))
+def test_every_command_takes_the_frequency_of_the_file(capsys, tmp_path, command):
+    path, plain = tmp_path / "own.toml", tmp_path / "plain.toml"
+    path.write_text(PHYSICAL)
+    out = ["--out", str(tmp_path / "store.zarr")] if command[0] == "sweep" else []
+    status, text, err = run(capsys, *command, *out, "--system", str(path))
+    assert (status, err) == (0, "")
+    if command[0] in ("recommend", "compare"):
+        assert json.loads(text)["eta"] == pytest.approx(1.0, abs=1e-3)
+    if command[0] != "measurement":  # which has a frequency of its own
+        _, text, _ = run(capsys, "system", "--from", "physical", str(path))
+        plain.write_text(text)
+        status, _, err = run(capsys, *command, *out, "--system", str(plain))
+        assert (status, err.count("\n")) == (2, 1)
+        assert "--eta is missing" in err
+    else:
+        assert "# eta = 1, " in text
+
+
+def test_a_wall_has_no_row_of_joint_damping(capsys, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(PHYSICAL)
+    command = ["compare", "--K", "700", "--D", "6", "--steps", "100", "--periods", "100", "--system", str(path)]
+    status, text, _ = run(capsys, *command)
+    assert status == 0
+    assert "joint damping" not in text
+    _, text, _ = run(capsys, *command, "--json")
+    assert json.loads(text)["joint_damping"] == 0.0
+
+
+def test_a_free_vibration_is_said_to_be_one(capsys, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text("[system]\nwall = true\nclearance = 0.2\n[excitation]\nbase = 0.0\n")
+    options = ["--eta", "1.3", "--system", str(path), "--initial", "0.1,1,0,0"]
+    penalty = ["--K", "700", "--D", "6", "--steps", "500"]
+    status, text, _ = run(capsys, "compare", *penalty, *options, "--units")
+    assert status == 0
+    assert text.count("free vibration") == 3
+    assert "in the first 2 periods T" in text
+    assert "nan" not in text
+    status, _, err = run(capsys, "simulate", "--solver", "reference", *options)
+    assert (status, "nothing drives the bodies" in err) == (0, True)
+
+
+def test_what_never_touches_is_said(capsys, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text("[system]\nclearance = 1000.0\n")
+    for command in ("simulate", "motion"):
+        status, text, _ = run(capsys, command, "--solver", "reference", "--eta", "1.3", "--system", str(path))
+        assert (status, "Nothing touches" in text) == (0, True)

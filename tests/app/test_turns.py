@@ -172,11 +172,12 @@ def upload(text):
     return mapped({"load": mapped({str(number): part for number, part in enumerate(parts)})})
 
 
-def test_large_files_are_read_at_a_limited_rate(server):
+@pytest.mark.parametrize("compression", [None, {}])
+def test_large_files_are_read_at_a_limited_rate(server, compression):
     text, files = "# " + "x" * 60_000, 30
 
     async def steps():
-        async with Client(server.url) as client:
+        async with Client(server.url, compression=compression) as client:
             await client.ready()
             begun = time.monotonic()
             for _ in range(files):

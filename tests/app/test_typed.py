@@ -120,8 +120,23 @@ def test_another_unit_is_refused_with_those_that_fit(name, text, words):
 
 
 def test_a_unit_means_nothing_without_units():
-    with pytest.raises(Refused, match="a unit can be typed once Units is SI or mm-t-s"):
+    with pytest.raises(Refused, match="A unit can be typed once Units is SI or mm-t-s"):
         typed("K", "12 kN/mm")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "units"), [("d1", "0.1 kg", UNITS), ("K", "12 apples", {}), ("eta", "1/2", {})]
+)
+def test_units_are_advised_only_where_they_help(name, text, units):
+    with pytest.raises(Refused) as refused:
+        typed(name, text, **units)
+    assert "once" not in str(refused.value)
+
+
+@pytest.mark.parametrize("units", [UNITS, {}])
+@pytest.mark.parametrize("text", ["T/2000", "1/2000", "1 / 2,000"])
+def test_a_step_can_be_typed_as_a_part_of_the_period(text, units):
+    assert typed("steps", text, **units) == 2000
 
 
 def test_a_tolerance_is_typed_like_any_other_number():

@@ -1,15 +1,21 @@
-"""Make assets/truth/hard.json: the hard cases, solved by high_precision with certified events.
+"""Make assets/truth/hard.json and systems.json: hard cases and general systems, solved with certified events.
 
-    .venv/bin/python tests/data/make_hard.py                 all cases
-    .venv/bin/python tests/data/make_hard.py chatter limit   those with either in the name; the others are kept
-    .venv/bin/python tests/data/make_hard.py --check         only compare with truth.json
+    .venv/bin/python tests/data/make_hard.py                    all hard cases
+    .venv/bin/python tests/data/make_hard.py chatter limit      those with either in the name; the others are kept
+    .venv/bin/python tests/data/make_hard.py --systems          all general systems (some ten minutes)
+    .venv/bin/python tests/data/make_hard.py --systems drawn    those with "drawn" in the name; the others are kept
+    .venv/bin/python tests/data/make_hard.py --check            only compare with truth.json
 
 Each case is solved twice, with 60 and with 80 digits (COARSE and FINE), and hence with another order of the series and
 other bounds. The events must be the same in number and kind. The largest difference, of states and of events, is
-written with the case as "spread" and must be below 1e-28. Twenty-five digits of the finer solution are written.
+written with the case as "spread" and must be below 1e-28. Twenty-five digits of the finer solution are written, twenty
+of a general system.
 
 The energy balance of the coarser solution, by a quadrature that is independent of its steps, is written too and must
 close to 1e-40 of the energies. It would not if an impact or a contact change were in the wrong place.
+
+A general system is written with its conditioning (hard_cases/condition.py) in place of the energies, which are balanced
+with fewer digits, to 1e-20.
 """
 
 import json
@@ -17,7 +23,8 @@ import sys
 import time
 from pathlib import Path
 
-from hard_cases import GROUPS
+from hard_cases import GROUPS, SYSTEM_GROUPS
+from hard_cases.condition import DIGITS, condition
 from hard_cases.methods import exact, reference
 from high_precision import IMPACT, Problem, format_number, solve
 from mpmath import mp, mpf
@@ -42,6 +49,21 @@ ABOUT = {
     "events_reference": "[tau, kind, g' before]; kind 0 impact, 1 permanent contact begins, 2 it ends",
     "events_exact": "[tau, kind, g']; kind 0 contact begins, 1 contact ends",
 }
+ABOUT_SYSTEMS = {
+    "about": (
+        "Written by make_hard.py --systems. Each case: system and excitation (keys as in a system file; what is not "
+        "given has the value of Table 1, no clearance, no wall, no force), eta, method, start (xi1, xi1', xi2, xi2' at "
+        "tau = 0; with a wall xi2 = 0), state at each tau and the contact force there; 20 digits. All parameters are "
+        "the exact values of the doubles given. A threshold of 1e-24 stands for its limit 0. spread: largest "
+        "difference between the 60-digit and the 80-digit solution. condition: change of a state per relative change "
+        "of the data, summed over all data; null if an event appears or disappears. A run that starts in contact has "
+        "that as its first event at 0."
+    ),
+    "events_reference": "[tau, kind, g' before]; kind 0 impact, 1 permanent contact begins, 2 it ends",
+    "events_exact": "[tau, kind, g']; kind 0 contact begins, 1 contact ends",
+}
+SYSTEM_DIGITS = 20
+SYSTEM_BALANCE = 1e-20
 
 
 def largest_difference(one, two):
@@ -53,11 +75,16 @@ def largest_difference(one, two):
     return max(states + events)
 
 
+def check_energy(budget, allowed):
+    """Raise ArithmeticError if the energy does not balance."""
+    size = 1 + abs(budget.work) + budget.damped + budget.lost
+    if abs(budget.residual) > allowed * size:
+        raise ArithmeticError(f"energy residual {mp.nstr(budget.residual, 3)} of {mp.nstr(size, 3)}")
+
+
 def energy_entry(budget):
     """The energy budget as it is written, after a check of its residual."""
-    size = 1 + abs(budget.work) + budget.damped + budget.lost
-    if abs(budget.residual) > BALANCE * size:
-        raise ArithmeticError(f"energy residual {mp.nstr(budget.residual, 3)} of {mp.nstr(size, 3)}")
+    check_energy(budget, BALANCE)
     return {
         "work": format_number(budget.work),
         "damped": format_number(budget.damped),
@@ -66,18 +93,25 @@ def energy_entry(budget):
     }
 
 
-def case_entry(problem, more):
-    """Solve one case twice and return its entry."""
+def solve_twice(problem, energy):
+    """The 60-digit and the 80-digit solution of a problem, and their largest difference, which must be small."""
     with mp.workdps(COARSE):
-        again = Problem(problem.eta, problem.method, problem.periods, problem.system, problem.initial)
-        needs_many_steps = problem.method.get("damping") == 0 and problem.method["stiffness"] > 1e8  # 1e5 of them
-        coarse = solve(again, energy=not needs_many_steps)
-        energy = energy_entry(coarse.budget) if coarse.budget else None
+        coarse = solve(problem.again(), energy)
     with mp.workdps(FINE):
-        fine = solve(Problem(problem.eta, problem.method, problem.periods, problem.system, problem.initial))
+        fine = solve(problem.again())
         spread = largest_difference(coarse, fine)
         if spread > AGREEMENT:
             raise ArithmeticError(f"spread {mp.nstr(spread, 3)}")
+    return coarse, fine, float(mp.nstr(spread, 2))
+
+
+def case_entry(problem, more):
+    """Solve one hard case and return its entry."""
+    needs_many_steps = problem.method.get("damping") == 0 and problem.method["stiffness"] > 1e8  # 1e5 of them
+    coarse, fine, spread = solve_twice(problem, energy=not needs_many_steps)
+    with mp.workdps(COARSE):
+        energy = energy_entry(coarse.budget) if coarse.budget else None
+    with mp.workdps(FINE):
         endless = 0 < problem.method.get("threshold", 1) < LISTED_SPEED
         listed = [event for event in fine.events if not (endless and event[1] == IMPACT and -event[2] < LISTED_SPEED)]
         return {
@@ -88,7 +122,7 @@ def case_entry(problem, more):
             "periods": problem.periods,
             "status": "ok",
             **more,
-            "spread": float(mp.nstr(spread, 2)),
+            "spread": spread,
             "energy": energy,
             "omitted": len(fine.events) - len(listed),
             "states": [[format_number(x) for x in state] for state in fine.states[1:]],
@@ -96,11 +130,47 @@ def case_entry(problem, more):
         }
 
 
-def write(cases):
-    """Write the file with one case per line, so that differences are readable."""
-    lines = [f"{json.dumps(name)}: {json.dumps(entry, separators=(',', ':'))}" for name, entry in cases.items()]
-    head = json.dumps(ABOUT, ensure_ascii=False, indent=1)[:-2]
-    (TRUTH / "hard.json").write_text(head + ',\n "cases": {\n' + ",\n".join(lines) + "\n}}\n")
+def system_entry(name, problem):
+    """Solve one general system and return its entry."""
+    _, fine, spread = solve_twice(problem, energy=False)
+    with mp.workdps(DIGITS):
+        check_energy(solve(problem.again(), energy=True).budget, SYSTEM_BALANCE)
+    with mp.workdps(FINE):
+        method, count = problem.method, problem.periods * problem.samples
+        measured = condition(problem)
+        numbers = {"K": method.get("stiffness"), "D": method.get("damping")}
+        numbers |= {key: method.get(key) for key in ("joint_damping", "threshold")}
+        return {
+            "name": name,
+            "method": method["name"],
+            "system": problem.system,
+            "excitation": problem.excitation,
+            "eta": problem.eta,
+            **{key: value for key, value in numbers.items() if value is not None},
+            "start": list(problem.initial),
+            "periods": problem.periods,
+            "spread": spread,
+            "condition": measured and float(f"{measured:.3g}"),
+            "tau": [written(n * problem.again().period / problem.samples) for n in range(1, count + 1)],
+            "state": [[written(x) for x in state] for state in fine.states[1:]],
+            "force": [written(x) for x in fine.forces[1:]],
+            "events": [[written(t), kind, written(rate)] for t, kind, rate in fine.events],
+        }
+
+
+def written(x):
+    return format_number(x, SYSTEM_DIGITS)
+
+
+def write(path, about, cases):
+    """Write a file with one case per line, so that differences are readable; a list if a case holds its name."""
+    head = json.dumps(about, ensure_ascii=False, indent=1)[:-2]
+    compact = [(json.dumps(name), json.dumps(entry, separators=(",", ":"))) for name, entry in cases.items()]
+    if all("name" in entry for entry in cases.values()):
+        lines, (begin, end) = [entry for _, entry in compact], "[]"
+    else:
+        lines, (begin, end) = [f"{name}: {entry}" for name, entry in compact], "{}"
+    path.write_text(f'{head},\n "cases": {begin}\n' + ",\n".join(lines) + f"\n{end}}}\n")
 
 
 def check():
@@ -122,29 +192,44 @@ def check():
         print(f"{name}: states {mp.nstr(states, 2)}, times {mp.nstr(times, 2)}, kinds {'same' if same else 'DIFFER'}")
 
 
-def main(parts):
-    """Make the cases whose names contain one of ``parts`` and keep the others; cases that no group has are dropped."""
+def make_hard(parts):
+    """Make hard.json."""
     path = TRUTH / "hard.json"
     entries = json.loads(path.read_text())["cases"] if path.exists() else {}
     cases = [(name, problem, more[0] if more else {}) for group in GROUPS for name, problem, *more in group()]
-    for name, problem, more in cases:
+    make(path, ABOUT, entries, {name: lambda p=p, more=more: case_entry(p, more) for name, p, more in cases}, parts)
+
+
+def make_systems(parts):
+    """Make systems.json."""
+    path = TRUTH / "systems.json"
+    entries = {entry["name"]: entry for entry in json.loads(path.read_text())["cases"]} if path.exists() else {}
+    cases = [case for group in SYSTEM_GROUPS for case in group()]
+    make(path, ABOUT_SYSTEMS, entries, {name: lambda n=name, p=p: system_entry(n, p) for name, p in cases}, parts)
+
+
+def make(path, about, entries, cases, parts):
+    """Make the cases whose names contain one of ``parts`` and keep the other entries; drop those that are no case."""
+    for name, solved in cases.items():
         if not any(part in name for part in parts):
             continue
         begin = time.perf_counter()
         try:
-            entry = entries[name] = case_entry(problem, more)
+            entry = entries[name] = solved()
         except (ArithmeticError, ValueError) as reason:
             print(f"{name}: FAILED, {type(reason).__name__}: {reason}", flush=True)
             entries.pop(name, None)
             continue
         seconds = time.perf_counter() - begin
         print(f"{name}: {len(entry['events'])} events, spread {entry['spread']:.0e}, {seconds:.1f} s", flush=True)
-        write({case: entries[case] for case, _, _ in cases if case in entries})
+        write(path, about, {case: entries[case] for case in cases if case in entries})
 
 
 if __name__ == "__main__":
     mp.dps = FINE
     if sys.argv[1:] == ["--check"]:
         check()
+    elif sys.argv[1:2] == ["--systems"]:
+        make_systems(sys.argv[2:] or [""])
     else:
-        main(sys.argv[1:] or [""])
+        make_hard(sys.argv[1:] or [""])

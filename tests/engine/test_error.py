@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, simulate
+from vibroscope.engine import ExactPenalty, Excitation, Newmark, Record, Reference, System, compare, simulate
 from vibroscope.engine.divergence.error import Target
 
 DOUBLED = 3.25  # two periods
@@ -69,3 +69,13 @@ def test_an_error_that_does_not_exist_is_refused_or_infinite():
     assert not chaotic.periodic
     with pytest.raises(ValueError, match="does not repeat"):
         chaotic.error(simulate(System(), 1.7, PENALTY))
+
+
+def test_a_relative_difference_does_not_depend_on_where_the_bodies_rest():
+    shifted = System(clearance=30.0, excitation=Excitation(constant1=30.0))
+    assert shifted.static_gap == 0
+    method = Newmark(2500.0, 8.0, 500)
+    found = [compare(system, 1.08, method).difference for system in (System(), shifted)]
+    assert found[1].total == pytest.approx(found[0].total, rel=1e-6)
+    errors = [Target.find(system, 1.08).error(simulate(system, 1.08, method)) for system in (System(), shifted)]
+    assert errors[1] == pytest.approx(errors[0], rel=1e-6)

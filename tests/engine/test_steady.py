@@ -10,7 +10,7 @@ WIDTH = 1e-6  # of a difference; the error of a central one is of the order of i
 
 
 def map_state(system, y, periods):
-    end, jacobian, _ = integrate_variation(system, start_at(y), float(periods))
+    end, jacobian, _ = integrate_variation(system, start_at(system, y), float(periods))
     return end, jacobian
 
 

@@ -5,8 +5,14 @@ import math
 import hypothesis.strategies as st
 import pytest
 from hypothesis import given
-from vibroscope.engine import System, SystemFile, Units, read_system, system_text
-from vibroscope.engine.system_file import SIZE_LIMIT, SYSTEM_CONSTANTS, UNIT_CONSTANTS, parse_system
+from vibroscope.engine import Excitation, System, SystemFile, Units, read_system, system_text
+from vibroscope.engine.system_file import (
+    EXCITATION_CONSTANTS,
+    SIZE_LIMIT,
+    SYSTEM_CONSTANTS,
+    UNIT_CONSTANTS,
+    parse_system,
+)
 
 ratios = st.floats(0, 1, exclude_max=True)
 
@@ -27,15 +33,18 @@ def test_the_default_is_table_1():
 
 def test_every_constant_is_explained_with_its_true_range():
     text = system_text()
-    for name, (meaning, allowed, unit) in (SYSTEM_CONSTANTS | UNIT_CONSTANTS).items():
+    for name, (meaning, allowed, unit) in (SYSTEM_CONSTANTS | EXCITATION_CONSTANTS | UNIT_CONSTANTS).items():
         line = next(line for line in text.splitlines() if line.startswith(f"{name} ="))
         assert meaning in line
         assert f"[{unit}]; {allowed}" in line
-    assert list(SYSTEM_CONSTANTS) == list(System().as_dict())
+    assert list(SYSTEM_CONSTANTS) == [*System().as_dict(), "clearance"]
+    assert list(EXCITATION_CONSTANTS) == list(Excitation().as_dict())
     for table, name, inside, outside in [
         ("system", "d1", "0", "1"), ("system", "d2", "0.999", "-0.001"), ("system", "d3", "0", "1.0"),
         ("system", "restitution", "1", "1.001"), ("system", "kappa", "1000", "1001"),
         ("system", "kappa3", "2.4", "2.41"), ("system", "kappa3", "1.01", "1"),
+        ("system", "clearance", "-1e6", "-1.1e6"), ("excitation", "force2", "1e6", "2e6"),
+        ("excitation", "base_phase", "-1000", "-1001"),
         ("units", "omega1", "1e-6", "9e-7"), ("units", "omega1", "1e9", "2e9"), ("units", "m1", "1e12", "2e12"),
         ("units", "m1", "1e-9", "9e-10"), ("units", "base_amplitude", "1e6", "2e6"),
         ("units", "base_amplitude", "1e-9", "9e-10"),

@@ -1,5 +1,7 @@
 """Where the parts of the page are, on a desktop and on a phone."""
 
+import pytest
+
 from .test_figures import FIGURES
 
 
@@ -50,3 +52,11 @@ def test_the_time_figures_stand_above_each_other(visit):
     explorer = visit()
     frames = [explorer.figure(name)["frame"] for name in ("displacement", "strip", "force")]
     assert len({(round(f["x"]), round(f["width"])) for f in frames}) == 1
+
+
+@pytest.mark.parametrize("scene", ["eta=2.76&K=12000&D=18&steps=2000", "eta=1.7&K=12000&D=18&steps=8000"])
+def test_all_findings_are_in_view_on_a_desktop_with_units_too(visit, scene):
+    explorer = visit(f"?{scene}&units=si").explained().judged()
+    explorer.settle()
+    assert explorer.page.locator(".line.penalty").text_content().count("Peak force") == 1
+    assert explorer.page.locator(".cell.findings").get_attribute("data-more") is None

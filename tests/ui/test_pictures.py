@@ -58,16 +58,16 @@ def test_a_picture_has_the_size_that_was_asked_for_and_says_what_it_shows(visit)
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_drawing_of_the_page_looks_the_same_outside_it(visit, scheme):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000", color_scheme=scheme)
-    name, drawing = taken(explorer, "Pendulums as SVG")
+    name, drawing = taken(explorer, "Bodies as SVG")
     assert name == "vibroscope-mechanism.svg"
     looks = [look for kind, look in shapes(drawing) if kind == "circle"]
     reference, paper = {"light": ("0, 114, 178", "#FFFFFF"), "dark": ("86, 180, 233", "#171E26")}[scheme]
     assert sum(look["fill"] == f"rgb({reference})" for look in looks) == 2
     assert next(look for kind, look in shapes(drawing) if kind == "rect")["fill"] == paper
     assert b"class=" not in drawing
-    name, picture = taken(explorer, "Pendulums as PNG")
+    name, picture = taken(explorer, "Bodies as PNG")
     assert picture[:8] == b"\x89PNG\r\n\x1a\n"
     with Image.open(io.BytesIO(picture)) as image:
         assert image.size == (813, 594)  # 260 × 190 pixels of 1/96 inch, at 300 dpi
         assert len(image.convert("RGB").getcolors(100_000)) > 20  # a blank one has 1
-    assert "CSV" not in menu(explorer)["Pendulums"]
+    assert "CSV" not in menu(explorer)["Bodies"]

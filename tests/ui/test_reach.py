@@ -40,7 +40,7 @@ def test_every_stop_of_the_keyboard_has_a_name(visit):
     wait_until(lambda: explorer.page.get_by_role("figure").count() == 6, what="figures with names")
     assert explorer.page.evaluate(UNNAMED) == []
     names = [figure.get_attribute("aria-label") for figure in explorer.page.get_by_role("figure").all()]
-    assert "Phase plot, pendulum 1, displacement ξ₁ / base amplitude, velocity ξ₁′ / (Aω₁)" in names
+    assert "Phase plot, body 1, displacement ξ₁ / base amplitude, velocity ξ₁′ / (Aω₁)" in names
 
 
 def test_on_a_phone_legends_are_for_fingers_and_the_question_mark_is_help(visit):

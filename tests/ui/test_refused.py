@@ -4,6 +4,8 @@ import pytest
 
 from tests.served import served
 
+from .explorer import wait_until
+
 
 @pytest.fixture(scope="module")
 def narrow(tmp_path_factory):
@@ -28,6 +30,8 @@ def message(page):
 
 def test_the_page_says_that_the_server_is_full(narrow, page):
     held = []
+    page.add_init_script("""window.WebSocket = class extends WebSocket {
+      constructor(...given) { if (!window.Bokeh) throw Error("not before the scripts"); super(...given); } };""")
     page.route("**/bokeh.min.js*", lambda route: held.append(route))
     with page.expect_request("**/bokeh.min.js*"):
         page.goto(narrow.url, wait_until="commit")  # there is room when the page is requested
@@ -36,6 +40,18 @@ def test_the_page_says_that_the_server_is_full(narrow, page):
     first.locator("form.panel").wait_for(state="attached", timeout=30_000)
     held[0].continue_()
     assert "as many sessions as it can" in message(page)
+
+
+def test_a_session_is_opened_while_the_scripts_are_on_their_way(server, page):
+    held, sockets = [], []
+    page.on("websocket", lambda socket: socket.on("framereceived", lambda frame: sockets.append(socket)))
+    page.route("**/bokeh.min.js*", lambda route: held.append(route))
+    page.goto(server, wait_until="commit")
+    wait_until(lambda: page.evaluate("1") and len(sockets) == 3, what="the three frames that confirm the session")
+    assert page.evaluate("window.Bokeh === undefined")
+    held[0].continue_()
+    page.locator("form.panel[data-update='1']").wait_for(state="attached", timeout=30_000)
+    assert set(sockets) == {sockets[0]}  # Bokeh goes on with the connection that there is
 
 
 def test_the_page_says_that_the_server_no_longer_knows_it(server, page):

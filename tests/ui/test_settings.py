@@ -90,3 +90,18 @@ def test_physical_units_reach_every_figure_and_the_address(visit):
     low, high = explorer.figure("displacement")["x"]
     assert low == 0
     assert abs(high - physical["t"][-1]) < 1e-6
+
+
+def test_the_box_of_a_search_ends_within_the_window(visit):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000").explained()
+    explorer.page.get_by_role("button", name="More", exact=False).last.click()
+    explorer.page.get_by_role("button", name="Suggest K, D, Δτ").click()
+    explorer.page.locator(".suggest[data-phase=done]").wait_for()
+    box = explorer.page.locator(".suggest > .more")
+    edges = box.bounding_box()
+    assert edges["y"] + edges["height"] <= 900
+    scrolls = box.evaluate("box => box.scrollHeight > box.clientHeight + 12")
+    assert (box.get_attribute("data-more") is not None) == scrolls
+    field = explorer.page.get_by_label("Most steps per period that the search may try")
+    field.scroll_into_view_if_needed()
+    assert field.bounding_box()["y"] < 900

@@ -185,7 +185,9 @@ def test_every_baseline_is_used(snapshots):
 def steady(page, measured=False):
     """A screenshot that is the same twice; measured times are covered."""
     options = {"animations": "disabled", "caret": "hide", "mask": [page.locator(".chip dd")], "mask_color": "#8795a3"}
-    options["style"] = ".chip dd { color: transparent !important; }"  # else digits show through the edge of the mask
+    # Else digits show through the edge of the mask, and their width moves what stands beside them.
+    fixed = "display: inline-block; width: 40px; overflow: hidden; white-space: nowrap; color: transparent"
+    page.locator(".chip dd").evaluate_all("(each, fixed) => each.forEach(dd => { dd.style.cssText = fixed; })", fixed)
     if measured:
         page.evaluate(LEVEL)
         options["mask"].append(page.locator(".bk-Figure"))

@@ -73,7 +73,7 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):
 
 def test_a_study_is_cancelled_and_goes_on(visit):
     explorer = visit("?tab=plane&eta=1.08&K=2500&D=8&steps=1000")
-    explorer.page.locator("summary", has_text="System and solver").click()
+    explorer.page.locator("summary", has_text="Solver").click()
     explorer.page.get_by_text("cut at contact", exact=True).click()
     stop = panel(explorer).locator("button[data-stop]")
     wait_until(lambda: 0 < share(explorer) < 1, what="a first picture")
@@ -154,8 +154,8 @@ def test_range_resolution_and_swept_number_are_typed(visit):
     explorer = visit(f"?tab=bifurcation&choice=count:40;transient:100&{SETTING}")
     typed = explorer.page.locator(".numbers")
     for label, text in (("From", "2.7"), ("To", "2,9"), ("Values", "20")):
-        typed.get_by_label(label).fill(text)
-        typed.get_by_label(label).press("Enter")
+        typed.get_by_label(label, exact=True).fill(text)
+        typed.get_by_label(label, exact=True).press("Enter")
     wait_until(lambda: explorer.figure("bifurcation")["x"] == [2.7, 2.9], what="the range")
     wait_until(lambda: "20 values, 100 + " in explorer.figure("bifurcation")["title"], what="the number of values")
     explorer.wait_for_address(choice="count:20;transient:100")

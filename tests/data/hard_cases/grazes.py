@@ -94,7 +94,7 @@ def grazing_force():
 def _force(problem, x, t):
     """Return λ and its slope in permanent contact at time t after a start with the displacement x."""
     matrix = mp.matrix(problem.joined_matrix())
-    row = mp.matrix([[-problem.mass_share * c for c in problem.free_acceleration()[:2]] + [0] * 4])
+    row = mp.matrix([problem.force_row()])
     y = mp.matrix(problem.start())
     y[0] = x
     y = mp.expm(matrix * t) * y

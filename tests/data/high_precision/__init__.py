@@ -2,12 +2,12 @@
 
 Motion. Between events each phase (flight, permanent contact, penalty contact) is one linear system y′ = Ay with
 
-    y = (ξ₁, ξ₁′, g, g′, η² cos ητ, η² sin ητ),        g = ξ₂ − ξ₁.
+    y = (ξ₁, ξ₁′, g, g′, cos ητ, sin ητ, 1),        g = clearance + ξ₂ − ξ₁.
 
 Its Taylor series yⱼ₊₁ = A yⱼ/(j + 1) is summed over steps h with ‖A‖h ≤ REACH. No modes or steady amplitudes are
 computed, so that nothing degenerates at resonance, at ζ = 1, without damping or for κ → 1. Gap and gap rate are part of
-the state, so that the flights of a chatter keep all their digits. Steps end at every multiple of T, where the
-excitation is reset to (η², 0).
+the state, so that the flights of a chatter keep all their digits. Steps end at every sample, where cos ητ and sin ητ
+are set anew: to (1, 0) at a multiple of T.
 
 For a contact so stiff that ‖A‖ is above STIFF, the same Taylor coefficients are computed from the eigenvectors of A.
 Modes that have died away then no longer limit the step; their omitted amplitudes are added to the remainder.
@@ -31,6 +31,6 @@ __all__ = ["IMPACT", "Problem", "format_number", "solve"]
 DIGITS = 25
 
 
-def format_number(x):
-    """A number to DIGITS digits."""
-    return mp.nstr(mpf(x), DIGITS, min_fixed=-4, max_fixed=DIGITS)
+def format_number(x, digits=DIGITS):
+    """A number to so many digits."""
+    return mp.nstr(mpf(x), digits, min_fixed=-4, max_fixed=digits)

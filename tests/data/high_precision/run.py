@@ -6,7 +6,7 @@ from mpmath import mp, mpf
 
 from .zeros import Undecided, first_zero
 
-NODES = 48
+NODES_PER_DIGIT = 0.8
 IMPACT, JOIN, PART = 0, 1, 2  # events of the reference
 TOUCH, LEAVE = 0, 1  # events of the penalty
 
@@ -15,8 +15,8 @@ TOUCH, LEAVE = 0, 1  # events of the penalty
 class Budget:
     """Energy in units of m₁ω₁² times the base amplitude squared, from the start on.
 
-    ``work`` is that of the excitation η² cos ητ on both masses, ``damped`` the energy dissipated by all dampers,
-    ``lost`` that dissipated by impacts; ``residual`` is gain + damped + lost − work.
+    ``work`` is that of the excitation on both masses, ``damped`` the energy dissipated by all dampers, ``lost`` that
+    dissipated by impacts; ``residual`` is gain + damped + lost − work.
     """
 
     work: mpf
@@ -27,9 +27,14 @@ class Budget:
 
 @dataclass
 class Solution:
-    """States (ξ₁, ξ₁′, ξ₂, ξ₂′) at 0, T, 2T, …, events [(τ, kind, g′ before)], and the energy budget if requested."""
+    """Outcome of a run.
+
+    ``states`` (ξ₁, ξ₁′, ξ₂, ξ₂′) and contact ``forces`` λ (without impulses) at 0, T/samples, 2T/samples, …; ``events``
+    [(τ, kind, g′ before)]; the energy budget if requested.
+    """
 
     states: list
+    forces: list
     events: list
     budget: Budget | None = None
 
@@ -37,23 +42,23 @@ class Solution:
 def solve(problem, energy=False):
     """Solve the motion over all periods.
 
-    ``energy`` requests the budget: on each step the powers are integrated by Gauss quadrature with NODES points, exact
-    to some sixty digits for sums of exponentials of which none exceeds e^(2 REACH). The quadrature is independent of
-    how the motion is computed, so that its residual checks the motion.
+    ``energy`` requests the budget: on each step the powers are integrated by Gauss quadrature, with so many points that
+    it is exact to the working precision for sums of exponentials of which none exceeds e^(2 REACH). The quadrature is
+    independent of how the motion is computed, so that its residual checks the motion.
 
     Raises
     ------
     Undecided
         If the working precision cannot decide whether there is an event.
     """
-    run = _Run(problem, gauss_rule(NODES) if energy else ())
-    while len(run.states) <= problem.periods:
+    run = _Run(problem, gauss_rule(round(NODES_PER_DIGIT * mp.dps)) if energy else ())
+    while len(run.states) <= problem.periods * problem.samples:
         run.step()
     budget = None
     if energy:
         residual = run.stored() - run.stored_at_start + run.damped + run.lost - run.work
         budget = Budget(run.work, run.damped, run.lost, residual)
-    return Solution(run.states, run.events, budget)
+    return Solution(run.states, run.forces, run.events, budget)
 
 
 def gauss_rule(n):
@@ -72,7 +77,7 @@ def gauss_rule(n):
 
 
 class _Run:
-    """The state y of a run at the time t since the last whole period; len(states) − 1 periods are complete."""
+    """The state y of a run at the time t since the last sample; len(states) − 1 of them are complete."""
 
     def __init__(self, problem, rule):
         self.problem, self.t, self.y = problem, mpf(0), problem.start()
@@ -80,8 +85,13 @@ class _Run:
         self.reference = problem.method["name"] == "reference"
         self.phases = {name: problem.phase(name) for name in ("flight", "joined" if self.reference else "contact")}
         self.stored_at_start = self.stored()
-        self.states, self.events = [], []
+        self.states, self.forces, self.events = [], [], []
+        self.interval = problem.period / problem.samples
+        self.begin()
         self.note_state()
+
+    def begin(self):
+        """Enter the first phase."""
         if self.y[2] == 0:
             self.meet(self.y[3])
         elif self.y[2] > 0:
@@ -97,26 +107,36 @@ class _Run:
         self.name, self.order = name, order
 
     def note(self, kind, rate):
-        self.events.append(((len(self.states) - 1) * self.problem.period + self.t, kind, rate))
+        self.events.append((max(len(self.states) - 1, 0) * self.interval + self.t, kind, rate))
 
     def note_state(self):
-        x1, v1, g, u = self.y[:4]
-        self.states.append((x1, v1, x1 + g, v1 + u))
+        self.states.append(self.problem.state(self.y))
+        self.forces.append(self.force())
+
+    def force(self):
+        """The contact force λ."""
+        if self.name == "joined":
+            return sum((x * z for x, z in zip(self.problem.force_row(), self.y, strict=True)), mpf(0))
+        if self.name == "contact":
+            method = self.problem.method
+            return -mpf(method["stiffness"]) * self.y[2] - 2 * mpf(method["damping"]) * self.y[3]
+        return mpf(0)
 
     def stored(self):
         """Kinetic and elastic energy; the contact spring stores none while the pendulums are apart."""
-        p, (x1, v1, g, u) = self.problem, self.y[:4]
-        x2, v2 = x1 + g, v1 + u
-        contact = mpf(self.problem.method.get("stiffness", 0)) * min(g, 0) ** 2
+        p, (x1, v1, x2, v2) = self.problem, self.problem.state(self.y)
+        contact = mpf(p.method.get("stiffness", 0)) * min(self.y[2], 0) ** 2
         return (v1**2 + x1**2 + p.mu * (v2**2 + (p.kappa * x2) ** 2) + contact) / 2
 
     def add_energies(self, at, h, fraction):
         """Add the work and the damping losses of the first ``fraction`` of a step h to the budget."""
         p = self.problem
         for s, weight in self.rule:
-            _, v1, _, u, force, _ = at(s * fraction)
-            v2, dt = v1 + u, weight * h * fraction
-            self.work += dt * force * (v1 + p.mu * v2)
+            y = at(s * fraction)
+            _, v1, _, v2 = p.state(y)
+            u, dt = y[3], weight * h * fraction
+            for mass, velocity, loads in ((mpf(1), v1, p.loads1), (p.mu, v2, p.loads2)):
+                self.work += dt * mass * velocity * sum(x * z for x, z in zip(loads, y[4:], strict=True))
             if self.name == "joined":
                 self.damped += dt * p.c3 * (1 + p.mu) * v1**2
             else:
@@ -125,8 +145,8 @@ class _Run:
                 self.damped += dt * 2 * mpf(p.method["damping"]) * u**2
 
     def step(self):
-        """Make one step of the series: to its end, the end of the period or the next event."""
-        series, left = self.phases[self.name], self.problem.period - self.t
+        """Make one step of the series: to its end, the next sample or the next event."""
+        series, left = self.phases[self.name], self.interval - self.t
         h = min(left, series.longest(self.y))
         f, remainder, at = series.expand(self.y, h)
         s = first_zero(f, self.order, remainder)
@@ -135,7 +155,7 @@ class _Run:
         if s is None:
             self.y, self.t = at(mpf(1)), self.t + h
             if h == left:
-                self.t, self.y[4:] = mpf(0), [self.problem.omega**2, mpf(0)]
+                self.t, self.y[4:6] = mpf(0), self.clock(len(self.states))
                 self.note_state()
             return
         self.y, self.t = at(s), self.t + s * h
@@ -170,6 +190,13 @@ class _Run:
         # λ is proportional to −g″: its order is two less
         return self.enter("joined", order - 2) if self.reference else self.enter("contact", order)
 
+    def clock(self, sample):
+        """cos ητ and sin ητ at a sample."""
+        if sample % self.problem.samples == 0:
+            return [mpf(1), mpf(0)]
+        angle = 2 * mp.pi * sample / self.problem.samples
+        return [mp.cos(angle), mp.sin(angle)]
+
     def flight_derivatives(self):
         """g, g′, … of the motion without contact from here."""
         f, _, _ = self.phases["flight"].expand(self.y, mpf(1) / 8)
@@ -182,16 +209,17 @@ class _Run:
             return self.enter("contact", 1)
         self.note(IMPACT, rate)
         p, parting = self.problem, -self.problem.restitution * rate
-        common = self.y[1] + p.mass_share * rate
-        row = p.free_acceleration()
-        force = -p.mass_share * (row[0] * self.y[0] + row[1] * common)
+        share = mpf(0) if p.wall else p.mass_share  # of the change of g′ that body 1 takes in y
+        together = [*self.y]
+        together[1], together[3] = self.y[1] + share * rate, mpf(0)
+        force = sum((x * z for x, z in zip(p.force_row(), together, strict=True)), mpf(0))
         if parting <= mpf(p.method["threshold"]) and force > 0:
             self.lost += p.mass_share * rate**2 / 2
-            self.y[1], self.y[3] = common, mpf(0)
+            self.y = together
             self.note(JOIN, mpf(0))
             return self.enter("joined", 0)
         self.lost += p.mass_share * (rate**2 - parting**2) / 2
-        self.y[1], self.y[3] = common - p.mass_share * parting, parting
+        self.y[1], self.y[3] = together[1] - share * parting, parting
         if parting == 0:  # e = 0 and no pressure
             return self.meet(parting)
         return self.enter("flight", 1)

@@ -49,13 +49,14 @@ class Taylor:
         last = max(w * abs(x) for w, x in zip(self.weights, terms[-1], strict=True))
         ratio = self.norm * h / (self.count + 1)
         remainder = sum(abs(x) / self.weights[k] for k, x in self.row) * last / (1 - ratio)
-        return f, remainder, lambda s: [horner([term[i] for term in terms], s) for i in range(6)]
+        return f, remainder, lambda s: [horner([term[i] for term in terms], s) for i in range(len(y))]
 
 
 class Modal:
     """The same for a stiff contact by its modes: y = Re Σ aᵢ rᵢ, aᵢ′ = λᵢaᵢ, one of each conjugate pair."""
 
     def __init__(self, matrix, row):
+        size = len(row)
         with mp.workdps(3 * mp.dps):  # nearly equal eigenvalues (ζ ≈ 1) cost digits
             values, right = mp.eig(mp.matrix(matrix))
             left = right**-1
@@ -64,9 +65,9 @@ class Modal:
             for i, value in enumerate(values):
                 real = abs(value.imag) < tiny
                 if real or value.imag > 0:
-                    column = [right[k, i] * (1 if real else 2) for k in range(6)]
+                    column = [right[k, i] * (1 if real else 2) for k in range(size)]
                     value = mpmath.mpc(value.real, 0 if real else value.imag)
-                    self.modes.append((value, column, [left[i, k] for k in range(6)], self._dot(row, column)))
+                    self.modes.append((value, column, [left[i, k] for k in range(size)], self._dot(row, column)))
         self.count = terms_needed()
         self.negligible = mpf(10) ** (15 - mp.dps)  # amplitudes below it are rounding errors
         self._powers = {}
@@ -83,7 +84,8 @@ class Modal:
 
     def longest(self, y):
         active, _ = self._active_modes(y)
-        return REACH / max(abs(self.modes[i][0]) for i, _ in active)
+        fastest = max((abs(self.modes[i][0]) for i, _ in active), default=mpf(0))
+        return REACH / (fastest or 1)  # all that moves may have died away
 
     def expand(self, y, h):
         active, omitted = self._active_modes(y)
@@ -98,7 +100,7 @@ class Modal:
             evolved = [a * mp.exp(mode[0] * h * s) for a, mode in zip(amplitudes, self.modes, strict=True)]
             return [
                 sum((b * mode[1][k] for b, mode in zip(evolved, self.modes, strict=True)), mpmath.mpc(0)).real
-                for k in range(6)
+                for k in range(len(y))
             ]
 
         return f, remainder, at

@@ -19,9 +19,10 @@ class Table:
 
     SAMPLES = 4096
 
-    def __init__(self, generator, eta, row, fastest):
+    def __init__(self, generator, eta, row, fastest, constant=0.0, one_body=False):
         self.a, self.row, self.h = full_generator(generator, eta), row, REACH / fastest
-        self.phase = tabulate(generator, eta, row, self.h)
+        self.constant, self.one_body = constant, one_body
+        self.phase = tabulate(generator, eta, row, self.h, (0.0, 0.0, constant), one_body)
         self.length = POINTS * self.h
         step = expm(self.a * (self.length / self.SAMPLES))
         rows = [row]
@@ -31,11 +32,12 @@ class Table:
 
     def value(self, s, z, derivative=0):
         """The watched quantity, or a derivative of it, at s."""
-        return self.row @ np.linalg.matrix_power(self.a, derivative) @ expm(self.a * s) @ z
+        relative = self.row @ np.linalg.matrix_power(self.a, derivative) @ expm(self.a * s) @ z
+        return relative + (self.constant if derivative == 0 else 0.0)
 
     def samples(self, z):
         """The watched quantity at SAMPLES + 1 instants of the block."""
-        return self.rows @ z
+        return self.rows @ z + self.constant
 
 
 def free(eta, d1, d2):
@@ -53,7 +55,9 @@ TABLES = {
     "flight, undamped": Table(free(2.76, 0.0, 0.0), 2.76, GAP, 2.76),
     "flight, resonant": Table(free(1.0, 0.0, 0.0), 1.0, GAP, 2.41),
     "flight, heavily damped": Table(free(1.7, 0.9, 0.95), 1.7, GAP, 2.41),
-    "joined": Table(joined_generator(1.08, 1.8, 0.033), 1.08, FORCE, 1.8),
+    "joined": Table(joined_generator(parameters_of(System(), 1.08, Reference())), 1.08, FORCE, 1.8),
+    "flight, with a clearance": Table(free(1.08, 0.0033, 0.012), 1.08, GAP, 2.41, 1.3),
+    "joined, preloaded": Table(joined_generator(parameters_of(System(), 1.7, Reference())), 1.7, FORCE, 1.8, -0.7),
     "pressed": Table(pressed(12000.0, 18.0), 2.76, -GAP, 165.0),
     "pressed, critically": Table(pressed(100.0, 6.8255), 2.76, -GAP, 20.0),
 }
@@ -68,4 +72,4 @@ states = st.builds(
 
 def size(table, z):
     """The largest that the terms of the watched quantity get in the block."""
-    return float((np.abs(table.rows) @ np.abs(z)).max()) + 1e-300
+    return float((np.abs(table.rows) @ np.abs(z)).max()) + abs(table.constant) + 1e-300

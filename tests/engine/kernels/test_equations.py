@@ -1,45 +1,82 @@
 """The equations of motion in their three forms agree, and contact laws are what their formulas say."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, compare, motion, simulate
+from vibroscope.engine.drivers.event_driven import contact_state
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.contact_law import contact_rate, force, joint_force
 from vibroscope.engine.kernels.equations.motion import (
     accelerations,
     coefficients,
+    free_equilibrium,
+    joined_equilibrium,
     joined_generator,
+    pressed_equilibrium,
     pressed_generator,
     separated_generator,
 )
+from vibroscope.engine.kernels.event_driven.setup import other_force_factors
 
 from tests import naive
+from tests.systems_strategy import general_systems
 
 numbers = st.floats(-10, 10)
 
 
-@given(numbers, numbers, numbers, numbers, st.floats(-1, 1))
-def test_generators_are_the_equations_of_motion(x1, v1, x2, v2, cosine):
-    system, eta = System(), 1.3
+def textbook(system, eta, x1, v1, x2, v2, acting, angle):
+    """ξ₁″ and ξ₂″ of Eqs. (1) and (2), written out; of a wall ξ₂″ = 0."""
+    (one, constant1), (two, constant2) = naive.drive(system, eta)
+    c, s = math.cos(angle), math.sin(angle)
+    a1 = one[0] * c + one[1] * s + constant1 - 2 * system.d1 * v1 - x1 - acting
+    a2 = two[0] * c + two[1] * s + constant2 - 2 * system.d2 * system.kappa * v2 - system.kappa**2 * x2
+    return a1, 0.0 if system.wall else a2 + acting / system.mass_ratio
+
+
+@given(general_systems, numbers, numbers, numbers, numbers, st.floats(0, 6))
+def test_generators_are_the_equations_of_motion(system, x1, v1, x2, v2, angle):
+    eta, turn = 1.3, (math.cos(angle), math.sin(angle))
     p = parameters_of(system, eta, ExactPenalty(300.0, 7.0))
-    push = force(300.0, 7.0, x2 - x1, v2 - v1)
-    for generator, acting in ((separated_generator(p), 0.0), (pressed_generator(p), push)):
-        a1, a2 = accelerations(coefficients(p), x1, v1, x2, v2, acting, cosine)
-        derivative = generator @ (x1, v1, x2 - x1, v2 - v1, cosine, 0.0)
-        np.testing.assert_allclose(derivative, (v1, a1, v2 - v1, a2 - a1), rtol=1e-11, atol=1e-9)
+    x2, v2 = (0.0, 0.0) if system.wall else (x2, v2)
+    y = contact_state(system, (x1, v1, x2, v2))
+    push = force(300.0, 7.0, y[2], y[3])
+    sides = (
+        (separated_generator(p), free_equilibrium(p), 0.0),
+        (pressed_generator(p), pressed_equilibrium(p), push),
+    )
+    for generator, (position, gap), acting in sides:
+        a1, a2 = textbook(system, eta, x1, v1, x2, v2, acting, angle)
+        derivative = generator @ (y[0] - position, y[1], y[2] - gap, y[3], *turn)
+        expected = (0.0, 0.0, -v1, -a1) if system.wall else (v1, a1, v2 - v1, a2 - a1)
+        np.testing.assert_allclose(derivative, expected, rtol=1e-10, atol=1e-8)
+        if system.wall:
+            continue
+        rest = system.separate_rest
+        found = accelerations(coefficients(p), x1 - rest[0], v1, x2 - rest[1], v2, acting, *turn)
+        np.testing.assert_allclose(found, (a1, a2), rtol=1e-10, atol=1e-8)
 
 
-@given(numbers, numbers, st.floats(-1, 1))
-def test_joined_bodies_move_as_the_free_ones_under_the_joint_force(x, v, cosine):
+@given(general_systems, numbers, numbers, st.floats(0, 6))
+def test_joined_bodies_move_as_the_free_ones_under_the_joint_force(system, x, v, angle):
     """With the joint damping that the two dampers add up to."""
-    system, eta = System(), 1.3
+    eta, turn = 1.3, (math.cos(angle), math.sin(angle))
+    x, v = (system.clearance, 0.0) if system.wall else (x, v)
     p = parameters_of(system, eta, Reference("derived"))
     position, velocity = joint_force(p)
-    a1, a2 = accelerations(coefficients(p), x, v, x, v, position * x + velocity * v, cosine)
-    joined = joined_generator(eta, p.kappa3, p.d3) @ (x, v, 0.0, 0.0, cosine, 0.0)
-    np.testing.assert_allclose((a1, a2), joined[1], rtol=1e-12, atol=1e-10)
+    y = contact_state(system, (x, v, 0.0 if system.wall else x - system.clearance, v))
+    cosine, sine, constant = other_force_factors(p, True)
+    push = position * y[0] + velocity * y[1] + constant + cosine * turn[0] + sine * turn[1]
+    a1, a2 = textbook(system, eta, x, v, x - system.clearance, v, push, angle)
+    if system.wall:
+        np.testing.assert_allclose(a1, 0.0, atol=1e-9)
+        return
+    at, gap = joined_equilibrium(p)
+    joined = joined_generator(p) @ (y[0] - at, y[1], y[2] - gap, 0.0, *turn)
+    np.testing.assert_allclose((a1, a2), joined[1], rtol=1e-10, atol=1e-8)
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(12000.0, 18.0), (100.0, 50.0), (1.0, 0.0)])

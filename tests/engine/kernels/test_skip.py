@@ -17,6 +17,7 @@ from vibroscope.engine.kernels.accelerated.step_map import (
     fill_tables,
     step_map,
 )
+from vibroscope.engine.kernels.parameters import TWO_BODIES
 from vibroscope.engine.kernels.time_stepping.newmark import scheme_of, step
 
 SETTINGS = [
@@ -111,7 +112,7 @@ def test_a_step_is_its_map(contact):
     one, turn = step_map(m, eta, contact), eta * m.h
     p1, q1, p2, q2, phase = 0.3, 0.02, 0.25, -0.01, 0.7
     z = np.array([p1, q1, p2 - p1, q2 - q1, math.cos(phase), math.sin(phase)])
-    a1, a2, force = step(m, p1, q1, p2, q2, contact, math.cos(phase + turn))
+    a1, a2, force = step(m, p1, q1, p2, q2, contact, math.cos(phase + turn), math.cos(phase + turn))
     np.testing.assert_allclose(one.accelerations @ z, (a1, a2), atol=1e-13)
     np.testing.assert_allclose(one.force @ z, force, atol=1e-11)
     np.testing.assert_allclose(one.gap @ z, p2 - p1 + (a2 - a1) / 4, atol=1e-14)
@@ -121,7 +122,7 @@ def test_a_step_is_its_map(contact):
 
 def tables_of(m, eta, free_rate, pressed_rate):
     """Tables of both contact states, their steps' maps, and the rows that give the signed gap at a step itself."""
-    tables = TABLES.read(TABLES.zeros())
+    tables = TABLES.read(TABLES.zeros(), TWO_BODIES)
     maps = step_map(m, eta, False), step_map(m, eta, True)
     for state, rate in ((FREE, free_rate), (PRESSED, pressed_rate)):
         fill_tables(tables, m, eta, state, rate)

@@ -1,0 +1,170 @@
+"""The system entered field by field in physical units: what is typed comes true, what is not typed stays."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.physical_fields import (
+    PHYSICAL_FIELDS,
+    entered,
+    physical_bounds,
+    physical_numbers,
+    values_of_system,
+)
+from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.typed import plain_texts
+from vibroscope.engine import Units
+from vibroscope.engine.system_file import parse_system, physical_text
+
+TWO = Setting()._replace(bodies="two", joint_damping="derived", units="si")
+WALL = Setting()._replace(bodies="wall", coordinate="xi1", units="si")
+
+
+def enter(setting, **typed):
+    """The setting after each number was typed in turn, as the browser sends it."""
+    for name, text in typed.items():
+        forms = typed.get("forms", "")
+        texts = {name: {"typed": text}} | ({"forms": forms} if forms else {})
+        if name != "forms":
+            setting = read_setting(entered(plain_texts(texts, setting), setting), setting)
+    return setting
+
+
+# an FE analyst's system, by hand
+ANALYST = {
+    "mass1_kg": "2",
+    "frequency1_Hz": "15",
+    "mass2_kg": "1.2",
+    "frequency2_Hz": "32",
+    "damping1_ratio": "1 %",
+    "damping2_ratio": "0.01",
+    "restitution": "0.7",
+    "base_amplitude_mm": "0.5",
+    "clearance_mm": "250 µm",
+    "eta": "28 Hz",
+}
+
+
+def test_a_system_of_ones_own_is_entered_as_on_a_data_sheet():
+    setting = enter(TWO, **ANALYST)
+    system = setting.system
+    assert (system.mu, system.d1, system.d2, system.restitution, system.d3) == (0.6, 0.01, 0.01, 0.7, None)
+    assert system.kappa == pytest.approx(32 / 15, rel=1e-14)
+    assert system.clearance == pytest.approx(0.5, rel=1e-14)  # of 0.5 mm
+    assert setting.eta == pytest.approx(28 / 15, rel=1e-14)
+    assert (setting.m1, setting.amplitude) == (2.0, 0.5)
+    assert setting.omega1 == pytest.approx(2 * math.pi * 15, rel=1e-14)
+    numbers = physical_numbers(setting)
+    assert numbers["stiffness1_N_per_m"] == pytest.approx(2 * (2 * math.pi * 15) ** 2, rel=1e-12)
+    assert numbers["damping2_Ns_per_m"] == pytest.approx(2 * 0.01 * 1.2 * 2 * math.pi * 32, rel=1e-12)
+    assert numbers["base_acceleration_m_per_s2"] == pytest.approx(5e-4 * (2 * math.pi * 28) ** 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("setting", [TWO, WALL, enter(TWO, **ANALYST), Setting(units="si")], ids=lambda s: s.bodies)
+def test_a_number_that_is_typed_as_it_is_shown_changes_nothing(setting):
+    for name, value in physical_numbers(setting).items():
+        if name not in ("length_mm", "joint_damping_ratio"):
+            assert entered({name: repr(value)}, setting) == {}, name
+
+
+@given(st.sampled_from(PHYSICAL_FIELDS), st.floats(1e-3, 1e3))
+def test_what_is_typed_is_what_the_field_shows_then(name, value):
+    setting = enter(TWO, **ANALYST)
+    low, high = physical_bounds(name)
+    if not low <= value <= high or name in ("length_mm", "joint_damping_ratio"):
+        return
+    try:
+        after = enter(setting, **{name: repr(value)})
+    except Refused:  # such as a damper above critical damping, or a frequency out of range
+        return
+    assert physical_numbers(after)[name] == pytest.approx(value, rel=1e-11)
+    if name not in ("mass1_kg", "stiffness1_N_per_m", "frequency1_Hz"):
+        for other in ("mass1_kg", "stiffness1_N_per_m", "clearance_mm"):
+            if other != name:
+                assert physical_numbers(after)[other] == pytest.approx(physical_numbers(setting)[other], rel=1e-11)
+
+
+def test_a_change_of_mass_keeps_the_form_that_is_shown():
+    setting = enter(TWO, **ANALYST)
+    spring = enter(setting, mass1_kg="4")
+    assert physical_numbers(spring)["frequency1_Hz"] == pytest.approx(15 / math.sqrt(2), rel=1e-9)
+    frequency = enter(setting, mass1_kg="4", forms="frequency1_Hz")
+    assert physical_numbers(frequency)["frequency1_Hz"] == pytest.approx(15, rel=1e-9)
+
+
+def test_contact_and_start_keep_their_physical_values_while_the_slider_reaches_them():
+    setting = enter(TWO, **ANALYST)._replace(start_xi2=2.0)
+    stiffness = setting.K * setting.scale.factor("stiffness")
+    after = enter(setting, frequency1_Hz="16", base_amplitude_mm="1")
+    assert after.K * after.scale.factor("stiffness") == pytest.approx(stiffness, rel=1e-10)
+    assert after.start_xi2 == pytest.approx(1.0)
+    assert enter(setting, frequency1_Hz="15000").K == setting.K  # else it would be out of reach
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("mass1_kg", "0", r"m₁ must be a number from 1e-12 to 1e15 kg, not “0”"),
+        ("mass1_kg", "-2", r"m₁ must be"),
+        ("clearance_mm", "1e308", r"g₀ must be a number from -1e15 to 1e15 mm"),
+        ("stiffness1_N_per_m", "2 kg", r"k₁ must be .* in N/m, kN/m, MN/m, N/mm, kN/mm, not “2 kg”"),
+        ("damping1_ratio", "1", r"d₁ must be a number from 0 to 1, not “1”"),
+        ("damping1_Ns_per_m", "1e6", r"body 1 has the damping ratio .*, outside \[0, 1\): give a weaker damper"),
+        ("mass2_kg", "1e12", r"mu = .* is outside \[1e-09, 1e\+09\]"),
+        ("stiffness2_N_per_m", "1e12", r"kappa = .* is outside \[0.001, 1000\]"),
+        ("frequency1_Hz", "1e12", r"omega1 = .* is outside"),
+    ],
+)
+def test_a_bad_number_is_refused_in_one_line_beside_its_field(name, text, words):
+    with pytest.raises(Refused, match=words) as refused:
+        enter(enter(TWO, **ANALYST), **{name: text})
+    assert refused.value.name == name
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("forged", ["", "nan", "x", 3.0, None, {"typed": "1", "more": "2"}])
+def test_forged_numbers_are_refused(forged):
+    with pytest.raises(Refused):
+        read_setting(entered(plain_texts({"mass1_kg": forged}, TWO), TWO), TWO)
+    assert entered({"clearance_mm": "1", "forms": 3}, TWO)["clearance"]
+
+
+@pytest.mark.parametrize(("mass", "spring"), [("5e4", "3e9"), ("1e-6", "1e-3")])
+def test_a_system_of_any_size_can_be_entered_body_after_body(mass, spring):
+    setting = enter(TWO, mass1_kg=mass, stiffness1_N_per_m=spring, mass2_kg=mass, stiffness2_N_per_m=spring)
+    assert setting.system.mu == pytest.approx(1)
+    assert setting.system.kappa == pytest.approx(1)
+    assert setting.omega1 == pytest.approx(math.sqrt(float(spring) / float(mass)))
+
+
+def test_a_base_at_rest_and_again_in_motion():
+    setting = enter(TWO, **ANALYST)
+    still = enter(setting, base_amplitude_mm="0")
+    assert (still.base, still.amplitude, still.is_driven) == (0.0, 0.5, False)
+    forced = enter(still, force1_N="10", length_mm="2")
+    assert forced.is_driven
+    assert physical_numbers(forced)["clearance_mm"] == pytest.approx(0.25)
+    again = enter(still, base_acceleration_m_per_s2="9.81")
+    assert again.base == 1.0
+    assert again.amplitude == pytest.approx(9810 / (2 * math.pi * 28) ** 2)
+
+
+def test_another_kind_of_system_takes_over_what_the_present_one_has():
+    two = read_setting(entered({"bodies": "two"}, Setting()), Setting())
+    assert two.system.mass_ratio == Setting().system.mass_ratio
+    assert two.system.d3 is None
+    back = read_setting(entered({"bodies": "pendulums"}, two), two)
+    assert back.system == Setting().system
+    equal = two._replace(kappa=1.0)
+    assert read_setting(entered({"bodies": "pendulums"}, equal), equal).system == Setting().system
+    wall = read_setting(entered({"bodies": "wall"}, two._replace(start_xi2=1.0)), two)
+    assert (wall.system.wall, wall.coordinate, wall.initial) == (True, "xi1", (0.0, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("setting", [enter(TWO, **ANALYST), enter(WALL, mass1_kg="3", force1_N="2"), Setting()])
+def test_the_values_of_a_system_describe_it_whole(setting):
+    file = parse_system(physical_text(setting.system, Units(20.0, 3.0, 2.5), setting.eta).encode())
+    values = values_of_system(setting.system, file.units, file.eta)
+    assert Setting()._replace(**values).system == setting.system

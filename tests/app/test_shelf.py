@@ -1,0 +1,159 @@
+"""Other systems: what the sliders cover, the shelf, files and links with a whole system."""
+
+import math
+
+import pytest
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.explanation import describe, explain
+from vibroscope.app.explorer.link import parse_address, print_address
+from vibroscope.app.explorer.ranges import slider_range, widened
+from vibroscope.app.explorer.scenes import scene_key, scenes
+from vibroscope.app.explorer.shelf import shelf, shelf_key
+from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, bounds_of, read_setting
+from vibroscope.app.explorer.suggestion import make_question
+from vibroscope.app.export.formats import as_toml, texts_from_toml
+from vibroscope.app.export.scripts import as_command, as_python
+from vibroscope.app.page.controls.controls import Controls
+from vibroscope.app.page.messages import route
+from vibroscope.engine import System
+
+SYSTEMS = {
+    "equal": System(kappa=1.0, mu=1.0, d3=None),
+    "heavy": System(kappa=3.0, mu=50.0, d3=None),
+    "slow": System(kappa=0.2, mu=0.5, d3=None),
+    "wall": System(wall=True),
+}
+
+
+@pytest.mark.parametrize("name", MAIN_FIELDS)
+def test_the_sliders_of_the_papers_bodies_are_what_they_were(name):
+    assert slider_range(name, System()) == Explorer.param[name].softbounds
+    assert slider_range(name, System(restitution=0.9, d1=0.1, clearance=2.0)) == Explorer.param[name].softbounds
+
+
+@pytest.mark.parametrize("system", SYSTEMS.values(), ids=SYSTEMS)
+def test_the_sliders_follow_the_springs_and_frequencies(system):
+    mu = system.mass_ratio
+    spring = 1.0 if system.wall else max(1.0, mu * system.kappa**2)
+    share = 1.0 if system.wall else mu / (1 + mu)
+    K, D, eta = (slider_range(name, system) for name in ("K", "D", "eta"))
+    assert pytest.approx((spring, 1e5 * spring), rel=5e-3) == K
+    ratios = [d / math.sqrt(k * share) for k, d in zip(K, D, strict=True)]
+    assert ratios == pytest.approx([0.05, 0.5], rel=5e-3)
+    lower, upper = min(1.0, *system.frequencies), max(1.0, *system.frequencies)
+    assert eta[0] == pytest.approx(lower / 4, rel=5e-3)
+    assert eta[1] == pytest.approx(max(5 / 3 * upper, 6 * lower), rel=5e-3)
+    for name in MAIN_FIELDS:
+        low, high = bounds_of(name)
+        assert low <= slider_range(name, system)[0] < slider_range(name, system)[1] <= high
+
+
+@pytest.mark.parametrize("key", shelf())
+def test_every_system_of_the_shelf_is_valid_cited_and_recognised(key):
+    found = shelf()[key]
+    setting = read_setting(found.texts(), read_setting({"restitution": "0.1", "clearance": "3", "threshold": "0.5"}))
+    assert shelf_key(setting) == key
+    assert scene_key(setting) == ""
+    assert shelf_key(setting._replace(clearance=setting.clearance + 1)) == ""
+    assert found.source
+    assert found.question.endswith("?")
+    assert setting.units == "si"
+    low, high = widened(slider_range("K", setting.system), setting.K)
+    assert low <= setting.K <= high
+    low, high = slider_range("eta", setting.system)
+    assert low <= setting.eta <= high
+
+
+def test_scenes_and_shelf_have_keys_and_titles_of_their_own():
+    assert not scenes().keys() & shelf().keys()
+    titles = [each.title for each in (*scenes().values(), *shelf().values())]
+    assert len({each.title for each in shelf().values()} & {each.title for each in scenes().values()}) == 0
+    assert len(titles) > len(shelf()) >= 7
+
+
+def test_a_click_sets_system_units_and_contact_and_a_scene_leads_back():
+    class Session:
+        def set(self, texts, *, fresh):
+            self.setting = read_setting(texts, getattr(self, "setting", None))
+
+    session = Session()
+    for key in shelf():
+        route(session, {"move": 1, "shelf": key})
+        assert shelf_key(session.setting) == key
+    route(session, {"move": 2, "shelf": "no such"})
+    assert shelf_key(session.setting) == key
+    route(session, {"move": 3, "scene": "A"})
+    assert session.setting.system == System()
+    assert scene_key(session.setting) == "A"
+
+
+@pytest.mark.parametrize("key", shelf())
+def test_links_and_files_carry_the_whole_system(key):
+    setting = shelf()[key].setting
+    assert read_setting(parse_address(print_address(setting))) == setting
+    assert read_setting(texts_from_toml(as_toml(setting)), Setting(clearance=7.0, force2=3.0)) == setting
+
+
+PHYSICAL = b"""[physical]
+mass1_kg = 25.0
+frequency1_Hz = 10.0
+wall = true
+clearance_mm = -0.5
+force1_N = 12.0
+frequency_Hz = 12.0
+"""
+
+
+def test_a_file_in_physical_units_sets_system_units_and_frequency():
+    setting = read_setting(texts_from_toml(PHYSICAL.decode()), Setting(clearance=7.0))
+    assert (setting.bodies, setting.units, setting.m1, setting.base) == ("wall", "si", 25.0, 0.0)
+    assert setting.eta == pytest.approx(1.2)
+    assert setting.clearance * setting.amplitude == pytest.approx(-0.5)
+    assert setting.system.rest[0] == pytest.approx(setting.clearance)
+
+
+def test_a_file_of_the_page_before_other_systems_sets_the_papers_pendulums():
+    old = {"kappa", "d1", "eta"}
+    lines = [line for line in as_toml(Setting(kappa=2.6)).splitlines() if line.partition(" ")[0] in old]
+    wall = Setting(bodies="wall", clearance=2.0, coordinate="xi1")
+    setting = read_setting(texts_from_toml("[setting]\n" + "\n".join(lines)), wall)
+    assert setting.system == System(kappa=2.6)
+    assert read_setting(texts_from_toml("[setting]\neta = 2\n"), wall).system == wall.system
+
+
+FREE = shelf()["thrown"].setting
+
+
+def test_a_free_vibration_is_compared_from_its_start_in_words_script_and_commands(capsys):
+    runs = compute_runs(FREE)
+    assert (runs.penalty.response.periods, runs.penalty.response.keep) == (2, 2)
+    assert runs.penalty.motion.peak_force * FREE.scale.factor("force") == pytest.approx(9950.37, rel=3e-3)  # SDND101
+    found = explain(runs)
+    assert "free vibration" in found.headline
+    assert found.in_units(FREE.scale).details == ("A contact of this K and D lasts 31.42 ms: 25 steps.",)
+    assert found.series["total"].shape[0] == 2
+    assert "Free vibration. 4 impacts in 2 periods T" in describe(runs).lines(found)["reference"]
+    exec(as_python(FREE), {})
+    assert f"total {found.parts['total']}" in capsys.readouterr().out
+    assert set(found.parts) == {"total", "time_step", "regularisation"}  # a wall has no joint damping
+    assert "--periods 2" in as_command(FREE)
+    assert "vibroscope compare" in as_command(FREE)
+    assert slider_note(FREE)["name"].startswith("frequency that counts time")
+    with pytest.raises(Refused, match="Nothing drives the bodies"):
+        make_question(FREE, {})
+
+
+def slider_note(setting):
+    controls = Controls()
+    controls.show_setting(setting)
+    return controls.fields["eta"]
+
+
+@pytest.mark.parametrize(("clearance", "words"), [(500.0, "Nothing touches"), (-500.0, "Permanent contact")])
+def test_what_never_touches_and_what_never_parts_is_a_result_in_words(clearance, words):
+    setting = Setting(bodies="two", mass_ratio=0.6, clearance=clearance, joint_damping="derived", steps=500)
+    runs = compute_runs(setting)
+    lines = describe(runs).lines(explain(runs))
+    assert words in lines["reference"]
+    assert words in lines["penalty"]

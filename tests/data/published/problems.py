@@ -1,0 +1,117 @@
+"""The other published problems: half cycles, orbits with one impact, grazing, bounces, restitution."""
+
+from high_precision import IMPACT, Problem, solve
+from mpmath import acos, asin, atan2, cos, exp, log, mp, mpf, pi, sin, sqrt
+
+
+def b1():
+    """SDND101: half a cycle of the mass on both springs, and half a cycle away from the wall."""
+    m, k, wall, speed = mpf(100), mpf(10) ** 4, mpf(10) ** 6, mpf(1)
+    free, pressed = sqrt(k / m), sqrt((k + wall) / m)
+    half = pi / pressed
+    yield "greatest force", wall * speed / pressed
+    yield "instant of it", half / 2
+    yield "duration of contact", half
+    yield "impulse", 2 * wall * speed / pressed**2
+    yield "instant of the second peak", half + pi / free + half / 2
+    yield "speed of the second impact", speed
+
+
+def one_n_orbit(omega, r, sigma, n):
+    """Impact speed and phase of the (1, n) orbit of Budd and Dux, upper branch."""
+    omega, r, sigma = map(mpf, (omega, r, sigma))
+    angle = 2 * pi * n / omega
+    c, gamma, rho = sin(angle) * (1 + r) / (1 - cos(angle)), 1 / (1 - omega**2), (1 - r) / omega
+    root = sqrt(4 * (gamma**2 * c**2 - (sigma**2 - gamma**2) * rho**2))
+    speed = (-2 * c * sigma + root) / (c**2 + rho**2)
+    return speed, atan2(-speed * rho / 2 / gamma, (sigma + speed * c / 2) / gamma)
+
+
+def orbit(omega, r, sigma, n):
+    speed, phase = one_n_orbit(omega, r, sigma, n)
+    check_orbit(mpf(omega), mpf(r), mpf(sigma), n, speed, phase)
+    yield "impact speed", speed
+    yield "time between impacts", 2 * pi * n / mpf(omega)
+
+
+def check_orbit(omega, r, sigma, n, speed, phase):
+    """Raise unless the motion from just after the impact is the orbit: no other impact, and the same speed again."""
+    system = {"wall": True, "clearance": sigma, "d1": 0, "restitution": r}
+    method = {"name": "reference", "threshold": 0}
+    excitation = {"base": 0, "force1": 1, "force1_phase": phase}
+    start = (sigma, -r * speed, 0, 0)
+    found = [e for e in solve(Problem(omega, method, n + 1, system, start, excitation=excitation)).events if e[1] == 0]
+    again = abs(found[0][0] - 2 * pi * n / omega) + abs(found[0][2] + speed)
+    if again > mpf(10) ** -25:
+        raise ArithmeticError(f"no (1, {n}) orbit at ω = {omega}: an impact at {mp.nstr(found[0][0], 5)}")
+
+
+def b3():
+    """From any start: the orbit attracts (the bodies' motion is resonant)."""
+    yield "impact speed", one_n_orbit("2", "0.8", "0", 1)[0]
+
+
+def grazing(omega, sigma, c):
+    omega, sigma, c = map(mpf, (omega, sigma, c))
+    return sigma * sqrt((1 - omega**2) ** 2 + (c * omega) ** 2)
+
+
+def b5():
+    yield "instant of impact 1", pi
+    yield "instant of impact 5", 5 * pi
+    yield "speed of impact 1", mpf(1)
+    yield "speed of impact 5", mpf("0.7") ** 4
+
+
+def b5_two():
+    """Equal frequencies: the gap is an oscillator of its own."""
+    yield "instant of impact 4", 4 * pi
+    yield "speed of impact 4", mpf("0.6") ** 3
+
+
+def sdnd122():
+    m, k, wall, e, energy = map(mpf, ("1", "10", "50", "0.01", "0.00650108331626"))
+    free = 2 * sqrt(m / k) * acos(-e * sqrt(k / 2 / energy))
+    middle = e * k / (k + wall)  # from where the wall is touched to the equilibrium with it
+    swing = sqrt(middle**2 + (2 * energy - k * e**2) / (k + wall))
+    pressed = 2 * sqrt(m / (wall + k)) * acos(middle / swing)
+    yield "frequency by harmonic balance", 1 / (free + pressed)
+    yield "frequency by the formula of the manual", 1 / (free + pressed)
+
+
+def sdnd105():
+    """The force K x reaches 1; the spring of 1e-7 N/m acts beside the wall."""
+    omega = sqrt(1 + mpf("1e-7"))
+    yield "instant at which the force is 1 N", asin(omega / 2) / omega
+
+
+def bounces():
+    """The ball of Kirchner's demonstration on a spring of 1e-4 N/m, which is a 10⁻⁵th of its weight at 1.5 m."""
+    g, k, height, e = mpf("9.8"), mpf("1e-4"), mpf("1.5"), mpf("0.7")
+    weight = g / (k * height)
+    system = {"wall": True, "clearance": 1, "d1": 0, "restitution": e}
+    eta = 2 * pi * mpf("0.3125") / sqrt(k)
+    method = {"name": "reference", "threshold": mpf("1e-24")}
+    excitation = {"base": 0, "constant1": weight}
+    events = solve(Problem(eta, method, 1, system, excitation=excitation)).events
+    impacts = [t for t, kind, _ in events if kind == IMPACT]
+    yield "instant of bounce 13", impacts[12] / sqrt(k)
+    yield "end of bouncing", next(t for t, kind, _ in events if kind == 1) / sqrt(k)
+
+
+def sticking(sigma):
+    yield "release", acos(mpf(sigma)) / mpf("2.8")
+
+
+def contraction():
+    yield "product of the multipliers", mpf("0.8") ** 2 * exp(-2 * mpf("0.05") * 2 * pi / 2)
+
+
+def restitution():
+    """Two equal bodies of 0.25 kg on springs of 1 N/m; damper for e = 0.55 without these springs."""
+    k, kn, m, e = mpf(1), mpf(10000), mpf("0.25"), mpf("0.55")
+    zeta = -log(e) / sqrt(pi**2 + log(e) ** 2)
+    damper = 2 * zeta * sqrt(m / 2 * kn)
+    omega = sqrt((2 * kn + k) / m)
+    ratio = damper / m / omega  # u″ + 2 damper/m u′ + ω² u = 0
+    yield "restitution", exp(-pi * ratio / sqrt(1 - ratio**2))

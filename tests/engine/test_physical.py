@@ -1,0 +1,135 @@
+"""Entry in physical units: the same system as its non-dimensional numbers, there and back, and refused in one line."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from vibroscope.engine import (
+    ExactPenalty,
+    Excitation,
+    System,
+    Units,
+    parse_system,
+    physical_entry,
+    physical_text,
+    simulate,
+    system_of_physical,
+    system_text,
+)
+
+from tests.systems_strategy import general_systems
+
+# Code_Aster SDND102: a body on a spring, a wall half a millimetre away, a shaken base
+WALL = {
+    "mass1_kg": 25.0,
+    "stiffness1_N_per_m": 98696.0,
+    "damping1_ratio": 0.07,
+    "wall": True,
+    "clearance_mm": 0.5,
+    "base_acceleration_m_per_s2": 1.0,
+    "frequency_Hz": 10.0,
+}
+
+
+def test_numbers_of_a_data_sheet():
+    system, units, eta = system_of_physical(WALL)
+    omega1, amplitude = math.sqrt(98696.0 / 25.0), 1 / (20 * math.pi) ** 2
+    assert eta == pytest.approx(20 * math.pi / omega1)
+    assert units.base_amplitude == pytest.approx(1e3 * amplitude)
+    assert system.clearance == pytest.approx(0.5e-3 / amplitude)
+    assert (system.wall, system.d1, system.excitation) == (True, 0.07, Excitation())
+
+
+def test_a_damper_and_a_frequency_say_the_same_as_ratio_and_spring():
+    k, m = 98696.0, 25.0
+    other = {"frequency1_Hz": math.sqrt(k / m) / (2 * math.pi), "damping1_Ns_per_m": 2 * 0.07 * math.sqrt(k * m)}
+    kept = {name: value for name, value in WALL.items() if name not in ("stiffness1_N_per_m", "damping1_ratio")}
+    one, two = system_of_physical(WALL), system_of_physical(kept | other)
+    assert two.system.d1 == pytest.approx(one.system.d1, rel=1e-14)
+    assert two.units.omega1 == pytest.approx(one.units.omega1, rel=1e-14)
+
+
+def test_the_motion_in_millimetres_does_not_depend_on_the_unit_of_length():
+    force = {"force1_N": 40.0, "frequency_Hz": 9.0, "clearance_mm": 0.3}
+    kept = {name: value for name, value in WALL.items() if not name.startswith("base")}
+    ends = []
+    for length in ({}, {"length_mm": 1.7}):
+        system, units, eta = system_of_physical(kept | force | length)
+        method = ExactPenalty(units.model("stiffness", 5.76e7), units.model("damping", 300.0))
+        ends.append(simulate(system, eta, method, periods=20, keep=1).section[0, 0] * units.base_amplitude)
+    assert ends[1] == pytest.approx(ends[0], rel=1e-9)
+
+
+@given(general_systems, st.floats(1, 1e4), st.floats(1e-3, 1e3), st.floats(1e-3, 10), st.floats(0.1, 5))
+def test_an_entry_describes_the_system_that_it_was_made_of(system, omega1, m1, length, eta):
+    """Where the base moves its amplitude is the unit of length."""
+    units = Units(omega1, m1, length)
+    found = system_of_physical(physical_entry(system, units, eta))
+    scale = found.units.base_amplitude / length
+    assert scale == pytest.approx(abs(system.excitation.base) or 1.0)
+    assert found.eta == pytest.approx(eta)
+    assert found.system.clearance * scale == pytest.approx(system.clearance, abs=1e-12)
+    assert found.system.rest == pytest.approx(np.array(system.rest) / scale, abs=1e-9)
+    for name in ("base", "force1", "force2"):
+        expected = np.array(system.excitation.harmonic(name)) / scale
+        np.testing.assert_allclose(found.system.excitation.harmonic(name), expected, atol=1e-9)
+    for name in ("wall", "d1", "d2", "restitution"):
+        assert getattr(found.system, name) == pytest.approx(getattr(system, name))
+    assert found.system.mass_ratio == pytest.approx(system.mass_ratio)
+
+
+@given(general_systems)
+def test_files_of_any_system_are_read_back(system):
+    assert parse_system(system_text(system).encode()).system == system
+    text = physical_text(system, Units(), 1.3)
+    assert parse_system(text.encode()).eta == pytest.approx(1.3)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"mass1_kg": 0.0}, r"mass1_kg = 0\.0 is outside \(0, 1e\+15\]"),
+        ({"mass1_kg": 1e308}, "mass1_kg = 1e.308 is outside"),
+        ({"stiffness1_N_per_m": None}, "stiffness1_N_per_m or frequency1_Hz is missing"),
+        ({"frequency1_Hz": 10.0}, "both stiffness1_N_per_m and frequency1_Hz"),
+        ({"mass2_kg": 1.0}, "wall = true and mass2_kg"),
+        ({"wall": None}, "neither mass2_kg nor wall = true"),
+        ({"damping1_ratio": 1.0}, "body 1 has the damping ratio 1, outside"),
+        ({"length_mm": 1.0}, "length_mm although the base moves"),
+        ({"frequency_Hz": None}, "base_acceleration_m_per_s2 needs frequency_Hz"),
+        ({"base_acceleration_m_per_s2": None, "clearance_mm": None}, "give length_mm"),
+    ],
+)
+def test_a_faulty_entry_is_refused_in_one_line(change, words):
+    entry = {name: value for name, value in (WALL | change).items() if value is not None}
+    with pytest.raises(ValueError, match=words) as caught:
+        system_of_physical(entry)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"[physical]\nmass1_g = 2", "'mass1_g'; did you mean mass1_kg"),
+        (b"[physical]\nmass1_kg = 2\n[system]\nd1 = 0", r"gives \[physical\] and \[system\]"),
+        (b"[system]\nwall = true\nkappa = 2", "wall = true and kappa"),
+        (b"[system]\nwall = true\n[excitation]\nforce2 = 2", "wall = true and force2"),
+        (b"[system]\nwall = 1", "wall = '1' in .system. is not true or false"),
+        (b"[system]\nkappa = 1", "kappa = 1 leaves the mass ratio open"),
+        (b"[system]\nclearance = 1e308", "clearance = 1e.308 is outside"),
+        (b"[excitation]\nbas = 1", "did you mean base"),
+    ],
+)
+def test_a_faulty_file_is_refused_in_one_line(content, words):
+    with pytest.raises(ValueError, match=words) as caught:
+        parse_system(content)
+    assert "\n" not in str(caught.value)
+
+
+def test_equal_bodies_are_given_by_their_mass_ratio():
+    system = parse_system(b"[system]\nkappa = 1\nmass_ratio = 2\nd3 = 'derived'").system
+    assert (system.mass_ratio, system.kappa3) == (2.0, 1.0)
+    assert system.joint_damping("table") == system.derived_joint_damping
+    assert System.from_dict(system.as_dict()) == system

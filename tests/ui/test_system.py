@@ -1,0 +1,122 @@
+"""The panel System: a system of one's own, its drawing, the shelf, errors beside the fields; on a phone, too."""
+
+import pytest
+
+from .axe import AXE, serious
+from .explorer import wait_until
+
+PHONE = {"width": 320, "height": 640, "has_touch": True}
+
+
+def panel(explorer):
+    return explorer.page.locator("details.system")
+
+
+def open_panel(explorer):
+    panel(explorer).locator("> summary").click()
+    return explorer
+
+
+def between(explorer):
+    """Pixels between the bodies of the drawing at rest."""
+    found = explorer.page.locator(".at-rest .bob").evaluate_all(
+        "bodies => bodies.map(body => body.getBoundingClientRect()).map(({left, right}) => [left, right])"
+    )
+    return found[1][0] - found[0][1]
+
+
+def test_an_analysts_system_is_entered_as_on_a_data_sheet(visit):
+    explorer = open_panel(visit("?units=si"))
+    explorer.moved(lambda: panel(explorer).get_by_label("two bodies").check())
+    panel(explorer).get_by_label("spring between body 1 and the base: its unit").select_option("frequency1_Hz")
+    panel(explorer).get_by_label("spring between body 2 and the base: its unit").select_option("frequency2_Hz")
+    numbers = {"mass1_kg": "2", "frequency1_Hz": "15", "mass2_kg": "1.2", "frequency2_Hz": "32", "clearance_mm": "0.25"}
+    numbers |= {"damping1_ratio": "1 %", "damping2_ratio": "1 %", "restitution": "0.7", "base_amplitude_mm": "0.5"}
+    for name, text in numbers.items():
+        explorer.moved(lambda name=name, text=text: explorer.type(name, text))
+    explorer.moved(lambda: explorer.type("eta", "28 Hz"))
+    explorer.wait_for_address(bodies="two", mass_ratio="0.6", clearance="0.5", units="si")
+    assert explorer.error() == ""
+    assert explorer.typed("mass1_kg").input_value() == "2"
+    assert explorer.typed("stiffness1_N_per_m").is_hidden()
+    second = visit(explorer.query())
+    assert second.typed("clearance_mm").input_value() == "0.25"
+    assert second.typed("damping1_ratio").input_value() == "0.01"
+    assert "Two bodies" in second.page.locator(".at-rest").get_attribute("aria-label")
+
+
+def test_the_drawing_follows_what_is_typed_before_it_is_sent(visit):
+    explorer = visit("?bodies=two&clearance=1")
+    wide = between(explorer)
+    assert wide > 10
+    explorer.typed("clearance").fill("0.5")  # not entered yet
+    assert 0 < between(explorer) < wide
+    explorer.typed("clearance").fill("-1")
+    assert abs(between(explorer)) < 1  # a preload presses them together
+    assert "clearance=1" in explorer.query()
+    assert "preload" in explorer.page.locator(".at-rest").text_content()
+
+
+def test_an_error_stands_beside_its_field_and_escape_brings_the_number_back(visit):
+    explorer = visit("?bodies=wall&units=si")
+    explorer.type("mass1_kg", "-3")
+    refusal = explorer.page.locator("#vibroscope-mass1_kg-refusal:not([hidden])")
+    refusal.wait_for()
+    assert "m₁ must be a number from" in refusal.text_content()
+    assert explorer.typed("mass1_kg").get_attribute("aria-invalid") == "true"
+    explorer.typed("mass1_kg").press("Escape")
+    wait_until(lambda: explorer.error() == "", what="no error")
+    assert explorer.typed("mass1_kg").input_value() == "1"
+
+
+def test_a_field_tells_its_range_and_units_to_everybody(visit):
+    explorer = visit("?bodies=wall&units=si&clearance=1")
+    explorer.typed("clearance_mm").focus()
+    about = explorer.page.locator("#vibroscope-clearance_mm-about")
+    assert about.is_visible()
+    assert about.text_content().startswith("-1e15 to 1e15 mm")
+    assert about.get_attribute("id") in explorer.typed("clearance_mm").get_attribute("aria-describedby")
+    assert explorer.typed("mass2_kg").is_hidden()
+    assert explorer.page.get_by_label("body 2", exact=True).is_hidden()
+
+
+@pytest.mark.parametrize("key", ["wall", "twins"])
+def test_a_system_of_the_shelf_is_shown_and_moves_in_the_same_drawing(visit, key):
+    explorer = visit()
+    explorer.page.get_by_text("Other systems", exact=True).click()
+    explorer.moved(lambda: explorer.page.locator(f"[data-scene='{key}']").click())
+    explorer.explained()
+    assert explorer.page.locator(f"[data-scene='{key}']").get_attribute("aria-pressed") == "true"
+    assert " N/m" in explorer.page.locator(".lines").text_content() or "N" in explorer.line("penalty")
+    bodies = explorer.page.locator("svg[data-figure=mechanism] .reference .bob")
+    assert bodies.count() == (1 if key == "wall" else 2)
+    before = bodies.first.get_attribute("x")
+    explorer.page.get_by_label("Phase τ/T in the last two periods").fill("0.5")
+    wait_until(lambda: bodies.first.get_attribute("x") != before, what="motion")
+    explorer.moved(lambda: explorer.scene("A"))
+    assert explorer.page.locator("svg[data-figure=mechanism] circle.bob").count() == 4
+
+
+def test_the_diagram_of_another_system_covers_its_slider_in_its_units(visit):
+    explorer = visit()
+    explorer.page.get_by_text("Other systems", exact=True).click()
+    explorer.moved(lambda: explorer.page.locator("[data-scene='wall']").click())
+    explorer.open_tab("Bifurcation")
+    wait_until(lambda: explorer.figure("bifurcation")["x"] == [0.25, 6], what="the range of the slider")
+    ends = """() => { const range = Bokeh.documents[0].get_model_by_name("bifurcation").extra_x_ranges.units;
+      return [range.start, range.end]; }"""
+    wait_until(lambda: [round(end, 3) for end in explorer.page.evaluate(ends)] == [2.5, 60], what="the axis in Hz")
+    wait_until(lambda: len(explorer.source("bifurcation_reference")["value"]) > 200, 60, what="the diagram")
+    assert "x₁" in explorer.figure("bifurcation")["labels"][1]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_panel_fits_a_narrow_phone_and_axe_finds_no_serious_fault(visit, scheme):
+    explorer = visit("?bodies=two&units=si&clearance=1", color_scheme=scheme, **PHONE)
+    explorer.page.evaluate(AXE)
+    assert explorer.page.evaluate("document.documentElement.scrollWidth") <= 320
+    for name in ("mass1_kg", "clearance_mm", "force1_N"):
+        box = explorer.typed(name).bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 320
+    assert serious(explorer.page) == []
