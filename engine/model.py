@@ -69,6 +69,7 @@ AMPLITUDE_RANGE = (-1e6, 1e6)  # of displacements and forces
 PHASE_RANGE = (-1e3, 1e3)
 CLEARANCE_RANGE = (-1e6, 1e6)
 MASS_RATIO_RANGE = (1e-9, 1e9)
+RATIO_RANGE = (1e-3, 1e3)  # of frequencies
 
 
 @dataclass(frozen=True)
@@ -197,7 +198,7 @@ class System:
             self._forget_body_2()
         under = "the bodies must be underdamped, give a ratio of at least 0 and below 1"
         checked = {
-            "kappa": require("kappa", self.kappa, 1e-3, 1e3, "give the frequency ratio ω₂/ω₁"),
+            "kappa": require("kappa", self.kappa, *RATIO_RANGE, "give the frequency ratio ω₂/ω₁"),
             "d1": require("d1", self.d1, 0, 1, under, open_high=True),
             "d2": require("d2", self.d2, 0, 1, under, open_high=True),
             "restitution": require("restitution", self.restitution, 0, 1, "give a coefficient of restitution"),
@@ -227,7 +228,7 @@ class System:
         if self.mu is not None:
             mu = require("mu", self.mu, *MASS_RATIO_RANGE, "give the mass ratio m₂/m₁")
             return {"mu": mu, "kappa3": math.sqrt((1 + mu * kappa**2) / (1 + mu))}
-        kappa3 = require("kappa3", self.kappa3, 1e-3, 1e3, "give the frequency ratio ω₃/ω₁")
+        kappa3 = require("kappa3", self.kappa3, *RATIO_RANGE, "give the frequency ratio ω₃/ω₁")
         if kappa == 1.0:
             raise ValueError(
                 "kappa = 1 leaves the mass ratio open, which otherwise follows from kappa3: give mass_ratio, m₂/m₁"
@@ -292,6 +293,11 @@ class System:
     def frequencies(self) -> tuple[float, ...]:
         """Natural frequencies of the separate bodies in units of ω₁: 1 and κ; 1 for a body and a wall."""
         return (1.0,) if self.wall else (1.0, self.kappa)
+
+    @property
+    def observed_body(self) -> int:
+        """The body whose displacement stands for the motion where one has to: 2, or 1 beside a wall, which stands."""
+        return 1 if self.wall else 2
 
     @cached_property
     def separate_rest(self) -> tuple[float, float]:

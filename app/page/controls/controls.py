@@ -29,7 +29,6 @@ from vibroscope.app.page.shared.component import Component
 from vibroscope.engine import written
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
-_OTHER_FIELDS = (*MAIN_FIELDS, "threshold", *START_FIELDS)  # beside those of the system
 _BODIES = {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"}
 _UNITS = {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"}
 _SOLVER_SWITCHES = {
@@ -70,7 +69,7 @@ class Controls(Component):
             refused value. ``undo``, ``redo``: whether there is something to undo or redo. ``pinned``: whether this
             setting is pinned.
         """
-        fields = {name: plain_description(name, setting) for name in _OTHER_FIELDS} | system_fields(setting)
+        fields = {name: plain_description(name, setting) for name in _other_fields(setting)} | system_fields(setting)
         spans = {name: slider_range(name, setting.system) for name in MAIN_FIELDS}
         numbers = system_numbers(setting)
         system = {
@@ -83,12 +82,17 @@ class Controls(Component):
         self.param.update(fields=fields, spans=spans, system=system)
         self.shown = {
             "texts": setting.texts() | {name: text for name, (_, text) in numbers.items()},
-            "numbers": {name: plain_number(name, setting) for name in _OTHER_FIELDS}
+            "numbers": {name: plain_number(name, setting) for name in _other_fields(setting)}
             | {name: number for name, (number, _) in numbers.items()},
             "notes": _notes(setting),
             "scene": scene_key(setting) or shelf_key(setting),
             **answer,
         }
+
+
+def _other_fields(setting: Setting) -> tuple[str, ...]:
+    """The fields beside those of the system; a wall has no start."""
+    return (*MAIN_FIELDS, "threshold", *(START_FIELDS[:2] if setting.bodies == "wall" else START_FIELDS))
 
 
 def _length(setting: Setting) -> dict:
