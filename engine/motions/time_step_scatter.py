@@ -12,7 +12,8 @@ limit Δτ → 0 decides instead:
 - The band is measured again with 4, 16 and 64 times as many steps, from the same state, until it has clearly shrunk.
 
 A band that shrinks towards the points of the limit is an artefact of the time step. A band that keeps its width beside
-a chaotic limit is motion.
+a chaotic limit is motion. A band that narrows with the same step too, as time goes on, is the rest of a transient, and
+is judged later (:func:`later_run`).
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ import numpy as np
 
 from ..drivers.section import TOLERANCE, period_of
 from ..methods import STEPS_RANGE, Newmark
-from ..result import Response
+from ..result import Record, Response
 from ..simulate import simulate
 from ..wording import counted, every
 from .description import Kind, Motion
@@ -87,6 +88,22 @@ def judge_newmark_section(
             f"step (standard deviation {listed} steps per period)"
         )
     return SectionJudgement(decided, period, reason, width if artefact else 0.0, bands)
+
+
+def later_run(
+    run: Response, period: int, record: Record | None, cancelled: Callable[[], bool] | None = None
+) -> Response | None:
+    """Go on with a Newmark run whose band is taken for an artefact, with the same step, as runs with finer steps do.
+
+    Returns
+    -------
+    Response or None
+        None if the band keeps its width: then the step causes it. Otherwise what the run had was a transient.
+    """
+    how = {"periods": TRANSIENT + 2 * run.keep, "keep": run.keep, "initial": run.checkpoint, "cancelled": cancelled}
+    later = simulate(run.system, run.eta, run.method, record=record, **how)
+    narrowed = later.ok and band_width(later.section, period) < SHRUNK * band_width(run.section, period)
+    return later if narrowed else None
 
 
 def type_of_band(own_period: int, limit: Kind, limit_period: int, shrinks: bool) -> tuple[Kind, int, bool]:

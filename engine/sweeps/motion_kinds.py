@@ -6,7 +6,7 @@ The sweep itself only shows which sections repeat themselves. The cells that do 
 - Reference and exact penalty: the largest Lyapunov exponent, over `FOLLOWED` periods.
 - Newmark: the exact penalty motion with the same K and D, and the width of the section's band with smaller steps. A
   band that shrinks towards a periodic limit is an artefact of the time step; one that keeps its width beside a chaotic
-  limit is motion.
+  limit is motion. One that narrows with the same step too is the rest of a transient: the cell is judged later.
 
 What these runs do not decide is undecided. No module of a study imports this one, so that it does not enter the digest
 of numerical code.
@@ -90,7 +90,9 @@ def _known_kinds(method: Method, status: np.ndarray, period: np.ndarray) -> dict
     return found
 
 
-def kind_words(kind: CellKind, period: int, near_period: int | None = None, section: np.ndarray | None = None) -> str:
+def kind_words(
+    kind: CellKind, period: int, near_period: int | None = None, section: np.ndarray | None = None, body: int = 2
+) -> str:
     """What the motion of a cell is, in the words of a single motion (:func:`engine.repetition`).
 
     Parameters
@@ -102,13 +104,15 @@ def kind_words(kind: CellKind, period: int, near_period: int | None = None, sect
     near_period : int, optional
         Of the section, where that is all that is known.
     section : (sample, 4) ndarray, optional
-        It shows how much ξ₂ scatters.
+        It shows how much the displacement of ``body`` scatters.
+    body : int
+        See :attr:`System.observed_body`.
     """
     if kind == CellKind.ENDED_EARLY:
         return "ended early"
     near = period if near_period is None else near_period
-    amount = scatter(section, near) if section is not None and near else np.nan
-    words = repetition_of(_KINDS.get(kind, Kind.UNDECIDED), period, near, amount, kind == CellKind.ARTEFACT)
+    amount = scatter(section, near, body) if section is not None and near else np.nan
+    words = repetition_of(_KINDS.get(kind, Kind.UNDECIDED), period, near, amount, kind == CellKind.ARTEFACT, body)
     return f"{words}, its kind not decided" if kind == CellKind.UNDECIDED else words
 
 
@@ -223,7 +227,23 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
         found["kind"][i], found["kind_period"][i] = kind, of
         if kind in (CellKind.PERIODIC, CellKind.ARTEFACT):
             found["lyapunov"][i] = found["lyapunov_error"][i] = np.nan
+    artefacts = np.flatnonzero(found["kind"] == CellKind.ARTEFACT)
+    if len(artefacts):
+        _judge_later(cells, artefacts, widths, found, run, how)
     return found
+
+
+def _judge_later(cells: Cells, artefacts: np.ndarray, widths: np.ndarray, found: dict, run: dict, how: dict) -> None:
+    """Let cells whose bands are taken for artefacts go on with the same step; judge again what was a transient."""
+    some = _selected(cells, artefacts)
+    later = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
+    narrowed = later.ok & (_widths(later.section, found["kind_period"][artefacts]) < SHRUNK * widths[artefacts])
+    chosen = np.flatnonzero(narrowed)
+    if len(chosen):
+        going_on = replace(_selected(some, chosen), initial=later.end[chosen])
+        judged = _judge_newmark(going_on, later.period[chosen], later.section[chosen], run, how)
+        for name, array in judged.items():
+            found[name][artefacts[chosen]] = array
 
 
 def _limit(cells: Cells, run: dict, how: dict) -> dict[str, np.ndarray]:
