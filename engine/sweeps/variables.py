@@ -28,7 +28,7 @@ MOTION = {
     "contact_share": ("f8", "share of the time in contact"),
     "longest_contact": ("f8", "longest contact, in units of tau"),
     "longest_contact_steps": ("f8", "longest contact in time steps"),
-    "spread": ("f8", "standard deviation of xi2 over the section"),
+    "spread": ("f8", "standard deviation of xi2 over the section, of xi1 at a wall"),
 }
 # The same of a penalty method, which has no impacts but the beginnings of its contacts.
 PENALTY_MOTION = {name: described for name, described in MOTION.items() if name != "contacts_per_period"}

@@ -24,7 +24,7 @@ class TimeStepTab(StudyTab):
     chosen = {}  # noqa: RUF012 - nothing to choose
     pictures = (
         *(
-            Figure(f"step_phase_{scheme}", f"Phase plot, {scheme} step", f"ξ₂′ over ξ₂ with the {scheme} step.")
+            Figure(f"step_phase_{scheme}", f"Phase plot, {scheme} step", f"Velocity over displacement with the {scheme} step.")
             for scheme in SCHEMES
         ),
         Figure("step_spread", "Scatter over n", "Scatter of the section over the steps per period."),
@@ -100,7 +100,8 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str:
     status, spread, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
     if status != 0:
         return "blown up."
-    text = f"{result.words(index, scheme)}; ξ₂ scatters by {spread:.2g}; longest contact {steps:.3g} steps"
+    symbol = "ξ₁" if result.question.system.wall else "ξ₂"
+    text = f"{result.words(index, scheme)}; {symbol} scatters by {spread:.2g}; longest contact {steps:.3g} steps"
     return f"{text}; error against the reference {100 * error:.2g} %." if math.isfinite(error) else f"{text}."
 
 
