@@ -7,7 +7,7 @@ where the base moves, otherwise in a length that the user names, and forces in k
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -138,6 +138,7 @@ class Excitation:
         return found
 
 
+_DRIVE = tuple(each.name for each in fields(Excitation))
 # What a wall has no use for: attributes of System and of Excitation that belong to body 2 alone.
 BODY_2 = ("kappa", "kappa3", "d2", "d3", "mu")
 FORCES_ON_BODY_2 = ("force2", "force2_phase", "constant2")
@@ -348,12 +349,17 @@ class System:
         driven = Excitation().as_dict()
         return kept | {name: value for name, value in self.excitation.as_dict().items() if value != driven[name]}
 
+    def changed(self, constants: dict[str, float]) -> "System":
+        """The same system with other values of some constants, those of what drives it included."""
+        own = {name: value for name, value in constants.items() if name not in _DRIVE}
+        driven = {name: value for name, value in constants.items() if name in _DRIVE}
+        return replace(self, **own, excitation=replace(self.excitation, **driven) if driven else self.excitation)
+
     @classmethod
     def from_dict(cls, constants: dict[str, float | bool | None]) -> "System":
         """The system of the constants that :meth:`as_dict` returns, or of some of them."""
-        drive = {each.name for each in fields(Excitation)}
-        own = {name: value for name, value in constants.items() if name not in drive}
-        driven = {name: value for name, value in constants.items() if name in drive}
+        own = {name: value for name, value in constants.items() if name not in _DRIVE}
+        driven = {name: value for name, value in constants.items() if name in _DRIVE}
         return cls(**own, excitation=Excitation(**driven))
 
 

@@ -29,7 +29,7 @@ from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
 from ..motions.motion import FARTHEST, classify
 from ..motions.section import band_width, scatter
-from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, type_of_band
+from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, period_shown, type_of_band
 from ..motions.words import repetition_of
 from .codes import MISSING
 from .eta_study import COORDINATES, EtaStudy
@@ -218,8 +218,8 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
     shrinks = _shrinks(cells, limit, widths, is_band, how)
     found = limit | {"kind": limit["kind"].copy(), "kind_period": limit["kind_period"].copy()}
     for i, period in enumerate(periods.tolist()):
-        if period and (not is_band[i] or period == limit["kind_period"][i]):
-            kind, of = CellKind.PERIODIC, period
+        if shown := period_shown(period, int(limit["kind_period"][i]), bool(is_band[i])):
+            kind, of = CellKind.PERIODIC, shown
         else:
             kind_of_limit = _KINDS.get(limit["kind"][i], Kind.UNDECIDED)
             kind, of, artefact = type_of_band(period, kind_of_limit, int(limit["kind_period"][i]), bool(shrinks[i]))
@@ -227,23 +227,22 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
         found["kind"][i], found["kind_period"][i] = kind, of
         if kind in (CellKind.PERIODIC, CellKind.ARTEFACT):
             found["lyapunov"][i] = found["lyapunov_error"][i] = np.nan
-    artefacts = np.flatnonzero(found["kind"] == CellKind.ARTEFACT)
-    if len(artefacts):
-        _judge_later(cells, artefacts, widths, found, run, how)
+    settling = np.flatnonzero(is_band & (limit["kind"] == CellKind.PERIODIC))
+    if len(settling):
+        _judge_later(cells, settling, widths[settling], limit["kind_period"][settling], found, run, how)
     return found
 
 
-def _judge_later(cells: Cells, artefacts: np.ndarray, widths: np.ndarray, found: dict, run: dict, how: dict) -> None:
-    """Let cells whose bands are taken for artefacts go on with the same step; judge again what was a transient."""
-    some = _selected(cells, artefacts)
+def _judge_later(cells: Cells, settling: np.ndarray, widths, periods, found: dict, run: dict, how: dict) -> None:
+    """Let cells with a band beside a periodic limit go on with the same step; judge again what was a transient."""
+    some = _selected(cells, settling)
     later = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
-    narrowed = later.ok & (_widths(later.section, found["kind_period"][artefacts]) < SHRUNK * widths[artefacts])
-    chosen = np.flatnonzero(narrowed)
+    chosen = np.flatnonzero(later.ok & (_widths(later.section, periods) < SHRUNK * widths))
     if len(chosen):
         going_on = replace(_selected(some, chosen), initial=later.end[chosen])
         judged = _judge_newmark(going_on, later.period[chosen], later.section[chosen], run, how)
         for name, array in judged.items():
-            found[name][artefacts[chosen]] = array
+            found[name][settling[chosen]] = array
 
 
 def _limit(cells: Cells, run: dict, how: dict) -> dict[str, np.ndarray]:

@@ -18,6 +18,11 @@ SWEPT = {  # parameters that can be swept
     "d3": "damping ratio of the joined bodies",
     "restitution": "coefficient of restitution",
     "clearance": "gap at rest with relaxed springs",
+    "base": "amplitude of the base motion",
+    "force1": "amplitude of the harmonic force on body 1",
+    "force2": "amplitude of the harmonic force on body 2",
+    "constant1": "constant force on body 1",
+    "constant2": "constant force on body 2",
 }
 # Of each cell, by any method: dtype and description.
 MOTION = {
