@@ -42,8 +42,11 @@ function scenes({ scenes: list, shelf }, link) {
   box.append(element("legend", "", "Scenes"), first, row);
   const draw = (shown) => {
     for (const made of buttons) made.setAttribute("aria-pressed", String(made.dataset.scene === shown.scene));
-    for (const fold of folds) if (fold.querySelector("[aria-pressed=true]")) fold.open = true;
-    setText(origin, published.querySelector("[aria-pressed=true]")?.title ?? "");
+    if (others.querySelector("[aria-pressed=true]")) folds[0].open = true;
+    // Eight systems and a source would push the sliders out of view: the folded box names the one that is shown.
+    const pressed = published.querySelector("[aria-pressed=true]");
+    setText(folds[1].firstChild, pressed ? `Other systems: ${pressed.firstChild.data}` : "Other systems");
+    setText(origin, pressed?.title ?? "");
   };
   return { element: box, draw };
 }
