@@ -105,7 +105,7 @@ class Explorer(param.Parameterized):
         default="rest",
         objects=["rest", "zero"],
         label="Start of zeros",
-        doc="What it means where all numbers of the start are 0: rest, the static equilibrium, or an own start of zeros",
+        doc="Where all numbers of the start are 0: rest, the static equilibrium, or an own start of zeros",
     )
     start_xi1 = param.Number(0.0, **_START, label="ξ₁(0)", doc="displacement of body 1 at τ = 0")
     start_v1 = param.Number(0.0, **_START, label="ξ₁′(0)", doc="velocity of body 1 at τ = 0")

@@ -65,7 +65,7 @@ class Motion:
     energy_lost : float
         Energy dissipated per period by dampers, contact and impacts, in m₁ω₁² times the base amplitude squared.
     spread : float
-        Standard deviation of a displacement over the section: of ξ₂, which the paper's Figure 14 shows, of ξ₁ at a wall.
+        Standard deviation of a displacement over the section: of ξ₂, as in the paper's Figure 14, of ξ₁ at a wall.
     scatter : float
         Standard deviation of the same about the points of the nearly repeated cycle: ``spread`` without the difference
         between the points of a cycle of several periods.

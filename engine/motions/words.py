@@ -19,8 +19,8 @@ UNBROKEN = 1e-12  # share of the time that rounding may take from a contact with
 def repetition(found: Motion) -> str:
     """How a motion repeats itself, such as "repeats every 2 periods".
 
-    Scatter of a displacement about the points of the cycle is its standard deviation. Only evidence shows that the time step causes
-    it; without evidence the motion "nearly repeats".
+    Scatter of a displacement about the points of the cycle is its standard deviation. Only evidence shows that the time
+    step causes it; without evidence the motion "nearly repeats".
     """
     return repetition_of(found.type, found.period, found.near_period, found.scatter, found.step_noise > 0, found.body)
 

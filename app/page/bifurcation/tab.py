@@ -13,7 +13,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import initial_option, method_options, sweep_command, sweep_python
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.swept import SWEPT
-from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import (
     COUNT,
@@ -40,6 +40,10 @@ _COORDINATES = {
     for letter, words in (("xi", "displacement"), ("v", "velocity"))
 }
 _OF_METHOD = {"K": "stiffness", "D": "damping", "steps": "steps"}
+_NOTHING_SWEPT = (
+    "Nothing drives the bodies, so that no motion belongs to a frequency: let the base or a force move them under "
+    "System, or sweep another number from an own start."
+)
 MOST_VALUES, MOST_TRANSIENT = 2000, 20_000  # that can be typed: with more, a diagram outlasts its time
 _SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
 
@@ -155,6 +159,12 @@ class Bifurcation(StudyTab):
         with pn.io.hold(self.host.doc):  # both ends of a range at once
             self.view.hold(move.setting)
         super().show(move)
+
+    def obstacle(self, setting: Setting) -> str:
+        """Where nothing drives the bodies there is no frequency to sweep, and from rest nothing moves."""
+        if setting.is_driven or self.view.over == "eta":
+            return "" if setting.is_driven else _NOTHING_SWEPT
+        return "" if self.panel.chosen["direction"] == "own" else free_obstacle(setting, "this diagram")
 
     def question(self, setting: Setting) -> DiagramQuestion:
         """All but the swept number itself."""

@@ -11,8 +11,8 @@ import math
 
 import param
 from vibroscope.app.explorer.drawing import drawing, drawing_in_words
-from vibroscope.app.explorer.field_units import time_text
-from vibroscope.app.explorer.ranges import slider_range
+from vibroscope.app.explorer.field_units import shown_field, time_text
+from vibroscope.app.explorer.ranges import slider_range, stiffer_spring
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
 from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting
@@ -102,6 +102,23 @@ def _length(setting: Setting) -> dict:
 
 def _notes(setting: Setting) -> dict[str, str]:
     """The notes below the sliders: Δτ, and with units the numbers of the model."""
+    beyond = {name: words for name in MAIN_FIELDS if (words := _beyond_slider(name, setting))}
+    notes = _numbers_below(setting)
+    return notes | {name: "; ".join(filter(None, (notes.get(name), words))) for name, words in beyond.items()}
+
+
+def _beyond_slider(name: str, setting: Setting) -> str:
+    """Where a typed number lies beside what its slider covers; empty within, and for 0, which a logarithm has not."""
+    (low, high), value, field = slider_range(name, setting.system), getattr(setting, name), shown_field(name, setting)
+    if value == 0 or low <= value <= high:
+        return ""
+    if value > high:
+        return f"above the slider, which ends at {field.measure(high)}"
+    softer = "softer than the stiffer spring, " if name == "K" and value < stiffer_spring(setting.system) else ""
+    return f"{softer}below the slider, which begins at {field.measure(low)}"
+
+
+def _numbers_below(setting: Setting) -> dict[str, str]:
     step = f"time step Δτ = T/{setting.steps} = {written(2 * math.pi / setting.eta / setting.steps)}"
     if setting.scale is None:
         return {"steps": step}

@@ -116,13 +116,11 @@ class Explore(Tab):
         cards = self._measured.panel, self.comparison
         for card in cards:
             card.css_classes = [*card.css_classes, "card"]
-        panes = (pn.pane.Bokeh(plot, sizing_mode="stretch_both") for plot in figures)
-        self._panes = {plot.name: _cell(pane, plot.name) for plot, pane in zip(figures, panes, strict=True)}
         cells = [
             self._sender,
             _cell(pn.Column(*cards, stylesheets=[grid]), "above"),
             _cell(self.mechanism, "mechanism"),
-            *(self._panes.values()),
+            *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
             _cell(self.findings, "findings"),
             _cell(self._coexisting.view, "coexisting"),
             _cell(self._suggester.view, "suggest"),
@@ -305,7 +303,7 @@ class Explore(Tab):
     def _arrange(self, setting: Setting) -> None:
         """Beside a wall, which has no phase plot, that of the body takes the place of both."""
         at_wall = setting.bodies == "wall"
-        self._panes["phase2"].visible = not at_wall
+        self.phase.figures[1].visible = not at_wall
         self._grid.css_classes = [_GRID, "at-wall"] if at_wall else [_GRID]
 
     def _draw_pinned(self) -> None:

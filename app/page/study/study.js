@@ -134,6 +134,7 @@ function progress(root, send) {
   row.append(bar, text, stop);
   root.append(row);
   return ({ status }) => {
+    row.hidden = !status.text;
     bar.value = status.share ?? 0;
     text.textContent = status.text ?? "";
     root.dataset.running = String(status.running ?? false);
