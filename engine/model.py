@@ -7,7 +7,7 @@ where the base moves, otherwise in a length that the user names, and forces in k
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -69,6 +69,7 @@ AMPLITUDE_RANGE = (-1e6, 1e6)  # of displacements and forces
 PHASE_RANGE = (-1e3, 1e3)
 CLEARANCE_RANGE = (-1e6, 1e6)
 MASS_RATIO_RANGE = (1e-9, 1e9)
+RATIO_RANGE = (1e-3, 1e3)  # of frequencies
 
 
 @dataclass(frozen=True)
@@ -137,6 +138,7 @@ class Excitation:
         return found
 
 
+_DRIVE = tuple(each.name for each in fields(Excitation))
 # What a wall has no use for: attributes of System and of Excitation that belong to body 2 alone.
 BODY_2 = ("kappa", "kappa3", "d2", "d3", "mu")
 FORCES_ON_BODY_2 = ("force2", "force2_phase", "constant2")
@@ -197,7 +199,7 @@ class System:
             self._forget_body_2()
         under = "the bodies must be underdamped, give a ratio of at least 0 and below 1"
         checked = {
-            "kappa": require("kappa", self.kappa, 1e-3, 1e3, "give the frequency ratio ω₂/ω₁"),
+            "kappa": require("kappa", self.kappa, *RATIO_RANGE, "give the frequency ratio ω₂/ω₁"),
             "d1": require("d1", self.d1, 0, 1, under, open_high=True),
             "d2": require("d2", self.d2, 0, 1, under, open_high=True),
             "restitution": require("restitution", self.restitution, 0, 1, "give a coefficient of restitution"),
@@ -227,7 +229,7 @@ class System:
         if self.mu is not None:
             mu = require("mu", self.mu, *MASS_RATIO_RANGE, "give the mass ratio m₂/m₁")
             return {"mu": mu, "kappa3": math.sqrt((1 + mu * kappa**2) / (1 + mu))}
-        kappa3 = require("kappa3", self.kappa3, 1e-3, 1e3, "give the frequency ratio ω₃/ω₁")
+        kappa3 = require("kappa3", self.kappa3, *RATIO_RANGE, "give the frequency ratio ω₃/ω₁")
         if kappa == 1.0:
             raise ValueError(
                 "kappa = 1 leaves the mass ratio open, which otherwise follows from kappa3: give mass_ratio, m₂/m₁"
@@ -293,6 +295,11 @@ class System:
         """Natural frequencies of the separate bodies in units of ω₁: 1 and κ; 1 for a body and a wall."""
         return (1.0,) if self.wall else (1.0, self.kappa)
 
+    @property
+    def observed_body(self) -> int:
+        """The body whose displacement stands for the motion where one has to: 2, or 1 beside a wall, which stands."""
+        return 1 if self.wall else 2
+
     @cached_property
     def separate_rest(self) -> tuple[float, float]:
         """ξ₁ and ξ₂ of the static equilibrium that the bodies have without contact, even if they overlap there."""
@@ -342,12 +349,17 @@ class System:
         driven = Excitation().as_dict()
         return kept | {name: value for name, value in self.excitation.as_dict().items() if value != driven[name]}
 
+    def changed(self, constants: dict[str, float]) -> "System":
+        """The same system with other values of some constants, those of what drives it included."""
+        own = {name: value for name, value in constants.items() if name not in _DRIVE}
+        driven = {name: value for name, value in constants.items() if name in _DRIVE}
+        return replace(self, **own, excitation=replace(self.excitation, **driven) if driven else self.excitation)
+
     @classmethod
     def from_dict(cls, constants: dict[str, float | bool | None]) -> "System":
         """The system of the constants that :meth:`as_dict` returns, or of some of them."""
-        drive = {each.name for each in fields(Excitation)}
-        own = {name: value for name, value in constants.items() if name not in drive}
-        driven = {name: value for name, value in constants.items() if name in drive}
+        own = {name: value for name, value in constants.items() if name not in _DRIVE}
+        driven = {name: value for name, value in constants.items() if name in _DRIVE}
         return cls(**own, excitation=Excitation(**driven))
 
 

@@ -18,11 +18,21 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from .model import Excitation, System, check_eta, flag, require
-from .units import Units
+from .arguments import shown
+from .model import (
+    AMPLITUDE_RANGE,
+    CLEARANCE_RANGE,
+    ETA_RANGE,
+    MASS_RATIO_RANGE,
+    PHASE_RANGE,
+    RATIO_RANGE,
+    Excitation,
+    System,
+    flag,
+)
+from .units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, Units
 
 _LARGE = 1e15
-_GIVE = "give a number in the unit that its name ends with"
 
 
 class PhysicalSystem(NamedTuple):
@@ -33,39 +43,64 @@ class PhysicalSystem(NamedTuple):
     eta: float | None
 
 
-class _Range(NamedTuple):
+class Range(NamedTuple):
+    """What a number may be: from low to high, ends that are open left out."""
+
     low: float
     high: float
     open_low: bool = False
+    open_high: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Whether a number lies between the ends."""
+        above = value > self.low if self.open_low else value >= self.low
+        return above and (value < self.high if self.open_high else value <= self.high)
+
+    def words(self, unit: str) -> str:
+        """The range in a sentence, as "above 0, at most 1000 kg"."""
+        low, high = map(_brief, self[:2])
+        first = f"above {low}, " if self.open_low else f"from {low} to "
+        last = f"below {high}" if self.open_high else f"at most {high}" if self.open_low else high
+        return f"{first}{last} {unit}".rstrip()
 
 
-_ABOVE_ZERO, _FROM_ZERO, _ANY = _Range(0, _LARGE, True), _Range(0, _LARGE), _Range(-_LARGE, _LARGE)
-# by name: what it means, and what is allowed
+class Key(NamedTuple):
+    """A number of an entry: what it means, its unit, and what it may be beside any others."""
+
+    meaning: str
+    unit: str
+    allowed: Range
+
+
+_ABOVE_ZERO, _FROM_ZERO, _ANY = Range(0, _LARGE, open_low=True), Range(0, _LARGE), Range(-_LARGE, _LARGE)
+_BELOW_ONE, _PHASE, _LENGTH = Range(0, 1, open_high=True), Range(*PHASE_RANGE), Range(*BASE_AMPLITUDE_RANGE)
 KEYS = {
-    "mass1_kg": ("mass of body 1", _ABOVE_ZERO),
-    "mass2_kg": ("mass of body 2", _ABOVE_ZERO),
-    "stiffness1_N_per_m": ("spring between body 1 and the base", _ABOVE_ZERO),
-    "stiffness2_N_per_m": ("spring between body 2 and the base", _ABOVE_ZERO),
-    "frequency1_Hz": ("natural frequency of body 1, in place of its spring", _ABOVE_ZERO),
-    "frequency2_Hz": ("natural frequency of body 2, in place of its spring", _ABOVE_ZERO),
-    "damping1_ratio": ("damping ratio of body 1", _FROM_ZERO),
-    "damping2_ratio": ("damping ratio of body 2", _FROM_ZERO),
-    "damping1_Ns_per_m": ("damper between body 1 and the base, in place of the ratio", _FROM_ZERO),
-    "damping2_Ns_per_m": ("damper between body 2 and the base, in place of the ratio", _FROM_ZERO),
-    "joint_damping_ratio": ("damping ratio of the joined bodies, if it was measured", _FROM_ZERO),
-    "restitution": ("coefficient of restitution", _Range(0, 1)),
-    "clearance_mm": ("gap at rest with relaxed springs; negative: preload", _ANY),
-    "base_amplitude_mm": ("amplitude of the base", _ABOVE_ZERO),
-    "base_acceleration_m_per_s2": ("amplitude of the base's acceleration, in place of the former", _ABOVE_ZERO),
-    "base_phase_rad": ("phase of the base's displacement", _ANY),
-    "force1_N": ("amplitude of the force on body 1", _ANY),
-    "force1_phase_rad": ("its phase", _ANY),
-    "force2_N": ("amplitude of the force on body 2", _ANY),
-    "force2_phase_rad": ("its phase", _ANY),
-    "constant1_N": ("constant force on body 1; positive towards body 2", _ANY),
-    "constant2_N": ("constant force on body 2; positive away from body 1", _ANY),
-    "frequency_Hz": ("frequency of the excitation", _ABOVE_ZERO),
-    "length_mm": ("the length that displacements are counted in; not where the base moves", _ABOVE_ZERO),
+    "mass1_kg": Key("mass of body 1", "kg", Range(*M1_RANGE)),
+    "mass2_kg": Key("mass of body 2", "kg", _ABOVE_ZERO),
+    "stiffness1_N_per_m": Key("spring between body 1 and the base", "N/m", _ABOVE_ZERO),
+    "stiffness2_N_per_m": Key("spring between body 2 and the base", "N/m", _ABOVE_ZERO),
+    "frequency1_Hz": Key("natural frequency of body 1, in place of its spring", "Hz", _ABOVE_ZERO),
+    "frequency2_Hz": Key("natural frequency of body 2, in place of its spring", "Hz", _ABOVE_ZERO),
+    "damping1_ratio": Key("damping ratio of body 1", "", _BELOW_ONE),
+    "damping2_ratio": Key("damping ratio of body 2", "", _BELOW_ONE),
+    "damping1_Ns_per_m": Key("damper between body 1 and the base, in place of the ratio", "N·s/m", _FROM_ZERO),
+    "damping2_Ns_per_m": Key("damper between body 2 and the base, in place of the ratio", "N·s/m", _FROM_ZERO),
+    "joint_damping_ratio": Key("damping ratio of the joined bodies, if it was measured", "", _BELOW_ONE),
+    "restitution": Key("coefficient of restitution", "", Range(0, 1)),
+    "clearance_mm": Key("gap at rest with relaxed springs; negative: preload", "mm", _ANY),
+    "base_amplitude_mm": Key("amplitude of the base", "mm", _LENGTH),
+    "base_acceleration_m_per_s2": Key(
+        "amplitude of the base's acceleration, in place of the former", "m/s²", _ABOVE_ZERO
+    ),
+    "base_phase_rad": Key("phase of the base's displacement", "rad", _PHASE),
+    "force1_N": Key("amplitude of the force on body 1", "N", _ANY),
+    "force1_phase_rad": Key("its phase", "rad", _PHASE),
+    "force2_N": Key("amplitude of the force on body 2", "N", _ANY),
+    "force2_phase_rad": Key("its phase", "rad", _PHASE),
+    "constant1_N": Key("constant force on body 1; positive towards body 2", "N", _ANY),
+    "constant2_N": Key("constant force on body 2; positive away from body 1", "N", _ANY),
+    "frequency_Hz": Key("frequency of the excitation", "Hz", _ABOVE_ZERO),
+    "length_mm": Key("the length that displacements are counted in; not where the base moves", "mm", _LENGTH),
 }
 WALL = "wall"  # the only entry that is no number
 _BODY_2 = ("mass2_kg", "stiffness2_N_per_m", "frequency2_Hz", "damping2_ratio", "damping2_Ns_per_m")
@@ -96,26 +131,29 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     given = {name: value for name, value in entry.items() if name != WALL}
     _check_form(given, wall)
     for name, value in given.items():
-        allowed = KEYS[name][1]
-        given[name] = require(name, value, allowed.low, allowed.high, _GIVE, open_low=allowed.open_low)
+        given[name] = _checked(name, value, KEYS[name].allowed)
     m1 = given["mass1_kg"]
-    k1 = _stiffness(given, 1, m1)
+    k1 = _stiffness(given, 1, m1, OMEGA1_RANGE, f"beside mass1_kg = {m1:g}")
     omega1 = math.sqrt(k1 / m1)
-    frequency = given.get("frequency_Hz")
-    eta = None if frequency is None else check_eta(2 * math.pi * frequency / omega1)
-    base = _base_amplitude(given, frequency)
+    beside = f"beside body 1 at {omega1 / (2 * math.pi):.6g} Hz"
+    eta = _eta(given, omega1, beside)
+    base = _base_amplitude(given)
     length = _length(given, k1, base)
     units = Units(omega1, m1, 1e3 * length)
-    force = 1.0 / (k1 * length)
     own = {"d1": _damping_ratio(given, 1, m1, k1), "wall": wall}
     if not wall:
-        m2 = given["mass2_kg"]
-        k2 = _stiffness(given, 2, m2)
+        m2 = _checked("mass2_kg", given["mass2_kg"], _scaled(MASS_RATIO_RANGE, m1), f"beside mass1_kg = {m1:g}")
+        k2 = _stiffness(given, 2, m2, tuple(end * omega1 for end in RATIO_RANGE), beside)
         own |= {"kappa": math.sqrt(k2 / m2) / omega1, "mu": m2 / m1, "d2": _damping_ratio(given, 2, m2, k2)}
         own["d3"] = given.get("joint_damping_ratio")
     if "restitution" in given:
         own["restitution"] = given["restitution"]
+    in_lengths = f"where lengths are counted in {1e3 * length:.6g} mm"
+    force = 1.0 / (k1 * length)
     drive = {name: force * given.get(f"{name}_N", 0.0) for name in ("force1", "force2", "constant1", "constant2")}
+    for name in drive:
+        _check_given(given, f"{name}_N", _scaled(AMPLITUDE_RANGE, k1 * length), in_lengths)
+    _check_given(given, "clearance_mm", _scaled(CLEARANCE_RANGE, 1e3 * length), in_lengths)
     phases = {name: given.get(f"{name}_rad", 0.0) for name in ("base_phase", "force1_phase", "force2_phase")}
     excitation = Excitation(base=1.0 if base > 0 else 0.0, **phases, **drive)
     clearance = 1e-3 * given.get("clearance_mm", 0.0) / length
@@ -172,27 +210,63 @@ def _check_form(given: dict, wall: bool) -> None:
         raise ValueError("gives length_mm although the base moves: lengths are counted in its amplitude, leave it out")
 
 
-def _stiffness(given: dict, body: int, mass: float) -> float:
-    frequency = given.get(f"frequency{body}_Hz")
-    return given[f"stiffness{body}_N_per_m"] if frequency is None else mass * (2 * math.pi * frequency) ** 2
+def _checked(name: str, value: float, allowed: Range, beside: str = "") -> float:
+    """``value`` as float; raises ValueError that names the entry, its unit, and what it may be ``beside`` others."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not allowed.holds(number):
+        words = f"{name} must be {allowed.words(KEYS[name].unit)}{beside and f' {beside}'}"
+        raise ValueError(f"{words}; {_brief(number) if math.isfinite(number) else shown(value)} was given")
+    return number
+
+
+def _brief(value: float) -> str:
+    return f"{value:.6g}".replace("e+", "e").replace("e0", "e").replace("e-0", "e-")
+
+
+def _check_given(given: dict, name: str, allowed: Range, beside: str) -> None:
+    if name in given:
+        _checked(name, given[name], allowed, beside)
+
+
+def _scaled(ends: tuple[float, float], unit: float) -> Range:
+    return Range(ends[0] * unit, ends[1] * unit)
+
+
+def _stiffness(given: dict, body: int, mass: float, ends: tuple[float, float], beside: str) -> float:
+    """kᵢ in N/m of a body whose ωᵢ lies between these ends in 1/s, given by its spring or its frequency."""
+    spring, frequency = f"stiffness{body}_N_per_m", f"frequency{body}_Hz"
+    if frequency in given:
+        return mass * (2 * math.pi * _checked(frequency, given[frequency], _scaled(ends, 0.5 / math.pi), beside)) ** 2
+    return _checked(spring, given[spring], Range(*(mass * end**2 for end in ends)), beside)
+
+
+def _eta(given: dict, omega1: float, beside: str) -> float | None:
+    if "frequency_Hz" not in given:
+        return None
+    _checked("frequency_Hz", given["frequency_Hz"], _scaled(ETA_RANGE, omega1 / (2 * math.pi)), beside)
+    return 2 * math.pi * given["frequency_Hz"] / omega1
 
 
 def _damping_ratio(given: dict, body: int, mass: float, stiffness: float) -> float:
-    damper = given.get(f"damping{body}_Ns_per_m")
-    ratio = given.get(f"damping{body}_ratio", 0.0) if damper is None else damper / (2 * math.sqrt(stiffness * mass))
-    if not ratio < 1:
-        raise ValueError(f"body {body} has the damping ratio {ratio:.4g}, outside [0, 1): give a weaker damper")
-    return ratio
+    name, critical = f"damping{body}_Ns_per_m", 2 * math.sqrt(stiffness * mass)
+    if name not in given:
+        return given.get(f"damping{body}_ratio", 0.0)
+    return _checked(name, given[name], Range(0, critical, open_high=True), "so that the body can swing") / critical
 
 
-def _base_amplitude(given: dict, frequency: float | None) -> float:
+def _base_amplitude(given: dict) -> float:
     """Amplitude of the base in m; 0 if it does not move."""
-    acceleration = given.get("base_acceleration_m_per_s2")
-    if acceleration is None:
+    name = "base_acceleration_m_per_s2"
+    if name not in given:
         return 1e-3 * given.get("base_amplitude_mm", 0.0)
-    if frequency is None:
-        raise ValueError("base_acceleration_m_per_s2 needs frequency_Hz, from which the amplitude follows: give it")
-    return acceleration / (2 * math.pi * frequency) ** 2
+    if "frequency_Hz" not in given:
+        raise ValueError(f"{name} needs frequency_Hz, from which the amplitude follows: give it")
+    square = (2 * math.pi * given["frequency_Hz"]) ** 2
+    allowed = _scaled(BASE_AMPLITUDE_RANGE, 1e-3 * square)
+    return _checked(name, given[name], allowed, f"at frequency_Hz = {given['frequency_Hz']:g}") / square
 
 
 def _length(given: dict, k1: float, base: float) -> float:
@@ -205,4 +279,9 @@ def _length(given: dict, k1: float, base: float) -> float:
     length = max(forces) / k1 or 1e-3 * abs(given.get("clearance_mm", 0.0))
     if length == 0:
         raise ValueError("nothing moves the bodies and there is no clearance to count lengths in: give length_mm")
+    if not _LENGTH.holds(1e3 * length):
+        raise ValueError(
+            f"length_mm is missing: forces and clearance would count lengths in {1e3 * length:.3g} mm; give it, "
+            f"{_LENGTH.words('mm')}"
+        )
     return length

@@ -157,7 +157,7 @@ def physical_text(system: System, units: Units, eta: float | None = None) -> str
     ]
     lines += ["[physical]"]
     for name, value in physical_entry(system, units, eta).items():
-        meaning = "body 2 is a wall" if name == WALL else KEYS[name][0]
+        meaning = "body 2 is a wall" if name == WALL else KEYS[name].meaning
         lines.append(f"{f'{name} = {_toml(value)}':43} # {meaning}")
     return "\n".join(lines) + "\n"
 

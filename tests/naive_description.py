@@ -27,7 +27,8 @@ def describe(response, tolerance=1e-5, near_tolerance=0.03, longest_near_period=
     end = response.window[1]
     begin = end - cycles * period_length
     spans = np.clip(response.contacts, begin, end)
-    xi2 = section[rows - cycles :, 2].reshape(-1, max(near, 1))
+    observed = section[:, 0 if response.system.wall else 2]
+    points = observed[rows - cycles :].reshape(-1, max(near, 1))
     shares = response.impacts.time / period_length
     recent = shares[shares > end / period_length - max(near, 1)]
     return {
@@ -36,8 +37,8 @@ def describe(response, tolerance=1e-5, near_tolerance=0.03, longest_near_period=
         "impacts_per_period": np.sum(response.impacts.time > begin) / cycles,
         "contacts_per_period": np.sum(response.contacts[:, 0] > begin) / cycles,
         "contact_share": np.diff(spans, axis=1).sum() / (end - begin),
-        "spread": np.std(section[:, 2]),
-        "scatter": np.sqrt(np.mean(np.var(xi2, axis=0))),
+        "spread": np.std(observed),
+        "scatter": np.sqrt(np.mean(np.var(points, axis=0))),
         "longest_contact": np.diff(response.contacts, axis=1).max(initial=0.0),
         "phase": recent.min() % 1.0 if len(recent) else np.nan,
     }

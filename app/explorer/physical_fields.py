@@ -8,6 +8,7 @@ numbers keep their last digit.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -18,29 +19,29 @@ from vibroscope.app.explorer.state import EXCITATION_FIELDS, Setting, print_end,
 from vibroscope.engine import System, Units
 from vibroscope.engine.physical import EITHER, KEYS, physical_entry, system_of_physical
 
-_NAMED = {  # by the name in `KEYS`: symbol, unit, and the quantity whose units may be typed
-    "mass1_kg": ("m₁", "kg", "mass"),
-    "mass2_kg": ("m₂", "kg", "mass"),
-    "stiffness1_N_per_m": ("k₁", "N/m", "stiffness"),
-    "stiffness2_N_per_m": ("k₂", "N/m", "stiffness"),
-    "frequency1_Hz": ("f₁", "Hz", "frequency"),
-    "frequency2_Hz": ("f₂", "Hz", "frequency"),
-    "damping1_ratio": ("d₁", "", "share"),
-    "damping2_ratio": ("d₂", "", "share"),
-    "damping1_Ns_per_m": ("c₁", "N·s/m", "damping"),
-    "damping2_Ns_per_m": ("c₂", "N·s/m", "damping"),
-    "joint_damping_ratio": ("d₃", "", "share"),
-    "clearance_mm": ("g₀", "mm", "displacement"),
-    "base_amplitude_mm": ("A", "mm", "displacement"),
-    "base_acceleration_m_per_s2": ("AΩ²", "m/s²", "acceleration"),
-    "base_phase_rad": ("φ", "rad", "angle"),
-    "force1_N": ("F₁", "N", "force"),
-    "force1_phase_rad": ("φ₁", "rad", "angle"),
-    "force2_N": ("F₂", "N", "force"),
-    "force2_phase_rad": ("φ₂", "rad", "angle"),
-    "constant1_N": ("P₁", "N", "force"),
-    "constant2_N": ("P₂", "N", "force"),
-    "length_mm": ("A", "mm", "displacement"),
+_NAMED = {  # by the name in `KEYS`: symbol, and the quantity whose units may be typed
+    "mass1_kg": ("m₁", "mass"),
+    "mass2_kg": ("m₂", "mass"),
+    "stiffness1_N_per_m": ("k₁", "stiffness"),
+    "stiffness2_N_per_m": ("k₂", "stiffness"),
+    "frequency1_Hz": ("f₁", "frequency"),
+    "frequency2_Hz": ("f₂", "frequency"),
+    "damping1_ratio": ("d₁", "share"),
+    "damping2_ratio": ("d₂", "share"),
+    "damping1_Ns_per_m": ("c₁", "damping"),
+    "damping2_Ns_per_m": ("c₂", "damping"),
+    "joint_damping_ratio": ("d₃", "share"),
+    "clearance_mm": ("g₀", "displacement"),
+    "base_amplitude_mm": ("A", "displacement"),
+    "base_acceleration_m_per_s2": ("AΩ²", "acceleration"),
+    "base_phase_rad": ("φ", "angle"),
+    "force1_N": ("F₁", "force"),
+    "force1_phase_rad": ("φ₁", "angle"),
+    "force2_N": ("F₂", "force"),
+    "force2_phase_rad": ("φ₂", "angle"),
+    "constant1_N": ("P₁", "force"),
+    "constant2_N": ("P₂", "force"),
+    "length_mm": ("A", "displacement"),
 }
 PHYSICAL_FIELDS = tuple(_NAMED)
 OTHER_FORM = {name: other for pair in EITHER for name, other in (pair, pair[::-1])}
@@ -81,21 +82,21 @@ def values_of_system(system: System, units: Units | None = None, eta: float | No
 
 def physical_field(name: str) -> ShownField:
     """How the physical number ``name`` of `PHYSICAL_FIELDS` is shown, and what may be typed for it."""
-    symbol, unit, quantity = _NAMED[name]
-    return ShownField(symbol, KEYS[name][0], unit, 1.0, typed_units(quantity, unit))
+    (symbol, quantity), (meaning, unit, _) = _NAMED[name], KEYS[name]
+    return ShownField(symbol, meaning, unit, 1.0, typed_units(quantity, unit))
 
 
 def physical_bounds(name: str) -> tuple[float, float]:
     """Smallest and largest number that may be typed."""
-    allowed = KEYS[name][1]
-    low = _LEAST if allowed.open_low and name not in _BASE else allowed.low  # a base at rest has the amplitude 0
-    return low, math.nextafter(1.0, 0.0) if name.endswith("_ratio") else allowed.high
+    allowed = KEYS[name].allowed
+    low = 0.0 if name in _BASE else _LEAST if allowed.open_low else allowed.low  # a base at rest has the amplitude 0
+    return low, math.nextafter(allowed.high, 0.0) if allowed.open_high else allowed.high
 
 
 def physical_range(name: str) -> str:
     """The same in words."""
     low, high = physical_bounds(name)
-    return f"{print_end(low)} to {'below 1' if name.endswith('_ratio') else print_end(high)}"
+    return f"{print_end(low)} to {'below ' if KEYS[name].allowed.open_high else ''}{print_end(high)}"
 
 
 def physical_numbers(setting: Setting) -> dict[str, float]:
@@ -161,7 +162,7 @@ def _of_other_bodies(kind: str, setting: Setting) -> dict[str, float | str]:
     if kind == "two":
         return {"joint_damping": "derived"} | ({} if system.wall else {"mass_ratio": system.mass_ratio})
     if kind == "wall":
-        return {"start_xi2": 0.0, "start_v2": 0.0}
+        return {}
     usual = Setting()
     low, high = sorted((1.0, setting.kappa))
     kappa3 = setting.kappa3 if system.wall else system.kappa3
@@ -180,14 +181,11 @@ def _of_physical(typed: Mapping[str, object], setting: Setting, shown: Sequence[
     before = _convert(_entry(setting), setting, name)
     try:
         after = _convert(_changed(_entry(setting), setting, numbers, shown), setting, name)
-    except Refused:
-        if name == "mass2_kg":
-            other = _changed(_entry(setting), setting, numbers, ("frequency2_Hz",))
-        elif name in _DEFINING:
-            other = _in_other_units(numbers, setting, name)
-        else:
-            raise
-        after = _convert(other, setting, name)
+    except Refused as refused:
+        try:
+            after = _convert(_in_another_way(numbers, setting, name), setting, name)
+        except (Refused, ValueError):
+            raise refused from None
     changed = {each: value for each, value in after.values.items() if value != before.values.get(each)}
     return changed | (_carried(setting, before.units, after) if before.units != after.units else {})
 
@@ -212,22 +210,31 @@ def _changed(
     return entry
 
 
-def _in_other_units(numbers: Mapping[str, float], setting: Setting, name: str) -> dict[str, float | bool]:
-    """The entry of the same system without dimension, counted in the mass, spring or length that was typed."""
+def _in_another_way(numbers: Mapping[str, float], setting: Setting, name: str) -> dict[str, float | bool]:
+    """The entry where other numbers follow what was typed, lest they leave their ranges.
+
+    Of a mass m₂ the spring; of what numbers are counted in, all: the system is the same without dimension.
+
+    Raises
+    ------
+    ValueError
+        If there is no such entry.
+    """
+    if name == "mass2_kg":
+        return _changed(_entry(setting), setting, numbers, ("frequency2_Hz",))
+    if name not in _DEFINING:
+        raise ValueError(name)
     given = _changed(_entry(setting), setting, numbers, ())
     mass, length = given["mass1_kg"], given.get("base_amplitude_mm", given.get("length_mm", setting.amplitude))
     spring = given.get("stiffness1_N_per_m") or mass * (2 * math.pi * given["frequency1_Hz"]) ** 2
-    try:
-        return physical_entry(setting.system, Units(math.sqrt(spring / mass), mass, length), setting.eta)
-    except ValueError as error:
-        raise Refused(name, f"{error}.") from None
+    return physical_entry(setting.system, Units(math.sqrt(spring / mass), mass, length), setting.eta)
 
 
 def _convert(entry: Mapping[str, float | bool], setting: Setting, name: str) -> _Converted:
     try:
         system, units, eta = system_of_physical(_with_frequency(entry, setting))
     except ValueError as error:
-        raise Refused(name, f"{error}.") from None
+        raise Refused(name, f"{_in_symbols(str(error))}.") from None
     values = values_of_system(system, units, eta)
     del values["bodies"]
     values.pop("joint_damping", None)  # typing a number does not change what d₃ is
@@ -239,6 +246,11 @@ def _convert(entry: Mapping[str, float | bool], setting: Setting, name: str) -> 
         values["kappa3"] = system.kappa3
     values = {name: value if isinstance(value, str) else float(f"{value:.15g}") for name, value in values.items()}
     return _Converted(values, system, units)
+
+
+def _in_symbols(text: str) -> str:
+    """An error of `system_of_physical` with the symbols of the fields in place of the names of the entries."""
+    return re.sub(r"\w+", lambda word: _NAMED.get(word[0], word)[0], text)
 
 
 def _with_frequency(entry: Mapping[str, float | bool], setting: Setting) -> dict[str, float | bool]:

@@ -49,7 +49,8 @@ def _has_papers_bodies(system: System) -> bool:
     return (system.kappa, system.mass_ratio) == (_PAPER.kappa, _PAPER.mass_ratio)
 
 
-def _stiffer_spring(system: System) -> float:
+def stiffer_spring(system: System) -> float:
+    """The stiffer one of both springs, in units of k₁."""
     return 1.0 if system.wall else max(1.0, system.mass_ratio * system.kappa**2)
 
 
@@ -59,7 +60,7 @@ def _eta_range(system: System) -> Range:
 
 
 def _stiffness_range(system: System) -> Range:
-    spring = _stiffer_spring(system)
+    spring = stiffer_spring(system)
     return tuple(times * spring for times in _STIFFNESS)
 
 

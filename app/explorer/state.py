@@ -18,14 +18,20 @@ from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import Excitation, Newmark, Reference, System, Units, simulate
 from vibroscope.engine.methods import DAMPING_RANGE, STEPS_RANGE, STIFFNESS_RANGE, THRESHOLD_RANGE
-from vibroscope.engine.model import AMPLITUDE_RANGE, CLEARANCE_RANGE, ETA_RANGE, MASS_RATIO_RANGE, PHASE_RANGE
+from vibroscope.engine.model import (
+    AMPLITUDE_RANGE,
+    CLEARANCE_RANGE,
+    ETA_RANGE,
+    MASS_RATIO_RANGE,
+    PHASE_RANGE,
+    RATIO_RANGE,
+)
 from vibroscope.engine.motions.motion import FARTHEST
 from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, UNIT_SYSTEMS
 
 _PAPER, _UNITS, _DRIVE = System(), Units(), Excitation()
 _PERIODS = signature(simulate).parameters["periods"].default
 _START = {"bounds": (-FARTHEST, FARTHEST)}
-_RATIOS = (1e-3, 1e3)  # of frequencies, as `System` takes them
 _BELOW_ONE = {"bounds": (0.0, 1.0), "inclusive_bounds": (True, False)}  # damping ratios: underdamped bodies
 
 # A number as a person writes one. Stricter than float(), which also accepts "nan", "inf", "1_000", the digits of other
@@ -74,10 +80,10 @@ class Explorer(param.Parameterized):
         doc="Pendulums whose frequencies are known apart and joined, as the paper's; two bodies; or a body and a wall",
     )
     restitution = param.Number(_PAPER.restitution, bounds=(0.0, 1.0), label="e", doc="coefficient of restitution")
-    kappa = param.Number(_PAPER.kappa, bounds=_RATIOS, label="κ", doc="frequency ratio ω₂/ω₁ of body 2")
+    kappa = param.Number(_PAPER.kappa, bounds=RATIO_RANGE, label="κ", doc="frequency ratio ω₂/ω₁ of body 2")
     d1 = param.Number(_PAPER.d1, **_BELOW_ONE, label="d₁", doc="damping ratio of body 1")
     d2 = param.Number(_PAPER.d2, **_BELOW_ONE, label="d₂", doc="damping ratio of body 2")
-    kappa3 = param.Number(_PAPER.kappa3, bounds=_RATIOS, label="κ₃", doc="frequency ratio of both, joined")
+    kappa3 = param.Number(_PAPER.kappa3, bounds=RATIO_RANGE, label="κ₃", doc="frequency ratio of both, joined")
     d3 = param.Number(_PAPER.d3, **_BELOW_ONE, label="d₃", doc="damping ratio of both, joined, as measured")
     mass_ratio = param.Number(1.0, bounds=MASS_RATIO_RANGE, label="μ", doc="mass ratio m₂/m₁")
     clearance = param.Number(
@@ -94,6 +100,12 @@ class Explorer(param.Parameterized):
     )
     constant2 = param.Number(
         _DRIVE.constant2, bounds=AMPLITUDE_RANGE, label="P₂", doc="constant force on body 2; positive: away from body 1"
+    )
+    zero_start = param.Selector(
+        default="rest",
+        objects=["rest", "zero"],
+        label="Start of zeros",
+        doc="Where all numbers of the start are 0: rest, the static equilibrium, or an own start of zeros",
     )
     start_xi1 = param.Number(0.0, **_START, label="ξ₁(0)", doc="displacement of body 1 at τ = 0")
     start_v1 = param.Number(0.0, **_START, label="ξ₁′(0)", doc="velocity of body 1 at τ = 0")
@@ -141,7 +153,7 @@ START_FIELDS = ("start_xi1", "start_v1", "start_xi2", "start_v2")
 SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 _FORMER_CHOICES = {("units", "physical"): "si"}  # in older links and files
 # A scene of the paper sets them to their defaults.
-PAPER_FIELDS = (*SYSTEM_FIELDS, *START_FIELDS, "threshold", "located")
+PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located")
 DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them
 
 
@@ -177,13 +189,13 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
 
     @property
     def from_rest(self) -> bool:
-        """Whether both runs start from rest, the static equilibrium: all numbers of the start are 0 then."""
-        return not any(getattr(self, name) for name in START_FIELDS)
+        """Whether both runs start from rest, the static equilibrium."""
+        return self.zero_start == "rest" and not any(_start_numbers(self))
 
     @property
     def initial(self) -> tuple[float, float, float, float]:
         """Where both runs start: ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
-        return self.system.rest if self.from_rest else tuple(getattr(self, name) for name in START_FIELDS)
+        return self.system.rest if self.from_rest else _start_numbers(self)
 
     def drawn_like(self, other: Setting) -> Setting:
         """The same results, drawn like ``other``: with its `DRAWING_FIELDS`."""
@@ -228,9 +240,16 @@ def read_setting_at_any_cost(texts: Mapping[str, object], base: Setting | None =
     setting = (base or Setting())._replace(**read_values(texts))
     if setting.bodies == "wall":  # it does not move
         setting = setting._replace(coordinate="xi1", start_xi2=0.0, start_v2=0.0)
+    if any(_start_numbers(setting)):
+        setting = setting._replace(zero_start="rest")
     _check_combination(setting)
-    _check_gap(setting, "start_xi1" if "start_xi1" in texts or setting.bodies == "wall" else "start_xi2")
+    given = (name for name in texts if name in ("start_xi1", "start_xi2"))
+    _check_gap(setting, "start_xi1" if setting.bodies == "wall" else next(given, "start_xi2"))
     return setting
+
+
+def _start_numbers(setting: Setting) -> tuple[float, ...]:
+    return tuple(getattr(setting, name) for name in START_FIELDS)
 
 
 def read_values(texts: Mapping[str, object]) -> dict[str, float | int | str]:

@@ -18,6 +18,7 @@ from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, physical_bo
 from vibroscope.app.explorer.state import (
     FIELDS,
     LONGEST_NUMBER,
+    START_FIELDS,
     Explorer,
     Setting,
     bounds_of,
@@ -162,12 +163,17 @@ def plain_texts(texts: Mapping[str, object], setting: Setting) -> dict[str, obje
     setting : Setting
         The one that the person who typed saw.
     """
-    return {
-        name: _read_field(name, text["typed"], setting)
-        if isinstance(text, Mapping) and text.keys() == {"typed"}
-        else text
-        for name, text in texts.items()
+    typed = {
+        name: text["typed"] for name, text in texts.items() if isinstance(text, Mapping) and text.keys() == {"typed"}
     }
+    plain = {name: _read_field(name, typed[name], setting) if name in typed else text for name, text in texts.items()}
+    return plain | _own_start(setting, plain) if typed.keys() & set(START_FIELDS) else plain
+
+
+def _own_start(setting: Setting, plain: Mapping[str, object]) -> dict[str, object]:
+    """What follows where a number of the start is typed: an own start, from rest in all that is not typed."""
+    rest = dict(zip(START_FIELDS, map(print_number, setting.initial), strict=True)) if setting.from_rest else {}
+    return {"zero_start": "zero"} | {name: text for name, text in rest.items() if name not in plain}
 
 
 def _read_field(name: str, text: object, setting: Setting) -> object:

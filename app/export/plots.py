@@ -27,7 +27,7 @@ _AXES = {  # name of a column without its unit: label of an axis
     "2D": "contact damper 2D",
     "n": "steps per period T/Δτ",
     "steps": "steps per period T/Δτ",
-    "spread": "scatter of ξ₂ (standard deviation)",
+    "spread": "scatter of the section (standard deviation)",
     "error": "error",
     "error_time_step": "error by the time step",
     "us_per_period": "processor time per period / µs",
@@ -128,7 +128,9 @@ def _drawn(table: Sequence[Series]) -> Iterator[str]:
 # ---- which kind of curve a series is --------------------------------------------------------------------------------
 
 _Kind = tuple[str, str, list[str]]  # a name of `_DRAW`, column of x, columns of y
-_PHASE = (("xi2", "velocity2"), ("xi1", "velocity1"), ("x2", "velocity2"), ("xi2", "v2"))  # axes of a phase plot
+_PHASE = tuple(  # axes of a phase plot
+    (f"{x}{body}", f"{v}{body}") for x, v in (("xi", "velocity"), ("x", "velocity"), ("xi", "v")) for body in (2, 1)
+)
 
 
 def _kind(series: Series, table: Sequence[Series]) -> _Kind:

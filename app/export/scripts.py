@@ -61,7 +61,7 @@ def as_command(setting: Setting, measured: str = "") -> str:
     """
     file, options = _system_file(setting.system, units_table(setting) if setting.scale or measured else [])
     options += f" --units {setting.scale.system}" if setting.scale else ""
-    options += "" if setting.from_rest else initial_option(setting.initial)
+    options += initial_option(None if setting.from_rest else setting.initial)
     periods = f" --periods {FREE_PERIODS}" if not setting.is_driven else ""
     eta = print_number(setting.eta)
     reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
@@ -118,9 +118,9 @@ def sweep_command(study: str, system: System, *options: str) -> str:
     )
 
 
-def initial_option(initial: Sequence[float]) -> str:
-    """``--initial`` where a run does not start from rest."""
-    return f" --initial={','.join(map(print_number, initial))}" if any(initial) else ""
+def initial_option(initial: Sequence[float] | None) -> str:
+    """``--initial`` where a run does not start from rest, None."""
+    return "" if initial is None else f" --initial={','.join(map(print_number, initial))}"
 
 
 def method_options(method: Method) -> str:

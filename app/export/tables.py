@@ -79,6 +79,14 @@ def measured_table(figure: str, columns: Mapping[str, Columns], scale: Units | N
     return [Series(MEASURED, {_column_title(n, c, scale): placed[source][c] for n, c in names.items()})]
 
 
+def without_body_2(table: list[Series]) -> list[Series]:
+    """The table without the columns of a wall, which does not move."""
+    return [
+        Series(each.label, {name: column for name, column in each.columns.items() if not name.startswith("xi2")})
+        for each in table
+    ]
+
+
 def difference_table(columns: Columns, coordinate: str, scale: Units | None = None) -> list[Series]:
     """The data of `DIFFERENCE`, like `figure_table`."""
     return [Series(coordinate, {_column_title(_LONG.get(n, n), n, scale): column for n, column in columns.items()})]

@@ -32,7 +32,6 @@ from vibroscope.engine.sweeps import (
 
 COUNT = 480  # values of the swept number, unless another count is typed
 TRANSIENT, SAMPLE = 1000, 48
-REST = (0.0, 0.0, 0.0, 0.0)
 # What one update sends is bounded: so many points are drawn at most, and so many of what it is compared with.
 MOST_POINTS, MOST_BESIDE = 3400, 1000
 JUDGED_AT_ONCE = 24  # cells; each such part is a partial result
@@ -50,7 +49,7 @@ class DiagramQuestion(NamedTuple):
     eta: float = 1.0
     count: int = COUNT
     transient: int = TRANSIENT
-    initial: tuple[float, float, float, float] = REST
+    initial: tuple[float, float, float, float] | None = None  # rest
 
     @property
     def axis(self) -> np.ndarray:
@@ -62,7 +61,7 @@ class DiagramQuestion(NamedTuple):
         """The study that answers it."""
         values = self.axis
         choices = {"values": values, "direction": self.direction, "coordinates": COORDINATES, "over": self.over}
-        if self.initial != REST:
+        if self.initial is not None:
             choices["initial"] = np.tile(self.initial, (len(values), 1))
         return EtaStudy(self.system, self.method, self.eta, self.transient, SAMPLE, **choices)
 
@@ -149,7 +148,7 @@ class PartialDiagram:
     def section_words(self, index: int) -> str:
         """What the section of a cell shows by itself."""
         period, near = (int(self._shown[name][index]) for name in ("period", "near_period"))
-        return kind_words(CellKind.UNKNOWN, period, near, self.section_of(index))
+        return kind_words(CellKind.UNKNOWN, period, near, self.section_of(index), self.question.system.observed_body)
 
     def points(
         self, coordinate: str, most: int | None = MOST_POINTS, artefacts: bool | None = None

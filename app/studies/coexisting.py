@@ -110,7 +110,7 @@ def _motion(each: Attractor, setting: Setting, event: str) -> dict:
         "share": percent(each.share),
         "text": _strength(each.motion, setting.scale, event),
         "why": in_units(kind.evidence, setting.scale),
-        "use": dict(zip(START_FIELDS, map(print_number, each.start.tolist()), strict=True)),
+        "use": {"zero_start": "zero", **dict(zip(START_FIELDS, map(print_number, each.start.tolist()), strict=True))},
         "shown": tuple(each.start.tolist()) == setting.initial,
     }
 

@@ -100,12 +100,12 @@ class PartialStep:
         return int(np.argmin(np.abs(np.log(self.steps / steps))))
 
     def orbit(self, index: int, scheme: str) -> dict[str, np.ndarray]:
-        """ξ₂ and ξ₂′ over the periods that follow the sample."""
-        return {name: self.of_scheme(name, scheme)[index] for name in ("xi2", "v2")}
+        """Displacement and velocity of the observed body over the periods that follow the sample."""
+        return {name: self.of_scheme(name, scheme)[index] for name in self.study.shown}
 
     def section(self, index: int, scheme: str) -> dict[str, np.ndarray]:
-        """ξ₂ and ξ₂′ at τ ≡ 0 mod T over the sample."""
-        return {name: self.of_scheme(f"{name}_section", scheme)[index] for name in ("xi2", "v2")}
+        """The same at τ ≡ 0 mod T over the sample."""
+        return {name: self.of_scheme(f"{name}_section", scheme)[index] for name in self.study.shown}
 
 
 def grow_step(question: StepQuestion, last: PartialStep | None, cancelled: Callable[[], bool]) -> Iterator[PartialStep]:

@@ -31,7 +31,7 @@ def agreement(comparison: Comparison) -> tuple[str, str]:
 
 
 def time_step_scatter(motion: Motion) -> float:
-    """Return the scatter of a motion's section, the standard deviation of ξ₂, if the time step causes it; else 0."""
+    """Return the scatter of a motion's section, a standard deviation, if the time step causes it; else 0."""
     return motion.scatter if motion.step_noise > 0 else 0.0
 
 

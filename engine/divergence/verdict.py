@@ -11,7 +11,7 @@ import numpy as np
 
 from ..methods import STEPS_RANGE
 from ..motions.description import Motion
-from ..motions.words import repetition, touching
+from ..motions.words import SYMBOLS, repetition, touching
 from ..result import Status
 from ..simulate import simulate
 from ..wording import percent, rounded
@@ -43,7 +43,8 @@ class Verdict:
     left : float
         What remains of the difference without the number that is to blame; nan if none is.
     scatter : float
-        Standard deviation of ξ₂ about the section's points that the time step alone causes; 0 if there is none.
+        Standard deviation of ξ₂ (at a wall ξ₁) about the section's points that the time step alone causes; 0 if there
+        is none.
     details : tuple of str
         The numbers behind it, a sentence each.
     reference, penalty : Motion or None
@@ -160,7 +161,8 @@ def _of_rest(comparison: Comparison) -> Verdict:
 def _scatter_sentence(comparison: Comparison, scatter: float) -> str:
     if not is_visible(scatter, comparison):
         return ""
-    return f" The time step blurs each point of the section (ξ₂ by ±{rounded(scatter, 2)})."
+    symbol = SYMBOLS[comparison.penalty.body]
+    return f" The time step blurs each point of the section ({symbol} by ±{rounded(scatter, 2)})."
 
 
 def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float) -> Verdict:

@@ -72,6 +72,7 @@ def describe_section(response: Response, period: int | None = None) -> np.ndarra
         response.period,
         float(steps),
         UNKNOWN if period is None else period,
+        response.system.wall,
         np.zeros((rows, statistics.COLUMNS)),
         out,
     )

@@ -188,12 +188,13 @@ def _judge_statistics(case: Case) -> Outcome:
 
 
 def _statistics(response: Response) -> tuple[np.ndarray, np.ndarray]:
-    """Return means and their standard errors: impacts per period, contact share, ξ₂, ξ₂² and ξ₂′²."""
+    """Return means and their standard errors: impacts per period, contact share, ξ, ξ² and ξ′² of the observed body."""
     edges = np.linspace(*response.window, BATCHES + 1)
     rates = np.histogram(response.impacts.time, edges)[0] / (len(response.section) / BATCHES)
     inside = [np.clip(response.contacts, low, high) for low, high in pairwise(edges)]
     shares = np.array([(spans[:, 1] - spans[:, 0]).sum() for spans in inside]) / (edges[1] - edges[0])
-    sections = response.section[:, 2:].reshape(BATCHES, -1, 2)
+    first = 2 * response.system.observed_body - 2
+    sections = response.section[:, first : first + 2].reshape(BATCHES, -1, 2)
     rows = np.column_stack([rates, shares, sections[..., 0].mean(1), (sections**2).mean(1)])
     return rows.mean(0), standard_error(rows) + 1e-300
 

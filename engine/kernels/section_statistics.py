@@ -159,23 +159,24 @@ def near_period_of(section, rows):
 
 
 @jit_no_alloc
-def variance(section, begin, rows, stride):
-    """Variance of ξ₂ over every stride-th row from ``begin`` on."""
+def variance(section, begin, rows, stride, column):
+    """Variance of one coordinate over every stride-th row from ``begin`` on."""
     count, mean, total = 0, 0.0, 0.0
     for j in range(begin, rows, stride):
         count += 1
-        mean += section[j, 2]
+        mean += section[j, column]
     mean /= count
     for j in range(begin, rows, stride):
-        total += (section[j, 2] - mean) ** 2
+        total += (section[j, column] - mean) ** 2
     return total / count
 
 
 @jit_no_alloc
-def describe(log, rows, period, out):
+def describe(log, rows, period, wall, out):
     """Write the description of the rows of a log to ``out``, (NUMBERS,); ``period``: if it is known, else −1.
 
-    Rates are those of whole cycles, the last ones. The longest contact is in periods.
+    Rates are those of whole cycles, the last ones. The longest contact is in periods. Scatters are those of ξ₂, of ξ₁
+    where body 2 is a ``wall``.
     """
     if period < 0:
         period = period_of(log, rows, TOLERANCE)
@@ -189,28 +190,28 @@ def describe(log, rows, period, out):
             impacts += log[j, IMPACTS]
             begun += log[j, CONTACTS_BEGUN]
             contact += log[j, CONTACT_SHARE]
-    scattered = 0.0
+    scattered, column = 0.0, SECTION if wall else SECTION + 2
     for j in range(stride):
-        scattered += variance(log, rows - cycles + j, rows, stride) / stride
+        scattered += variance(log, rows - cycles + j, rows, stride, column) / stride
     j = rows - stride
     while j < rows - 1 and math.isnan(log[j, FIRST_IMPACT]):
         j += 1
     out[PERIOD], out[NEAR_PERIOD] = period, near
     out[IMPACTS_PER_PERIOD], out[CONTACTS_PER_PERIOD] = impacts / cycles, begun / cycles
     out[SHARE_IN_CONTACT] = contact / cycles
-    out[SPREAD], out[SCATTER] = math.sqrt(variance(log, 0, rows, 1)), math.sqrt(scattered)
+    out[SPREAD], out[SCATTER] = math.sqrt(variance(log, 0, rows, 1, column)), math.sqrt(scattered)
     out[LONGEST], out[IMPACT_PHASE] = longest, log[j, FIRST_IMPACT]
 
 
 @jit_no_alloc
-def describe_run(section, impacts, contacts, origin, period, steps, known_period, log, out):
+def describe_run(section, impacts, contacts, origin, period, steps, known_period, wall, log, out):
     """Describe a run from its section, (n, 4), and its events, as :func:`add_events` takes them.
 
-    ``origin``: periods before the section; ``period``: T; ``known_period``: see :func:`describe`; ``log``,
+    ``origin``: periods before the section; ``period``: T; ``known_period``, ``wall``: see :func:`describe`; ``log``,
     (n, COLUMNS): work space.
     """
     rows = section.shape[0]
     clear(log, rows)
     add_events(log, rows, origin, period, steps, impacts, contacts)
     write_section(log, rows, section)
-    describe(log, rows, known_period, out)
+    describe(log, rows, known_period, wall, out)

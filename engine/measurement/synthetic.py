@@ -50,13 +50,15 @@ def synthetic_measurement(
     Raises
     ------
     ValueError
-        If a number is out of range, or the motion is not periodic.
+        If a number is out of range, the motion is not periodic, or nothing drives the bodies.
     """
     require("periods", periods, 1, 100_000, "give the excitation periods to cover")
     require("per_period", per_period, *PER_PERIOD_RANGE, "give samples per period")
     require("noise", noise, 0, 1e6, "give the standard deviation in base amplitudes")
     require("phase", phase, -1e6, 1e6, "give the tau at which it begins")
     seed = whole("seed", seed, 0, 2**53, "give the start of the random numbers")
+    if not system.excitation.drives:
+        raise ValueError("nothing drives the bodies, so that they come to rest: give what drives them")
     _, cycle = reference_cycle(system, eta, method or Reference())
     if cycle is None:
         raise ValueError(f"the motion at eta = {eta:g} is not periodic: choose another eta")

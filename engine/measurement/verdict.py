@@ -21,6 +21,13 @@ def measured_verdict(compared: MeasuredComparison) -> str:
 
 def _sentences(compared: MeasuredComparison) -> Iterator[str]:
     own, eta = compared.recurrence, compared.reference.response.eta
+    if not compared.reference.response.system.excitation.drives:
+        yield (
+            "Nothing drives the bodies. A measurement is compared with the motion that a run settles to, which is rest "
+            "here; the decay of a free vibration is not compared. Give what drives the bodies, or compare the two "
+            "solutions from their start without a measurement."
+        )
+        return
     if own.period == 0:
         yield (
             f"The measurement is not in step with an excitation at eta = {eta:g}; its strongest frequency is "

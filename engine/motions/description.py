@@ -65,9 +65,9 @@ class Motion:
     energy_lost : float
         Energy dissipated per period by dampers, contact and impacts, in m₁ω₁² times the base amplitude squared.
     spread : float
-        Standard deviation of ξ₂ over the section, which the paper's Figure 14 shows.
+        Standard deviation of a displacement over the section: of ξ₂, as in the paper's Figure 14, of ξ₁ at a wall.
     scatter : float
-        Standard deviation of ξ₂ about the points of the nearly repeated cycle: ``spread`` without the difference
+        Standard deviation of the same about the points of the nearly repeated cycle: ``spread`` without the difference
         between the points of a cycle of several periods.
     multipliers : (4,) complex ndarray
         Floquet multipliers of a periodic motion, the factors of small disturbances over ``period`` periods, largest
@@ -89,6 +89,8 @@ class Motion:
         step causes; 0 if there is none.
     bands : tuple of (int, float)
         Newmark: numbers of steps per period, and the standard deviation found with each.
+    body : int
+        The body whose displacement ``spread`` and ``scatter`` are of (:attr:`System.observed_body`).
     """
 
     type: Kind
@@ -117,6 +119,7 @@ class Motion:
     rotation: float = np.nan
     step_noise: float = 0.0
     bands: tuple[tuple[int, float], ...] = ()
+    body: int = 2
 
     def as_dict(self) -> dict:
         """Return plain numbers and lists for scripts; None for unknown numbers, ``floquet`` as pairs [re, im]."""
@@ -176,6 +179,7 @@ def describe(response: Response, period: int | None = None) -> Motion:
         section=section,
         impact_phases=response.impacts.time[last] / response.period % (period or 1),
         closing_speeds=response.impacts.closing_speed[last],
+        body=response.system.observed_body,
     )
 
 
@@ -191,6 +195,7 @@ def _early_end(response: Response) -> Motion:
         section=response.section,
         impact_phases=np.empty(0),
         closing_speeds=np.empty(0),
+        body=response.system.observed_body,
         **{f"{name}_per_period": np.nan for name in rates},
         **dict.fromkeys(("contact_share", "permanent_share", "spread", "scatter"), np.nan),
         **dict.fromkeys(("approach", "peak_force", "impulse"), np.nan),

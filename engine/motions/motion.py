@@ -32,7 +32,7 @@ from .lyapunov import Lyapunov, lyapunov
 from .regularity import rotation_number
 from .section import scatter
 from .steady import LONG, REST, steady
-from .time_step_scatter import judge_newmark_section
+from .time_step_scatter import judge_newmark_section, later_run
 
 LONGEST = 64  # periods of a cycle that Newton's method looks for
 LONGEST_SEEN = 512  # periods of a cycle that the section shows
@@ -227,6 +227,8 @@ def _newmark_motion(system: System, eta, method: Newmark, initial, cancelled) ->
         return _unbounded_motion(run)
     limit = _closed_form_motion(system, eta, without_step, state, cancelled)
     judged = judge_newmark_section(run, limit, cancelled)
+    while judged.bands and limit.period and (later := later_run(run, limit.period, record, cancelled)) is not None:
+        run, state, judged = later, later.section[-1], judge_newmark_section(later, limit, cancelled)
     scattered = judged.step_noise > 0
     described = _with_energy(describe(run, 0 if scattered else judged.period), run, cancelled)
     described = replace(
@@ -235,7 +237,7 @@ def _newmark_motion(system: System, eta, method: Newmark, initial, cancelled) ->
         reason=judged.reason,
         period=judged.period,
         near_period=described.near_period if judged.type is Kind.UNDECIDED else judged.period,
-        scatter=scatter(run.section, judged.period) if scattered else described.scatter,
+        scatter=scatter(run.section, judged.period, run.system.observed_body) if scattered else described.scatter,
         step_noise=judged.step_noise,
         bands=judged.bands,
     )

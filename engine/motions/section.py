@@ -10,8 +10,8 @@ def band_width(section: np.ndarray, period: int = 1) -> float:
     return float(np.sqrt(np.mean(np.var(points, axis=0).sum(axis=-1))))
 
 
-def scatter(section: np.ndarray, period: int) -> float:
-    """Standard deviation of ξ₂ about the ``period`` points of a cycle, in base amplitudes."""
+def scatter(section: np.ndarray, period: int, body: int) -> float:
+    """Standard deviation of a body's displacement about the ``period`` points of a cycle, in units of length."""
     cycles = len(section) // period
-    points = section[len(section) - cycles * period :, 2].reshape(cycles, period)
+    points = section[len(section) - cycles * period :, 2 * body - 2].reshape(cycles, period)
     return float(np.sqrt(np.mean(np.var(points, axis=0))))

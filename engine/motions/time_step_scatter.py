@@ -12,7 +12,8 @@ limit Δτ → 0 decides instead:
 - The band is measured again with 4, 16 and 64 times as many steps, from the same state, until it has clearly shrunk.
 
 A band that shrinks towards the points of the limit is an artefact of the time step. A band that keeps its width beside
-a chaotic limit is motion.
+a chaotic limit is motion. A band that narrows with the same step too, as time goes on, is the rest of a transient, and
+is judged later (:func:`later_run`).
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ import numpy as np
 
 from ..drivers.section import TOLERANCE, period_of
 from ..methods import STEPS_RANGE, Newmark
-from ..result import Response
+from ..result import Record, Response
 from ..simulate import simulate
 from ..wording import counted, every
 from .description import Kind, Motion
@@ -60,9 +61,9 @@ def judge_newmark_section(
     own_period, period = period_of(run.section), limit.period or 1
     width = band_width(run.section, period)
     is_band = width > TOLERANCE * np.abs(run.section).max()
-    if own_period and (not is_band or own_period == limit.period):
-        reason = f"the section repeats itself after {counted(own_period, 'period')}"
-        return SectionJudgement(Kind.PERIODIC, own_period, reason, 0.0, ())
+    if shown := period_shown(own_period, limit.period, is_band):
+        reason = f"the section repeats itself after {counted(shown, 'period')}"
+        return SectionJudgement(Kind.PERIODIC, shown, reason, 0.0, ())
     bands = ((run.method.steps, width), *_finer_bands(run, period, width, cancelled))
     listed = ", ".join(f"{sigma:.2g} at {steps}" for steps, sigma in bands)
     decided, period, artefact = type_of_band(
@@ -87,6 +88,39 @@ def judge_newmark_section(
             f"step (standard deviation {listed} steps per period)"
         )
     return SectionJudgement(decided, period, reason, width if artefact else 0.0, bands)
+
+
+def later_run(
+    run: Response, period: int, record: Record | None, cancelled: Callable[[], bool] | None = None
+) -> Response | None:
+    """Go on with a Newmark run whose section is a band beside a limit of so many periods, with the same step.
+
+    Returns
+    -------
+    Response or None
+        None if the band keeps its width: then it is no rest of a transient.
+    """
+    how = {"periods": TRANSIENT + 2 * run.keep, "keep": run.keep, "initial": run.checkpoint, "cancelled": cancelled}
+    later = simulate(run.system, run.eta, run.method, record=record, **how)
+    narrowed = later.ok and band_width(later.section, period) < SHRUNK * band_width(run.section, period)
+    return later if narrowed else None
+
+
+def period_shown(own_period: int, limit_period: int, is_band: bool) -> int:
+    """The period that a section shows by itself, 0 if none.
+
+    The limit decides between a cycle and a multiple of it, after which the rest of a transient returns more nearly.
+
+    Parameters
+    ----------
+    own_period, limit_period : int
+        Of the section and of the motion without a time step, 0 if it does not repeat itself.
+    is_band : bool
+        Whether the section deviates from the points of the limit's cycle by more than the tolerance.
+    """
+    if is_band:
+        return own_period if own_period == limit_period else 0
+    return min(filter(None, (own_period, limit_period)), default=0)
 
 
 def type_of_band(own_period: int, limit: Kind, limit_period: int, shrinks: bool) -> tuple[Kind, int, bool]:

@@ -12,26 +12,27 @@ _TYPES = {
 }
 
 
+SYMBOLS = {1: "ξ₁", 2: "ξ₂"}  # of a body's displacement
 UNBROKEN = 1e-12  # share of the time that rounding may take from a contact without an end
 
 
 def repetition(found: Motion) -> str:
     """How a motion repeats itself, such as "repeats every 2 periods".
 
-    Scatter of ξ₂ about the points of the cycle is its standard deviation. Only evidence shows that the time step causes
-    it; without evidence the motion "nearly repeats".
+    Scatter of a displacement about the points of the cycle is its standard deviation. Only evidence shows that the time
+    step causes it; without evidence the motion "nearly repeats".
     """
-    return repetition_of(found.type, found.period, found.near_period, found.scatter, found.step_noise > 0)
+    return repetition_of(found.type, found.period, found.near_period, found.scatter, found.step_noise > 0, found.body)
 
 
-def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blurred: bool) -> str:
-    """The same of the numbers of a motion; ``blurred``: whether the time step causes the scatter."""
+def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blurred: bool, body: int = 2) -> str:
+    """The same of the numbers of a motion; ``blurred``: whether the time step causes the scatter of ``body``."""
     if kind in _TYPES:
         return _TYPES[kind]
     if not near_period:
         return "does not repeat"
     cycle = every(near_period)
-    amount = f" (±{rounded(scatter, 2)} in ξ₂)" if math.isfinite(scatter) else ""
+    amount = f" (±{rounded(scatter, 2)} in {SYMBOLS[body]})" if math.isfinite(scatter) else ""
     if blurred:
         return f"repeats {cycle}, blurred by the time step{amount}"
     return f"repeats {cycle}" if period == near_period else f"nearly repeats {cycle}{amount}"

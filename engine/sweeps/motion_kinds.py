@@ -6,7 +6,7 @@ The sweep itself only shows which sections repeat themselves. The cells that do 
 - Reference and exact penalty: the largest Lyapunov exponent, over `FOLLOWED` periods.
 - Newmark: the exact penalty motion with the same K and D, and the width of the section's band with smaller steps. A
   band that shrinks towards a periodic limit is an artefact of the time step; one that keeps its width beside a chaotic
-  limit is motion.
+  limit is motion. One that narrows with the same step too is the rest of a transient: the cell is judged later.
 
 What these runs do not decide is undecided. No module of a study imports this one, so that it does not enter the digest
 of numerical code.
@@ -29,7 +29,7 @@ from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
 from ..motions.motion import FARTHEST, classify
 from ..motions.section import band_width, scatter
-from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, type_of_band
+from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, period_shown, type_of_band
 from ..motions.words import repetition_of
 from .codes import MISSING
 from .eta_study import COORDINATES, EtaStudy
@@ -90,7 +90,9 @@ def _known_kinds(method: Method, status: np.ndarray, period: np.ndarray) -> dict
     return found
 
 
-def kind_words(kind: CellKind, period: int, near_period: int | None = None, section: np.ndarray | None = None) -> str:
+def kind_words(
+    kind: CellKind, period: int, near_period: int | None = None, section: np.ndarray | None = None, body: int = 2
+) -> str:
     """What the motion of a cell is, in the words of a single motion (:func:`engine.repetition`).
 
     Parameters
@@ -102,13 +104,15 @@ def kind_words(kind: CellKind, period: int, near_period: int | None = None, sect
     near_period : int, optional
         Of the section, where that is all that is known.
     section : (sample, 4) ndarray, optional
-        It shows how much ξ₂ scatters.
+        It shows how much the displacement of ``body`` scatters.
+    body : int
+        See :attr:`System.observed_body`.
     """
     if kind == CellKind.ENDED_EARLY:
         return "ended early"
     near = period if near_period is None else near_period
-    amount = scatter(section, near) if section is not None and near else np.nan
-    words = repetition_of(_KINDS.get(kind, Kind.UNDECIDED), period, near, amount, kind == CellKind.ARTEFACT)
+    amount = scatter(section, near, body) if section is not None and near else np.nan
+    words = repetition_of(_KINDS.get(kind, Kind.UNDECIDED), period, near, amount, kind == CellKind.ARTEFACT, body)
     return f"{words}, its kind not decided" if kind == CellKind.UNDECIDED else words
 
 
@@ -214,8 +218,8 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
     shrinks = _shrinks(cells, limit, widths, is_band, how)
     found = limit | {"kind": limit["kind"].copy(), "kind_period": limit["kind_period"].copy()}
     for i, period in enumerate(periods.tolist()):
-        if period and (not is_band[i] or period == limit["kind_period"][i]):
-            kind, of = CellKind.PERIODIC, period
+        if shown := period_shown(period, int(limit["kind_period"][i]), bool(is_band[i])):
+            kind, of = CellKind.PERIODIC, shown
         else:
             kind_of_limit = _KINDS.get(limit["kind"][i], Kind.UNDECIDED)
             kind, of, artefact = type_of_band(period, kind_of_limit, int(limit["kind_period"][i]), bool(shrinks[i]))
@@ -223,7 +227,22 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
         found["kind"][i], found["kind_period"][i] = kind, of
         if kind in (CellKind.PERIODIC, CellKind.ARTEFACT):
             found["lyapunov"][i] = found["lyapunov_error"][i] = np.nan
+    settling = np.flatnonzero(is_band & (limit["kind"] == CellKind.PERIODIC))
+    if len(settling):
+        _judge_later(cells, settling, widths[settling], limit["kind_period"][settling], found, run, how)
     return found
+
+
+def _judge_later(cells: Cells, settling: np.ndarray, widths, periods, found: dict, run: dict, how: dict) -> None:
+    """Let cells with a band beside a periodic limit go on with the same step; judge again what was a transient."""
+    some = _selected(cells, settling)
+    later = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
+    chosen = np.flatnonzero(later.ok & (_widths(later.section, periods) < SHRUNK * widths))
+    if len(chosen):
+        going_on = replace(_selected(some, chosen), initial=later.end[chosen])
+        judged = _judge_newmark(going_on, later.period[chosen], later.section[chosen], run, how)
+        for name, array in judged.items():
+            found[name][settling[chosen]] = array
 
 
 def _limit(cells: Cells, run: dict, how: dict) -> dict[str, np.ndarray]:

@@ -51,6 +51,11 @@ class StepStudy(Study):
         return {"steps": self.steps}
 
     @property
+    def shown(self) -> tuple[str, str]:
+        """The displacement and the velocity of which the sections are kept: of the observed body."""
+        return COLUMNS[2 * self.system.observed_body - 2 :][:2]
+
+    @property
     def cells(self) -> int:
         """Runs: each number of steps fixed and located."""
         return len(SCHEMES) * super().cells
@@ -82,7 +87,7 @@ class StepStudy(Study):
         found = variables_of(vocabulary.PENALTY_MOTION | vocabulary.ERRORS, dims)
         found |= {name: Variable((*dims, "instant"), "f8", vocabulary.PHASE_PLOT.format(name)) for name in COLUMNS}
         found["tau"] = Variable((*dims, "instant"), "f8", vocabulary.TIME)
-        for name in ("xi2", "v2"):
+        for name in self.shown:
             found[f"{name}_section"] = Variable((*dims, "sample"), "f8", vocabulary.SECTION.format(name))
         return found | {"status": status_variable(dims)}
 
@@ -116,7 +121,7 @@ class StepStudy(Study):
             values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, "status")}
             errors = reference_motion(self.system, self.eta).errors(cells, found, exact, **common)
             values |= dict(zip(vocabulary.ERRORS, errors, strict=True))
-            values |= {f"{name}_section": found.section[:, :, COLUMNS.index(name)] for name in ("xi2", "v2")}
+            values |= {f"{name}_section": found.section[:, :, COLUMNS.index(name)] for name in self.shown}
             columns.append(values | phase_plots(cells, found))
             if progress is not None:
                 progress(done * len(points["steps"]))

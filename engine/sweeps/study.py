@@ -18,7 +18,7 @@ import numpy as np
 
 from ..cells import Cells
 from ..methods import Method
-from ..model import BODY_2, System, check_eta, require, whole
+from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta, require, whole
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
 from .digest import engine_digest
 from .variables import SWEPT, StudyArray, Variable
@@ -31,7 +31,7 @@ NUMBERS_LIMIT = 10**12  # numbers in a result: 8 TB
 
 # Parameters that can be swept: their names in the result → in `Cells`; in `System` they have the same names.
 CELL_PARAMETERS = {"K": "stiffness", "D": "damping", "steps": "steps"}
-SYSTEM_PARAMETERS = ("kappa", "kappa3", "d1", "d2", "d3", "restitution", "clearance")
+SYSTEM_PARAMETERS = tuple(name for name in SWEPT if name not in ("eta", *CELL_PARAMETERS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +163,7 @@ class Study(abc.ABC):
 
     def _idle_parameters(self) -> tuple[str, ...]:
         """Parameters that the system does not have, or that follow from others."""
-        return BODY_2 if self.system.wall else () if self.system.mu is None else ("kappa3",)
+        return (*BODY_2, *FORCES_ON_BODY_2) if self.system.wall else () if self.system.mu is None else ("kappa3",)
 
     def _check_corners(self) -> None:
         idle = [name for name in self.axes if name in self._idle_parameters()]
@@ -178,7 +178,7 @@ class Study(abc.ABC):
             own = {CELL_PARAMETERS[name]: value for name, value in point.items() if name in CELL_PARAMETERS}
             method = replace(self.method, **own)
             check_eta(point.get("eta", self.eta))
-            replace(self.system, **constants)  # raises where constants do not go together
+            self.system.changed(constants)  # raises where constants do not go together
             steps = getattr(method, "steps", 0) * self.periods_per_cell
             require("periods × steps", steps, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
 
@@ -197,9 +197,7 @@ class Study(abc.ABC):
         constants = {name: values for name, values in points.items() if name in SYSTEM_PARAMETERS}
         system = self.system
         if constants:
-            system = [
-                replace(system, **{name: float(values[i]) for name, values in constants.items()}) for i in range(n)
-            ]
+            system = [system.changed({name: float(values[i]) for name, values in constants.items()}) for i in range(n)]
         own = {CELL_PARAMETERS[name]: values for name, values in points.items() if name in CELL_PARAMETERS}
         return Cells(system, points.get("eta", np.full(n, self.eta)), self.method, **own, **more)
 

@@ -18,6 +18,11 @@ SWEPT = {  # parameters that can be swept
     "d3": "damping ratio of the joined bodies",
     "restitution": "coefficient of restitution",
     "clearance": "gap at rest with relaxed springs",
+    "base": "amplitude of the base motion",
+    "force1": "amplitude of the harmonic force on body 1",
+    "force2": "amplitude of the harmonic force on body 2",
+    "constant1": "constant force on body 1",
+    "constant2": "constant force on body 2",
 }
 # Of each cell, by any method: dtype and description.
 MOTION = {
@@ -28,7 +33,7 @@ MOTION = {
     "contact_share": ("f8", "share of the time in contact"),
     "longest_contact": ("f8", "longest contact, in units of tau"),
     "longest_contact_steps": ("f8", "longest contact in time steps"),
-    "spread": ("f8", "standard deviation of xi2 over the section"),
+    "spread": ("f8", "standard deviation of xi2 over the section, of xi1 at a wall"),
 }
 # The same of a penalty method, which has no impacts but the beginnings of its contacts.
 PENALTY_MOTION = {name: described for name, described in MOTION.items() if name != "contacts_per_period"}

@@ -1,7 +1,7 @@
 """Hypothesis strategy of valid settings."""
 
 from hypothesis import strategies as st
-from vibroscope.app.explorer.state import FIELDS, Explorer, Setting, bounds_of
+from vibroscope.app.explorer.state import FIELDS, START_FIELDS, Explorer, Setting, bounds_of
 
 
 def _values(name):
@@ -21,6 +21,8 @@ def _apart(setting):
     """The setting with bodies that do not overlap at the start; a wall does not move."""
     if setting.bodies == "wall":
         setting = setting._replace(start_xi2=0.0, start_v2=0.0, coordinate="xi1")
+    if any(getattr(setting, name) for name in START_FIELDS):
+        setting = setting._replace(zero_start="rest")
     room = setting.start_xi2 + min(setting.clearance, 0.0) - 1
     if setting.start_xi1 <= room:
         return setting

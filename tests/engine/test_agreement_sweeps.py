@@ -119,6 +119,14 @@ def test_judged_cells_never_contradict_the_judgement_of_single_motions(name):
     assert scattered >= 0.2 * count or name == "reference"
 
 
+def test_a_linear_motion_after_a_short_transient_is_no_artefact_of_the_step():
+    """Nothing touches; the free vibration has not died away when the sample begins."""
+    cells = Cells(System(clearance=1000.0), [1.3], Newmark(100, 5, 200))
+    assert run_cells(cells, transient=30, sample=50).period == 0
+    kinds = judge_runs(cells, transient=30, sample=50)
+    assert (kinds["kind"][0], kinds["kind_period"][0]) == (CellKind.PERIODIC, 1)
+
+
 def test_the_tabs_say_of_a_scattered_motion_what_a_single_run_says(monkeypatch, tmp_path):
     """Its section nearly repeats itself after two periods, by chance; without a time step, after one."""
     monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))

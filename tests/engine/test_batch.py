@@ -45,6 +45,7 @@ SWEEPS = {
     "reference": Cells(System(), np.linspace(0.5, 4, 30), Reference()),
     "reference, ε = 0": Cells(System(), np.linspace(0.5, 4, 12), Reference("derived", 0.0)),
     "reference, e": Cells([System(restitution=e) for e in np.linspace(0, 0.9, 10)], np.full(10, 1.08), Reference()),
+    "wall": Cells(System(wall=True, clearance=0.5), np.linspace(0.5, 4, 12), Newmark(300, 1, 200)),
     "exact": plane(5, ExactPenalty(1, 1)),
     "Newmark": plane(5, Newmark(1, 1, 2000)),
     "Newmark, n": Cells(System(), np.full(4, 2.76), Newmark(12000, 18, 100), steps=[1000, 2000, 4000, 3001]),

@@ -148,6 +148,16 @@ def test_the_order_is_the_slope_of_a_power_law():
     assert np.isnan(observed_order(n[:1], n[:1])[0])
 
 
+@pytest.mark.parametrize("name", ["base", "force1", "force2", "constant1", "constant2"])
+def test_an_amplitude_of_the_excitation_is_swept(name):
+    values, system = [0.5, 2.0], System(clearance=0.2)
+    found = sweep_eta(system, Reference(), values, over=name, eta=1.08, **SHORT)
+    for value, section in zip(values, found["xi2"].values, strict=True):
+        alone = simulate(system.changed({name: value}), 1.08, Reference(), periods=320, keep=20)
+        np.testing.assert_allclose(section, alone.section[:, 2], atol=1e-9)
+    assert np.abs(np.diff(found["xi2"].values, axis=0)).max() > 0.1
+
+
 @pytest.mark.parametrize(
     ("sweep", "text"),
     [
@@ -159,6 +169,10 @@ def test_the_order_is_the_slope_of_a_power_law():
         (lambda: sweep_eta(System(), Reference(), [1.0], over="K", eta=1), "has no K"),
         (lambda: sweep_eta(System(), Reference(), [0.5], over="restitution"), "needs an eta"),
         (lambda: sweep_eta(System(), Reference(), [1.7, 2.4], over="kappa", eta=1), "kappa3"),
+        (
+            lambda: sweep_eta(System(wall=True), Reference(), [1.0], over="force2", eta=1),
+            "force2 cannot be swept: a wall",
+        ),
         (lambda: sweep_eta(System(), Reference(), [1.0], direction="sideways"), "direction"),
         (lambda: sweep_eta(System(), Reference(), [1.0], coordinates=["x"]), "coordinate 'x'"),
         (lambda: sweep_eta(System(), Reference(), [1.0], sample=0), "sample = 0"),

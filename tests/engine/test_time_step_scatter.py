@@ -23,6 +23,12 @@ def test_a_band_that_shrinks_with_the_step_is_scatter(eta, stiffness, damping, p
     np.testing.assert_allclose(found.multipliers, limit.multipliers, atol=1e-8)
 
 
+def test_the_rest_of_a_transient_is_no_scatter():
+    """Nothing touches, and little damps: after 2,050 periods a twentieth of the free vibration is left."""
+    found = motion(System(wall=True, clearance=1000.0, d1=0.0003), 1.3, Newmark(100, 5, 200))
+    assert (found.type, found.period, found.step_noise, found.bands) == ("periodic", 1, 0, ())
+
+
 def test_a_band_that_keeps_its_width_is_chaotic_motion():
     found = motion(SYSTEM, 1.70, Newmark(12000, 18, 2000))
     assert (found.type, found.step_noise) == ("chaotic", 0)

@@ -35,7 +35,6 @@ from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.bifurcation import (
     MOST_BESIDE,
     MOST_POINTS,
-    REST,
     SAMPLE,
     PartialDiagram,
     kind_names,
@@ -246,7 +245,7 @@ class BifurcationView:
         question = result.question
         periods = f"{int(result.known.sum())} values, {question.transient} + {SAMPLE} periods each"
         at = "" if question.over == "eta" else f", {shown_field('eta', setting).words(question.eta)}"
-        start = "own" if question.initial != REST else question.direction
+        start = "own" if question.initial is not None else question.direction
         self.figure.title.text = f"{name_of(question.method, question.over)} {_DIRECTION[start]}{at}, {periods}"
 
     def _write_strip(self, result: PartialDiagram) -> None:

@@ -13,11 +13,10 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import initial_option, method_options, sweep_command, sweep_python
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.swept import SWEPT
-from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import (
     COUNT,
-    REST,
     SAMPLE,
     TRANSIENT,
     DiagramQuestion,
@@ -41,6 +40,10 @@ _COORDINATES = {
     for letter, words in (("xi", "displacement"), ("v", "velocity"))
 }
 _OF_METHOD = {"K": "stiffness", "D": "damping", "steps": "steps"}
+_NOTHING_SWEPT = (
+    "Nothing drives the bodies, so that no motion belongs to a frequency: let the base or a force move them under "
+    "System, or sweep another number from an own start."
+)
 MOST_VALUES, MOST_TRANSIENT = 2000, 20_000  # that can be typed: with more, a diagram outlasts its time
 _SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
 
@@ -157,6 +160,12 @@ class Bifurcation(StudyTab):
             self.view.hold(move.setting)
         super().show(move)
 
+    def obstacle(self, setting: Setting) -> str:
+        """Where nothing drives the bodies there is no frequency to sweep, and from rest nothing moves."""
+        if setting.is_driven or self.view.over == "eta":
+            return "" if setting.is_driven else _NOTHING_SWEPT
+        return "" if self.panel.chosen["direction"] == "own" else free_obstacle(setting, "this diagram")
+
     def question(self, setting: Setting) -> DiagramQuestion:
         """All but the swept number itself."""
         chosen, over = self.panel.chosen, self.view.over
@@ -175,15 +184,21 @@ class Bifurcation(StudyTab):
             1.0 if over == "eta" else setting.eta,
             chosen["count"],
             chosen["transient"],
-            tuple(chosen[name] for name in START_FIELDS) if own else REST,
+            self._start(setting) if own else None,
         )
+
+    def _start(self, setting: Setting) -> tuple[float, ...]:
+        """The own start that is typed; a wall has none."""
+        away = _away(setting)
+        return tuple(0.0 if name in away else self.panel.chosen[name] for name in START_FIELDS)
 
     def draw(self, setting: Setting, result: PartialDiagram | None) -> None:
         """The diagram and the one to compare with."""
+        self.panel.away = _away(setting)
         other = None if result is None else _compared(setting, result.question)
         self.view.update(setting, result, self._coordinate(setting), other)
         low, high = self.view.span
-        self.panel.chosen = self.panel.chosen | {"from": low, "to": high}
+        self.panel.chosen = self.panel.chosen | {"from": low, "to": high, "coordinate": self._coordinate(setting)}
         swept = shown_field(self.view.over, setting)
         ends = {name.lower(): swept._replace(label=name, hint="") for name in ("From", "To")}
         self.panel.show_fields(ends | {name: shown_field(name, setting) for name in START_FIELDS})
@@ -214,7 +229,7 @@ class Bifurcation(StudyTab):
         question = self.script_question(setting)
         how = f"direction={question.direction!r}, coordinates={tuple(COORDINATES)}"
         how += "" if question.over == "eta" else f", over={question.over!r}, eta={question.eta!r}"
-        how += "" if question.initial == REST else f", initial={question.initial}"
+        how += "" if question.initial is None else f", initial={question.initial}"
         values = f"np.linspace({question.span[0]!r}, {question.span[1]!r}, {question.count})"
         values = f"np.unique(np.round({values}))" if question.over == "steps" else values
         call = f"sweep_eta(\n    system, {question.method!r}, {values},\n"
@@ -233,6 +248,11 @@ class Bifurcation(StudyTab):
 
     def _set(self, value: float) -> None:
         self.host.set({self.view.over: print_number(value)})
+
+
+def _away(setting: Setting) -> dict[str, list[str]]:
+    """What the panel does not offer for the system: coordinates and start of a wall."""
+    return {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []} if setting.bodies == "wall" else {}
 
 
 def _number(name: str, label: str, bounds: tuple[float, float], *, whole: bool = False, **more) -> dict:
@@ -315,5 +335,6 @@ def kind_text(result: PartialDiagram, index: int) -> str:
         return f"{result.section_words(index)} by its section alone (being judged)"
     exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
     is_aperiodic = np.isfinite(exponent) and kind is not CellKind.PERIODIC
+    section, body = result.section_of(index), result.question.system.observed_body
     rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if is_aperiodic else ""
-    return f"{kind_words(kind, period, section=result.section_of(index))}{rate}"
+    return f"{kind_words(kind, period, section=section, body=body)}{rate}"

@@ -11,8 +11,8 @@ import math
 
 import param
 from vibroscope.app.explorer.drawing import drawing, drawing_in_words
-from vibroscope.app.explorer.field_units import time_text
-from vibroscope.app.explorer.ranges import slider_range
+from vibroscope.app.explorer.field_units import shown_field, time_text
+from vibroscope.app.explorer.ranges import slider_range, stiffer_spring
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
 from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting
@@ -29,7 +29,6 @@ from vibroscope.app.page.shared.component import Component
 from vibroscope.engine import written
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
-_OTHER_FIELDS = (*MAIN_FIELDS, "threshold", *START_FIELDS)  # beside those of the system
 _BODIES = {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"}
 _UNITS = {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"}
 _SOLVER_SWITCHES = {
@@ -70,7 +69,7 @@ class Controls(Component):
             refused value. ``undo``, ``redo``: whether there is something to undo or redo. ``pinned``: whether this
             setting is pinned.
         """
-        fields = {name: plain_description(name, setting) for name in _OTHER_FIELDS} | system_fields(setting)
+        fields = {name: plain_description(name, setting) for name in _other_fields(setting)} | system_fields(setting)
         spans = {name: slider_range(name, setting.system) for name in MAIN_FIELDS}
         numbers = system_numbers(setting)
         system = {
@@ -83,12 +82,17 @@ class Controls(Component):
         self.param.update(fields=fields, spans=spans, system=system)
         self.shown = {
             "texts": setting.texts() | {name: text for name, (_, text) in numbers.items()},
-            "numbers": {name: plain_number(name, setting) for name in _OTHER_FIELDS}
+            "numbers": {name: plain_number(name, setting) for name in _other_fields(setting)}
             | {name: number for name, (number, _) in numbers.items()},
             "notes": _notes(setting),
             "scene": scene_key(setting) or shelf_key(setting),
             **answer,
         }
+
+
+def _other_fields(setting: Setting) -> tuple[str, ...]:
+    """The fields beside those of the system; a wall has no start."""
+    return (*MAIN_FIELDS, "threshold", *(START_FIELDS[:2] if setting.bodies == "wall" else START_FIELDS))
 
 
 def _length(setting: Setting) -> dict:
@@ -98,6 +102,23 @@ def _length(setting: Setting) -> dict:
 
 def _notes(setting: Setting) -> dict[str, str]:
     """The notes below the sliders: Δτ, and with units the numbers of the model."""
+    beyond = {name: words for name in MAIN_FIELDS if (words := _beyond_slider(name, setting))}
+    notes = _numbers_below(setting)
+    return notes | {name: "; ".join(filter(None, (notes.get(name), words))) for name, words in beyond.items()}
+
+
+def _beyond_slider(name: str, setting: Setting) -> str:
+    """Where a typed number lies beside what its slider covers; empty within, and for 0, which a logarithm has not."""
+    (low, high), value, field = slider_range(name, setting.system), getattr(setting, name), shown_field(name, setting)
+    if value == 0 or low <= value <= high:
+        return ""
+    if value > high:
+        return f"above the slider, which ends at {field.measure(high)}"
+    softer = "softer than the stiffer spring, " if name == "K" and value < stiffer_spring(setting.system) else ""
+    return f"{softer}below the slider, which begins at {field.measure(low)}"
+
+
+def _numbers_below(setting: Setting) -> dict[str, str]:
     step = f"time step Δτ = T/{setting.steps} = {written(2 * math.pi / setting.eta / setting.steps)}"
     if setting.scale is None:
         return {"steps": step}

@@ -42,8 +42,11 @@ function scenes({ scenes: list, shelf }, link) {
   box.append(element("legend", "", "Scenes"), first, row);
   const draw = (shown) => {
     for (const made of buttons) made.setAttribute("aria-pressed", String(made.dataset.scene === shown.scene));
-    for (const fold of folds) if (fold.querySelector("[aria-pressed=true]")) fold.open = true;
-    setText(origin, published.querySelector("[aria-pressed=true]")?.title ?? "");
+    if (others.querySelector("[aria-pressed=true]")) folds[0].open = true;
+    // Eight systems and a source would push the sliders out of view: the folded box names the one that is shown.
+    const pressed = published.querySelector("[aria-pressed=true]");
+    setText(folds[1].firstChild, pressed ? `Other systems: ${pressed.firstChild.data}` : "Other systems");
+    setText(origin, pressed?.title ?? "");
   };
   return { element: box, draw };
 }
@@ -70,22 +73,32 @@ function startDetails(spec, link) {
   const box = element("details", "more");
   const head = element("summary");
   const grid = element("div", "numbers starts");
-  const parts = spec.starts.map((number) => numberRow(number, link));
+  const parts = spec.starts.map((number) => startRow(number, link));
   const names = spec.starts.map(({ name }) => name);
   const rest = button("From rest", "Start both runs from rest, as a scene does",
-    () => link.set(Object.fromEntries(names.map((name) => [name, spec.defaults[name]]))), "rest");
+    () => link.set({ zero_start: "rest", ...Object.fromEntries(names.map((name) => [name, "0"])) }), "rest");
   grid.append(...parts.map((part) => part.element));
   box.append(head, grid, rest);
   let own = false;
   const draw = (shown) => {
     const was = own;
-    own = names.some((name) => shown.texts[name] !== spec.defaults[name]);
+    own = shown.texts.zero_start === "zero" || names.some((name) => shown.texts[name] !== "0");
     head.textContent = `Start: ${own ? "own" : "rest"}`;
     head.title = `Both runs start from ${own ? "an own start" : "rest"}`;
     rest.disabled = !own;
     if ((own && !was) || names.includes(shown.refused.name)) box.open = true;
   };
   return { element: box, parts: [...parts, { draw }] };
+}
+
+// A number of the start; a wall has none.
+function startRow(number, link) {
+  const row = numberRow(number, link);
+  const draw = (shown, isLatest) => {
+    row.element.hidden = !shown.fields[number.name];
+    if (!row.element.hidden) row.draw(shown, isLatest);
+  };
+  return { ...row, draw };
 }
 
 // The solver: folded, since it is seldom changed; open if one number is not the default, or is refused.

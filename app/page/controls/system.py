@@ -10,7 +10,7 @@ from vibroscope.app.explorer.physical_fields import (
     physical_numbers,
     physical_range,
 )
-from vibroscope.app.explorer.state import EXCITATION_FIELDS, Explorer, Setting, print_end, print_number
+from vibroscope.app.explorer.state import EXCITATION_FIELDS, START_FIELDS, Explorer, Setting, print_end, print_number
 from vibroscope.engine import written
 
 # Titles and fields of the groups; of the fields those are shown that apply to the system and to the units.
@@ -122,7 +122,8 @@ def plain_number(name: str, setting: Setting) -> str:
     """A parameter as its field shows it."""
     if is_derived(name, setting):
         return written(setting.system.derived_joint_damping)
-    return shown_field(name, setting).number(getattr(setting, name))
+    value = setting.initial[START_FIELDS.index(name)] if name in START_FIELDS else getattr(setting, name)
+    return shown_field(name, setting).number(value)
 
 
 def is_derived(name: str, setting: Setting) -> bool:

@@ -45,7 +45,8 @@ function row({ name, share, text, why, use, shown }) {
   const made = button("", "", () => emit("set", use), "motion");
   made.append(element("strong", "", name), element("span", "share", `${share} of starts`), element("small", "", text));
   made.setAttribute("aria-pressed", String(shown));
-  made.dataset.start = Object.values(use).join(",");
-  made.title = `Run from ξ₁, ξ₁′, ξ₂, ξ₂′ = ${Object.values(use).join(", ")}, which leads to this motion. ${why}`;
+  const { zero_start, ...numbers } = use;
+  made.dataset.start = Object.values(numbers).join(",");
+  made.title = `Run from ξ₁, ξ₁′, ξ₂, ξ₂′ = ${Object.values(numbers).join(", ")}, which leads to this motion. ${why}`;
   return made;
 }

@@ -39,6 +39,8 @@ _LABELS = {
 }
 
 
+_AT_WALL = "displacement ξ₁"  # relative to the base, which the wall stands on
+
 _CURVES = {f"{solver}{number}": (solver, number) for solver in ("reference", "penalty") for number in (1, 2)}
 
 
@@ -195,6 +197,7 @@ class DisplacementView:
     def _switch(self, setting: Setting) -> bool:
         """Show the displacements or their difference; returns whether that has changed the quantity of the axis."""
         words = _LABELS[setting.frame].format(number="₁" if setting.coordinate == "xi1" else "₂")
+        words = _AT_WALL if setting.bodies == "wall" and setting.frame == "relative" else words
         label = label_of(setting, words, "displacement")
         switched = self.figure.yaxis[0].axis_label != label
         self.figure.yaxis[0].axis_label = label

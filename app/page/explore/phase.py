@@ -21,7 +21,7 @@ from vibroscope.app.page.shared.figure import (
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
 
-_TITLE, _WALL = "Phase plot, body {}", "Body 2 is a wall"
+_TITLE = "Phase plot, body {}"
 _SUBSCRIPT = {1: "₁", 2: "₂"}
 _WIDTHS = {"reference": REFERENCE["line_width"], "penalty": PENALTY["line_width"]}
 _PHASES = tuple(f"phase_{solver}" for solver in _WIDTHS)
@@ -93,12 +93,8 @@ class PhaseView:
             figure.xaxis[0].axis_label, figure.yaxis[0].axis_label = x, y
             show_rows(tool, {x: f"@x{number}", y: f"@v{number}"})
 
-    def _name(self, setting: Setting) -> None:
-        self.figures[1].title.text = _WALL if setting.bodies == "wall" else _TITLE.format(2)
-
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
         """Fit ranges, line widths and labels to ``columns``, which the sources hold already."""
-        self._name(setting)
         self._label(setting)
         for line, solver in self._lines:
             points = len(columns[f"phase_{solver}"]["x1"])

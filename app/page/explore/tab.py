@@ -27,6 +27,7 @@ from vibroscope.app.export.tables import (
     difference_table,
     figure_table,
     measured_table,
+    without_body_2,
 )
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
@@ -52,6 +53,7 @@ from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 
+_GRID = "explore-grid"  # a class of `explore.css`
 _SERIES_LABELS = {"diagram": "reference", "front": "found", "comparison": "compared"}  # of figures with one series
 
 
@@ -124,7 +126,8 @@ class Explore(Tab):
             _cell(self._suggester.view, "suggest"),
             self._measured.button,
         ]
-        return pn.Column(*cells, css_classes=["explore-grid"], stylesheets=[grid], sizing_mode="stretch_both")
+        self._grid = pn.Column(*cells, css_classes=[_GRID], stylesheets=[grid], sizing_mode="stretch_both")
+        return self._grid
 
     # -- the view ----------------------------------------------------------------------
 
@@ -205,7 +208,7 @@ class Explore(Tab):
             return []
         figures = FIGURES | ({"displacement": DIFFERENCE} if self._draws_difference else {})
         ready = {"diagram": self.eta_map.ready, "front": bool(self._suggester.front)}
-        ready["comparison"] = bool(self.comparison.rows)
+        ready |= {"comparison": bool(self.comparison.rows), "phase2": not self._at_wall}
         return [figure for figure in figures.values() if ready.get(figure.name, True)]
 
     def table(self, name: str) -> list[Series]:
@@ -216,7 +219,8 @@ class Explore(Tab):
         if name == "displacement" and self._draws_difference:
             return difference_table(columns["difference"], setting.coordinate, setting.scale)
         drawn = figure_table(name, columns, setting.scale, located=setting.penalty.located)
-        return [*drawn, *measured_table(name, columns, setting.scale)]
+        drawn += measured_table(name, columns, setting.scale)
+        return without_body_2(drawn) if self._at_wall else drawn
 
     def data(self) -> dict[str, object]:
         """The columns of all sources, the difference, the map and the front of a suggestion."""
@@ -240,6 +244,10 @@ class Explore(Tab):
     def shown_setting(self) -> Setting | None:
         """The last setting that could be computed."""
         return self._result.setting if self._result else None
+
+    @property
+    def _at_wall(self) -> bool:
+        return self._result.setting.bodies == "wall"
 
     @property
     def _draws_difference(self) -> bool:
@@ -276,6 +284,7 @@ class Explore(Tab):
             self.unzoom()
         fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
         self._result, self._scene, self._scale, self._fresh = result, scene, setting.scale, False
+        self._arrange(setting)
         self._time.put(0, WINDOW * setting.period, fresh=fresh)
         self._measured.follow(setting)
         self._points.update(self._place())
@@ -290,6 +299,12 @@ class Explore(Tab):
         self.mechanism.follow(setting)
         self._kinds = None if result.shipped else self._judge.follow(setting)
         self._update_findings(result.shipped or self._explainer.follow(setting))
+
+    def _arrange(self, setting: Setting) -> None:
+        """Beside a wall, which has no phase plot, that of the body takes the place of both."""
+        at_wall = setting.bodies == "wall"
+        self.phase.figures[1].visible = not at_wall
+        self._grid.css_classes = [_GRID, "at-wall"] if at_wall else [_GRID]
 
     def _draw_pinned(self) -> None:
         drawn = self._pinned.columns(self._result.setting)

@@ -11,7 +11,7 @@ from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import sweep_command, sweep_python
 from vibroscope.app.page.plane.figure import PlaneView
-from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
@@ -62,6 +62,10 @@ class PlaneTab(StudyTab):
         with pn.io.hold(self.host.doc):
             self.view.hold(move.setting)
         super().show(move)
+
+    def obstacle(self, setting: Setting) -> str:
+        """Where nothing drives the bodies nothing moves."""
+        return free_obstacle(setting, "each cell of this plane")
 
     def question(self, setting: Setting) -> PlaneQuestion:
         """All but K and D themselves."""

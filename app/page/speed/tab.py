@@ -12,7 +12,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import speed_python
 from vibroscope.app.page.files import style
 from vibroscope.app.page.speed.figure import SpeedView
-from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, Key, PartialSpeed, SpeedQuestion, grow_speed
 from vibroscope.engine import Units, written
 
@@ -68,6 +68,10 @@ class Speed(StudyTab):
             f"{PERIODS} periods, all solvers in turn. "
             "Vertical lines: closed form, without a time step and without this error.",
         }
+
+    def obstacle(self, setting: Setting) -> str:
+        """Where nothing drives the bodies nothing moves."""
+        return free_obstacle(setting, "this measurement")
 
     def question(self, setting: Setting) -> SpeedQuestion:
         """All that costs or errors depend on; fixed or located, both are measured."""

@@ -22,6 +22,7 @@ class StudyPanel(Component):
     status = param.Dict(default={}, doc="How far: text, share, running")
     refused = param.String(default="", doc="Why the number that was typed last is not taken")
     fields = param.Dict(default={}, doc="How numbers that have a unit are shown: label, name, factor")
+    away = param.Dict(default={}, doc="Choices of each switch, and names of numbers, that do not apply to the system")
     key_title = param.String(default="", doc="What the colours stand for")
     key = param.List(default=[], doc="Colour, name and pattern of each class")
     statements = param.List(default=[], doc="Head and text of what the figures say")

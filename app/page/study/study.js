@@ -16,7 +16,7 @@ export function render({ model }) {
   ];
   if (model.spec.hint) root.append(element("p", "hint", model.spec.hint));
   const draw = () => shows.forEach((show) => show(model));
-  for (const name of ["chosen", "fields", "refused", "status", "key", "statements"]) model.on(name, draw);
+  for (const name of ["chosen", "away", "fields", "refused", "status", "key", "statements"]) model.on(name, draw);
   draw();
   explainTerms(root);
   cueScroll(root);
@@ -47,7 +47,10 @@ function switcher(root, { name, label, choices }, send) {
   select.addEventListener("change", () => send({ choose: { [name]: select.value } }));
   row.append(element("span", "", label), select);
   root.append(row);
-  return ({ chosen }) => { select.value = chosen[name]; };
+  return ({ chosen, away }) => {
+    for (const option of select.options) option.hidden = option.disabled = Boolean(away[name]?.includes(option.value));
+    select.value = chosen[name];
+  };
 }
 
 // A limit moves at once under the hand; the server gets its value when it rests.
@@ -100,7 +103,7 @@ function numbers(root, specs, send) {
     row.append(head, input);
     grid.append(row);
     return (model) => {
-      row.hidden = Object.entries(when ?? {}).some(([other, value]) => model.chosen[other] !== value);
+      row.hidden = name in model.away || Object.entries(when ?? {}).some(([other, value]) => model.chosen[other] !== value);
       const value = model.chosen[name] ?? ""; // the ends of a range come with the first picture
       const field = model.fields[name] ?? { label, name: "", factor: 1 };
       const digits = field.factor === 1 ? 8 : 6;
@@ -131,6 +134,7 @@ function progress(root, send) {
   row.append(bar, text, stop);
   root.append(row);
   return ({ status }) => {
+    row.hidden = !status.text;
     bar.value = status.share ?? 0;
     text.textContent = status.text ?? "";
     root.dataset.running = String(status.running ?? false);

@@ -66,6 +66,10 @@ class StudyTab(Tab):
     def describe(self, setting: Setting, result: PartialResult) -> list[list[str]]:
         """Head and text of what the picture says about a setting that it answers."""
 
+    def obstacle(self, setting: Setting) -> str:
+        """Why the study has nothing to show of a setting, and what to do, in a sentence; empty if it has."""
+        return ""
+
     def stretch(self, plot: figure, *classes: str) -> pn.pane.Bokeh:
         """A figure that fills its cell."""
         pane = pn.pane.Bokeh(plot, sizing_mode="stretch_both")
@@ -77,6 +81,7 @@ class StudyTab(Tab):
         spec = {"figures": [cell.object.name for cell in cells], **self.spec()}
         self.panel = StudyPanel(spec, dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
+        self._cells = cells
         self.ranges = self.view.ranges
         self.muting = Muting(self.legends, [cell.object for cell in cells])
         return pn.Column(
@@ -113,6 +118,8 @@ class StudyTab(Tab):
 
     def summary(self, setting: Setting) -> str:
         """The statements of the panel once the picture is complete; until then, that it is computed."""
+        if obstacle := self.obstacle(setting):
+            return obstacle
         question = self.question(setting)
         result = self.result if self._answers(question) else RESULTS.get(question)
         if result is None or result.share < 1:
@@ -122,6 +129,9 @@ class StudyTab(Tab):
     def hide(self) -> None:
         """Cancel what is under way; it goes on from there when the tab is opened again."""
         self._visible = False
+        self._cancel()
+
+    def _cancel(self) -> None:
         if self._job is not None:
             self._job.cancel()
             self._job = None
@@ -129,8 +139,15 @@ class StudyTab(Tab):
     def refresh(self) -> None:
         """Start the study that the setting, the choices and the zoom call for, and draw; nothing while hidden."""
         if self._visible:
-            self._ask()
+            if self._obstacle:
+                self._cancel()
+            else:
+                self._ask()
             self._push()
+
+    @property
+    def _obstacle(self) -> str:
+        return self.obstacle(self._move.setting) if self._move else ""
 
     def _ask(self) -> None:
         """Start what is called for, if that is not what is under way or done."""
@@ -164,8 +181,15 @@ class StudyTab(Tab):
     def _write(self) -> None:
         if not self._visible:
             return
-        self.draw(self._move.setting, self.result)
+        obstacle = self._obstacle
+        for cell in self._cells:
+            cell.object.visible = not obstacle
         self.panel.statements = self._statements()
+        if obstacle:
+            self.panel.status, self.panel.key = {}, []
+            self.host.summarise(obstacle)
+            return
+        self.draw(self._move.setting, self.result)
         share = self.result.share if self._answers(self.question(self._move.setting)) else 0.0
         running = share < 1 and not self._stopped and not self._failed
         text = self._failed or ("complete" if share >= 1 else f"{100 * share:.0f} % computed")
@@ -181,7 +205,7 @@ class StudyTab(Tab):
 
     def figures(self) -> list[Figure]:
         """All, once there is anything in them."""
-        return list(self.pictures) if self.result is not None else []
+        return [] if self.result is None or self._obstacle else list(self.pictures)
 
     def data(self) -> dict[str, object]:
         """What is known, in the units that are shown."""
@@ -200,6 +224,8 @@ class StudyTab(Tab):
         return self.question(setting) if self.result is None else self.result.question
 
     def _statements(self) -> list[list[str]]:
+        if obstacle := self._obstacle:
+            return [["Nothing to show", obstacle]]
         if self.result is None:
             return []
         return _in_units(self.describe(self._result_setting, self.result), self._move.setting)
@@ -219,6 +245,16 @@ class StudyTab(Tab):
             self._ask()
         self._stopped = on
         self._push()
+
+
+def free_obstacle(setting: Setting, shown: str) -> str:
+    """Why a study that begins at rest has nothing to show where nothing drives the bodies; empty where they are."""
+    if setting.is_driven:
+        return ""
+    return (
+        f"Nothing drives the bodies, and {shown} begins at rest, where nothing moves: let the base or a force move "
+        "them under System; Explore shows their free vibration from an own start."
+    )
 
 
 def _in_units(statements: list[list[str]], setting: Setting) -> list[list[str]]:

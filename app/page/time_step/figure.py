@@ -26,6 +26,7 @@ _SIZES = {
 }
 # What is smaller is rounding; a line of it would only stretch the axis.
 _FLOOR = 1e-10
+_SHOWN = ("xi2", "v2")  # axes and columns of the phase plots; at a wall they hold ξ₁ and ξ₁′
 _UNIT_AXES = (  # what stands before the unit, quantity
     ("xi2", "displacement ξ₂", "displacement"),
     ("v2", "velocity ξ₂′", "velocity"),
@@ -40,8 +41,8 @@ class TimeStepView:
     def __init__(self, on_steps: Callable[[int], None]) -> None:
         self._on_steps = on_steps
         self._result: PartialStep | None = None
-        self.orbits = {scheme: empty_source(f"step_orbit_{scheme}", "xi2", "v2") for scheme in SCHEMES}
-        self.sections = {scheme: empty_source(f"step_section_{scheme}", "xi2", "v2") for scheme in SCHEMES}
+        self.orbits = {scheme: empty_source(f"step_orbit_{scheme}", *_SHOWN) for scheme in SCHEMES}
+        self.sections = {scheme: empty_source(f"step_section_{scheme}", *_SHOWN) for scheme in SCHEMES}
         self.sizes = {
             (name, scheme): empty_source(f"step_{name}_{scheme}", "n", "size") for name in _SIZES for scheme in SCHEMES
         }
@@ -114,8 +115,9 @@ class TimeStepView:
         """Move the cursors; draw what is known, the phase plots with the n that is nearest to the one set."""
         for cursor in self._cursors:
             cursor.location = setting.steps
-        for name, *labels in _UNIT_AXES:
-            self._axes[name].show(*quantity_axis(setting, *labels))
+        for name, words, quantity in _UNIT_AXES:
+            words = words.replace("ξ₂", "ξ₁") if setting.bodies == "wall" else words
+            self._axes[name].show(*quantity_axis(setting, words, quantity))
         if result is None:
             return
         fresh = self._result is None or self._result.question != result.question
@@ -128,7 +130,7 @@ class TimeStepView:
             if len(sizes):
                 self.ranges[name].put(*(10.0**end for end in _decades(sizes)), fresh=fresh)
         drawn = [*self.orbits.values(), *self.sections.values()]
-        for name in ("xi2", "v2"):
+        for name in _SHOWN:
             columns = [source.data[name] for source in drawn]
             self.ranges[name].follow(columns, fresh=fresh, complete=result.share >= 1)
 
@@ -137,8 +139,8 @@ class TimeStepView:
         fields = [(shown_field(name, setting), getattr(question, name)) for name in ("eta", "K", "D")]
         at = ", ".join(field.words(value) if not field.unit else field.measure(value) for field, value in fields)
         self.phases[scheme].title.text = f"T/{result.steps[index]:.0f} {scheme}: {at}"
-        write(self.orbits[scheme], _narrow(result.orbit(index, scheme)))
-        write(self.sections[scheme], _narrow(result.section(index, scheme)))
+        for source, shown in ((self.orbits, result.orbit), (self.sections, result.section)):
+            write(source[scheme], _narrow(dict(zip(_SHOWN, shown(index, scheme).values(), strict=True))))
         for name in _SIZES:
             sizes = result.of_scheme(name, scheme)
             fine = np.isfinite(sizes)

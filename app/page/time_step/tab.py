@@ -9,7 +9,7 @@ from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import sweep_command, sweep_python
-from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
 from vibroscope.engine.sweeps import SCHEMES
@@ -24,7 +24,11 @@ class TimeStepTab(StudyTab):
     chosen = {}  # noqa: RUF012 - nothing to choose
     pictures = (
         *(
-            Figure(f"step_phase_{scheme}", f"Phase plot, {scheme} step", f"ξ₂′ over ξ₂ with the {scheme} step.")
+            Figure(
+                f"step_phase_{scheme}",
+                f"Phase plot, {scheme} step",
+                f"Velocity over displacement with the {scheme} step.",
+            )
             for scheme in SCHEMES
         ),
         Figure("step_spread", "Scatter over n", "Scatter of the section over the steps per period."),
@@ -48,6 +52,10 @@ class TimeStepTab(StudyTab):
             "hint": "A click in the lower figures sets n to the nearest of the study; so does the slider T/Δτ. "
             f"Each motion is run from rest over {TRANSIENT} periods, then {SAMPLE} are kept.",
         }
+
+    def obstacle(self, setting: Setting) -> str:
+        """Where nothing drives the bodies nothing moves."""
+        return free_obstacle(setting, "this study")
 
     def question(self, setting: Setting) -> StepQuestion:
         """All but n itself."""
@@ -100,7 +108,8 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str:
     status, spread, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
     if status != 0:
         return "blown up."
-    text = f"{result.words(index, scheme)}; ξ₂ scatters by {spread:.2g}; longest contact {steps:.3g} steps"
+    symbol = "ξ₁" if result.question.system.wall else "ξ₂"
+    text = f"{result.words(index, scheme)}; {symbol} scatters by {spread:.2g}; longest contact {steps:.3g} steps"
     return f"{text}; error against the reference {100 * error:.2g} %." if math.isfinite(error) else f"{text}."
 
 

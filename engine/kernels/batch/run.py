@@ -118,15 +118,15 @@ def run_cells(cells, places, plan, work, results, signals, slot):
             return
         results.status[i], results.periods[i] = status, periods
         if status == OK:
-            describe_cell(work, plan, results, i)
+            describe_cell(work, plan, p, results, i)
         signals[slot] += 1
 
 
 @jit
-def describe_cell(work, plan, results, i):
+def describe_cell(work, plan, p, results, i):
     """Write the description, the section and the end of a cell from its log."""
     log = work.log
-    statistics.describe(log, plan.sample, -1, results.numbers[i])
+    statistics.describe(log, plan.sample, -1, p.wall > 0.0, results.numbers[i])
     for j in range(plan.sample):
         for c in range(plan.coordinates.size):
             results.section[i, j, c] = log[j, statistics.SECTION + plan.coordinates[c]]

@@ -1,0 +1,69 @@
+"""Where nothing drives the bodies, each view says in one sentence what it cannot show, why, and what to do."""
+
+import pytest
+from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.shelf import shelf
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.bifurcation.tab import Bifurcation
+from vibroscope.app.page.plane.tab import PlaneTab
+from vibroscope.app.page.speed.tab import Speed
+from vibroscope.app.page.tab import Move
+from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.engine import System, compare_measured, measured_verdict, synthetic_measurement
+
+from .fakes import FakeHost
+from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
+
+FREE = shelf()["thrown"].setting
+WORDS = {
+    Bifurcation: "no motion belongs to a frequency: let the base or a force move them",
+    PlaneTab: "each cell of this plane begins at rest, where nothing moves: let the base",
+    TimeStepTab: "this study begins at rest, where nothing moves: let the base",
+    Speed: "this measurement begins at rest, where nothing moves: let the base",
+}
+
+
+@pytest.mark.parametrize("kind", WORDS)
+def test_a_study_says_why_it_has_nothing_to_show_and_computes_nothing(opened, kind):  # noqa: F811
+    tab, host = opened(kind)
+    (driven,) = Asked.all
+    tab.show(Move(2, FREE))
+    assert driven.cancelled
+    assert len(Asked.all) == 1
+    ((head, text),) = tab.panel.statements
+    assert (head, WORDS[kind] in text, text.count(".")) == ("Nothing to show", True, 1)
+    assert tab.summary(FREE) == host.summary == text
+    assert not any(cell.object.visible for cell in tab._cells)
+    assert tab.figures() == []
+    assert tab.panel.status == {}
+    tab.show(Move(3, Setting()))
+    assert len(Asked.all) == 2
+    assert all(cell.object.visible for cell in tab._cells)
+    assert tab.panel.statements == []
+
+
+def test_a_diagram_over_another_number_needs_an_own_start():
+    tab = Bifurcation(FakeHost())
+    tab.build()
+    tab.view.sweep("restitution")
+    assert "this diagram begins at rest" in tab.obstacle(FREE)
+    tab.panel.chosen = tab.panel.chosen | {"direction": "own"}
+    assert tab.obstacle(FREE) == ""
+    assert tab.obstacle(Setting()) == ""
+
+
+def test_a_measurement_is_said_to_be_compared_with_rest(capsys):
+    driven = System()
+    measured = synthetic_measurement(driven, 2.76, periods=4)
+    found = compare_measured(FREE.system, FREE.eta, measured, FREE.penalty, periods=60)
+    words = measured_verdict(found)
+    assert words.startswith("Nothing drives the bodies. A measurement is compared with the motion that a run")
+    with pytest.raises(ValueError, match="nothing drives the bodies, so that they come to rest: give what drives them"):
+        synthetic_measurement(FREE.system, FREE.eta)
+
+
+def test_the_command_refuses_an_example_of_a_motion_that_nothing_drives(capsys, tmp_path):
+    file = tmp_path / "free.toml"
+    file.write_text("[excitation]\nbase = 0\n")
+    assert main(["measurement", "--system", str(file)]) == 2
+    assert "nothing drives the bodies" in capsys.readouterr().err
