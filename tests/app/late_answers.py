@@ -129,7 +129,8 @@ class World(Document):
             raise ValueError("no result")
         if what == "kinds":
             self.known[setting.eta] = kinds_of(setting)
-        return {"runs": RunPair(setting, None, None), "verdict": explanation_of(setting), "kinds": kinds_of(setting)}[what]
+        runs = RunPair(setting, None, None)
+        return {"runs": runs, "verdict": explanation_of(setting), "kinds": kinds_of(setting)}[what]
 
     # -- what a tab asks of the page, a queue of its pool, and a channel of the document
 
@@ -187,7 +188,7 @@ class World(Document):
 
 
 def _orders(job):
-    return ("ask", "end", "fail") if job.solves else ("",)
+    return ("ask", "end", "end", "fail") if job.solves else ("",)
 
 
 def description_of(setting):

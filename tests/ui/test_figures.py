@@ -193,7 +193,7 @@ def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(vi
 
 
 def test_the_verdict_of_another_setting_is_not_read_as_that_of_the_figures(visit):
-    """While the verdict, or the figures, of a new setting are not known, the one before is hidden after half a second."""
+    """While verdict or figures of a new setting are not known, the one before is hidden after half a second."""
     explorer = visit().explained()
     text = explorer.page.locator(".line.verdict p").first
     mark = explorer.page.locator(".line.verdict .stale-mark")
