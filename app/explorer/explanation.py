@@ -182,7 +182,7 @@ def _change_texts(change: dict[str, float | bool]) -> dict[str, str]:
         if name == "located":
             texts[name] = "yes" if value else "no"
         else:
-            texts[name] = print_number(round(value) if name == "steps" else float(f"{value:.3g}"))
+            texts[name] = print_number(value)
     return texts
 
 

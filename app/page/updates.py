@@ -1,4 +1,22 @@
-"""The way of results to the browser: from worker threads to the loop of the session, then one update at a time."""
+"""The way of results to the browser: from worker threads to the loop of the session, then one update at a time.
+
+Answers may come late and in any order. Who numbers a request, and who drops an answer that is too late:
+
+1. The browser numbers each move (`controls.js`); until the last one is answered it keeps what its user has set, shows
+   "computing", and after half a second hides the verdict (`findings.js`).
+2. A job queue has one request that waits, the newest, and one that runs; one that is overtaken ends early, or its
+   answer comes before the newer one's (`JobQueue`). So figures come in the order of the moves.
+3. Every answer goes to the loop of the session (`SessionLoop`), where alone anything is shown: a result is compared
+   there with what is shown at that moment, and nothing can come between.
+4. An update that the browser has no time for is replaced by a newer one (`UpdateChannel`); each answers a move.
+5. What belongs to figures, their verdict and the kinds of their motions, is asked for when these are written, and again
+   if a move has stopped it whose figures then failed. It is shown only if the figures are still those of its setting
+   (`Explainer`, `MotionJudge`); until then, that of the setting before is marked as pending (`Findings`).
+6. What answers a question (a study, a search, a measurement) is a `Job`: one that was cancelled delivers nothing, and
+   another question cancels it (`on_loop`, `Suggester`).
+
+`tests/app/test_late_answers.py` tries the orders.
+"""
 
 from __future__ import annotations
 

@@ -91,14 +91,14 @@ def _joint_damping_sentence(comparison: Comparison, best: Experiment) -> tuple[s
 
 def _stiffness_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     old, new = comparison.runs.penalty.method, best.method
-    along = "" if new.damping == old.damping else f" with D = {new.damping:.3g}"
+    along = "" if new.damping == old.damping else f" with D = {new.damping:g}"
     text = f"K = {new.stiffness:g}{along} leaves {percent(best.remaining)}."
     return text, {"K": new.stiffness} | ({"D": new.damping} if along else {})
 
 
 def _damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     value = best.method.damping
-    return f"D = {value:.3g}, which restores the right rebound, leaves {percent(best.remaining)}.", {"D": value}
+    return f"D = {value:g}, which restores the right rebound, leaves {percent(best.remaining)}.", {"D": value}
 
 
 def _rounded_up(steps: float) -> int:

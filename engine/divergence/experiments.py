@@ -89,16 +89,17 @@ def _remaining_without(comparison: Comparison, part: str) -> float:
 
 
 def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark]]:
-    """Yield the name of a number, and Newmark's method with this number changed."""
+    """Yield the name of a number, and Newmark's method with this number changed, to one of three digits."""
     method = comparison.runs.penalty.method
     equal = equal_damping(comparison, method.stiffness)
     if abs(method.damping - equal) > EQUAL * equal:
-        yield "D", replace(method, damping=equal)
-    stiffer = STIFFER * method.stiffness
+        yield "D", replace(method, damping=round_to_three_digits(equal))
+    stiffer = round_to_three_digits(STIFFER * method.stiffness)
     if stiffer <= STIFFNESS_RANGE[1]:
         yield "K", replace(method, stiffness=stiffer)
         if method.damping > 0:
-            yield "K", replace(method, stiffness=stiffer, damping=STIFFER**0.5 * method.damping)
+            damping = round_to_three_digits(STIFFER**0.5 * method.damping)
+            yield "K", replace(method, stiffness=stiffer, damping=damping)
 
 
 def _remaining_with(comparison: Comparison, method: Newmark, cancelled) -> float:
@@ -110,3 +111,8 @@ def _remaining_with(comparison: Comparison, method: Newmark, cancelled) -> float
     if period:
         return Target(comparison.runs.reference, period).error(changed, cancelled)
     return comparison.statistics.total_of(long_section(changed, cancelled))
+
+
+def round_to_three_digits(value: float) -> float:
+    """Round a K or D that may be proposed to three significant digits, few enough to read."""
+    return float(f"{value:.3g}")

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..divergence.contact import damping_for, damping_ratio, damping_ratio_for, stiffness_for
+from ..divergence.experiments import round_to_three_digits
 from ..methods import STIFFNESS_RANGE
 from ..model import System
 from .limits import Limits
@@ -147,8 +148,3 @@ class ContactSearch:
 def _first(count: int, trials: list[Trial], key: Callable[[Trial], tuple]) -> list[NewmarkSetting]:
     """Return the settings of the best trials, without those that diverged."""
     return [trial.setting for trial in sorted(trials, key=key)[:count] if math.isfinite(trial.error)]
-
-
-def round_to_three_digits(value: float) -> float:
-    """Round to three significant digits."""
-    return float(f"{value:.3g}")

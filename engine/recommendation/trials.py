@@ -19,6 +19,7 @@ rest is not accepted.
 """
 
 import math
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from typing import NamedTuple
@@ -27,6 +28,7 @@ import numpy as np
 
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
+from ..drivers.skipped_samples import SkippedSamples
 from ..methods import STEPS_RANGE, Newmark
 from ..motions.steady import KEEP, LONG, Steady
 from ..result import Checkpoint, Record
@@ -99,6 +101,7 @@ class Trials:
         self._start = tuple(found.state.tolist())
         self._transient = transient_of(found)
         self._keep = KEEP_LOCATED if located else KEEP
+        self._of_thread = threading.local()  # what makes its runs by skips
         self._short: dict[tuple, tuple[float, float]] = {}  # what short runs gave, of which many are asked for again
 
     def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
@@ -163,22 +166,34 @@ class Trials:
         self, setting: NewmarkSetting, start: tuple, periods: int, keep: int, per_period: int, every_step: bool = False
     ) -> tuple[float, float]:
         """Return error and solves per period."""
-        method = Newmark(*setting, located=self.located, every_step=every_step)
-        checkpoint = Checkpoint(self._system, self.eta, method, 0, start)
-        samples, steps = sample_run(
-            self._system,
-            self.eta,
-            method,
-            checkpoint,
-            periods=periods,
-            record=Record(keep, per_period, setting.steps),
-            cancelled=self._cancelled,
-        )
-        if samples is None:
+        record = Record(keep, per_period, setting.steps)
+        if every_step or self.located or not self._skipping.can_run(setting.steps):
+            displacement, steps = self._run_alone(setting, start, periods, record, every_step)
+        else:
+            displacement, steps = self._skipping.run(*setting, start, periods, record)
+        if displacement is None:
             return math.inf, steps / periods
-        displacement = samples.displacement[:, :-1].reshape(2, keep, -1)
         grid = Record(1, displacement.shape[2], setting.steps)
         return self.target.error_of_samples(displacement, grid, self._cancelled), steps / periods
+
+    @property
+    def _skipping(self) -> SkippedSamples:
+        """What makes the runs of this thread by skips."""
+        if not hasattr(self._of_thread, "skipping"):
+            self._of_thread.skipping = SkippedSamples(self._system, self.eta, self._cancelled)
+        return self._of_thread.skipping
+
+    def _run_alone(
+        self, setting: NewmarkSetting, start: tuple, periods: int, record: Record, every_step: bool
+    ) -> tuple[np.ndarray | None, int]:
+        """Return what `SkippedSamples.run` returns, of a run whose every step is taken."""
+        method = Newmark(*setting, located=self.located, every_step=every_step)
+        checkpoint = Checkpoint(self._system, self.eta, method, 0, start)
+        options = {"periods": periods, "record": record, "cancelled": self._cancelled}
+        samples, steps = sample_run(self._system, self.eta, method, checkpoint, **options)
+        if samples is None:
+            return None, steps
+        return samples.displacement[:, :-1].reshape(2, record.periods, -1), steps
 
 
 def neighbourhood(setting: NewmarkSetting, numbers: Iterable[int]) -> Iterator[NewmarkSetting]:

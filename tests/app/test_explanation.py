@@ -8,6 +8,7 @@ from vibroscope.app.explorer.explanation import describe, explain, paragraphs
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting, read_setting, read_values
+from vibroscope.app.explorer.words_in_units import words_of_change
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Verdict
 
@@ -53,6 +54,16 @@ def test_the_numbers_say_what_each_change_leaves():
     line = next(line for line in explain(runs_of("9B")).details if line.startswith("If one number alone is changed: "))
     changes = line.partition(": ")[2].split("; ")
     assert all(" leaves " in change and change.rstrip(".").endswith("%") for change in changes)
+
+
+@pytest.mark.parametrize("units", ["none", "si", "mm-t-s"])
+@pytest.mark.parametrize(("eta", "K", "D"), [(1.08, 123.4, 50.0), (1.2, 1234.5, 100.3), (2.76, 150.3, 9.0)])
+def test_the_change_that_is_offered_has_the_digits_of_its_sentence(eta, K, D, units):
+    setting = Setting(eta=eta, K=K, D=D, units=units, omega1=94.25, m1=2.0, amplitude=0.5)
+    found = explain(compute_runs(setting, cache=CACHE))
+    assert {*found.change} & {"K", "D"}
+    for each in words_of_change(found.change, setting).split(", "):
+        assert each.partition(" = ")[2] in found.in_units(setting.scale).headline
 
 
 def test_a_change_is_offered_only_if_the_page_takes_it(monkeypatch):

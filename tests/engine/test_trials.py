@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import Newmark, Record, Reference, System, recommend, simulate, steady
 from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.drivers import skipped_samples
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trials
 
 ETA = 2.76
@@ -27,9 +28,9 @@ def runs(monkeypatch):
 
 
 @pytest.mark.parametrize("located", [False, True])
-@pytest.mark.parametrize("eta", [ETA, 3.25])  # one period and two
-def test_the_error_of_a_trial_is_that_of_a_single_run(eta, located):
-    found = steady(System(), eta, Reference())
+@pytest.mark.parametrize(("system", "eta"), [(System(), ETA), (System(), 3.25), (System(wall=True), 2.2)])  # 1, 2, 1
+def test_the_error_of_a_trial_is_that_of_a_single_run(system, eta, located):
+    found = steady(system, eta, Reference())
     rng = np.random.default_rng(6)
     with ThreadPoolExecutor(1) as pool:
         trials = Trials(found, located, pool)
@@ -37,10 +38,19 @@ def test_the_error_of_a_trial_is_that_of_a_single_run(eta, located):
             K, steps = np.exp(rng.uniform(np.log(20), np.log(20_000))), int(rng.integers(16, 300))
             setting = NewmarkSetting(K, 0.15 * np.sqrt(K), steps)
             method, record = Newmark(*setting, located=located), Record(12, 32, steps)
-            run = simulate(System(), eta, method, periods=62, keep=12, initial=found.state, record=record)
+            run = simulate(system, eta, method, periods=62, keep=12, initial=found.state, record=record)
             error, cost = trials._run(setting, tuple(found.state.tolist()), 62, 12, 32)
             assert error == Target(found.response, found.period).error(run)
             assert cost == run.cost.steps / 62
+
+
+def test_contacts_that_fill_their_buffer_change_no_trial(trials, monkeypatch):
+    setting = NewmarkSetting(20_000.0, 20.0, 3000)
+    usual = trials.screen_one(setting)
+    monkeypatch.setattr(skipped_samples, "CAPACITY", 3)
+    with ThreadPoolExecutor(1) as pool:
+        again = Trials(steady(System(), ETA, Reference()), False, pool).screen_one(setting)
+    assert again == usual
 
 
 def test_a_trial_that_diverges_has_no_error(trials):

@@ -193,7 +193,7 @@ def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(vi
 
 
 def test_the_verdict_of_another_setting_is_not_read_as_that_of_the_figures(visit):
-    """While the verdict of the new figures is not known, the one before is greyed for half a second, then hidden."""
+    """While verdict or figures of a new setting are not known, the one before is hidden after half a second."""
     explorer = visit().explained()
     text = explorer.page.locator(".line.verdict p").first
     mark = explorer.page.locator(".line.verdict .stale-mark")
@@ -210,3 +210,9 @@ def test_the_verdict_of_another_setting_is_not_read_as_that_of_the_figures(visit
     explorer.page.evaluate(set_pending, False)
     text.wait_for(timeout=2000)
     assert not mark.is_visible()
+    set_moving = "on => document.dispatchEvent(new CustomEvent('vibroscope:moving', { detail: { value: on } }))"
+    explorer.page.evaluate(set_moving, True)  # as while the figures of another setting are computed
+    mark.wait_for(timeout=2000)
+    assert not text.is_visible()
+    explorer.page.evaluate(set_moving, False)
+    text.wait_for(timeout=2000)

@@ -140,6 +140,14 @@ def test_each_tab_offers_files_of_each_kind(visit, tab):
     assert f"tab={tab}" in report or tab == "explore"
 
 
+@pytest.mark.parametrize("bodies", ["pendulums", "two", "wall"])
+def test_the_drawing_of_the_bodies_is_taken_as_any_picture(visit, bodies):
+    explorer = visit(f"?bodies={bodies}")
+    for kind, begins in (("PNG", b"\x89PNG"), ("SVG", b"<svg"), ("PDF", b"%PDF-1.4")):
+        assert taken(explorer, f"Bodies as {kind}")[1].startswith(begins)
+    assert explorer.error() == ""
+
+
 def test_the_menu_follows_the_tab(visit):
     explorer = visit()
     assert "Contact force" in menu(explorer)

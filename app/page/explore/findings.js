@@ -4,7 +4,8 @@
 const LARGEST = 1;
 const SMALLEST = 1e-4;
 
-// The verdict of the setting before stays, greyed, for so long (ms): most are known by then, and the text does not flicker.
+// The verdict of the setting before stays for so long (ms), greyed once there are new figures: most are known by then, and
+// the text does not flicker.
 const STALE_AFTER = 500;
 
 export function render({ model }) {
@@ -19,22 +20,29 @@ export function render({ model }) {
   ];
   const draw = () => {
     const { content } = model;
-    const pending = content.pending === true || content.headline === undefined;
+    pending = content.pending === true || content.headline === undefined;
     root.dataset.pending = String(pending);
-    markStale(pending);
+    markStale();
     lines.forEach((show) => show(content));
     emit("findings", content);
   };
-  // Counted from the first result without a verdict: while a slider moves, there is a new one with each frame.
+  // Counted from the first move without an answer, or result without a verdict: while a slider moves, there is a new one
+  // with each frame.
+  let pending = true;
+  let moving = false;
   let timer = 0;
-  const markStale = (pending) => {
-    if (pending) timer ||= setTimeout(() => { root.dataset.stale = "true"; }, STALE_AFTER);
+  const markStale = () => {
+    if (pending || moving) timer ||= setTimeout(() => { root.dataset.stale = "true"; }, STALE_AFTER);
     else {
       clearTimeout(timer);
       timer = 0;
       root.dataset.stale = "false";
     }
   };
+  listen("moving", ({ value }) => {
+    moving = value;
+    markStale();
+  });
   listen("report-findings", () => emit("findings", model.content));
   model.on("content", draw);
   draw();

@@ -273,8 +273,10 @@ class Explore(Tab):
             "undo the last move, or choose another value.",
             move,
         )
-        if self._result is not None and self._explanation is None:  # that of the figures was stopped for this one
-            self._update_findings(self._explainer.follow(self._result.setting))
+        if self._result is not None:  # what belongs to its figures was stopped for this move
+            setting = self._result.setting
+            self._kinds = self._kinds or self._judge.follow(setting)
+            self._update_findings(self._explanation or self._explainer.follow(setting))
 
     def _write(self, result: Result) -> None:
         """Change all figures in place."""

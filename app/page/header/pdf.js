@@ -279,25 +279,34 @@ const circlePath = (x, y, rx, ry) => `M ${x - rx} ${y} A ${rx} ${ry} 0 0 1 ${x +
 function pathOutline(description) {
   const drawn = [];
   let [x, y] = [0, 0];
-  for (const [, letter, rest] of description.matchAll(/([a-zA-Z])([^a-zA-Z]*(?:e[-+]?\d+[^a-zA-Z]*)*)/g)) {
+  for (const [, given, rest] of description.matchAll(/([a-zA-Z])([^a-zA-Z]*(?:e[-+]?\d+[^a-zA-Z]*)*)/g)) {
     const numbers = (rest.match(/[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?/gi) ?? []).map(Number);
-    const each = { M: 2, L: 2, Q: 4, C: 6, A: 7, Z: 0 }[letter];
+    const relative = given !== given.toUpperCase();
+    const letter = given.toUpperCase();
+    const each = { M: 2, L: 2, H: 1, V: 1, Q: 4, C: 6, A: 7, Z: 0 }[letter];
     if (each === undefined) throw new Error(`a PDF of the path “${letter}” is not foreseen: take SVG`);
     if (letter === "Z") drawn.push("h");
     for (let i = 0; i + each <= numbers.length && each; i += each) {
-      const given = numbers.slice(i, i + each);
-      const [endX, endY] = given.slice(-2);
-      if (letter === "M" || letter === "L") drawn.push(`${pointText(endX, endY)} ${letter === "M" && !i ? "m" : "l"}`);
-      if (letter === "C") drawn.push(`${pointText(...given)} c`);
+      const part = numbers.slice(i, i + each).map((value, k) => value + (relative ? originOf(letter, k, each, x, y) : 0));
+      const [endX, endY] = letter === "H" ? [part[0], y] : letter === "V" ? [x, part[0]] : part.slice(-2);
+      if ("MLHV".includes(letter)) drawn.push(`${pointText(endX, endY)} ${letter === "M" && !i ? "m" : "l"}`);
+      if (letter === "C") drawn.push(`${pointText(...part)} c`);
       if (letter === "Q") {
-        const [qx, qy] = given;
+        const [qx, qy] = part;
         drawn.push(`${pointText((x + 2 * qx) / 3, (y + 2 * qy) / 3, (endX + 2 * qx) / 3, (endY + 2 * qy) / 3, endX, endY)} c`);
       }
-      if (letter === "A") drawn.push(...arcOutline([x, y], given));
+      if (letter === "A") drawn.push(...arcOutline([x, y], part));
       [x, y] = [endX, endY];
     }
   }
   return drawn.join(" ");
+}
+
+// What the k-th number of a relative command is counted from: of an arc, radii, angle and flags are not relative.
+function originOf(letter, k, each, x, y) {
+  if (letter === "V") return y;
+  if (letter === "A" && k < each - 2) return 0;
+  return (each - k) % 2 === 0 || letter === "H" ? x : y;
 }
 
 // An elliptical arc as Bézier curves of at most a quarter each; the radii suffice, as they do in drawings of a browser.
