@@ -83,8 +83,8 @@ for each in held:
 print(f"{COUNT} silent connections: a page after {taken:.0f} ms, all of them closed after {time.monotonic() - begun:.0f} s")
 END
 }
-told=$(silent 2>"$work/silent.log") || grep -q '^NOT TRIED' "$work/silent.log" || fail "silent connections"
-say "${told:-$(cat "$work/silent.log")}"
+report=$(silent 2>"$work/silent.log") || grep -q '^NOT TRIED' "$work/silent.log" || fail "silent connections"
+say "${report:-$(cat "$work/silent.log")}"
 
 # headers STATUS [curl's options] ADDRESS: the (last) answer must have this status, and each header once
 headers() {
@@ -94,7 +94,7 @@ headers() {
     for name in "${security[@]}"; do
         [ "$(grep -ci "^$name:" <<<"$answer")" = 1 ] || fail "$status: $name not once: $answer"
     done
-    ! grep -Eqi '^server: .*/[0-9]' <<<"$answer" || fail "$status: the server tells its version"
+    ! grep -Eqi '^server: .*/[0-9]' <<<"$answer" || fail "$status: the server shows its version"
 }
 mapfile -t security < <(.venv/bin/python -c 'if 1:
     from vibroscope.app.server.security import HEADERS

@@ -149,5 +149,5 @@ def _motion_text(response: Response, found: engine.Motion, initial: Sequence[flo
     if isinstance(method, Newmark) and found.period != 1 and method.law == CONTACT_LAWS[0] and response.keep >= _KEEP:
         return engine.repetition(engine.motion(response.system, response.eta, method, initial=initial))
     if not found.near_period and response.keep < 4:
-        return f"{response.keep} kept periods are too few to tell"
+        return f"{response.keep} kept periods are too few to show a cycle"
     return f"{engine.repetition(found)}{'' if found.near_period else f' within {response.keep // 2} periods'}"

@@ -1,4 +1,4 @@
-"""Classes and colours of the cells of the K–D plane: few, so that the eye can tell them apart. No panel import.
+"""Classes and colours of the cells of the K–D plane: few, so that the eye can distinguish them. No panel import.
 
 Periods have the same colours in all figures of studies (after Okabe and Ito, Tol); other quantities go from dark to
 light (cividis, which looks the same to the colour-blind). All colours stand in one palette that never changes, so that

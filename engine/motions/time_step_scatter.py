@@ -3,7 +3,7 @@
 A constant step detects each contact change late by a part of a step, which differs from one change to the next. The
 discrete map therefore consists of affine pieces, one for each sequence of steps with and without contact, with jumps of
 the order of Δτ between them, and a section that should be a point is a band. The derivative of the discrete map does
-not help to tell this scatter from motion: within a piece the instant of contact does not move at all, and the few steps
+not distinguish this scatter from motion: within a piece the instant of contact does not move at all, and the few steps
 of a short contact rotate and stretch a disturbance at random. (For K = 12000, D = 18 and T/2000, the largest exponent
 of the map is positive at η = 2.76, where the motion is periodic, and negative at η = 1.70, where it is chaotic.) The
 limit Δτ → 0 decides instead:
@@ -80,7 +80,7 @@ def judge_newmark_section(
     elif decided is Kind.UNDECIDED:
         reason = (
             f"the section is a band (standard deviation {listed} steps per period), and without a time step the motion "
-            f"is {limit.type}: more steps per period would tell"
+            f"is {limit.type}: more steps per period would decide"
         )
     else:
         reason = (

@@ -1,6 +1,6 @@
 """What belongs where in a store: digests of its numbers and its files, by which damage is found.
 
-A checksum within a chunk cannot tell that the chunk is another one's, and none protects a description. So the folder
+A checksum within a chunk does not show that the chunk is another one's, and none protects a description. So the folder
 `FOLDER` of a store holds a manifest: one file of the study (`StudyManifest`), and one for each chunk, its *seal*, with
 digests of the numbers of all variables. A seal is written last: where it agrees, the chunk is complete and in place.
 Seals are files of their own, so that chunks are written side by side, by several machines, without a lock.

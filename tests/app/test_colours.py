@@ -17,7 +17,7 @@ from .fakes import FakeHost
 THEME_JS = Path(__file__).parents[2] / "app/page/shared/theme.js"
 DARK = dict(re.findall(r'"(#\w{6})": "(#\w{6})"', THEME_JS.read_text()))
 LEAST_DISTANCE = 20  # in CIELAB between two curves that differ in colour alone; about 2 is just noticeable side by side
-LEAST_WIDTH = 2  # pixels by which curves differ that are told apart by their width
+LEAST_WIDTH = 2  # pixels by which curves differ that differ by their width alone
 TEXT, GRAPHICS = 4.5, 3.0  # contrasts that WCAG 2.1 asks for (1.4.3, 1.4.11)
 
 # Machado, Oliveira and Fernandes (2009), severity 1, on linear RGB; sRGB to XYZ (IEC 61966-2-1).

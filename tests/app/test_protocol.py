@@ -42,7 +42,7 @@ def test_what_is_sent_equals_bokehs_own_with_models_new_and_known(monkeypatch):
     source.data["x"] = np.arange(3.0)
     assert unsent(doc)
     with monkeypatch.context() as patched:
-        patched.setattr(doc.models, "flush_synced", lambda still_new: None)  # the next message has the same to tell
+        patched.setattr(doc.models, "flush_synced", lambda still_new: None)  # the next message has the same changes
         theirs = Protocol().create("PATCH-DOC", events)
     ours = PageProtocol().create("PATCH-DOC", events)
     assert unsent(doc) == set()

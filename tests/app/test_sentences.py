@@ -39,9 +39,9 @@ def test_comparisons_hold_numbers_or_words():
     for _ in range(COUNT):
         system, eta, method, reference = random_case(rng)
         comparison = compare(system, eta, method, reference=reference, periods=60, keep=8)
-        told = comparison, verdict(comparison), comparison.split() if comparison.complete else None
-        json.dumps(as_json(*told), allow_nan=False)
-        text = as_text(*told)
+        arguments = comparison, verdict(comparison), comparison.split() if comparison.complete else None
+        json.dumps(as_json(*arguments), allow_nan=False)
+        text = as_text(*arguments)
         found += [(eta, method, text)] if NO_NUMBER.search(text) else []
     assert not found
 

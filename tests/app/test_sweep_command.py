@@ -115,7 +115,7 @@ def test_what_cannot_be_written_is_shown(tmp_path, capsys):
 
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path, capsys):
-    """At a terminal, with progress on it; the signal comes once the first cells are told."""
+    """At a terminal, with progress on it; the signal comes once the first cells are reported."""
     path = str(tmp_path / "eta.zarr")
     command = ["sweep", "eta", "--from", "1.6", "--to", "1.8", "--count", "40", "--solver", "newmark", "--K", "3000"]
     command += ["--D", "10", "--steps", "2000", "--transient", "20000", "--sample", "20"]

@@ -47,7 +47,7 @@ def allowed(case):
 
 
 def events_of(response):
-    """As in hard.json: (τ, kind, g′ before; nan where the response does not tell)."""
+    """As in hard.json: (τ, kind, g′ before; nan where the response does not hold it)."""
     impacts, contacts, end = response.impacts, response.contacts, response.window[1]
     rigid = isinstance(response.method, Reference)
     found = [(t, 1 if not rigid else 2, np.nan) for t in contacts[:, 1] if t < end]

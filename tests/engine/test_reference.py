@@ -117,7 +117,7 @@ def grazing_gaps():
 
 @pytest.mark.parametrize("depth", [0.0, 1e-14, 1e-12, 1e-8, 1e-5])
 def test_a_shallow_dip_is_not_passed(depth):
-    """One start touches with almost no speed, its neighbour in the last place does not: a dip is told by its sign."""
+    """One start touches with almost no speed, its neighbour in the last place does not: a dip shows by its sign."""
     touching, clear = grazing_gaps()
     hit, missed = from_gap(touching - depth), from_gap(clear + depth)
     assert len(missed.impacts) == 1

@@ -45,7 +45,7 @@ def allowed(case, response):
 
 
 def events_of(response):
-    """As in systems.json: (τ, kind, g′ before; nan where the response does not tell)."""
+    """As in systems.json: (τ, kind, g′ before; nan where the response does not hold it)."""
     impacts, contacts, end = response.impacts, response.contacts, response.window[1]
     rigid = isinstance(response.method, Reference)
     found = [(t, 2 if rigid else 1, np.nan) for t in contacts[:, 1] if t < end]

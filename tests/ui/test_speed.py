@@ -1,4 +1,4 @@
-"""Speed against error in a browser: measured for the setting, ringed, told, and silent while hidden."""
+"""Speed against error in a browser: measured for the setting, ringed, put into words, and silent while hidden."""
 
 from .explorer import wait_until
 from .test_studies import complete, opened, panel

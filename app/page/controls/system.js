@@ -49,9 +49,9 @@ function typedLengths(rows) {
 function numberGroup({ title, numbers }, link) {
   const box = element("fieldset", "numbers");
   box.append(element("legend", "", title));
-  // What is shown and not typed stays, so the server is told which of two forms is shown.
-  const telling = { set: (texts) => link.set({ ...texts, forms: rows.filter((row) => row.other && isShown(row)).map(({ name }) => name).join(" ") }) };
-  const rows = numbers.map((number) => systemRow(number, telling));
+  // What is shown and not typed stays, so the message names the forms that are shown.
+  const withForms = { set: (texts) => link.set({ ...texts, forms: rows.filter((row) => row.other && isShown(row)).map(({ name }) => name).join(" ") }) };
+  const rows = numbers.map((number) => systemRow(number, withForms));
   box.append(...rows.map((row) => row.element));
   const chosen = new Set(); // of numbers in two forms, those that are shown in the second
   for (const row of rows) {

@@ -10,7 +10,7 @@ from high_precision import Problem
 from .methods import exact, reference
 
 SAMPLES = 2
-LIMIT = 1e-24  # a threshold that cannot be told from its limit 0 in double precision
+LIMIT = 1e-24  # a threshold that cannot be distinguished from its limit 0 in double precision
 SEEDS = 44
 FREE = {"base": 0.0}
 NO_BASE = {"base": 0.0, "force1": 1.0}
