@@ -37,7 +37,7 @@ SERVER_HOOKS = {
     "columns": "from vibroscope.app.page.explore import column_sender as sender; "
     "sender.ColumnSender.put = lambda _, *columns: sender.write(*columns)",
 }
-VISIT_HOOKS = {"defaults": "from vibroscope.app.server import building; building.forget_empty_defaults = len"}
+VISIT_HOOKS = {"defaults": "from vibroscope.app.server import building; building.forget_empty_defaults = id"}
 PAGE_HOOKS = ("colours", "sheets", "positions", "glyphs", "legends", "tooltips")
 PAGE_HOOK = """
 from vibroscope.app.page import page

@@ -19,9 +19,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from .model import Excitation, System, check_eta, flag, require
-from .units import Units
+from .units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, Units
 
-_LARGE = 1e15
+_LEAST, _LARGE = 1e-30, 1e15  # what follows from such numbers is neither 0 nor infinite
 _GIVE = "give a number in the unit that its name ends with"
 
 
@@ -36,10 +36,9 @@ class PhysicalSystem(NamedTuple):
 class _Range(NamedTuple):
     low: float
     high: float
-    open_low: bool = False
 
 
-_ABOVE_ZERO, _FROM_ZERO, _ANY = _Range(0, _LARGE, True), _Range(0, _LARGE), _Range(-_LARGE, _LARGE)
+_ABOVE_ZERO, _FROM_ZERO, _ANY = _Range(_LEAST, _LARGE), _Range(0, _LARGE), _Range(-_LARGE, _LARGE)
 # by name: what it means, and what is allowed
 KEYS = {
     "mass1_kg": ("mass of body 1", _ABOVE_ZERO),
@@ -97,15 +96,15 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     _check_form(given, wall)
     for name, value in given.items():
         allowed = KEYS[name][1]
-        given[name] = require(name, value, allowed.low, allowed.high, _GIVE, open_low=allowed.open_low)
+        given[name] = require(name, value, allowed.low, allowed.high, _GIVE)
     m1 = given["mass1_kg"]
     k1 = _stiffness(given, 1, m1)
-    omega1 = math.sqrt(k1 / m1)
     frequency = given.get("frequency_Hz")
-    eta = None if frequency is None else check_eta(2 * math.pi * frequency / omega1)
     base = _base_amplitude(given, frequency)
     length = _length(given, k1, base)
-    units = Units(omega1, m1, 1e3 * length)
+    units = _units(m1, k1, length)
+    omega1 = units.omega1
+    eta = None if frequency is None else check_eta(2 * math.pi * frequency / omega1)
     force = 1.0 / (k1 * length)
     own = {"d1": _damping_ratio(given, 1, m1, k1), "wall": wall}
     if not wall:
@@ -183,6 +182,16 @@ def _damping_ratio(given: dict, body: int, mass: float, stiffness: float) -> flo
     if not ratio < 1:
         raise ValueError(f"body {body} has the damping ratio {ratio:.4g}, outside [0, 1): give a weaker damper")
     return ratio
+
+
+def _units(m1: float, k1: float, length: float) -> Units:
+    """What the numbers are counted in, with a length in m; refused in the words of the entry."""
+    omega1, millimetres = math.sqrt(k1 / m1), 1e3 * length
+    require("mass1_kg", m1, *M1_RANGE, "give a mass of body 1 within this range")
+    require("sqrt(spring/mass) of body 1", omega1, *OMEGA1_RANGE, "give another mass, spring or frequency1_Hz")
+    advice = "give a base, length_mm, force or clearance of another size"
+    require("the length that is counted in, in mm,", millimetres, *BASE_AMPLITUDE_RANGE, advice)
+    return Units(omega1, m1, millimetres)
 
 
 def _base_amplitude(given: dict, frequency: float | None) -> float:

@@ -88,7 +88,7 @@ def physical_field(name: str) -> ShownField:
 def physical_bounds(name: str) -> tuple[float, float]:
     """Smallest and largest number that may be typed."""
     allowed = KEYS[name][1]
-    low = _LEAST if allowed.open_low and name not in _BASE else allowed.low  # a base at rest has the amplitude 0
+    low = 0.0 if name in _BASE else _LEAST if allowed.low > 0 else allowed.low  # a base at rest has the amplitude 0
     return low, math.nextafter(1.0, 0.0) if name.endswith("_ratio") else allowed.high
 
 

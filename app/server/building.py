@@ -62,5 +62,5 @@ def _reply(message: Message, connection: ServerConnection) -> Message:
     doc = connection.session.document
     reply = connection.protocol.create("PULL-DOC-REPLY", message.header["msgid"], doc)
     _ = reply.content_json  # written here and kept, so that the loop need not write 400 kB
-    forget_empty_defaults(doc)
+    forget_empty_defaults(doc.models)
     return reply

@@ -218,7 +218,7 @@ def test_empty_defaults_are_forgotten_and_come_again():
     before = doc.to_json(deferred=False)
     assert len(kept()) > 50
     drawn.tags.append("set")  # is kept, since it is no default any more
-    forget_empty_defaults(doc)
+    forget_empty_defaults(doc.models)
     assert kept() == []
     drawn.tags.remove("set")
     drawn.css_classes.append("new")

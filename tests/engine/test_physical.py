@@ -90,7 +90,12 @@ def test_files_of_any_system_are_read_back(system):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"mass1_kg": 0.0}, r"mass1_kg = 0\.0 is outside \(0, 1e\+15\]"),
+        ({"mass1_kg": 0.0}, r"mass1_kg = 0\.0 is outside \[1e-30, 1e\+15\]"),
+        ({"mass1_kg": 1e-20}, "mass1_kg = 1e-20 is outside .*: give a mass of body 1"),
+        ({"stiffness1_N_per_m": 5e-324}, r"stiffness1_N_per_m = 5e-324 is outside"),
+        ({"stiffness1_N_per_m": 1e-25}, r"sqrt\(spring/mass\) of body 1 = .* give another mass, spring or"),
+        ({"frequency_Hz": 1e-200}, "frequency_Hz = 1e-200 is outside"),
+        ({"frequency_Hz": 1e12}, "the length that is counted in, in mm, = .* is outside .*: give a base"),
         ({"mass1_kg": 1e308}, "mass1_kg = 1e.308 is outside"),
         ({"stiffness1_N_per_m": None}, "stiffness1_N_per_m or frequency1_Hz is missing"),
         ({"frequency1_Hz": 10.0}, "both stiffness1_N_per_m and frequency1_Hz"),
