@@ -2,7 +2,8 @@
 
 Two servers run at the same time and take turns, so that what else the machine does meets both. For a hook of the server
 (`app.compat` and what uses it) visitors move a slider every second, and the measure is the time of the event loop's
-thread per move. For a hook of the page (``compat.js``) the measure is the time of the page's main thread per key press,
+thread per move; ``defaults`` concerns what ended sessions leave, and there it is per visit, collections included. For a
+hook of the page (``compat.js``) the measure is the time of the page's main thread per key press,
 or per move of the pointer, and the time from the key to the paint. Each line gives with, without, and their ratio.
 
 .venv/bin/python benchmarks/hooks.py [NAME …]
@@ -11,6 +12,7 @@ or per move of the pointer, and the time from the key to the paint. Each line gi
 import asyncio
 import functools
 import sys
+import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -18,10 +20,11 @@ import numpy as np
 from _pages import Visit, alive, free_port, launch, running, wait_until
 from browser import EXPLORER, point, press
 from playwright.sync_api import sync_playwright
-from sessions import Visitor, url_of
+from sessions import Visitor, come_and_go, empty, url_of
 
 ROUNDS = 2
 VISITORS, MOVES = 10, 12  # of each server, one move a second
+VISITS, AT_ONCE, COLLECTED = 64, 8, 5.0  # of each server; s after the last session until garbage has been collected
 KEYS, POINTS = 10, 60
 # How a server leaves one hook out, by Python that runs before anything is served.
 COMPONENT = "from vibroscope.app.compat import FastUpdates; del FastUpdates."
@@ -34,6 +37,7 @@ SERVER_HOOKS = {
     "columns": "from vibroscope.app.page.explore import column_sender as sender; "
     "sender.ColumnSender.put = lambda _, *columns: sender.write(*columns)",
 }
+VISIT_HOOKS = {"defaults": "from vibroscope.app.server import building; building.forget_empty_defaults = id"}
 PAGE_HOOKS = ("colours", "sheets", "positions", "glyphs", "legends", "tooltips")
 PAGE_HOOK = """
 from vibroscope.app.page import page
@@ -105,6 +109,20 @@ def loop(name):
     report(name, "move to figures, median, ms", *(1000 * np.median(seconds) for seconds in taken))
 
 
+def visits(name):
+    """Compare the time of the event loop for visits that end at once, until what they left has been collected."""
+    with servers(VISIT_HOOKS[name]) as found:
+        before = [loop_milliseconds(process) for process in found.values()]
+        for _ in range(VISITS // AT_ONCE):
+            for port in found:
+                asyncio.run(come_and_go(url_of(port), AT_ONCE))
+        for port in found:
+            wait_until(functools.partial(empty, port), "all sessions end", every=0.5)
+        time.sleep(COLLECTED)
+        used = np.array([loop_milliseconds(process) for process in found.values()]) - before
+    report(name, "event loop, ms a visit", *(used / VISITS))
+
+
 # ---- hooks of the page ----------------------------------------------------------------------------------------------
 
 
@@ -135,6 +153,9 @@ def main(names):
     for name in SERVER_HOOKS:
         if not names or name in names:
             loop(name)
+    for name in VISIT_HOOKS:
+        if not names or name in names:
+            visits(name)
     if names and not {*names} & {*PAGE_HOOKS}:
         return
     with sync_playwright() as playwright:

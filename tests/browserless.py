@@ -1,5 +1,6 @@
 """A client for Bokeh's websocket protocol, to send what no browser would send: page, token, document, patches."""
 
+import asyncio
 import itertools
 import json
 import re
@@ -108,7 +109,8 @@ class Client:
     async def send(self, kind, content):
         header = {"msgid": str(next(_IDS)), "msgtype": kind}
         for part in (header, {}, content):
-            await self.socket.write_message(part if isinstance(part, str) else json.dumps(part))
+            written = self.socket.write_message(part if isinstance(part, str) else json.dumps(part))
+            await asyncio.shield(written)  # Tornado logs a traceback for a write that is cancelled
         return header["msgid"]
 
     async def patch(self, *events):

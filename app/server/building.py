@@ -18,7 +18,7 @@ from bokeh.protocol.message import Message
 from bokeh.server.connection import ServerConnection
 from bokeh.server.session import ServerSession
 from panel.io.application import Application
-from vibroscope.app.compat import claim_document
+from vibroscope.app.compat import claim_document, forget_empty_defaults
 
 Result = TypeVar("Result")
 
@@ -55,5 +55,12 @@ async def in_thread(session: ServerSession, work: Callable[..., Result], *argume
 
 async def pull(message: Message, connection: ServerConnection) -> Message:
     """Return the answer to a request for the document."""
-    session, number = connection.session, message.header["msgid"]
-    return await in_thread(session, connection.protocol.create, "PULL-DOC-REPLY", number, session.document)
+    return await in_thread(connection.session, _reply, message, connection)
+
+
+def _reply(message: Message, connection: ServerConnection) -> Message:
+    doc = connection.session.document
+    reply = connection.protocol.create("PULL-DOC-REPLY", message.header["msgid"], doc)
+    _ = reply.content_json  # written here and kept, so that the loop need not write 400 kB
+    forget_empty_defaults(doc.models)
+    return reply

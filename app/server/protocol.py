@@ -20,6 +20,7 @@ from bokeh.protocol import Protocol
 from bokeh.protocol.message import Message
 from bokeh.protocol.messages.patch_doc import patch_doc
 from bokeh.protocol.messages.pull_doc_reply import pull_doc_reply
+from vibroscope.app.compat import forget_empty_defaults
 
 
 class PatchMessage(patch_doc):
@@ -31,6 +32,7 @@ class PatchMessage(patch_doc):
         models = events[0].document.models
         serializer = _Serializer(models)
         message = cls(cls.create_header(), metadata, {"events": serializer.encode(events)})
+        forget_empty_defaults(filter(serializer.has_ref, serializer.unsent))
         models.flush_synced(lambda model: not serializer.has_ref(model))
         message.add_buffers(*serializer.buffers)
         return message
@@ -54,13 +56,13 @@ class _Serializer(Serializer):
     def __init__(self, models: DocumentModelManager) -> None:
         super().__init__()
         self._document_models = models
-        self._unsent: set[Model] = set()
-        models.flush_synced(lambda model: self._unsent.add(model) or True)  # collects them and changes nothing
+        self.unsent: set[Model] = set()
+        models.flush_synced(lambda model: self.unsent.add(model) or True)  # collects them and changes nothing
 
     def get_ref(self, obj: object) -> dict | None:
         """See `bokeh.core.serialization.Serializer`."""
         ref = super().get_ref(obj)
-        if ref is None and isinstance(obj, Model) and obj not in self._unsent:
+        if ref is None and isinstance(obj, Model) and obj not in self.unsent:
             return obj.ref if self._document_models.get_by_id(obj.id) is obj else None
         return ref
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Awaitable, Callable
-from contextlib import suppress
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import partial
 from weakref import WeakKeyDictionary
 
@@ -16,7 +16,7 @@ from bokeh.server.connection import ServerConnection
 from bokeh.server.session import ServerSession
 from bokeh.server.views.ws import WSHandler
 from bokeh.util.token import get_session_id
-from tornado.ioloop import IOLoop
+from tornado.ioloop import IOLoop, PeriodicCallback
 from tornado.websocket import WebSocketClosedError
 from vibroscope.app.compat import stop_compressing, stream_of
 from vibroscope.app.runtime import logs, metrics
@@ -34,6 +34,7 @@ _RATE, _BURST, _RECONNECT, _PULL = 1200, 1700, 170, 750
 _BYTES, _BYTES_AT_ONCE = 400_000, 1_000_000  # a second of one connection: larger files are read more slowly
 _HEADER_BYTES = 2  # that begin each frame, read for themselves
 _LEAVE_SECONDS = 0.5  # for a connection that was ended to close
+_PING_SECONDS = 30.0  # of a browser that waits for its session; Bokeh pings those that have one
 _MOST_WAITING = 50  # openings of one address, behind which there may be a class
 _MOST_CONNECTIONS = 3  # per session: a browser may reconnect before the server knows that it had gone
 _FAILED = "This could not be done. The fault is the server's, and it has been noted."
@@ -109,15 +110,26 @@ class SessionSocket(WSHandler):
             if admission.openings.waiting(owner) >= _MOST_WAITING:
                 self._refuse("Too many pages are being opened from this address. Please try again in a minute.")
                 return None
-            async with admission.openings.turn(owner):
-                if self._stream.closed() or self._closed:
-                    return None
-                if admission.session(session_id) is None and (reason := admission.refusal()):
-                    self._refuse(reason)
-                    return None
-                await context.create_session_if_needed(session_id, self.request)
+            with self._kept_alive():
+                async with admission.openings.turn(owner):
+                    if self._stream.closed() or self._closed:
+                        return None
+                    if admission.session(session_id) is None and (reason := admission.refusal()):
+                        self._refuse(reason)
+                        return None
+                    await context.create_session_if_needed(session_id, self.request)
         session = await context.create_session_if_needed(session_id, self.request)
         return None if self._closed else session
+
+    @contextmanager
+    def _kept_alive(self) -> Iterator[None]:
+        """Ping the browser meanwhile: a proxy ends a connection that says nothing for two minutes."""
+        pinging = PeriodicCallback(self.ping, 1000 * _PING_SECONDS)
+        pinging.start()
+        try:
+            yield
+        finally:
+            pinging.stop()
 
     def _refuse(self, reason: str) -> None:
         metrics.REFUSED.add("session")

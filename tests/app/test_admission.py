@@ -5,7 +5,7 @@ import json
 from unittest.mock import Mock
 
 from bokeh.server.connection import ServerConnection
-from vibroscope.app.server import admission
+from vibroscope.app.server import admission, websocket
 from vibroscope.app.server.protocol import PageProtocol
 from vibroscope.app.server.websocket import SessionSocket, answer
 
@@ -59,3 +59,28 @@ def test_a_ping_to_a_connection_that_is_about_to_end_leaves_it_its_session():
     connection = ServerConnection(PageProtocol(), socket, None, session)
     connection.send_ping()  # Bokeh detaches the session where this fails
     assert connection.session is session
+
+
+def test_a_browser_that_waits_for_its_session_is_pinged_and_then_no_more(monkeypatch):
+    monkeypatch.setattr(websocket, "_PING_SECONDS", 0.01)
+    pings = []
+
+    async def steps():
+        third = asyncio.Event()
+
+        class Waiting(websocket.SessionSocket):
+            def __init__(self):
+                pass
+
+            def ping(self, data=b""):
+                pings.append(data)
+                if len(pings) == 3:
+                    third.set()
+
+        with Waiting()._kept_alive():
+            await asyncio.wait_for(third.wait(), 60)
+        sent = len(pings)
+        await asyncio.sleep(0.1)
+        assert len(pings) == sent
+
+    asyncio.run(steps())

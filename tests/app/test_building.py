@@ -6,10 +6,11 @@ from contextlib import suppress
 
 import pytest
 from bokeh.application.handlers import FunctionHandler
+from bokeh.core.json_encoder import serialize_json
 from bokeh.core.validation.check import check_integrity
 from bokeh.document import Document
 from bokeh.models import Range1d
-from bokeh.protocol import Protocol
+from bokeh.protocol import Protocol, message
 from bokeh.server.contexts import ApplicationContext
 from panel.io.state import set_curdoc, state
 from tornado.ioloop import IOLoop
@@ -80,8 +81,14 @@ def test_one_document_is_built_at_a_time():
     assert building == ["begin", "end"] * 4
 
 
-def test_the_loop_goes_on_while_a_document_is_serialised_and_the_document_is_locked_meanwhile():
-    served, locked = [], []
+def test_the_loop_goes_on_while_a_document_is_serialised_and_the_document_is_locked_meanwhile(monkeypatch):
+    served, locked, written = [], [], []
+
+    def write(content):
+        written.append(threading.current_thread() is threading.main_thread())
+        return serialize_json(content)
+
+    monkeypatch.setattr(message, "serialize_json", write)
 
     async def steps(wait):
         session = await session_of(lambda doc: doc.add_root(Range1d(start=0, end=1)))
@@ -101,6 +108,8 @@ def test_the_loop_goes_on_while_a_document_is_serialised_and_the_document_is_loc
 
     reply, request, session = while_the_loop_goes_on(steps)
     assert served == locked == [True]
+    assert reply.content_json
+    assert written == [False]  # in the thread, and not again
     assert reply.header["reqid"] == request.header["msgid"]
     assert reply.content["doc"] == session.document.to_json().content
 

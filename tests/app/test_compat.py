@@ -11,9 +11,11 @@ import socket
 import numpy as np
 import param
 import pytest
+from bokeh.core.property.wrappers import PropertyValueContainer
 from bokeh.document import Document
 from bokeh.events import Event
 from bokeh.models import ColumnDataSource
+from bokeh.plotting import figure
 from panel.custom import JSComponent
 from panel.io import document as panel_document
 from panel.io.state import set_curdoc, state
@@ -23,6 +25,7 @@ from tornado.websocket import WebSocketHandler, websocket_connect
 from vibroscope.app.compat import (
     FastUpdates,
     claim_document,
+    forget_empty_defaults,
     leave_collections_out,
     stop_compressing,
     stream_of,
@@ -201,3 +204,24 @@ def test_panel_collects_no_garbage_after_a_session(monkeypatch):
     assert end_session() == 1, "Panel no longer collects garbage at the end of a session: see app/compat.py"
     leave_collections_out()
     assert end_session() == 1, "Panel collects garbage in another way: see app/compat.py"
+
+
+def test_empty_defaults_are_forgotten_and_come_again():
+    doc, drawn = Document(), figure()
+    drawn.line([1, 2], [3, 4])
+    doc.add_root(drawn)
+
+    def kept():
+        values = (value for model in doc.models for value in model._unstable_default_values.values())
+        return [value for value in values if isinstance(value, PropertyValueContainer) and not value]
+
+    before = doc.to_json(deferred=False)
+    assert len(kept()) > 50
+    drawn.tags.append("set")  # is kept, since it is no default any more
+    forget_empty_defaults(doc.models)
+    assert kept() == []
+    drawn.tags.remove("set")
+    drawn.css_classes.append("new")
+    assert (drawn.tags, drawn.css_classes) == ([], ["new"])
+    del drawn.css_classes, drawn.tags
+    assert doc.to_json(deferred=False) == before

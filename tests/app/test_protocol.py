@@ -48,6 +48,7 @@ def test_what_is_sent_equals_bokehs_own_with_models_new_and_known(monkeypatch):
     assert unsent(doc) == set()
     assert isinstance(ours, PatchMessage)
     assert frames(ours) == frames(theirs)
+    assert "tags" not in plot.renderers[0]._unstable_default_values  # what serialising it has made is gone
 
 
 def test_an_event_for_a_model_that_was_removed_is_dropped_and_the_others_are_applied():

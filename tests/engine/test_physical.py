@@ -93,6 +93,8 @@ def test_files_of_any_system_are_read_back(system):
         ({"mass1_kg": 0.0}, r"mass1_kg must be from 1e-9 to 1e12 kg; 0 was given"),
         ({"mass1_kg": 1e308}, "mass1_kg must be from 1e-9 to 1e12 kg; 1e308 was given"),
         ({"mass1_kg": "two"}, "mass1_kg must be .* 'two' was given"),
+        ({"stiffness1_N_per_m": 5e-324}, "stiffness1_N_per_m must be .* beside mass1_kg = 25; "),
+        ({"frequency_Hz": 1e-200}, "frequency_Hz must be .* beside body 1 at 10 Hz; 1e-200 was"),
         ({"stiffness1_N_per_m": 0.0}, "stiffness1_N_per_m must be above 0, at most 1e15 N/m; 0 was"),
         (
             {"stiffness1_N_per_m": 1e-14},

@@ -2,9 +2,12 @@
 
 import asyncio
 
+import param
 from vibroscope.app.explorer.link import VIEW_FIELDS
+from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.shelf import shelf
+from vibroscope.app.explorer.state import Explorer, Setting
 from vibroscope.app.page.address import THEMES
 from vibroscope.app.page.tabs import TABS
 
@@ -15,7 +18,7 @@ ODD = (*NO_NUMBERS, "9" * 4000, "\0", "-0", "1e-400", "1_0", "1,5")
 
 # Everything that a component of the page listens to, and everything that a tab offers to zoom or choose.
 MESSAGE_KEYS = (
-    *("set", "scene", "undo", "redo", "reset", "pin", "tab", "theme", "take", "load", "painted"),  # header and controls
+    *("set", "scene", "shelf", "undo", "redo", "reset", "pin", "unpin", "tab", "theme", "take", "load", "painted"),
     *("stop", "choose", "suggest", "cancel", "seen", "listens"),  # a study, the search, a claim, the feed
 )
 FILES = ("toml", "python", "command", "json", "report", "csv:time", "csv:")
@@ -23,6 +26,7 @@ AXES = sorted({name for tab in TABS.values() for name in tab.axes})
 SWITCHES = [switch for tab in TABS.values() for switch in tab.spec().get("switches", [])]
 LIMITS = [limit for tab in TABS.values() for limit in tab.spec().get("limits", [])]
 CHOICES = [*((s["name"], value) for s in SWITCHES for value in s["choices"]), *((one["name"], "3") for one in LIMITS)]
+SELECTORS = {name: rule.objects for name in Setting._fields if isinstance(rule := Explorer.param[name], param.Selector)}
 LEGENDS = [legend for tab in TABS.values() for legend in tab.legends.items()]
 
 
@@ -44,6 +48,8 @@ def random_query(chance, pairs=5):
 
 
 def _value(chance, name):
+    if name in SELECTORS and chance.random() < 0.7:
+        return chance.choice(SELECTORS[name])
     if name not in VIEW_FIELDS or chance.random() < 0.2:
         return random_text(chance)
     if name == "tab":
@@ -179,11 +185,14 @@ def random_json(chance, depth=3):
 
 def random_message(chance):
     """Return a message to a component of the page: a key that one of them knows, with a value that may fit."""
-    if chance.random() < 0.2:
-        return move({chance.choice(Setting._fields): random_text(chance)}, chance.randint(0, 9))
+    if chance.random() < 0.3:
+        text = random_text(chance)
+        name = chance.choice((*Setting._fields, *PHYSICAL_FIELDS, "forms"))
+        return move({name: chance.choice((text, text, mapped({"typed": text})))}, chance.randint(0, 9))
     fitting = {
         "tab": chance.choice([*TABS]),
         "scene": chance.choice([*scenes()]),
+        "shelf": chance.choice([*shelf()]),
         "theme": chance.choice(THEMES),
         "take": chance.choice(FILES),
         "choose": mapped(dict([chance.choice(CHOICES)])),
