@@ -25,6 +25,7 @@ from .integrators import (
 from .methods import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
+    INITIAL_ACCELERATIONS,
     WITHOUT_SOLUTION,
     ExactPenalty,
     Method,
@@ -89,6 +90,7 @@ __all__ = [
     "CONTACT_LAWS",
     "CONTACT_STATUSES",
     "HHT",
+    "INITIAL_ACCELERATIONS",
     "INTEGRATORS",
     "STATUSES",
     "TRBDF2",

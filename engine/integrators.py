@@ -53,6 +53,7 @@ class Integrator:
     name: ClassVar[str]
     explicit: ClassVar[bool] = False
     averaged: ClassVar[bool] = False  # whether forces at both ends are averaged
+    always_unstable: ClassVar[bool] = False  # whether undamped motion grows with every step, however small
 
     @property
     def stages(self) -> tuple[Stage, ...]:
@@ -81,6 +82,11 @@ class NewmarkBeta(Integrator):
     def __post_init__(self):
         self._check("beta", BETA_RANGE, "Newmark's β, ¼ for average acceleration")
         self._check("gamma", GAMMA_RANGE, "Newmark's γ, ½ for second order, more for numerical damping")
+
+    @property
+    def always_unstable(self) -> bool:
+        """γ < ½ is negative numerical damping."""
+        return self.gamma < 0.5
 
     @property
     def stages(self) -> tuple[Stage, ...]:

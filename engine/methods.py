@@ -204,3 +204,16 @@ def _check_contact(method: ExactPenalty | Newmark | TimeStepping) -> None:
 
 
 Method = Reference | ExactPenalty | Newmark | TimeStepping
+STEPPING = Newmark, TimeStepping  # methods with a time step
+
+
+def grid_steps(method: Method) -> int:
+    """n of a method whose solution exists at the steps of its constant grid alone; 0 of the others."""
+    return method.steps if isinstance(method, STEPPING) and not getattr(method, "located", False) else 0
+
+
+def refuse_time_stepping(method: Method, what: str) -> None:
+    """Raise ValueError if ``what`` is asked of :class:`TimeStepping`, for which it does not exist yet."""
+    if isinstance(method, TimeStepping):
+        name = method.integrator.name
+        raise ValueError(f"{what} is not available with {name}, contact at the {method.status} of steps: use Newmark")

@@ -9,7 +9,7 @@ from ..kernels.equations.motion import accelerations, coefficients
 from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import linear_step as kernel
 from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_of
-from ..methods import STEPS_RANGE, WITHOUT_SOLUTION
+from ..methods import WITHOUT_SOLUTION
 from ..result import Checkpoint, Cost, Status
 from .parameters import parameters_of
 from .step_maps import bodies_of, is_stable, step_maps
@@ -23,6 +23,7 @@ class TimeSteppingDriver(SteppingDriver):
 
     def begin(self, start: Checkpoint) -> None:
         method, p = self._method, parameters_of(*self.run)
+        self.solution = f"the solution by {method.integrator.name}"
         self._bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
         levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
         maps = np.array([step_maps(self._bodies, method.integrator, system.h / 2**level) for level in levels])
@@ -37,6 +38,7 @@ class TimeSteppingDriver(SteppingDriver):
         )
         angle = self.angles_of_steps()[:-1]
         self._angles = np.array([np.cos(angle), np.sin(angle)])
+        self._work = np.zeros((3, kernel.COLUMNS))
         own = len(start.state) == kernel.STATE.size
         self._state = np.array(start.state) if own else kernel.STATE.pack(self._start_state(p, start.state))
         self._started = start.periods * method.steps
@@ -68,7 +70,8 @@ class TimeSteppingDriver(SteppingDriver):
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         last = stop * self._method.steps
-        code = kernel.integrate_linear(self._scheme, self._angles, self._state, last, self._window, buffers.views)
+        arrays = self._angles, self._state, self._work
+        code = kernel.integrate_linear(self._scheme, *arrays, last, self._window, buffers.views)
         return Status.OK if code == FULL else STATUSES[code], code == FULL
 
     def explain(self, status: Status) -> str:
@@ -90,6 +93,8 @@ class TimeSteppingDriver(SteppingDriver):
     def _explain_instability(self) -> str:
         """Which step the method needs to be stable, "" if it is."""
         b, method, period = self._bodies, self._method, self.period
+        if method.integrator.always_unstable:
+            return f"{method.integrator.name} amplifies with every step, since gamma is below 1/2"
         where = {0: "without contact", 1: "in contact"}
 
         def unstable(n):
@@ -99,10 +104,8 @@ class TimeSteppingDriver(SteppingDriver):
         if not found:
             return ""
         low, high = method.steps, 2 * method.steps
-        while unstable(high) and high <= STEPS_RANGE[1]:
+        while unstable(high):
             low, high = high, 2 * high
-        if high > STEPS_RANGE[1]:
-            return f"{method.integrator.name} is unstable {where[found[-1]]} with every step"
         while high - low > 1:
             middle = (low + high) // 2
             low, high = (middle, high) if unstable(middle) else (low, middle)

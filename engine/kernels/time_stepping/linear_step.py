@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit, jit_inlined
+from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_room, with_impulse
 from ..equations.contact_law import CUT
@@ -59,60 +59,75 @@ class LinearState(NamedTuple):
 
 
 STATE = Layout(LinearState, y=(STATE_ROWS,), contact=Layout(OpenContact))
-unpack_state, write_state = STATE.unpack, STATE.write
+unpack_state = STATE.unpack
+write_state = STATE.writer("status", "pressed", "step", "none", "two", "contact")  # y is written in place
 
 
 @jit_inlined
-def row(matrix, k, x):
-    """Row k of a matrix times x."""
+def row(m, level, k, i, x):
+    """Row i of matrix k of a level times x."""
     value = 0.0
     for j in range(COLUMNS):
-        value += matrix[k, j] * x[j]
+        value += m.maps[level, k, i, j] * x[j]
     return value
 
 
 @jit_inlined
-def wants_contact(m, matrix, x):
-    """Whether the end of a stage wants the force to act."""
-    return row(matrix, GAP, x) <= 0.0 and (m.system.law != CUT or row(matrix, FORCE, x) > 0.0)
+def write_end(m, level, k, x, end):
+    """Write what matrix k of a level makes of x."""
+    for i in range(STATE_ROWS + 1):
+        end[i] = row(m, level, k, i, x)
 
 
 @jit_inlined
-def decide(m, pair, former, x):
-    """Status of a stage with the matrices ``pair``, and NONE, 1 or TWO solutions."""
-    if not m.at_end:
-        pulls = former == 1 and m.system.law == CUT and row(pair[1], FORCE, x) < 0.0
-        return (0 if pulls else former), 1
-    kept = wants_contact(m, pair[former], x) == (former == 1)
-    other = wants_contact(m, pair[1 - former], x) == (former == 0)
-    if kept:
-        return former, TWO if other else 1
-    return (1 - former, 1) if other else (former, NONE)
+def wants_contact(m, gap, force):
+    """Whether the end of a stage wants the force to act."""
+    return gap <= 0.0 and (m.system.law != CUT or force > 0.0)
 
 
-@jit
-def take_step(m, level, former, x, y):
-    """Write the end of a step of this ``level`` to ``y``.
+@jit_inlined
+def take_stage(m, level, k, former, x, ends):
+    """Write the end of a stage with the status s to ``ends[s]``, with the matrices k + s.
+
+    Returns s, and NONE, 1 or TWO solutions.
+    """
+    status, solutions = former, 1
+    write_end(m, level, k + former, x, ends[former])
+    if m.at_end:
+        other = 1 - former
+        kept = wants_contact(m, ends[former, GAP], ends[former, FORCE]) == (former == 1)
+        wanted = wants_contact(m, row(m, level, k + other, GAP, x), row(m, level, k + other, FORCE, x))
+        if wanted == (former == 1):
+            solutions = 1 if kept else NONE
+        elif kept:
+            solutions = TWO
+        else:
+            status = other
+            write_end(m, level, k + other, x, ends[other])
+    elif former == 1 and m.system.law == CUT and ends[1, FORCE] < 0.0:
+        status = 0
+        write_end(m, level, k, x, ends[0])
+    return status, solutions
+
+
+@jit_no_alloc
+def take_step(m, level, former, x, ends):
+    """Write the end of a step of this ``level`` with the status s, of its last stage, to ``ends[s]``.
 
     Returns
     -------
     tuple
-        Status of the last stage; NONE, 1 or TWO solutions; mean contact force over the step.
+        s; NONE, 1 or TWO solutions; mean contact force over the step.
     """
-    maps = m.maps[level]
-    status, solutions = decide(m, maps[:2], former, x)
-    matrix = maps[status]
-    push = m.weights[0] * row(matrix, FORCE, x) if status == 1 else 0.0
-    if maps.shape[0] > 2:
-        pair = maps[2 + 2 * status : 4 + 2 * status]
-        former = status if m.at_end else int(row(matrix, GAP, x) <= 0.0)
-        status, more = decide(m, pair, former, x)
-        matrix = pair[status]
-        solutions = NONE if NONE in (solutions, more) else max(solutions, more)
-        push += m.weights[1] * row(matrix, FORCE, x) if status == 1 else 0.0
-    for k in range(STATE_ROWS):
-        y[k] = row(matrix, k, x)
-    y[FORCE] *= status
+    status, solutions = take_stage(m, level, 0, former, x, ends)
+    push = m.weights[0] * ends[status, FORCE] * status
+    if m.maps.shape[1] > 2:
+        first = status
+        former = first if m.at_end else int(ends[status, GAP] <= 0.0)
+        status, more = take_stage(m, level, 2 + 2 * first, former, x, ends)
+        solutions = min(solutions, more) if NONE in (solutions, more) else max(solutions, more)
+        push += m.weights[1] * ends[status, FORCE] * status
+    ends[status, FORCE] *= status
     return status, solutions, push
 
 
@@ -122,27 +137,34 @@ def is_pressed(m, y):
     return y[1] - y[0] <= m.system.touch
 
 
-@jit
-def take_parts(m, status, angle, x, y):
+@jit_inlined
+def begin_step(x, y, cosine, sine):
+    """Write x at the beginning of a step from the state y."""
+    for k in range(STATE_ROWS):
+        x[k] = y[k]
+    x[STATE_ROWS], x[STATE_ROWS + 1], x[STATE_ROWS + 2] = cosine, sine, 1.0
+
+
+@jit_no_alloc
+def take_parts(m, status, angle, x, ends):
     """Take a step cut into the fewest parts, 2, 4, … PARTS, each half of the one before, that have a solution.
 
     ``angle``: ητ at its beginning. A part without a solution is halved, and so are all that follow. Returns what
-    :func:`take_step` does, of the whole.
+    :func:`take_step` does, of the whole; x is no longer that of the beginning.
     """
     level, done, impulse, solutions = 1, 0, 0.0, 1
-    angles = m.turn / PARTS
     while done < PARTS:
         former = status if m.at_end else int(is_pressed(m, x))
-        after, solutions, push = take_step(m, level, former, x, y)
-        if solutions == NONE:
-            if level == HALVINGS:
-                break
+        after, solutions, push = take_step(m, level, former, x, ends)
+        if solutions != NONE:
+            part = PARTS >> level
+            done, status, impulse = done + part, after, impulse + push * part / PARTS
+            now = angle + done * m.turn / PARTS
+            begin_step(x, ends[status], math.cos(now), math.sin(now))
+        elif level < HALVINGS:
             level += 1
-            continue
-        part = PARTS >> level
-        done, status, impulse = done + part, after, impulse + push * part / PARTS
-        x[:STATE_ROWS] = y
-        x[STATE_ROWS], x[STATE_ROWS + 1] = math.cos(angle + done * angles), math.sin(angle + done * angles)
+        else:
+            break
     return status, solutions, impulse
 
 
@@ -152,8 +174,8 @@ def motion_of(m, y):
     return displaced(m.system, y[0], y[2], y[1], y[3])
 
 
-@jit
-def integrate_linear(m, angles, state, stop, window, buffers):
+@jit_no_alloc
+def integrate_linear(m, angles, state, work, stop, window, buffers):
     """Integrate to the end of step ``stop``, and fill the buffers if they have room for contacts.
 
     Parameters
@@ -163,6 +185,8 @@ def integrate_linear(m, angles, state, stop, window, buffers):
         cos ητ and sin ητ at the beginning of each step of a period.
     state : (STATE.size,) float64
         A :class:`LinearState`, changed in place.
+    work : (3, COLUMNS) float64
+        Work space.
     stop : int
     window : (3,) int64
         As in :func:`.newmark.integrate_recorded`.
@@ -175,23 +199,23 @@ def integrate_linear(m, angles, state, stop, window, buffers):
     """
     s, n, status = unpack_state(state), angles.shape[1], OK
     y, acting, pressed, i, none, two, contact = s.y, s.status, s.pressed, s.step, s.none, s.two, s.contact
-    recorded, x, end = buffers.contacts.shape[0] > 0, np.empty(COLUMNS), np.empty(STATE_ROWS)
-    k, impulse, x[COLUMNS - 1] = i % n, contact.impulse, 1.0
+    recorded, x, ends = buffers.contacts.shape[0] > 0, work[0], work[1:]
+    k, impulse = i % n, contact.impulse
     if recorded and i == window[1] and buffers.samples.shape[0] > 0:
         write_sample(m.system, buffers.samples[0], motion_of(m, y), pressed)
     while i < stop and status == OK:
-        x[:STATE_ROWS] = y
-        x[STATE_ROWS], x[STATE_ROWS + 1] = angles[0, k], angles[1, k]
+        begin_step(x, y, angles[0, k], angles[1, k])
         former = acting if m.at_end else int(pressed)
-        after, solutions, push = take_step(m, 0, former, x, end)
+        after, solutions, push = take_step(m, 0, former, x, ends)
         none, two = none + (solutions == NONE), two + (solutions == TWO)
         if solutions == NONE and m.without == HALVE:
-            after, solutions, push = take_parts(m, former, k * m.turn, x, end)
+            after, solutions, push = take_parts(m, former, k * m.turn, x, ends)
         if solutions == NONE and m.without != KEEP:
             status = WITHOUT_SOLUTION
             break
-        before = y[1] - y[0]
-        y[:], acting = end, after
+        before, acting = y[1] - y[0], after
+        for j in range(STATE_ROWS):
+            y[j] = ends[after, j]
         i, k = i + 1, (k + 1 if k + 1 < n else 0)
         impulse += m.system.h * push
         gap = y[1] - y[0]
@@ -208,5 +232,5 @@ def integrate_linear(m, angles, state, stop, window, buffers):
             write_output(m.system, i, k, n, motion_of(m, y), pressed, window, buffers)
         if not abs(gap) < LIMIT:
             status = DIVERGED
-    write_state(state, LinearState(y, acting, pressed, i, none, two, with_impulse(contact, impulse)))
+    write_state(state, acting, pressed, i, none, two, with_impulse(contact, impulse))
     return status
