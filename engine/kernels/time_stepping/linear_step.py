@@ -213,7 +213,7 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
         if solutions == NONE and m.without != KEEP:
             status = WITHOUT_SOLUTION
             break
-        before, acting = y[1] - y[0], after
+        before, was, acting = y[1] - y[0], motion_of(m, y), after
         for j in range(STATE_ROWS):
             y[j] = ends[after, j]
         i, k = i + 1, (k + 1 if k + 1 < n else 0)
@@ -223,8 +223,10 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
             pressed = not pressed
             now = motion_of(m, y)
             if pressed:
-                contact = begin_contact(m.system, i, now, (before - gap) / m.system.h if recorded else 0.0)
-                impulse = 0.0
+                if push != 0.0:  # the force has acted in this step already: the speeds are those before it
+                    now = now[0], was[1], now[2], was[3]
+                closing = (before - gap) / m.system.h if recorded else 0.0
+                contact, impulse = begin_contact(m.system, i, now, closing), m.system.h * push
             elif recorded:
                 end_contact(m.system, with_impulse(contact, impulse), i, now, buffers)
                 status = FULL if no_room(buffers) else OK
