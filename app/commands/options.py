@@ -252,6 +252,8 @@ def stepping_of(options: argparse.Namespace) -> Newmark | TimeStepping:
     given = {name: value for name in STEPPING_OPTIONS if (value := getattr(options, name, None)) is not None}
     law, status = given.pop("law", CONTACT_LAWS[0]), given.pop("status", CONTACT_STATUSES[0])
     located = options.located or status == "located"
+    if given.get("integrator") == NewmarkBeta.name:
+        del given["integrator"]
     if not given and (located or status == CONTACT_STATUSES[0]):
         return Newmark(options.K, options.D, options.steps, options.every_step, located, law)
     if located:

@@ -58,9 +58,9 @@ def random_case(seed, integrator, explicit):
 @pytest.mark.parametrize("kind", INTEGRATORS.values(), ids=INTEGRATORS)
 def test_every_step_is_that_of_the_twin(kind, seed):
     system, eta, method = random_case(seed, kind(), kind.explicit)
-    run = simulate(system, eta, method, periods=50, keep=50)
+    run = simulate(system, eta, method, periods=30, keep=30)
     twin = Twin(system, eta, method)
-    expected = twin.run(50)
+    expected = twin.run(30)
     assert run.ok
     assert twin.contacts > 5
     np.testing.assert_allclose(run.section, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
