@@ -10,7 +10,29 @@ from importlib import import_module
 from inspect import isfunction
 
 from .arguments import checked
-from .methods import CONTACT_LAWS, ExactPenalty, Method, Newmark, Reference
+from .integrators import (
+    HHT,
+    INTEGRATORS,
+    TRBDF2,
+    Bathe,
+    CentralDifference,
+    GeneralisedAlpha,
+    HHTInterpolated,
+    Integrator,
+    NewmarkBeta,
+    SemiImplicitEuler,
+)
+from .methods import (
+    CONTACT_LAWS,
+    CONTACT_STATUSES,
+    INITIAL_ACCELERATIONS,
+    WITHOUT_SOLUTION,
+    ExactPenalty,
+    Method,
+    Newmark,
+    Reference,
+    TimeStepping,
+)
 from .model import Excitation, System
 from .result import STATUSES, Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 
@@ -66,20 +88,34 @@ _HOME = {name: module for module, names in _LATER.items() for name in names}
 
 __all__ = [
     "CONTACT_LAWS",
+    "CONTACT_STATUSES",
+    "HHT",
+    "INITIAL_ACCELERATIONS",
+    "INTEGRATORS",
     "STATUSES",
+    "TRBDF2",
+    "WITHOUT_SOLUTION",
+    "Bathe",
     "Cancelled",
+    "CentralDifference",
     "Checkpoint",
     "Cost",
     "ExactPenalty",
     "Excitation",
+    "GeneralisedAlpha",
+    "HHTInterpolated",
     "Impacts",
+    "Integrator",
     "Method",
     "Newmark",
+    "NewmarkBeta",
     "Record",
     "Reference",
     "Response",
+    "SemiImplicitEuler",
     "Status",
     "System",
+    "TimeStepping",
     "Trajectory",
     "simulate",
 ]

@@ -9,7 +9,7 @@ import numpy as np
 from .arguments import shown
 from .drivers.event_driven import overlap_message
 from .drivers.parameters import parameter_rows, parameters_of
-from .methods import ExactPenalty, Method, Newmark, Reference
+from .methods import ExactPenalty, Method, Newmark, Reference, refuse_time_stepping
 from .model import System, check_eta, require
 from .result import STATUSES, Status
 
@@ -54,6 +54,7 @@ class Cells:
         self._keep("eta", self.eta, float)
         if not isinstance(self.method, Method):
             raise ValueError(f"method = {shown(self.method)} is no method: give Reference, ExactPenalty or Newmark")
+        refuse_time_stepping(self.method, "a study of many cells")
         if not isinstance(self.system, System):
             try:
                 systems = tuple(self.system)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from .batch import run_cells
 from .cells import Cells
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
-from .methods import ExactPenalty, Newmark, Reference
+from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
 from .motions.steady import steady
 from .simulate import simulate
@@ -41,6 +41,7 @@ _RUNS = {  # what is called, by what it solves; the solvers that the explorer op
     "exact penalty": ExactPenalty(2500.0, 8.0),
     "Newmark, located": replace(_NEWMARK, located=True),
     "Newmark, every step": replace(_NEWMARK, every_step=True),
+    "other integrators": TimeStepping(2500.0, 8.0, 2000),
 }
 _SYSTEMS = System(), System(wall=True)  # each with machine code of its own
 _AT_WALL = ("reference", "Newmark", "Newmark, every step")  # which have kernels of their own for a wall

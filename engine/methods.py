@@ -1,8 +1,10 @@
 """The solution methods, as frozen objects that hold their validated numbers and nothing else."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
+from .arguments import shown
+from .integrators import Integrator, NewmarkBeta
 from .kernels.equations.contact_law import LAWS as CONTACT_LAWS
 from .model import flag, one_of, require, whole
 
@@ -11,6 +13,9 @@ THRESHOLD_RANGE = (0.0, 1e3)
 STIFFNESS_RANGE = (1e-6, 1e12)
 DAMPING_RANGE = (0.0, 1e9)
 STEPS_RANGE = (4, 10_000_000)
+CONTACT_STATUSES = ("start", "end")
+WITHOUT_SOLUTION = ("stop", "keep", "halve")
+INITIAL_ACCELERATIONS = ("equation", "zero")
 
 
 @dataclass(frozen=True)
@@ -114,23 +119,101 @@ class Newmark:
             object.__setattr__(self, name, flag(name, getattr(self, name)))
         if self.located and self.law != CONTACT_LAWS[0]:
             raise ValueError(f"law = {self.law!r} has no located steps: leave located at False")
-        n = whole("steps", self.steps, *STEPS_RANGE, "give steps per excitation period; the paper uses 2000 to 8000")
-        object.__setattr__(self, "steps", n)
+        _check_steps(self)
 
     @property
     def limit(self) -> ExactPenalty:
         """The solution that this one tends to as Δτ → 0; raises ValueError for a law that has none."""
-        if self.law != CONTACT_LAWS[0]:
-            known = CONTACT_LAWS[0]
-            raise ValueError(f"law = {self.law!r} is not solved in closed form, to compare with: use {known!r}")
-        return ExactPenalty(self.stiffness, self.damping)
+        return _limit(self)
 
 
-def _check_contact(method: ExactPenalty | Newmark) -> None:
+@dataclass(frozen=True)
+class TimeStepping:
+    """Penalty contact integrated by a one-step method of FE and physics codes, every step of T/n taken.
+
+    Attributes
+    ----------
+    stiffness, damping, steps
+        As those of :class:`Newmark`; with a method of two stages, both are within one step.
+    integrator : Integrator
+        One of :data:`engine.integrators.INTEGRATORS`; by default Newmark's method, α = ½, β = ¼.
+    status : {"start", "end"}
+        Whether a step is with contact is taken from the gap at its start, or iterated until it agrees with the gap at
+        its end (where the integrator takes the contact force). Explicit integrators know the gap before the force and
+        have nothing to iterate: they take "start" only.
+    without_solution : {"stop", "keep", "halve"}
+        With status "end", what a step does in which neither status agrees with its own end: end the run with the status
+        ``without-solution``; keep the former status; or be cut into 2, 4, … 1024 parts until all of them have a
+        solution.
+    law : {"kelvin-voigt", "cut"}
+    initial_acceleration : {"equation", "zero"}
+        ξᵢ″ at τ = 0 from the equations of motion, or zero, as OpenSees has it unless it is given.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+
+    stiffness: float
+    damping: float
+    steps: int
+    integrator: Integrator = field(default_factory=NewmarkBeta)
+    status: str = CONTACT_STATUSES[0]
+    without_solution: str = WITHOUT_SOLUTION[0]
+    law: str = CONTACT_LAWS[0]
+    initial_acceleration: str = INITIAL_ACCELERATIONS[0]
+    name: ClassVar[str] = "time-stepping"
+
+    def __post_init__(self):
+        _check_contact(self)
+        _check_steps(self)
+        if not isinstance(self.integrator, Integrator):
+            raise ValueError(f"integrator = {shown(self.integrator)} is not an Integrator, such as NewmarkBeta()")
+        one_of("status", self.status, CONTACT_STATUSES)
+        one_of("without_solution", self.without_solution, WITHOUT_SOLUTION)
+        one_of("law", self.law, CONTACT_LAWS)
+        one_of("initial_acceleration", self.initial_acceleration, INITIAL_ACCELERATIONS)
+        if self.integrator.explicit and self.status != CONTACT_STATUSES[0]:
+            name = self.integrator.name
+            raise ValueError(f"{name} is explicit and knows the gap before the force: it has status = 'start' alone")
+
+    @property
+    def limit(self) -> ExactPenalty:
+        """The solution that this one tends to as Δτ → 0; raises ValueError for a law that has none."""
+        return _limit(self)
+
+
+def _limit(method: Newmark | TimeStepping) -> ExactPenalty:
+    known = CONTACT_LAWS[0]
+    if method.law != known:
+        raise ValueError(f"law = {method.law!r} is not solved in closed form, to compare with: use {known!r}")
+    return ExactPenalty(method.stiffness, method.damping)
+
+
+def _check_steps(method: Newmark | TimeStepping) -> None:
+    n = whole("steps", method.steps, *STEPS_RANGE, "give steps per excitation period; the paper uses 2000 to 8000")
+    object.__setattr__(method, "steps", n)
+
+
+def _check_contact(method: ExactPenalty | Newmark | TimeStepping) -> None:
     k = require("K", method.stiffness, *STIFFNESS_RANGE, "give a contact stiffness; the paper uses 100 to 12000")
     d = require("D", method.damping, *DAMPING_RANGE, "give a contact damping; the paper uses 8 to 50")
     object.__setattr__(method, "stiffness", k)
     object.__setattr__(method, "damping", d)
 
 
-Method = Reference | ExactPenalty | Newmark
+Method = Reference | ExactPenalty | Newmark | TimeStepping
+STEPPING = Newmark, TimeStepping  # methods with a time step
+
+
+def grid_steps(method: Method) -> int:
+    """n of a method whose solution exists at the steps of its constant grid alone; 0 of the others."""
+    return method.steps if isinstance(method, STEPPING) and not getattr(method, "located", False) else 0
+
+
+def refuse_time_stepping(method: Method, what: str) -> None:
+    """Raise ValueError if ``what`` is asked of :class:`TimeStepping`, for which it does not exist yet."""
+    if isinstance(method, TimeStepping):
+        name = method.integrator.name
+        raise ValueError(f"{what} is not available with {name}, contact at the {method.status} of steps: use Newmark")

@@ -155,6 +155,9 @@ class Response:
     cost : Cost
     checkpoint : Checkpoint
         The solver's state at the beginning of the kept periods.
+    steps_without_solution, steps_with_two : int
+        Of :class:`engine.TimeStepping` with status "end": the steps since the start in which neither contact status
+        agreed with its own end, or both did.
     """
 
     system: System
@@ -170,6 +173,8 @@ class Response:
     trajectory: Trajectory | None
     cost: Cost
     checkpoint: Checkpoint
+    steps_without_solution: int = 0
+    steps_with_two: int = 0
 
     @property
     def ok(self) -> bool:

@@ -7,7 +7,8 @@ from .drivers.base import Driver
 from .drivers.event_driven import EventDriver
 from .drivers.located import LocatedDriver
 from .drivers.newmark import ONE_STEP_DRIVERS
-from .methods import ExactPenalty, Method, Newmark, Reference
+from .drivers.time_stepping import TimeSteppingDriver
+from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from .model import System, check_eta, require, whole
 from .result import Checkpoint, Record, Response, Status, Trajectory
 
@@ -15,7 +16,7 @@ PERIODS_LIMIT = 100_000_000
 KEEP_LIMIT = 1_000_000
 SAMPLES_LIMIT = 20_000_000
 STEPS_LIMIT = 10**13
-_DRIVERS = {Reference: EventDriver, ExactPenalty: EventDriver, **ONE_STEP_DRIVERS}
+_DRIVERS = {Reference: EventDriver, ExactPenalty: EventDriver, TimeStepping: TimeSteppingDriver, **ONE_STEP_DRIVERS}
 
 
 def simulate(
@@ -36,7 +37,7 @@ def simulate(
     system : System
     eta : float
         Excitation frequency η = Ω/ω₁.
-    method : Reference, ExactPenalty or Newmark
+    method : Reference, ExactPenalty, Newmark or TimeStepping
     periods : int
         Excitation periods to run, the transient included.
     keep : int

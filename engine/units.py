@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from .methods import Method, Newmark, Reference
+from .methods import STEPPING, Method, Reference
 from .model import System, check_eta, one_of, require
 from .result import Impacts, Trajectory
 
@@ -177,12 +177,12 @@ class Units:
         ----------
         eta : float
             Excitation frequency η = Ω/ω₁.
-        method : Reference, ExactPenalty or Newmark
+        method : Method
 
         Returns
         -------
         dict
-            ``excitation`` in Hz, ``period`` in s; for the penalty model ``stiffness`` and ``damping``; for Newmark
+            ``excitation`` in Hz, ``period`` in s; for the penalty model ``stiffness`` and ``damping``; with a time step
             ``time_step`` in s.
 
         Raises
@@ -196,7 +196,7 @@ class Units:
         if not isinstance(method, Reference):
             numbers["stiffness"] = self.physical("stiffness", method.stiffness)
             numbers["damping"] = self.physical("damping", method.damping)
-        if isinstance(method, Newmark):
+        if isinstance(method, STEPPING):
             numbers["time_step"] = period / method.steps
         return numbers
 

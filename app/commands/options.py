@@ -2,27 +2,36 @@
 
 import argparse
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from inspect import signature
 
 from vibroscope.app.commands.output import note
 from vibroscope.engine import (
     CONTACT_LAWS,
+    CONTACT_STATUSES,
+    INITIAL_ACCELERATIONS,
+    INTEGRATORS,
+    WITHOUT_SOLUTION,
     ExactPenalty,
     Method,
     Newmark,
+    NewmarkBeta,
     Reference,
     System,
     SystemFile,
+    TimeStepping,
     Units,
     read_system,
 )
 
+# What `vibroscope simulate` alone can ask of a method with a time step
+INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
+STEPPING_OPTIONS = "integrator", "status", "without_solution", "initial_acceleration", "law", *INTEGRATOR_NUMBERS
 # The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
 SOLVER_OPTIONS = {
     "reference": ("joint_damping", "threshold", "restitution"),
     "exact": ("K", "D"),
-    "newmark": ("K", "D", "steps", "every_step", "located", "law"),
+    "newmark": ("K", "D", "steps", "every_step", "located", *STEPPING_OPTIONS),
 }
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
 FREE_VIBRATION = "nothing drives the bodies: a free vibration from its start, and eta only sets the length of a period"
@@ -146,6 +155,48 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
     add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
 
 
+def add_integrator_options(command: argparse.ArgumentParser) -> None:
+    """Add the integrator, its numbers, the contact status and the contact law, for :func:`method_of`."""
+    add = command.add_argument
+    add(
+        "--law",
+        choices=CONTACT_LAWS,
+        help="newmark: contact law; a spring and a damper, or the same cut at zero so that it never pulls "
+        f"(default {CONTACT_LAWS[0]})",
+    )
+    add(
+        "--integrator",
+        choices=tuple(INTEGRATORS),
+        help="newmark: the one-step method (default newmark); hht averages the forces at both ends of a step, "
+        "hht-interpolated takes them at the displacement between, as OpenSees does",
+    )
+    for name, text in {
+        "beta": "newmark (default 1/4)",
+        "gamma": "newmark; more than 1/2 damps (default 1/2)",
+        "alpha": "hht (default -0.05), hht-interpolated (-0.1): -1/3 to 0 as Hilber writes it; OpenSees' 0.9 is -0.1",
+        "rho": "generalised-alpha (default 0.8), bathe (0): spectral radius at high frequencies, 0 to 1",
+    }.items():
+        add(f"--{name}", type=float, metavar="F", help=f"integrator {text}")
+    add(
+        "--status",
+        choices=(*CONTACT_STATUSES, "located"),
+        help="newmark: contact status of a step from the gap at its start, iterated until it agrees with the gap at "
+        f"its end, or located within the step, as --located (default {CONTACT_STATUSES[0]})",
+    )
+    add(
+        "--without-solution",
+        choices=WITHOUT_SOLUTION,
+        help="status end: a step in which neither status agrees with its end stops the run, keeps the former status, "
+        f"or is halved until all its parts have a solution (default {WITHOUT_SOLUTION[0]})",
+    )
+    add(
+        "--initial-acceleration",
+        choices=INITIAL_ACCELERATIONS,
+        help="newmark: accelerations at tau = 0 by the equations of motion, or zero, as OpenSees has them "
+        f"(default {INITIAL_ACCELERATIONS[0]})",
+    )
+
+
 def add_joint_damping_option(command: argparse.ArgumentParser) -> None:
     """Add ``--joint-damping``, for :func:`reference_of`."""
     command.add_argument(
@@ -190,9 +241,34 @@ def method_of(options: argparse.Namespace) -> Method:
         return reference_of(options)
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D)
-    law = getattr(options, "law", None) or CONTACT_LAWS[0]  # only `vibroscope simulate` has the option
-    more = {"every_step": options.every_step, "located": options.located, "law": law}
-    return Newmark(options.K, options.D, options.steps, **more)
+    return stepping_of(options)
+
+
+def stepping_of(options: argparse.Namespace) -> Newmark | TimeStepping:
+    """The method with a time step: Newmark's with skipped or located steps, unless more is asked for.
+
+    Only `vibroscope simulate` has the options of :func:`add_integrator_options`.
+    """
+    given = {name: value for name in STEPPING_OPTIONS if (value := getattr(options, name, None)) is not None}
+    law, status = given.pop("law", CONTACT_LAWS[0]), given.pop("status", CONTACT_STATUSES[0])
+    located = options.located or status == "located"
+    if given.get("integrator") == NewmarkBeta.name:
+        del given["integrator"]
+    if not given and (located or status == CONTACT_STATUSES[0]):
+        return Newmark(options.K, options.D, options.steps, options.every_step, located, law)
+    if located:
+        raise ValueError(f"--{next(iter(given)).replace('_', '-')} goes with --status start or end, not with located")
+    if options.every_step:
+        note("--every-step has no effect: with this integrator or status every step is taken")
+    kind = INTEGRATORS[given.pop("integrator", NewmarkBeta.name)]
+    more = {name: given.pop(name) for name in ("without_solution", "initial_acceleration") if name in given}
+    if "without_solution" in more and status != "end":
+        note("--without-solution has no effect unless --status is end")
+    own = [each.name for each in fields(kind)]
+    if unknown := [name for name in given if name not in own]:
+        has = f"it has {' and '.join(f'--{name}' for name in own)}" if own else "it has no numbers"
+        raise ValueError(f"--{unknown[0]} is no number of the integrator {kind.name}: {has}")
+    return TimeStepping(options.K, options.D, options.steps, kind(**given), status, law=law, **more)
 
 
 def reference_of(options: argparse.Namespace) -> Reference:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Sequence
 
 from vibroscope import engine
-from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
+from vibroscope.app.commands.options import add_integrator_options, add_solver_options, default_of, problem_of
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
 from vibroscope.engine import CONTACT_LAWS, Newmark, Response, simulate
 
@@ -26,12 +26,7 @@ def add(commands) -> None:
     )
     add_solver_options(command)
     add = command.add_argument
-    add(
-        "--law",
-        choices=CONTACT_LAWS,
-        help="newmark: contact law; a spring and a damper, or the same cut at zero so that it never pulls "
-        f"(default {CONTACT_LAWS[0]})",
-    )
+    add_integrator_options(command)
     add("--periods", type=float, metavar="N", help="excitation periods to run (default %(default)s)")
     add("--keep", type=float, metavar="N", help=f"last periods to report (default {_KEEP}, or all if fewer are run)")
     add(
@@ -79,6 +74,8 @@ def as_json(response: Response, solver: str) -> dict:
         "impacts": [list(pair) for pair in zip(impacts.time.tolist(), impacts.closing_speed.tolist(), strict=True)],
         "contacts": response.contacts.tolist(),
         "seconds": response.cost.seconds,
+        "steps_without_solution": response.steps_without_solution,
+        "steps_with_two": response.steps_with_two,
     }
 
 
@@ -139,6 +136,9 @@ def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
         f"section at end    xi1, xi1', xi2, xi2' = {last}",
         f"spread of xi2     {found.spread:.3g}",
     ]
+    if getattr(response.method, "status", None) == "end":
+        none, two = response.steps_without_solution, response.steps_with_two
+        lines.append(f"status at the end  {none} steps without a solution, {two} with two")
     fact = engine.touching(found)
     return "\n".join([*lines, f"result            {fact}"] if fact else lines)
 

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..methods import Newmark, Reference
+from ..methods import STEPPING, Newmark, Reference, TimeStepping
 from ..model import System
 from ..motions.description import Motion, describe
 from ..motions.motion import motion
@@ -190,7 +190,7 @@ class Comparison:
 def compare(
     system: System,
     eta: float,
-    penalty: Newmark,
+    penalty: Newmark | TimeStepping,
     *,
     reference: Reference | None = None,
     periods: int = 2050,
@@ -207,7 +207,8 @@ def compare(
     system : System
     eta : float
         Excitation frequency η = Ω/ω₁.
-    penalty : Newmark
+    penalty : Newmark or TimeStepping
+        Of the latter there are the difference and its parts; no evidence of its motion, and no verdict.
     reference : Reference, optional
         By default the paper's. With derived joint damping the part of the joint damping vanishes.
     periods, keep : int
@@ -229,7 +230,7 @@ def compare(
     Cancelled
         If ``cancelled`` returned true.
     """
-    if not isinstance(penalty, Newmark):
+    if not isinstance(penalty, STEPPING):
         raise ValueError(f"{penalty} has no time step: compare Newmark, whose limit it is")
     reference = reference or Reference()
     options = {"periods": periods, "keep": keep, "initial": initial, "cancelled": cancelled}

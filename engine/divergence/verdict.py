@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..methods import STEPS_RANGE
+from ..methods import STEPS_RANGE, refuse_time_stepping
 from ..motions.description import Motion
 from ..motions.words import SYMBOLS, repetition, touching
 from ..result import Status
@@ -73,9 +73,12 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
 
     Raises
     ------
+    ValueError
+        If the penalty solution is by :class:`engine.TimeStepping`.
     Cancelled
         If ``cancelled`` returned true.
     """
+    refuse_time_stepping(comparison.runs.penalty.method, "a verdict")
     if comparison.parts is None:
         return _of_early_end(comparison, cancelled)
     if comparison.is_free:

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..kernels import section_statistics as statistics
 from ..kernels.section_statistics import LONGEST_NEAR_PERIOD, NEAR_TOLERANCE, TOLERANCE
-from ..methods import Newmark
+from ..methods import grid_steps
 from ..result import Response
 
 __all__ = [
@@ -60,9 +60,7 @@ def describe_section(response: Response, period: int | None = None) -> np.ndarra
     period : int, optional
         Periods after which the motion repeats itself, 0 for never, if that is known.
     """
-    rows, method = len(response.section), response.method
-    # instants of the discrete solution are steps; those of a located step are not
-    steps = method.steps if isinstance(method, Newmark) and not method.located else 0
+    rows = len(response.section)
     out = np.empty(statistics.NUMBERS)
     statistics.describe_run(
         np.ascontiguousarray(response.section),
@@ -70,7 +68,7 @@ def describe_section(response: Response, period: int | None = None) -> np.ndarra
         np.ascontiguousarray(response.contacts),
         response.checkpoint.periods,
         response.period,
-        float(steps),
+        float(grid_steps(response.method)),
         UNKNOWN if period is None else period,
         response.system.wall,
         np.zeros((rows, statistics.COLUMNS)),

@@ -1,24 +1,26 @@
-"""What the drivers of Newmark's method share: counting in steps, and the message of a solution that diverged."""
+"""What the drivers of methods with a time step share: counting in steps, and the message of a divergence."""
 
 from abc import abstractmethod
 
 import numpy as np
 
 from ..kernels.time_stepping.newmark import LIMIT
-from ..methods import Newmark
+from ..methods import Newmark, TimeStepping
 from ..model import System
 from ..result import Checkpoint, Record
 from .base import Driver
 
 
 class SteppingDriver(Driver):
-    """One run of Newmark's method; subclasses hold the solver's state as ``_state``."""
+    """One run of a method with a time step; subclasses hold the solver's state as ``_state``."""
+
+    solution = "Newmark's solution"
 
     def __init__(
         self,
         system: System,
         eta: float,
-        method: Newmark,
+        method: Newmark | TimeStepping,
         start: Checkpoint,
         keep: int,
         kept_from: int,
@@ -48,6 +50,6 @@ class SteppingDriver(Driver):
         """What happened at which step, and what to change."""
         n = self._method.steps
         return (
-            f"Newmark's solution blew up: the gap passed {LIMIT:g} base amplitudes at step {step} "
+            f"{self.solution} blew up: the gap passed {LIMIT:g} base amplitudes at step {step} "
             f"(period {step / n:.2f}); take more steps per period than {n}, or a smaller K or D"
         )

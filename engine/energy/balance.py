@@ -26,7 +26,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..methods import Newmark
+from ..methods import Newmark, refuse_time_stepping
 from ..result import Response
 from .events import balance_between_events
 from .result import EnergyBalance
@@ -65,6 +65,7 @@ def energy_balance(
     """
     if not response.ok:
         raise ValueError(response.ending)
+    refuse_time_stepping(response.method, "the energy balance")
     if isinstance(response.method, Newmark) and not response.method.located:
         return balance_of_steps(response)
     rows = response.section if start is None else np.vstack([np.asarray(start, dtype=float), response.section])

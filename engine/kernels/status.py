@@ -10,12 +10,13 @@ class Status(StrEnum):
     DIVERGED = "diverged"
     PILED_UP = "piled-up"
     UNRESOLVED = "unresolved"
+    WITHOUT_SOLUTION = "without-solution"
 
 
 STATUSES = tuple(Status)  # a status is stored as its index in here
 
 # the same in compiled code, which knows no strings …
-OK, DIVERGED, PILED_UP, UNRESOLVED = range(len(STATUSES))
+OK, DIVERGED, PILED_UP, UNRESOLVED, WITHOUT_SOLUTION = range(len(STATUSES))
 # … and what a kernel returns that is not at an end yet: FULL: empty the buffers and call again; PAUSED: call again;
 # WITHDRAWN: the caller has asked it to stop
 FULL, PAUSED, WITHDRAWN = range(len(STATUSES), len(STATUSES) + 3)

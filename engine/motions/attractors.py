@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..drivers.section import TOLERANCE, period_of
-from ..methods import Method, Newmark
+from ..methods import Method, Newmark, refuse_time_stepping
 from ..model import System, whole
 from ..result import Response
 from ..simulate import simulate
@@ -111,6 +111,7 @@ def search_attractors(
 
     Parameters and exceptions are those of :func:`attractors`, which returns the last of them.
     """
+    refuse_time_stepping(method, "a search of coexisting motions")
     starts = whole("starts", starts, 1, 100_000, "give the number of starts")
     groups: list[_Group] = []
     states = _starts(system, eta, method, starts, seed, cancelled)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..methods import Newmark, Reference
+from ..methods import Reference, grid_steps
 from ..result import Response
 
 FEWEST_SAMPLES = 8  # in a contact, to see the peak of its force: 2 % off at most for half a sine wave
@@ -14,7 +14,7 @@ def peak_force(response: Response) -> float:
     if sampled is None:
         return np.nan
     spacing = sampled.time[1] - sampled.time[0]
-    every_step = isinstance(method, Newmark) and not method.located and spacing < 1.5 * response.period / method.steps
+    every_step = spacing * grid_steps(method) < 1.5 * response.period and grid_steps(method) > 0
     largest = float(sampled.force.max())
     if isinstance(method, Reference) or every_step:
         return largest

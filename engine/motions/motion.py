@@ -21,7 +21,7 @@ import numpy as np
 
 from ..drivers.section import period_of
 from ..energy.balance import energy_balance
-from ..methods import ExactPenalty, Method, Newmark, Reference
+from ..methods import ExactPenalty, Method, Newmark, Reference, refuse_time_stepping
 from ..model import System
 from ..result import Record, Response
 from ..simulate import simulate
@@ -87,6 +87,7 @@ def motion(
         return describe(subject)
     if eta is None or method is None:
         raise ValueError("a system alone has no motion: give motion(system, eta, method), or a response")
+    refuse_time_stepping(method, "the type of a motion")
     find = _newmark_motion if isinstance(method, Newmark) else _closed_form_motion
     return find(subject, eta, method, initial, cancelled)
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..cells import Cells
-from ..methods import Method
+from ..methods import Method, refuse_time_stepping
 from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta, require, whole
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
 from .digest import engine_digest
@@ -64,6 +64,7 @@ class Study(abc.ABC):
     backwards: ClassVar[bool] = False  # whether the last batch comes first
 
     def __post_init__(self):
+        refuse_time_stepping(self.method, "a study")
         transient = whole("transient", self.transient, 0, PERIODS_LIMIT, "give the periods before the sample")
         sample = whole("sample", self.sample, 1, KEEP_LIMIT, "give the periods to describe")
         self._set(transient=transient, sample=sample)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import vibroscope.engine as engine
 from vibroscope.engine import (
+    HHT,
     Cells,
     ExactPenalty,
     Measurement,
@@ -15,6 +16,7 @@ from vibroscope.engine import (
     Record,
     Reference,
     System,
+    TimeStepping,
     Units,
     compare,
     motion,
@@ -62,6 +64,12 @@ CALLS = {
         {"stiffness": 1, "damping": 1, "steps": 100, "every_step": False, "located": False, "law": "kelvin-voigt"},
         None,
     ),
+    "TimeStepping": (
+        TimeStepping,
+        {"stiffness": 1, "damping": 1, "steps": 100, "integrator": HHT(), "status": "end", "without_solution": "keep"},
+        None,
+    ),
+    "HHT": (HHT, {"alpha": -0.1}, None),
     "Units": (Units, {"omega1": 1.0, "m1": 1.0, "base_amplitude": 1.0, "system": "si"}, None),
     "Measurement": (Measurement, vars(MEASURED), None),
     "fit": (past_the_border(engine.fit), MEASURED_AT | {"names": ("restitution",), "method": Reference()}, None),

@@ -1,0 +1,140 @@
+"""A step of a one-step method as a matrix for each contact status, from its textbook form.
+
+The matrices map x = (y, cos ητ₀, sin ητ₀, 1), with y = (ξ₁, ξ₂, ξ₁′, ξ₂′, ξ₁″, ξ₂″, λ) at the beginning τ₀ of a step
+and displacements counted from the static equilibrium of the separated bodies, to y and the gap, where the contact law
+takes both; λ is the force of spring and damper, whether it acts or not. All quantities are written as rows of factors
+of x and of the unknown accelerations, so that Eqs. (14) and (15) of :mod:`..integrators` stand here as they are.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..integrators import Integrator, Stage
+from ..kernels.compile.options import uncompiled
+from ..kernels.equations.contact_law import force
+from ..kernels.equations.motion import coefficients
+from ..kernels.parameters import Parameters
+from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, STATE_ROWS
+
+BETWEEN = np.array([-1.0, 1.0])  # the gap is that of the equilibrium and this times the displacements
+AMPLIFYING = 1 + 1e-5  # spectral radius beyond which steps amplify; rounding gives up to 4e-6 with huge ωΔτ
+
+
+class Bodies(NamedTuple):
+    """Matrices, (2, 2), of the bodies, their loads as factors of cos ητ and sin ητ, and the contact."""
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    loads: np.ndarray
+    reaction: np.ndarray  # what a unit of λ does to each body, (2,)
+    contact: tuple[float, float]  # K and D
+    gap: float  # at the equilibrium
+    eta: float
+
+
+class Point(NamedTuple):
+    """Displacements, velocities and accelerations, (2, …) each, as rows of factors."""
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+
+
+def bodies_of(p: Parameters) -> Bodies:
+    """The matrices of Eqs. (1) and (2), the second times μ."""
+    c = uncompiled(coefficients)(p)
+    scale = np.array([1.0, c.mu])
+    loads = np.array([c.load1, np.add(c.load1, c.push)]) * scale[:, None]
+    reaction, contact = np.array([-c.react1, 1.0]), (p.stiffness, p.damping)
+    diagonals = (np.diag(scale * pair) for pair in ([1.0, 1.0], [c.c1, c.c2], [c.k1, c.k2]))
+    return Bodies(*diagonals, loads, reaction, contact, p.free_gap, p.eta)
+
+
+def stage_end(
+    b: Bodies, integrator: Integrator, stage: Stage, points: list[Point], begun: np.ndarray, status: int, h: float
+) -> tuple[Point, np.ndarray, np.ndarray]:
+    """The end of a stage with a status, 0 or 1, λ and the gap there.
+
+    Parameters
+    ----------
+    points : list of Point
+        The beginning of the step, and the ends of the stages before.
+    begun : (COLUMNS,) ndarray
+        λ that acted at the beginning.
+    """
+    n = COLUMNS
+    unit = np.eye(n + 2)
+    first, acceleration = points[0], unit[n:]
+
+    def sum_of(weights, name):
+        return sum(weight * getattr(point, name) for weight, point in zip(weights, points, strict=True))
+
+    half = first.v + h * sum_of(stage.rates, "a")
+    v = half + h * stage.gamma * acceleration  # Eq. (14)
+    q = first.q + h * sum_of(stage.velocities, "v")
+    q = q + h * h * (sum_of(stage.accelerations, "a") + stage.beta * acceleration)
+
+    def between(end, beginning):
+        return (1.0 - stage.alpha_f) * end + stage.alpha_f * beginning
+
+    def load(share):
+        angle = b.eta * share * h
+        c, s = math.cos(angle), math.sin(angle)
+        return b.loads @ np.array([c * unit[n - 3] - s * unit[n - 2], s * unit[n - 3] + c * unit[n - 2]])
+
+    damped = half if integrator.explicit else v
+    felt_q, felt_v = between(q, first.q), between(damped, first.v)
+    if integrator.averaged:
+        gap, rate, loads = b.gap * unit[n - 1] + BETWEEN @ q, BETWEEN @ v, between(load(stage.end), load(0.0))
+    else:
+        gap, rate = b.gap * unit[n - 1] + BETWEEN @ felt_q, BETWEEN @ felt_v
+        loads = load(stage.end * (1.0 - stage.alpha_f))
+    spring = uncompiled(force)(*b.contact, gap, rate)  # Eq. (5)
+    acting = between(status * spring, begun) if integrator.averaged else status * spring
+    inertia = b.mass @ ((1.0 - stage.alpha_m) * acceleration + stage.alpha_m * first.a)
+    balance = loads + np.outer(b.reaction, acting) - inertia - b.damping @ felt_v - b.stiffness @ felt_q  # Eq. (15)
+    found = np.linalg.solve(-balance[:, n:], balance[:, :n])
+
+    def known(rows):
+        return np.pad(rows[..., :n] + rows[..., n:] @ found, [(0, 0)] * (rows.ndim - 1) + [(0, 2)])
+
+    return Point(known(q), known(v), known(acceleration)), known(spring), known(gap)
+
+
+def step_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
+    """All stages of a step of size ``h`` with each status.
+
+    Returns
+    -------
+    (2 or 6, STATE_ROWS + 1, COLUMNS) ndarray
+        The first stage without and with contact; then the second stage likewise, after the first without contact, and
+        after it with contact. The last row is the gap.
+    """
+    unit = np.eye(COLUMNS + 2)
+    begun = unit[FORCE]
+    start = Point(unit[0:2], unit[2:4], unit[4:6])
+    first, *later = integrator.stages
+    ends = [stage_end(b, integrator, first, [start], begun, status, h) for status in (0, 1)]
+    if later:
+        firsts = [point for point, _, _ in ends]
+        ends += [stage_end(b, integrator, later[0], [start, one], begun, s, h) for one in firsts for s in (0, 1)]
+    rows = [np.vstack([*point, spring, gap]) for point, spring, gap in ends]
+    return np.array(rows)[:, :, :COLUMNS]
+
+
+def spectral_radius(maps: np.ndarray, status: int) -> float:
+    """Largest |eigenvalue| of a step whose stages all have this status."""
+    whole = maps[status if len(maps) == 2 else 2 + 3 * status]
+    matrix = whole[:STATE_ROWS, :STATE_ROWS].copy()
+    matrix[FORCE] *= status
+    return float(np.abs(np.linalg.eigvals(matrix)).max())
+
+
+def is_stable(b: Bodies, integrator: Integrator, h: float, status: int) -> bool:
+    """Whether a step of this size, repeated with this status, amplifies no motion, be there dampers or not."""
+    undamped = b._replace(damping=0.0 * b.damping, contact=(b.contact[0], 0.0))
+    radii = [spectral_radius(step_maps(one, integrator, h), status) for one in (b, undamped)]
+    return max(radii) <= AMPLIFYING

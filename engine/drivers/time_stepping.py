@@ -1,0 +1,128 @@
+"""Driver of one-step methods whose step is a matrix for each contact status."""
+
+import numpy as np
+
+from ..kernels.compile.options import uncompiled
+from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
+from ..kernels.equations.coordinates import contact_coordinates
+from ..kernels.equations.motion import accelerations, coefficients
+from ..kernels.status import FULL, STATUSES
+from ..kernels.time_stepping import linear_step as kernel
+from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_of
+from ..methods import WITHOUT_SOLUTION
+from ..result import Checkpoint, Cost, Status
+from .parameters import parameters_of
+from .step_maps import bodies_of, is_stable, step_maps
+from .stepping import SteppingDriver
+
+STEPS_PER_CALL = 1_000_000
+
+
+class TimeSteppingDriver(SteppingDriver):
+    """One run of :class:`engine.TimeStepping`."""
+
+    def begin(self, start: Checkpoint) -> None:
+        method, p = self._method, parameters_of(*self.run)
+        self.solution = f"the solution by {method.integrator.name}"
+        self._bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
+        levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
+        maps = np.array([step_maps(self._bodies, method.integrator, system.h / 2**level) for level in levels])
+        weights = [stage.weight for stage in method.integrator.stages]
+        self._scheme = kernel.LinearScheme(
+            maps,
+            (weights[0], float(sum(weights[1:]))),
+            method.status == "end" or method.integrator.explicit,
+            WITHOUT_SOLUTION.index(method.without_solution),
+            p.eta * system.h,
+            system,
+        )
+        angle = self.angles_of_steps()[:-1]
+        self._angles = np.array([np.cos(angle), np.sin(angle)])
+        self._work = np.zeros((3, kernel.COLUMNS))
+        own = len(start.state) == kernel.STATE.size
+        self._state = np.array(start.state) if own else kernel.STATE.pack(self._start_state(p, start.state))
+        self._started = start.periods * method.steps
+        if not getattr(kernel.integrate_linear, "signatures", True):  # compile or load outside the measured seconds
+            state, self._state = self._state, self._state.copy()
+            self.integrate(0, self._no_buffers)
+            self._state = state
+
+    def _start_state(self, p, start: tuple[float, ...]) -> kernel.LinearState:
+        """The discrete solution at τ = 0."""
+        m = self._scheme.system
+        x1, v1, gap, rate = uncompiled(contact_coordinates)(m, *start)
+        pressed = gap <= 0.0
+        push = uncompiled(contact_force)(m, *start) if pressed else 0.0
+        x1, v2 = x1 - m.rest1, v1 + rate
+        x2 = m.touch + gap + x1
+        found = uncompiled(accelerations)(uncompiled(coefficients)(p), x1, v1, x2, v2, push, 1.0, 0.0)
+        if self._method.initial_acceleration == "zero":
+            found = 0.0, 0.0
+        y = np.array([x1, x2, v1, v2, *found, push])
+        return kernel.LinearState(y, int(pressed), pressed, 0, 0, 0, uncompiled(no_contact)())
+
+    @property
+    def _now(self) -> kernel.LinearState:
+        return kernel.STATE.read(self._state)
+
+    def periods_per_call(self) -> int:
+        return max(1, STEPS_PER_CALL // self._method.steps)
+
+    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
+        last = stop * self._method.steps
+        arrays = self._angles, self._state, self._work
+        code = kernel.integrate_linear(self._scheme, *arrays, last, self._window, buffers.views)
+        return Status.OK if code == FULL else STATUSES[code], code == FULL
+
+    def explain(self, status: Status) -> str:
+        if status is Status.WITHOUT_SOLUTION:
+            return self._explain_no_solution()
+        unstable = self._explain_instability()
+        return self.explain_divergence(self._now.step) + (f": {unstable}" if unstable else "")
+
+    def _explain_no_solution(self) -> str:
+        method, step = self._method, self._now.step
+        cut = f", even in {kernel.PARTS} parts," if method.without_solution == "halve" else ""
+        others = " or ".join(repr(name) for name in WITHOUT_SOLUTION[1:] if name != method.without_solution)
+        return (
+            f"step {step + 1} (period {step // method.steps + 1}){cut} has no solution: with contact it ends open, "
+            f"without contact it ends closed, because the damper's force jumps where the bodies touch; take a smaller "
+            f"D than {method.damping:g}, other steps per period than {method.steps}, or without_solution = {others}"
+        )
+
+    def _explain_instability(self) -> str:
+        """Which step the method needs to be stable, "" if it is."""
+        b, method, period = self._bodies, self._method, self.period
+        if method.integrator.always_unstable:
+            return f"{method.integrator.name} amplifies with every step, since gamma is below 1/2"
+        where = {0: "without contact", 1: "in contact"}
+
+        def unstable(n):
+            return [s for s in where if not is_stable(b, method.integrator, period / n, s)]
+
+        found = unstable(method.steps)
+        if not found:
+            return ""
+        low, high = method.steps, 2 * method.steps
+        while unstable(high):
+            low, high = high, 2 * high
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if unstable(middle) else (low, middle)
+        return f"{method.integrator.name} is unstable {where[found[-1]]} with fewer than {high} steps per period"
+
+    def record_open_contact(self, buffers: Buffers) -> None:
+        now = self._now
+        if now.pressed and now.step > self._window[0]:
+            motion = uncompiled(kernel.motion_of)(self._scheme, now.y)
+            end_contact(self._scheme.system, now.contact, now.step, motion, buffers)
+
+    def section_rows_done(self) -> int:
+        return max(0, (self._now.step - self._window[0]) // self._method.steps)
+
+    def results(self) -> dict:
+        now = self._now
+        return super().results() | {"steps_without_solution": now.none, "steps_with_two": now.two}
+
+    def cost(self) -> Cost:
+        return Cost(self.seconds, steps=self._now.step - self._started)

@@ -1,0 +1,238 @@
+"""One-step methods whose step is a matrix for each contact status, one step after the other.
+
+**A stage** maps x = (y, cos ητ₀, sin ητ₀, 1) at the beginning of a step to y and the gap where the contact law takes it
+(the matrices: :mod:`engine.drivers.step_maps`). With the status 1 the force of spring and damper acts, with 0 it does
+not. The end of a stage *wants* the status 1 if the gap is not positive, with the law that is cut only if the force
+pushes too (Eqs. (5) and (6) of :mod:`..equations.contact_law`).
+
+**Status from the start of the step**: 1 if the gap there is not positive; where the law is cut and the force would pull
+at the end, 0. **From its end**: a status that its own end wants. The former status is tried first. Neither may agree
+with its own end: the step has no solution. Both may: it has two, and keeps the former status. An explicit method knows
+the gap before the force; its two statuses have one end, so exactly one agrees.
+
+A step without a solution ends the run, or keeps the former status, or is cut into 2, 4, … parts until all of them have
+a solution.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..compile.packing import Layout
+from ..compile.record import OpenContact, no_room, with_impulse
+from ..equations.contact_law import CUT
+from ..status import DIVERGED, FULL, OK, WITHOUT_SOLUTION
+from .newmark import LIMIT, Scheme, begin_contact, displaced, end_contact, write_output, write_sample
+
+STATE_ROWS, FORCE = 7, 6  # y, and where λ stands in it
+GAP = STATE_ROWS  # row of the gap
+COLUMNS = STATE_ROWS + 3
+HALVINGS = 10
+PARTS = 1 << HALVINGS
+STOP, KEEP, HALVE = range(3)  # what a step without a solution does
+NONE, TWO = -1, 2  # of a step: it has no solution, or two
+
+
+class LinearScheme(NamedTuple):
+    """The matrices of a method and the contact; of ``system`` only what the contact and the coordinates need."""
+
+    maps: np.ndarray  # (1 or HALVINGS + 1, 2 or 6, STATE_ROWS + 1, COLUMNS): of steps of size Δτ, Δτ/2, …
+    weights: tuple  # share of the impulse that each of two stages gives; the second is 0 if there is one
+    at_end: bool  # whether the status is that of the end
+    without: int  # STOP, KEEP or HALVE
+    turn: float  # ηΔτ
+    system: Scheme
+
+
+class LinearState(NamedTuple):
+    """The discrete solution at the end of a step."""
+
+    y: np.ndarray  # (STATE_ROWS,)
+    status: int  # of the last stage
+    pressed: bool  # whether the gap is not positive
+    step: int  # steps done
+    none: int  # steps that had no solution
+    two: int  # steps that had two
+    contact: OpenContact
+
+
+STATE = Layout(LinearState, y=(STATE_ROWS,), contact=Layout(OpenContact))
+unpack_state = STATE.unpack
+write_state = STATE.writer("status", "pressed", "step", "none", "two", "contact")  # y is written in place
+
+
+@jit_inlined
+def row(m, level, k, i, x):
+    """Row i of matrix k of a level times x."""
+    value = 0.0
+    for j in range(COLUMNS):
+        value += m.maps[level, k, i, j] * x[j]
+    return value
+
+
+@jit_inlined
+def write_end(m, level, k, x, end):
+    """Write what matrix k of a level makes of x."""
+    for i in range(STATE_ROWS + 1):
+        end[i] = row(m, level, k, i, x)
+
+
+@jit_inlined
+def wants_contact(m, gap, force):
+    """Whether the end of a stage wants the force to act."""
+    return gap <= 0.0 and (m.system.law != CUT or force > 0.0)
+
+
+@jit_inlined
+def take_stage(m, level, k, former, x, ends):
+    """Write the end of a stage with the status s to ``ends[s]``, with the matrices k + s.
+
+    Returns s, and NONE, 1 or TWO solutions.
+    """
+    status, solutions = former, 1
+    write_end(m, level, k + former, x, ends[former])
+    if m.at_end:
+        other = 1 - former
+        kept = wants_contact(m, ends[former, GAP], ends[former, FORCE]) == (former == 1)
+        wanted = wants_contact(m, row(m, level, k + other, GAP, x), row(m, level, k + other, FORCE, x))
+        if wanted == (former == 1):
+            solutions = 1 if kept else NONE
+        elif kept:
+            solutions = TWO
+        else:
+            status = other
+            write_end(m, level, k + other, x, ends[other])
+    elif former == 1 and m.system.law == CUT and ends[1, FORCE] < 0.0:
+        status = 0
+        write_end(m, level, k, x, ends[0])
+    return status, solutions
+
+
+@jit_no_alloc
+def take_step(m, level, former, x, ends):
+    """Write the end of a step of this ``level`` with the status s, of its last stage, to ``ends[s]``.
+
+    Returns
+    -------
+    tuple
+        s; NONE, 1 or TWO solutions; mean contact force over the step.
+    """
+    status, solutions = take_stage(m, level, 0, former, x, ends)
+    push = m.weights[0] * ends[status, FORCE] * status
+    if m.maps.shape[1] > 2:
+        first = status
+        former = first if m.at_end else int(ends[status, GAP] <= 0.0)
+        status, more = take_stage(m, level, 2 + 2 * first, former, x, ends)
+        solutions = min(solutions, more) if NONE in (solutions, more) else max(solutions, more)
+        push += m.weights[1] * ends[status, FORCE] * status
+    ends[status, FORCE] *= status
+    return status, solutions, push
+
+
+@jit_inlined
+def is_pressed(m, y):
+    """Whether the gap is not positive."""
+    return y[1] - y[0] <= m.system.touch
+
+
+@jit_inlined
+def begin_step(x, y, cosine, sine):
+    """Write x at the beginning of a step from the state y."""
+    for k in range(STATE_ROWS):
+        x[k] = y[k]
+    x[STATE_ROWS], x[STATE_ROWS + 1], x[STATE_ROWS + 2] = cosine, sine, 1.0
+
+
+@jit_no_alloc
+def take_parts(m, status, angle, x, ends):
+    """Take a step cut into the fewest parts, 2, 4, … PARTS, each half of the one before, that have a solution.
+
+    ``angle``: ητ at its beginning. A part without a solution is halved, and so are all that follow. Returns what
+    :func:`take_step` does, of the whole; x is no longer that of the beginning.
+    """
+    level, done, impulse, solutions = 1, 0, 0.0, 1
+    while done < PARTS:
+        former = status if m.at_end else int(is_pressed(m, x))
+        after, solutions, push = take_step(m, level, former, x, ends)
+        if solutions != NONE:
+            part = PARTS >> level
+            done, status, impulse = done + part, after, impulse + push * part / PARTS
+            now = angle + done * m.turn / PARTS
+            begin_step(x, ends[status], math.cos(now), math.sin(now))
+        elif level < HALVINGS:
+            level += 1
+        else:
+            break
+    return status, solutions, impulse
+
+
+@jit_inlined
+def motion_of(m, y):
+    """ξ₁, ξ₁′, ξ₂, ξ₂′ of a state y."""
+    return displaced(m.system, y[0], y[2], y[1], y[3])
+
+
+@jit_no_alloc
+def integrate_linear(m, angles, state, work, stop, window, buffers):
+    """Integrate to the end of step ``stop``, and fill the buffers if they have room for contacts.
+
+    Parameters
+    ----------
+    m : LinearScheme
+    angles : (2, n) float64
+        cos ητ and sin ητ at the beginning of each step of a period.
+    state : (STATE.size,) float64
+        A :class:`LinearState`, changed in place.
+    work : (3, COLUMNS) float64
+        Work space.
+    stop : int
+    window : (3,) int64
+        As in :func:`.newmark.integrate_recorded`.
+    buffers : Buffers
+
+    Returns
+    -------
+    int
+        OK, DIVERGED, FULL, or WITHOUT_SOLUTION: then the state is that before the step that has none.
+    """
+    s, n, status = unpack_state(state), angles.shape[1], OK
+    y, acting, pressed, i, none, two, contact = s.y, s.status, s.pressed, s.step, s.none, s.two, s.contact
+    recorded, x, ends = buffers.contacts.shape[0] > 0, work[0], work[1:]
+    k, impulse = i % n, contact.impulse
+    if recorded and i == window[1] and buffers.samples.shape[0] > 0:
+        write_sample(m.system, buffers.samples[0], motion_of(m, y), pressed)
+    while i < stop and status == OK:
+        begin_step(x, y, angles[0, k], angles[1, k])
+        former = acting if m.at_end else int(pressed)
+        after, solutions, push = take_step(m, 0, former, x, ends)
+        none, two = none + (solutions == NONE), two + (solutions == TWO)
+        if solutions == NONE and m.without == HALVE:
+            after, solutions, push = take_parts(m, former, k * m.turn, x, ends)
+        if solutions == NONE and m.without != KEEP:
+            status = WITHOUT_SOLUTION
+            break
+        before, was, acting = y[1] - y[0], motion_of(m, y), after
+        for j in range(STATE_ROWS):
+            y[j] = ends[after, j]
+        i, k = i + 1, (k + 1 if k + 1 < n else 0)
+        impulse += m.system.h * push
+        gap = y[1] - y[0]
+        if is_pressed(m, y) != pressed:
+            pressed = not pressed
+            now = motion_of(m, y)
+            if pressed:
+                if push != 0.0:  # the force has acted in this step already: the speeds are those before it
+                    now = now[0], was[1], now[2], was[3]
+                closing = (before - gap) / m.system.h if recorded else 0.0
+                contact, impulse = begin_contact(m.system, i, now, closing), m.system.h * push
+            elif recorded:
+                end_contact(m.system, with_impulse(contact, impulse), i, now, buffers)
+                status = FULL if no_room(buffers) else OK
+        if recorded and (k == 0 or (i >= window[1] and k % window[2] == 0)):
+            write_output(m.system, i, k, n, motion_of(m, y), pressed, window, buffers)
+        if not abs(gap) < LIMIT:
+            status = DIVERGED
+    write_state(state, acting, pressed, i, none, two, with_impulse(contact, impulse))
+    return status
