@@ -60,7 +60,7 @@ def zero(phase, z, scratch):
 @part
 def state_there(phase, z, scratch):
     """ξ₁ and ξ₁′ within an interval."""
-    return tables.first_at(phase, tables.state_after(phase, z, 30), 0.3, scratch)[1]
+    return tables.position_at(phase, tables.state_after(phase, z, 30), 0.3, scratch)[1]
 
 
 def width(products):

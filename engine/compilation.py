@@ -2,8 +2,8 @@
 
 A kernel is compiled when it is first called, once for each processor and each version of the sources; the machine code
 is kept in the cache folder. All of them together take two or three minutes, most of it in two or three kernels, into
-which everything is inlined that they call. So progress is counted in compiled functions, not in kernels. Most are
-compiled a second time for a wall.
+which everything is inlined that they call. So progress is counted in compiled functions, not in kernels. The loops over
+a motion are compiled a second time for a wall.
 """
 
 from collections.abc import Callable

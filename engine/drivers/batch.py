@@ -19,7 +19,7 @@ from ..kernels.batch.recurrence import CYCLE, TOLERANCE
 from ..kernels.compile.record import make_buffers
 from ..kernels.event_driven.state import STATE as EVENT_STATE
 from ..kernels.event_driven.state import SYSTEM
-from ..kernels.parameters import AT_WALL, TWO_BODIES, Parameters, no_keys
+from ..kernels.parameters import Parameters, no_keys
 from ..kernels.time_stepping.newmark import STATE as STEP_STATE
 from ..methods import ExactPenalty, Method, Newmark, Reference
 from .base import CAPACITY
@@ -107,7 +107,7 @@ def make_worker(
     """
     kind, compiled = _KINDS[type(method)], are_compiled(method, rows)[order]
     columns = np.array(task.coordinates, dtype=np.int64)
-    wall = AT_WALL if Parameters(*rows.T).wall.any() else TWO_BODIES  # all cells have the same bodies
+    wall = bool(Parameters(*rows.T).wall.any())  # all cells have the same bodies
     plan = kernel.BatchPlan(kind, task.transient, task.sample, task.early_stop, columns, wall, COMPLETION)
     circles = separating_circles(rows) if kind == EXACT else np.zeros((len(order), 2))
     cells = kernel.BatchCells(order, chained, rows, initial, circles)

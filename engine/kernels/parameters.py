@@ -47,6 +47,7 @@ class Parameters(NamedTuple):
 # other true, and the type says which it is. So the compiler leaves out the branches of the other.
 TWO_BODIES, AT_WALL = None, (True,)
 
+STEPS = Parameters._fields.index("steps")
 FOR_FLIGHT = Parameters._fields.index("clearance") + 1  # numbers that the tables of flight depend on …
 FOR_CONTACT = Parameters._fields.index("damping") + 1  # … and those of contact
 

@@ -39,11 +39,7 @@ class Skip(NamedTuple):
 @jit_inlined
 def signed_gap_at(t, pressed, level, z, j):
     """The signed gap after j ≥ 1 strides."""
-    m = t.signed_gaps[pressed, level, :, j - 1]
-    if t.wall:
-        return m[2] * z[2] + m[3] * z[3] + m[4] * z[4] + m[5] * z[5] - t.surfaces[pressed]
-    relative = m[0] * z[0] + m[1] * z[1] + m[2] * z[2] + m[3] * z[3] + m[4] * z[4] + m[5] * z[5]
-    return relative - t.surfaces[pressed]
+    return dot(t.signed_gaps[pressed, level, :, j - 1], z, t.wall) - t.surfaces[pressed]
 
 
 @jit_inlined
@@ -56,7 +52,7 @@ def entries_above(t, pressed, level, z, bound, begin):
     first = CHUNK
     if t.wall:
         for j in range(CHUNK):
-            signed_gap = m2[j] * z2 + m3[j] * z3 + m4[j] * z4 + m5[j] * z5
+            signed_gap = (m2[j] * z2 + m3[j] * z3) + (m4[j] * z4 + m5[j] * z5)
             first = min(first, CHUNK if signed_gap > bound else j)
         return begin + first
     for j in range(CHUNK):
@@ -71,7 +67,7 @@ def certified_entries(t, pressed, level, z):
     if t.strides[pressed, level] == 0:
         return 0
     b = t.curvatures[pressed, level]
-    bound = dot(b, (abs(z[0]), abs(z[1]), abs(z[2]), abs(z[3]), abs(z[4]), abs(z[5])))
+    bound = dot(b, (abs(z[0]), abs(z[1]), abs(z[2]), abs(z[3]), abs(z[4]), abs(z[5])), t.wall)
     # From a small signed gap to g₁ at the first entry: the chord lies above u g₁, the curve at most 4u(1 − u) · bound
     # below the chord.
     near = signed_gap_at(t, pressed, 0, z, 1)

@@ -33,7 +33,7 @@ from ..time_stepping.newmark import (
 )
 from .certificate import CHANGE, TAKE_STEP, certify_skip, steps_of
 from .output import impulse_of, motion_after, write_skipped
-from .step_map import unpack_skipping
+from .step_map import turn_after, unpack_skipping
 
 NOT_ASKED = (0.0, 0.0, 0.0, 0.0)  # a motion that no record asks for
 
@@ -47,10 +47,22 @@ class Excitation(NamedTuple):
 
 
 @jit_inlined
-def excitation_at(k, n):
-    """The excitation after k of n steps of a period."""
-    c, s = cos_sin(k * (1.0 / n))
+def excitation_at(p, k):
+    """The excitation after k steps of a period; at a wall from tables, since a series takes a part of a skip's time."""
+    if p.tables.wall:
+        c, s = turn_after(p.tables.turns, p.shift, k)
+    else:
+        c, s = cos_sin(k * (1.0 / p.steps))
     return Excitation(k, c, s)
+
+
+@jit_inlined
+def relative_state(t, pressed, now, at):
+    """z of the discrete solution, from which the next skip begins."""
+    x, apart = t.origins[pressed, 0], t.origins[pressed, 1]
+    if t.wall:
+        return 0.0, 0.0, now.p2 - apart, now.q2, at.cosine, at.sine
+    return now.p1 - x, now.q1, now.p2 - now.p1 - apart, now.q2 - now.q1, at.cosine, at.sine
 
 
 @jit_inlined
@@ -59,9 +71,12 @@ def state_after_skip(p, now, skip, reached):
     pressed = int(now.pressed)
     t = p.tables
     p1, q1, apart, drift, _, _ = apply_transition(t.matrices[pressed, 0], skip.beginning, skip.fine, t.wall)
-    p1, apart = p1 + t.origins[pressed, 0], apart + t.origins[pressed, 1]
+    apart += t.origins[pressed, 1]
     gap = (-skip.signed_gap if now.pressed else skip.signed_gap) + p.scheme.touch
     after = now.pressed != (skip.outcome == CHANGE)
+    if t.wall:
+        return StepState(0.0, 0.0, apart, drift, now.a1, now.a2, gap, after, reached, now.contact)
+    p1 += t.origins[pressed, 0]
     return StepState(p1, q1, p1 + apart, q1 + drift, now.a1, now.a2, gap, after, reached, now.contact)
 
 
@@ -120,7 +135,7 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, wall, full):
     """
     p, buffers, now, status = unpack_skipping(packed, wall), unpack_buffers(flat, sizes), unpack_state(state), OK
     kept, sampled = buffers.section.shape[0] > 0, buffers.samples.shape[0] > 0
-    at = excitation_at(now.step % p.steps, p.steps)
+    at = excitation_at(p, now.step % p.steps)
     if sampled and now.step == window[1]:
         write_sample(p.scheme, buffers.samples[0], motion_of(p.scheme, now), now.pressed)
     while now.step < stop:
@@ -128,8 +143,7 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, wall, full):
             status = FULL
             break
         pressed = int(now.pressed)
-        x, apart = now.p1 - p.tables.origins[pressed, 0], now.p2 - now.p1 - p.tables.origins[pressed, 1]
-        z, gap = (x, now.q1, apart, now.q2 - now.q1, at.cosine, at.sine), now.gap - p.scheme.touch
+        z, gap = relative_state(p.tables, pressed, now, at), now.gap - p.scheme.touch
         skip = certify_skip(p, pressed, z, -gap if now.pressed else gap)
         reached = now.step + steps_of(p.tables, pressed, skip)
         if reached > now.step:
@@ -140,14 +154,14 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, wall, full):
                 break
             before, k = now, at.k + reached - now.step
             now = state_after_skip(p, before, skip, reached)
-            at = excitation_at(k if k < p.steps else k % p.steps, p.steps)
+            at = excitation_at(p, k if k < p.steps else k % p.steps)
             if kept and full and before.pressed:
                 now = with_contact(now, with_impulse(now.contact, now.contact.impulse + impulse_of(p.tables, z, skip)))
             if skip.outcome == CHANGE:
                 there = motion_after(p, pressed, z, before.step, reached) if kept and full else NOT_ASKED
                 now = change_contact(p.scheme, now, there, skip.before - skip.signed_gap, kept, buffers)
         if skip.outcome == TAKE_STEP:
-            before, at = now, excitation_at(at.k + 1 if at.k + 1 < p.steps else 0, p.steps)
+            before, at = now, excitation_at(p, at.k + 1 if at.k + 1 < p.steps else 0)
             now = state_after_step(p, before, at)
             there = motion(p.scheme, now.p1, now.q1, now.a1, now.p2, now.q2, now.a2) if kept else NOT_ASKED
             if now.pressed != before.pressed:

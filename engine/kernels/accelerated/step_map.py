@@ -25,12 +25,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit, jit_no_alloc
+from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import GIVEN, Layout
 from ..equations.motion import free_equilibrium, pressed_equilibrium
 from ..equations.rates import free_rate, pressed_rate
-from ..linear.matrices import fill_powers, raise_to_images, raise_within, row_image, row_times
-from ..parameters import FOR_CONTACT, FOR_FLIGHT, TWO_BODIES, renew_key, unpack_parameters
+from ..linear.cos_sin import cos_sin
+from ..linear.matrices import fill_powers, image, raise_to_images, raise_within, row_times
+from ..parameters import FOR_CONTACT, FOR_FLIGHT, STEPS, TWO_BODIES, renew_key, unpack_parameters
 from ..time_stepping.newmark import Scheme, phased, scheme_of
 
 FREE, PRESSED = 0, 1  # contact states
@@ -38,6 +39,7 @@ LEVELS = 3
 ENTRIES = 128  # of a level
 REACHES = 0.15, 1.0  # |ν| times the longest stride, free and pressed: bounds are tight enough for most flights …
 SAMPLED = 0.25  # … if suprema are taken over steps no further apart than this
+TURNS = 4096  # its square is more than the steps of a period can be
 LONGEST = ENTRIES * ENTRIES // 2  # longest stride: every step is then one entry of each level away
 
 
@@ -58,6 +60,7 @@ class StepTables(NamedTuple):
     curvatures: np.ndarray  # (2, LEVELS, 6) bound of b between entries
     accelerations: np.ndarray  # (2, 2, 6) Δτ² ξ″ at the end of the next step
     impulses: np.ndarray  # (LEVELS, ENTRIES, 6) Δτ Σλ over the steps up to each entry, pressed, less that at rest
+    turns: np.ndarray  # (2, TURNS, 2) cos ητ and sin ητ after k steps, and after k times 2^shift steps; at a wall only
     wall: tuple | None  # AT_WALL where the first two numbers of z are zero, else TWO_BODIES (see ..parameters)
     surfaces: np.ndarray  # (2,) what is tabulated as signed gap where the bodies touch
     origins: np.ndarray  # (2, 3) equilibrium less that of the separated bodies: ξ₁, gap; Δτ λ there
@@ -69,6 +72,7 @@ class SkippingScheme(NamedTuple):
 
     tables: StepTables
     steps: int  # n
+    shift: int  # of tables.turns
     scheme: Scheme
 
 
@@ -79,6 +83,7 @@ TABLES = Layout(
     curvatures=(2, LEVELS, 6),
     accelerations=(2, 2, 6),
     impulses=(LEVELS, ENTRIES, 6),
+    turns=(2, TURNS, 2),
     wall=GIVEN,
     surfaces=(2,),
     origins=(2, 3),
@@ -86,7 +91,7 @@ TABLES = Layout(
 )
 SKIPPING = Layout(SkippingScheme, tables=TABLES, scheme=Layout(Scheme))
 unpack_skipping = SKIPPING.unpack
-_write_numbers = SKIPPING.writer("steps", "scheme")
+_write_numbers = SKIPPING.writer("steps", "shift", "scheme")
 
 
 @jit
@@ -127,29 +132,29 @@ def step_map(m, eta, contact):
 
 
 @jit_no_alloc
-def fill_signed_gaps(signed_gaps, first, matrices):
+def fill_signed_gaps(signed_gaps, first, matrices, one_body):
     """Write the signed gaps of a level, of which the first is given."""
     g = signed_gaps
     for i in range(6):
         g[i, 0] = first[i]
     for j in range(1, ENTRIES):
-        g[0, j], g[1, j], g[2, j], g[3, j], g[4, j], g[5, j] = row_image(first, matrices[j - 1])
+        g[0, j], g[1, j], g[2, j], g[3, j], g[4, j], g[5, j] = image(first, matrices[j - 1], one_body)
 
 
 @jit_no_alloc
-def fill_impulses(impulses, first, matrices):
+def fill_impulses(impulses, first, matrices, one_body):
     """Write the impulses over the strides of a level, of which the first is given."""
     out = impulses
     s0, s1, s2, s3, s4, s5 = first[0], first[1], first[2], first[3], first[4], first[5]
     out[0, 0], out[0, 1], out[0, 2], out[0, 3], out[0, 4], out[0, 5] = s0, s1, s2, s3, s4, s5
     for j in range(1, ENTRIES):
-        f0, f1, f2, f3, f4, f5 = row_image(first, matrices[j - 1])
+        f0, f1, f2, f3, f4, f5 = image(first, matrices[j - 1], one_body)
         s0, s1, s2, s3, s4, s5 = s0 + f0, s1 + f1, s2 + f2, s3 + f3, s4 + f4, s5 + f5
         out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = s0, s1, s2, s3, s4, s5
 
 
 @jit
-def fill_curvature(tables, state, level, one):
+def fill_curvature(tables, state, level, one, one_body):
     """Write the bound b of a level.
 
     The supremum is taken over some steps of each stride, entries of the level below. It is extended to the steps that
@@ -165,8 +170,8 @@ def fill_curvature(tables, state, level, one):
     entries = int(strides[level] / strides[level - 1])
     apart = math.ceil(entries * SAMPLED / REACHES[state])
     for k in range(0, entries, apart):
-        image = row_times(curvature, below[k - 1]) if k > 0 else curvature
-        raise_to_images(bound, image, matrices)
+        moved = row_times(curvature, below[k - 1]) if k > 0 else curvature
+        raise_to_images(bound, moved, matrices, one_body)
     raise_within(bound, change, apart * strides[level - 1])
     for i in range(6):
         bound[i] *= strides[level] ** 2 / 8
@@ -199,11 +204,28 @@ def fill_tables(tables, m, eta, state, rate):
             gap, impulse = signed_gaps[level - 1, :, k].copy(), tables.impulses[level - 1, k]
             stride = matrices[level - 1, k]
         fill_powers(matrices[level], stride, m.wall)
-        fill_signed_gaps(signed_gaps[level], gap, matrices[level])
+        fill_signed_gaps(signed_gaps[level], gap, matrices[level], m.wall)
         if state == PRESSED:
-            fill_impulses(tables.impulses[level], impulse, matrices[level])
+            fill_impulses(tables.impulses[level], impulse, matrices[level], m.wall)
         if level > 0:
-            fill_curvature(tables, state, level, one)
+            fill_curvature(tables, state, level, one, m.wall)
+
+
+@jit
+def fill_turns(turns, n, shift):
+    """Write the excitation after single steps of a period, and after every 2^shift-th, in all some 2√n of them."""
+    for k in range(1 << shift):
+        turns[0, k] = cos_sin(k / n % 1.0)
+    for k in range((int(n) >> shift) + 1):
+        turns[1, k] = cos_sin((k << shift) / n % 1.0)
+
+
+@jit_inlined
+def turn_after(turns, shift, k):
+    """cos ητ and sin ητ after k steps of a period, from what :func:`fill_turns` writes."""
+    c, s = turns[1, k >> shift, 0], turns[1, k >> shift, 1]
+    k &= (1 << shift) - 1
+    return c * turns[0, k, 0] - s * turns[0, k, 1], s * turns[0, k, 0] + c * turns[0, k, 1]
 
 
 @jit
@@ -219,7 +241,10 @@ def set_up_skipping(packed, keys, row):
     """
     p, tables = unpack_parameters(row), unpack_skipping(packed, TWO_BODIES).tables
     m, rates, counts = scheme_of(p), (free_rate(p), pressed_rate(p)), (FOR_FLIGHT, FOR_CONTACT)
-    _write_numbers(packed, p.steps, m)
+    shift = math.ceil(0.5 * math.log2(p.steps))
+    _write_numbers(packed, p.steps, shift, m)
+    if p.wall > 0.0 and keys[FREE, STEPS] != p.steps:
+        fill_turns(tables.turns, p.steps, shift)
     for state in range(2):  # a literal 0 or 1 would be compiled twice
         if renew_key(keys[state], row, counts[state]):
             fill_tables(tables, m, p.eta, state, rates[state])

@@ -3,17 +3,23 @@
 import math
 
 from .. import section_statistics as statistics
-from ..accelerated import skip
+from ..accelerated.skip import integrate_skipping
+from ..accelerated.skip import record_open_contact as record_open_steps
 from ..compile.options import jit, jit_no_alloc
 from ..compile.record import unpack_buffers
 from ..event_driven import output
 from ..event_driven.integrate import MOST_PAUSES, integrate
 from ..event_driven.state import unpack_state, unpack_system
+from ..parameters import AT_WALL, TWO_BODIES
 from ..status import FULL, OK, PAUSED, UNRESOLVED, WITHDRAWN
 from ..time_stepping.newmark import unpack_state as unpack_step_state
 from .recurrence import CYCLE, event_state_recurs, step_state_recurs
 
 REFERENCE, EXACT, SKIPPING = range(3)  # how a cell is solved
+
+
+# Each loop over the motion is compiled once for two bodies and once for a wall, and called here for either: what sets
+# up, logs and describes a cell is compiled once for both.
 
 
 @jit_no_alloc
@@ -25,7 +31,10 @@ def integrate_events(work, plan, p, stop, log, record, signals):
     flat, sizes, origin = record
     window, pauses, paused_in = (float(origin), float(stop)), 0, -1.0
     while signals[0] == 0:
-        status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, plan.wall, None)
+        if plan.wall:
+            status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, AT_WALL, None)
+        else:
+            status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, TWO_BODIES, None)
         if status == FULL:
             log_events(work, p, log, record)
         elif status == PAUSED:
@@ -46,7 +55,10 @@ def integrate_steps(work, plan, p, stop, log, record, signals):
     n = int(p.steps)
     window = (origin * n, stop * n, n)
     while signals[0] == 0:
-        status = skip.integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, plan.wall, False)
+        if plan.wall:
+            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, AT_WALL, False)
+        else:
+            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, TWO_BODIES, False)
         if status != FULL:
             return status
         log_events(work, p, log, record)
@@ -78,7 +90,7 @@ def log_open_contact(work, plan, p, stop, log, record):
     buffers = unpack_buffers(flat, sizes)
     if plan.kind == SKIPPING:
         if unpack_step_state(work.state).pressed:
-            skip.record_open_contact(work.packed, work.state, plan.wall, stop * int(p.steps), buffers)
+            record_open_steps(work.packed, work.state, plan.wall, stop * int(p.steps), buffers)
     else:
         window = (float(origin), float(stop))
         system = unpack_system(work.packed, plan.wall)

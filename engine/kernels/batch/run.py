@@ -27,7 +27,7 @@ class BatchPlan(NamedTuple):
     sample: int
     early_stop: bool
     coordinates: np.ndarray  # (c,) int64
-    wall: tuple | None  # AT_WALL or TWO_BODIES of ..parameters
+    wall: bool
     completion: float  # of a chatter (engine.drivers.event_driven)
 
 

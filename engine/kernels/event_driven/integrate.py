@@ -53,7 +53,8 @@ def drop_fast_part(p, a):
     if a.mode != CONTACT or a.order > 0.0 or not p.stiff:
         return a
     z = linear_state(p, p.contact, a)
-    x1, v1, gap, rate = dot(p.fast[0], z), dot(p.fast[1], z), dot(p.fast[2], z), dot(p.fast[3], z)
+    x1, v1 = dot(p.fast[0], z, p.wall), dot(p.fast[1], z, p.wall)
+    gap, rate = dot(p.fast[2], z, p.wall), dot(p.fast[3], z, p.wall)
     if abs(gap) + abs(rate) * p.contact.spacing > LOST * abs(a.gap):
         return a
     slow = a.x1 - x1, a.v1 - v1, a.gap - gap, a.rate - rate

@@ -27,7 +27,7 @@ from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
 from .state import SYSTEM
 
 _write_flight, _write_contact, _write_slow = (SYSTEM.writer(name) for name in ("flight", "contact", "slow_contact"))
-_write_fast, _write_numbers = SYSTEM.writer("fast"), SYSTEM.writer("period", "rigid", "stiff")
+_write_fast, _write_numbers = SYSTEM.writer("fast"), SYSTEM.writer("period", "frequency", "rigid", "stiff")
 _write_laws = SYSTEM.writer("force_position", "force_velocity", "force_gap", "force_rate")
 _write_other_force = SYSTEM.writer("force_cosine", "force_sine", "force_constant")
 _write_impact = SYSTEM.writer("clearance", "mass_share", "restitution", "threshold", "completion")
@@ -154,7 +154,7 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
             fast = fast_projector(pressed_generator(p), p.eta, circle[0])
             _write_slow(packed, slow_contact_phase(p, fast, circle[1]))
             _write_fast(packed, fast)
-    _write_numbers(packed, 2 * math.pi / p.eta, rigid, circle[0] > 0.0)
+    _write_numbers(packed, 2 * math.pi / p.eta, p.eta / (2 * math.pi), rigid, circle[0] > 0.0)
     position, velocity, gap, rate = force_factors(p, rigid)
     _write_laws(packed, position, velocity, gap, rate)
     cosine, sine, constant = other_force_factors(p, rigid)

@@ -4,7 +4,6 @@ A *phase* is a stretch of the motion without events: flight, or contact. A *hybr
 and from where: it is the state at an event, or at the beginning of the block in which the next event is sought.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +28,7 @@ class HybridSystem(NamedTuple):
     """
 
     period: float
+    frequency: float  # 1/T
     rigid: bool  # whether the contact is the reference's
     flight: Phase  # its watched quantity is the gap
     contact: Phase  # its watched quantity is the contact force (reference) or the penetration −g (penalty)
@@ -86,9 +86,15 @@ def in_contact(a):
 
 
 @jit_inlined
+def in_periods(p, time):
+    """A time in excitation periods; at a wall by a product, since two divisions are a part of each flight's time."""
+    return time * p.frequency if p.wall else time / p.period
+
+
+@jit_inlined
 def linear_state(p, phase, a):
     """z of a hybrid state, relative to the equilibrium of a phase (see :mod:`..linear.tables`)."""
-    c, s = cos_sin(a.tau / p.period)
+    c, s = cos_sin(in_periods(p, a.tau))
     if p.wall:
         return 0.0, 0.0, a.gap - phase.gap, a.rate, c, s
     return a.x1 - phase.position, a.v1, a.gap - phase.gap, a.rate, c, s
@@ -111,7 +117,7 @@ def later_state(p, a, s, y, mode, order, contact):
     """The hybrid state s after a, where the motion is y = (ξ₁, ξ₁′, g, g′)."""
     x1, v1, gap, rate = y
     tau = a.tau + s
-    whole = math.floor(tau / p.period)
+    whole = np.floor(in_periods(p, tau))
     events = a.events if whole == 0.0 else 0.0
     return HybridState(a.period + whole, tau - whole * p.period, x1, v1, gap, rate, mode, order, events, contact)
 

@@ -27,9 +27,9 @@ _SINES = np.array([_unit_circle(k)[1] for k in range(_TURNS)])
 def cos_sin(share):
     """cos 2πs and sin 2πs for a share 0 ≤ s < 1, from a table and a short series, without a library call."""
     scaled = share * _TURNS
-    k = int(scaled + 0.5)
-    x = (scaled - k) * _ANGLE
-    k &= _TURNS - 1
+    nearest = np.floor(scaled + 0.5)  # stays a float: the way through a whole number and back would take longer
+    x = (scaled - nearest) * _ANGLE
+    k = int(nearest) & (_TURNS - 1)
     y = x * x
     # x is at most π/64, so the terms left out are below rounding. Products: one division would cost as much as the rest
     sine = x * (1.0 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880)))))

@@ -41,7 +41,8 @@ from .tables import (
 )
 
 _N = TERMS - 1
-HALLEY_LIMIT = 12  # iterations; three are enough for most zeros
+HALLEY_LIMIT = 12  # iterations; two are enough for most zeros
+SHORT = 1e-8  # whose square is below rounding
 NONE = -1.0
 CHUNK = 8
 SAFE = 1e-12  # coefficients above this share of a constant that was added to them have a sign beyond rounding
@@ -51,10 +52,10 @@ SAFE = 1e-12  # coefficients above this share of a constant that was added to th
 def first_at_most(values, level, start):
     """Index of the first value from ``start`` on that does not exceed the level; POINTS if there is none."""
     for chunk in range(start & -CHUNK, POINTS, CHUNK):
-        low = 0
-        for k in range(chunk, chunk + CHUNK):  # without a branch: one vector instruction
-            low += not (values[k] > level)
-        if low > 0:
+        least = values[chunk]
+        for k in range(chunk + 1, chunk + CHUNK):
+            least = min(least, values[k])
+        if not least > level:
             for k in range(max(chunk, start), chunk + CHUNK):
                 if not values[k] > level:
                     return k
@@ -112,10 +113,10 @@ def polynomial_and_derivatives(terms, u):
 
 
 @jit_inlined
-def polygon_root(b, order):
+def polygon_root(b, order, wall):
     """Where the control polygon of f/uᵐ crosses zero, as a share of the interval; m = ``order`` is 0 or 1.
 
-    If f = u q, then jbⱼ = n q₍ⱼ₋₁₎.
+    If f = u q, then jbⱼ = n q₍ⱼ₋₁₎. At a ``wall`` a product with what is known beforehand spares a division.
     """
     k = order + 1
     while b[k] > 0.0:
@@ -123,7 +124,8 @@ def polygon_root(b, order):
     before, here = b[k - 1], b[k]
     if order == 1:
         before, here = before * k, here * (k - 1.0)
-    return (k - 1.0 - order + before / (before - here)) / (_N - order)
+    place = k - 1.0 - order + before / (before - here)
+    return place * (1.0 / (_N - order)) if wall else place / (_N - order)
 
 
 @jit_inlined
@@ -149,6 +151,22 @@ def halley(terms, u, low, high):
     return u, polynomial_and_derivatives(terms, u)[1]
 
 
+@jit_inlined
+def two_steps(terms, u):
+    """Where two steps of Halley's method lead from ``u``, the slope there, and whether that is sure to be a zero.
+
+    So most zeros are found, without a bracket and a last evaluation that what follows would wait for. The slope follows
+    from the second step: what it leaves out is of second order in the length of that.
+    """
+    value, slope, curve = polynomial_and_derivatives(terms, u)
+    u -= value * slope / (slope * slope - value * curve)
+    value, slope, curve = polynomial_and_derivatives(terms, u)
+    change = value * slope / (slope * slope - value * curve)
+    short = abs(change) <= SHORT * u and abs(change) * abs(curve) <= SHORT * abs(slope)
+    u -= change
+    return u, slope - 2.0 * curve * change, short and u <= 1.0
+
+
 @jit_no_alloc
 def first_zero_by_bisection(terms, b, scratch):
     """First zero in (0, 1), and the slope there, of a polynomial with terms[0] > 0 whose coefficients change sign."""
@@ -156,7 +174,7 @@ def first_zero_by_bisection(terms, b, scratch):
     while True:
         changes = sign_changes(b, 0)
         if changes == 1:
-            return halley(terms, low + width * polygon_root(b, 0), low, low + width)
+            return halley(terms, low + width * polygon_root(b, 0, False), low, low + width)
         if changes > 1 and width > 2.0**-DEEPEST:
             width *= 0.5
             bisect(b, scratch.stack[depth])
@@ -200,11 +218,11 @@ def first_zero_in_interval(phase, z, order, scratch):
     b, powers = scratch.products[BERNSTEIN:POWERS], scratch.products[POWERS:POSITION]
     if phase.watched != 0.0:
         add_constant(phase.watched, order, powers, b)
-    low = 0
-    for k in range(TERMS):
-        low += not (b[k] > 0.0)
+    least = b[1]
+    for k in range(2, TERMS):
+        least = min(least, b[k])
     # at first order b[0] = 0, and the others have the signs of the coefficients of f/u
-    if low == order and order <= 1 and b[TERMS - 1] > 0.0 and (order == 1 or b[0] > 0.0):
+    if least > 0.0 and (order == 1 or (order == 0 and b[0] > 0.0)):
         return NONE, 0.0
     shift = order
     if order == 0 and b[0] <= 0.0:  # zero within rounding: the previous block ended here
@@ -215,7 +233,11 @@ def first_zero_in_interval(phase, z, order, scratch):
     for k in range(TERMS):
         terms[k] = powers[k + shift] if k + shift < TERMS else 0.0
     if order <= 1 and shift == order and b[order] > 0.0 and sign_changes(b, order) == 1:
-        u, slope = halley(terms, polygon_root(b, order), 0.0, 1.0)
+        start, arrived = polygon_root(b, order, phase.wall), False
+        if phase.wall:
+            u, slope, arrived = two_steps(terms, start)
+        if not arrived:
+            u, slope = halley(terms, start, 0.0, 1.0)
     else:
         if shift > 0:
             to_bernstein(terms, b)

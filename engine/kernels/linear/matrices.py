@@ -51,6 +51,12 @@ def row_image(row, a):
 
 
 @jit_inlined
+def image(row, a, one_body):
+    """A row times a matrix, as six numbers; the first two are zero with ``one_body``."""
+    return short_row_image(row, a) if one_body else row_image(row, a)
+
+
+@jit_inlined
 def multiply(out, a, b):
     """Write the product of two matrices to ``out``, which is neither and holds zeros in the lower left."""
     for i in range(4):
@@ -104,21 +110,17 @@ def row_times(row, a):
 @jit_no_alloc
 def rows_times(out, row, tables, one_body):
     """Write a row times each matrix of a table, (n, 6, 6), to (n, 6)."""
-    if one_body:
-        for j in range(out.shape[0]):
-            out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = short_row_image(row, tables[j])
-        return
     for j in range(out.shape[0]):
-        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = row_image(row, tables[j])
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = image(row, tables[j], one_body)
 
 
 @jit_no_alloc
-def raise_to_images(bound, row, tables):
+def raise_to_images(bound, row, tables, one_body):
     """Raise a row of bounds, in place, to |row| and to |row·M| for each matrix M of a table."""
     b0, b1, b2 = max(bound[0], abs(row[0])), max(bound[1], abs(row[1])), max(bound[2], abs(row[2]))
     b3, b4, b5 = max(bound[3], abs(row[3])), max(bound[4], abs(row[4])), max(bound[5], abs(row[5]))
     for j in range(tables.shape[0]):
-        s0, s1, s2, s3, s4, s5 = row_image(row, tables[j])
+        s0, s1, s2, s3, s4, s5 = image(row, tables[j], one_body)
         b0, b1, b2 = max(b0, abs(s0)), max(b1, abs(s1)), max(b2, abs(s2))
         b3, b4, b5 = max(b3, abs(s3)), max(b4, abs(s4)), max(b5, abs(s5))
     bound[0], bound[1], bound[2], bound[3], bound[4], bound[5] = b0, b1, b2, b3, b4, b5

@@ -142,7 +142,7 @@ def tabulate(generator, eta, row, h, equilibrium, one_body):
                 rows[i, BERNSTEIN + j] += rows[i, POWERS + k] * TO_BERNSTEIN[k, j]
     curvature = row_times(row_times(row, a), a)
     bound = np.zeros(6)
-    raise_to_images(bound, curvature, transitions)
+    raise_to_images(bound, curvature, transitions, one_body)
     values = np.empty((POINTS, 6))
     rows_times(values, row, transitions, one_body)
     for j in range(POINTS):
@@ -194,8 +194,10 @@ def curvature_bound(phase, z):
 
 
 @jit_inlined
-def dot(row, z):
-    """A row times z."""
+def dot(row, z, wall):
+    """A row times z. At a ``wall`` the first two numbers of z are zero; the others are summed in pairs."""
+    if wall:
+        return (row[2] * z[2] + row[3] * z[3]) + (row[4] * z[4] + row[5] * z[5])
     return row[0] * z[0] + row[1] * z[1] + row[2] * z[2] + row[3] * z[3] + row[4] * z[4] + row[5] * z[5]
 
 
@@ -210,8 +212,8 @@ def apply_transition(transitions, z, j, wall):
         return (
             0.0,
             0.0,
-            m[2, 2] * z2 + m[2, 3] * z3 + m[2, 4] * z4 + m[2, 5] * z5,
-            m[3, 2] * z2 + m[3, 3] * z3 + m[3, 4] * z4 + m[3, 5] * z5,
+            dot(m[2], z, wall),
+            dot(m[3], z, wall),
             m[4, 4] * z4 + m[4, 5] * z5,
             m[5, 4] * z4 + m[5, 5] * z5,
         )

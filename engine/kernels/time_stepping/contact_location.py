@@ -98,7 +98,8 @@ def step(e, z, s, forcing):
     half, quarter = 0.5 * s, 0.25 * s * s
     if e.alone:
         pg, qg = g + s * u + quarter * b, u + half * b
-        b = (e.bg * pg + (e.bu * qg + forcing[1])) / (1.0 - half * e.bu - quarter * e.bg)
+        over = 1.0 / (1.0 - half * e.bu - quarter * e.bg)  # long known: a division of the sum would be waited for
+        b = (e.bg * pg + (e.bu * qg + forcing[1])) * over
         return x, v, a, pg + quarter * b, qg + half * b, b
     p, q = x + s * v + quarter * a, v + half * a
     pg, qg = g + s * u + quarter * b, u + half * b
