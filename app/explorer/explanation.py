@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.app.explorer.compute import Run, RunPair, run_length
+from vibroscope.app.explorer.compute import TRACE_PERIODS, Run, RunPair, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
@@ -216,9 +216,11 @@ def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
     """What motion a run shows; and with a scale, its contact force."""
     if not run.response.ok:
         return "No result.", sentence(run.response.message)
-    force = force_text(scale, run.response.eta, run.motion, run.response.method) if scale is not None else ""
-    words = _motion_text(run.motion, run.response.method, run.response.system)
-    return in_units(words, scale), sentence(force) if force else ""
+    words = in_units(_motion_text(run.motion, run.response.method, run.response.system), scale)
+    if scale is None:
+        return words, ""
+    force = force_text(scale, run.response.eta, run.motion, run.response.method, TRACE_PERIODS)
+    return words, sentence(force) if force else ""
 
 
 def _free_text(found: Motion, method: Method) -> str:

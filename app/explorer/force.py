@@ -22,8 +22,12 @@ def plain_motion(motion: Motion) -> dict:
     return motion.as_dict() | ({} if has_peak_force(motion) else {"peak_force": None})
 
 
-def force_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
-    """Peak force, or what takes its place; empty without contact."""
+def force_text(units: Units, eta: float, motion: Motion, method: Method, sampled: int | None = None) -> str:
+    """Peak force, or what takes its place; empty without contact.
+
+    ``sampled``: the last periods, in which alone the peak was looked for. Where the motion does not repeat itself in
+    them, others may have a higher one, and that is said.
+    """
     impulse = f"impulse {units.text('impulse', motion.impulse)} per period"
     if math.isnan(motion.peak_force):
         duration = motion.contact_share * 2 * math.pi / eta
@@ -33,6 +37,8 @@ def force_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
         lasts = time_text(units.physical("time", duration))
         return f"contacts too short to sample a peak force: {impulse} in {lasts} of contact, mean {mean}"
     peak = f"peak force {units.text('force', motion.peak_force)}" if motion.peak_force > 0 else ""
+    if peak and sampled is not None and not 0 < motion.period <= sampled:
+        peak += f" in the last {sampled} periods"
     if isinstance(method, Reference) and motion.impacts_per_period > 0:
         where = f"{peak} in permanent contact; " if peak else ""
         return f"{where}impacts have an impulse and no peak force: {impulse}"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation, sentence
-from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.field_units import shown_field, time_text
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.state import Setting, bounds_of, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
@@ -283,9 +283,11 @@ def _range_lines(found: RangeRecommendation, setting: Setting) -> list[str]:
     (stiffness, damping, steps), best = found.best.setting, found.best
     error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
     scale = setting.scale
-    step = written(found.time_step) if scale is None else scale.text("time", found.time_step)
+    step = f"Δτ = {written(found.time_step)}"
+    if scale is not None:
+        step = f"Δt = {time_text(scale.physical('time', found.time_step))}"
     result = (
-        f"K = {print_number(stiffness)}, D = {print_number(damping)}, Δτ = {step}, which is {steps:,} steps a period "
+        f"K = {print_number(stiffness)}, D = {print_number(damping)}, {step}, which is {steps:,} steps a period "
         f"at η = {found.eta:.6g} and more below: error at most {error}; nine in ten neighbouring settings have at most "
         f"{robust}."
     )

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.explanation import describe
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting
@@ -41,3 +42,10 @@ def test_an_impact_has_an_impulse_and_no_peak_force(runs):
     lasting = compute_runs(SHORT._replace(eta=1.08)).reference
     text = force_text(SHORT.scale, 1.08, lasting.motion, lasting.response.method)
     assert "in permanent contact; impacts have an impulse and no peak force" in text
+
+
+def test_the_peak_of_a_motion_that_scatters_is_that_of_the_periods_in_view():
+    """`engine.motion` looks at more periods and finds a higher one."""
+    for eta, words in ((2.76, "N in the last 2 periods."), (1.08, "N.")):
+        runs = compute_runs(Setting(eta=eta, K=12000.0, D=18.0, steps=2000, units="si"))
+        assert describe(runs).penalty[1].endswith(words)

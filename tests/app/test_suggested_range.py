@@ -59,4 +59,4 @@ def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequ
     )
     assert content["lines"][3] == "Error: 4 % at η = 2, 5 % at η = 3."
     physical = suggestion_content(found, SETTING._replace(eta=1.5, units="si", omega1=20.0))
-    assert "Δτ = 0.001047 s, which is 100 steps a period at f = 9.549 Hz" in physical["lines"][0]
+    assert "Δt = 1.047 ms, which is 100 steps a period at f = 9.549 Hz" in physical["lines"][0]
