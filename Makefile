@@ -4,6 +4,9 @@
 PYTHON ?= python3
 ARGS ?=
 
+# The asserts of the tests are rewritten once and kept, not anew in each process of each run.
+export PYTHONDONTWRITEBYTECODE :=
+
 VENV := .venv
 BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
