@@ -124,12 +124,13 @@ def python_of(document):
     return [re.sub("^    ", "", block, flags=re.MULTILINE) for block in blocks if "    from vibroscope" in block]
 
 
+SHOWN = [[str(Path(sys.executable).parent / "vibroscope"), *words] for words in commands(DOCUMENTS["README.md"])]
+SHOWN += [[sys.executable, "-c", text] for text in python_of(DOCUMENTS["README.md"])]
+
+
 @pytest.mark.usefixtures("own_files")
-def test_what_the_readme_shows_runs():
-    readme = DOCUMENTS["README.md"]
-    calls = [[Path(sys.executable).parent / "vibroscope", *words] for words in commands(readme)]
-    calls += [[sys.executable, "-c", text] for text in python_of(readme)]
-    for call in calls:
-        done = subprocess.run(call, capture_output=True, text=True)
-        assert done.returncode == 0, f"{call}: {done.stderr}"
-        assert done.stdout
+@pytest.mark.parametrize("call", SHOWN, ids=[" ".join(call[1:4]) for call in SHOWN[:-1]] + ["Python"])
+def test_what_the_readme_shows_runs(call):
+    done = subprocess.run(call, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
