@@ -4,12 +4,15 @@
 PYTHON ?= python3
 ARGS ?=
 
+# The asserts of the tests are rewritten once and kept, not anew in each process of each run.
+export PYTHONDONTWRITEBYTECODE :=
+
 VENV := .venv
 BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
 
-.PHONY: help run check test bench lint lock snapshots diagram image proxy release clean
+.PHONY: help run check in-process test bench lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
@@ -29,9 +32,13 @@ help:
 run: $(VENV)/run
 	$(BIN)/vibroscope serve --show $(ARGS)
 
+# The linters run beside the tests, in what these leave of two cores where they wait.
+check: $(VENV)/test
+	@$(MAKE) --no-print-directory --jobs 2 lint in-process
+
 # In two processes, without browser; a test that would start a process is skipped. One thread of linear algebra each:
 # for matrices as small as these a second one costs more than it does.
-check: lint
+in-process: $(VENV)/test
 	$(BIN)/vibroscope warm
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --in-process --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS)
 

@@ -4,8 +4,8 @@
 
 Each checkout has its own interpreter (.venv, set up by make), worker process and kernel cache. A round runs every kind
 of work once in each worker, and the ratio is the median of the rounds' own ratios: what slows the machine for a while
-slows both. A second worker of this checkout takes part, and its ratio to the first says what the measurement can
-distinguish. Workers start anew several times, since a process keeps the memory layout that it starts with. Seconds are the
+slows both. A second worker of this checkout takes part, and its ratio to the first shows the noise of the measurement.
+Workers start anew several times, since a process keeps the memory layout that it starts with. Seconds are the
 processor's, except for the start of a process, which counts by the wall.
 """
 

@@ -1,5 +1,6 @@
 """Options and fixtures that all tests share."""
 
+import gc
 import os
 import subprocess
 
@@ -20,6 +21,12 @@ def pytest_addoption(parser):
         help="write what the page shows now as what it should show (look at the difference before you commit it)",
     )
     parser.addoption("--in-process", action="store_true", help="skip each test that starts a process")
+
+
+def pytest_collection_finish():
+    """Leave what is imported and collected out of collections of garbage, which visit millions of objects otherwise."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -64,10 +64,7 @@ def listed(case, events):
     return [event for event in events if event[1] != 0 or -event[2] > SLOWEST]
 
 
-@pytest.mark.parametrize("case", truth.CASES)
-def test_states_and_forces(case):
-    response = solve(case)
-    assert response.status is Status.OK
+def check_states_and_forces(case, response):
     bound = allowed(case, response)
     assert bound < 1e-8
     samples = response.trajectory
@@ -79,9 +76,7 @@ def test_states_and_forces(case):
     np.testing.assert_allclose(samples.force[1:], truth.forces(case), rtol=0, atol=bound * slope)
 
 
-@pytest.mark.parametrize("case", truth.CASES)
-def test_events(case):
-    response = solve(case)
+def check_events(case, response):
     found, expected = listed(case, events_of(response)), listed(case, truth.events(case))
     assert [kind for _, kind, _ in found] == [kind for _, kind, _ in expected]
     times, _, speeds = np.array(found, dtype=float).reshape(-1, 3).T
@@ -94,6 +89,14 @@ def test_events(case):
     free, contact = rates(response)
     acceleration = (free**2 + contact) * max(1.0, np.abs(truth.states(case)).max())
     assert (np.abs(speeds - true_speeds)[known] < within * (1 + acceleration / slow[known])).all()
+
+
+@pytest.mark.parametrize("case", truth.CASES)
+def test_states_forces_and_events(case):
+    response = solve(case)
+    assert response.status is Status.OK
+    check_states_and_forces(case, response)
+    check_events(case, response)
 
 
 def test_the_file_holds_every_kind():

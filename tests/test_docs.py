@@ -1,0 +1,136 @@
+"""The documents fit the code: each path, name, link, option and command that they mention exists."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from vibroscope.app.commands.cli import build_parser
+
+ROOT = Path(__file__).parents[1]
+FOLDERS = ("app", "assets", "benchmarks", "deploy", "docs", "engine", "requirements", "tests", "tools")
+FILES = [path for path in ROOT.iterdir() if path.is_file()]
+FILES += [path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if "__pycache__" not in path.parts]
+PATHS = [f"/{path.relative_to(ROOT).as_posix()}" for path in FILES] + [f"/{folder}" for folder in FOLDERS]
+SOURCES = [path for path in FILES if path.suffix in (".py", ".js", ".css", ".html", ".toml", ".sh", ".conf", ".yaml")]
+CODE = {f"/{path.relative_to(ROOT).as_posix()}": path.read_text() for path in SOURCES}
+WORDS = {word for text in CODE.values() for word in re.findall(r"\w+", text)}
+
+DOCUMENTS = {path.relative_to(ROOT).as_posix(): path for path in (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))}
+SUFFIX = re.compile(r"\.(py|md|toml|js|html|css|npz|csv|sh|json|yaml)$")
+NO_PATH = re.compile(r"[\s(<>=?]|^[./]|:/|[A-Z]{4}|path/to")  # a command, an address, a name that the reader puts in
+ELSEWHERE = {"status/manifest/", "tls/fullchain.pem", "tls/privkey.pem"}  # in a store; given by whoever serves
+COMPOSED = {"v2_section"}  # by the code, of a coordinate and a word
+
+
+@pytest.fixture(params=DOCUMENTS)
+def document(request):
+    return DOCUMENTS[request.param]
+
+
+def lines_of(document, shown):
+    """The lines of a document that it shows as typed, or the others."""
+    return [line for line in document.read_text().split("\n") if line.startswith("    ") == shown]
+
+
+def quoted(document):
+    """What stands between backquotes in the running text."""
+    return set(re.findall(r"`([^`]+)`", "\n".join(lines_of(document, shown=False))))
+
+
+def places(name):
+    """Files and folders whose path ends so."""
+    return [path for path in PATHS if path.endswith("/" + name.rstrip("/"))]
+
+
+def test_every_path_exists(document):
+    found = [text for text in quoted(document) - ELSEWHERE if not NO_PATH.search(text) and "::" not in text]
+    missing = [text for text in found if ("/" in text or SUFFIX.search(text)) and not places(text)]
+    assert not missing
+
+
+def test_every_test_and_function_stands_in_the_file_that_is_named(document):
+    missing = []
+    for text in quoted(document):
+        file, _, name = text.partition("::")
+        if name and not NO_PATH.search(text):
+            holders = places(file) if file else CODE
+            pattern = re.compile(rf"(def|class) {name.split('.')[-1]}\b")
+            missing += [text] if not any(pattern.search(CODE[path]) for path in holders) else []
+    assert not missing
+
+
+def test_every_name_occurs_in_the_code(document):
+    names = [text for text in quoted(document) - COMPOSED if re.fullmatch(r"[A-Za-z_][\w.]*(\(.*\))?", text)]
+    missing = [text for text in names if not set(re.findall(r"\w+", text.partition("(")[0])) <= WORDS]
+    assert not [text for text in missing if not places(text)]
+
+
+def test_every_option_is_one_of_a_command_or_script(document):
+    texts = [text for text in quoted(document) if not text.startswith("docker ")]
+    options = {word for text in texts for word in re.findall(r"(?<!\S)--[\w-]+", text)}
+    assert not [option for option in options if not any(f'"{option}"' in text for text in CODE.values())]
+
+
+def headings(document):
+    """Their anchors."""
+    titles = re.findall(r"^#+ (.*)$", document.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def test_every_link_leads_somewhere(document):
+    links = re.findall(r"\]\(([^)]+)\)", "\n".join(lines_of(document, shown=False)))
+    for file, _, anchor in (link.partition("#") for link in links if "://" not in link):
+        target = document.parent / file if file else document
+        assert target.exists(), file
+        assert not anchor or anchor in headings(target), f"{file}#{anchor}"
+
+
+def commands(document):
+    """The calls of the command line that are shown, as lists of words."""
+    shown = [line.strip().partition("     #")[0] for line in lines_of(document, shown=True)]
+    joined = "\n".join(shown).replace("\\\n", " ")
+    calls = re.findall(r"^\.venv/bin/vibroscope ([^>\n]*)", joined, re.MULTILINE)
+    return [shlex.split(call, comments=True) for call in calls]
+
+
+@pytest.fixture
+def own_files(tmp_path, monkeypatch):
+    """A working folder with the files that the commands read: assets, and the system that the README shows."""
+    text = DOCUMENTS["README.md"].read_text()
+    system = re.search(r"((?:    .*\n)+)", text[text.index("    [physical]") :])[1]
+    for name in ("my.toml", "mine.toml"):
+        (tmp_path / name).write_text(re.sub("^    ", "", system, flags=re.MULTILINE))
+    (tmp_path / "assets").symlink_to(ROOT / "assets")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("own_files")
+def test_every_command_that_is_shown_has_these_options(document):
+    parser = build_parser()
+    for words in commands(document):
+        parser.parse_args(words)
+
+
+def test_the_readme_is_short():
+    assert len(DOCUMENTS["README.md"].read_text().splitlines()) <= 150
+
+
+def python_of(document):
+    """The lines of Python that are shown."""
+    blocks = re.findall(r"(?:^    .*\n|^\n)+", document.read_text(), re.MULTILINE)
+    return [re.sub("^    ", "", block, flags=re.MULTILINE) for block in blocks if "    from vibroscope" in block]
+
+
+SHOWN = [[str(Path(sys.executable).parent / "vibroscope"), *words] for words in commands(DOCUMENTS["README.md"])]
+SHOWN += [[sys.executable, "-c", text] for text in python_of(DOCUMENTS["README.md"])]
+
+
+@pytest.mark.usefixtures("own_files")
+@pytest.mark.parametrize("call", SHOWN, ids=[" ".join(call[1:4]) for call in SHOWN[:-1]] + ["Python"])
+def test_what_the_readme_shows_runs(call):
+    done = subprocess.run(call, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
