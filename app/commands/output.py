@@ -28,7 +28,8 @@ _ASCII = {
     "≥": ">=",
     "→": "->",
 }
-_ASCII |= {"∞": "inf", "≡": "==", "∫": "int", "’": "'", "“": '"', "”": '"'}
+_ASCII |= {"∞": "inf", "≡": "==", "∫": "int", "∮": "oint", "’": "'", "“": '"', "”": '"', "≫": ">>", "∝": "~", "∓": "-+"}
+_ASCII |= {"µ": "u", "°": " deg", "✗": "x", "⁻": "-", "₋": "-", "⋅": ".", "″": "''", "‴": "'''", "⁗": "''''"}
 
 
 def open_streams() -> bool:
@@ -56,6 +57,8 @@ def ascii_name(character: str) -> str:
     """A character in ASCII: "eta" for η, "Omega" for Ω, "1" for ₁."""
     if character in _ASCII:
         return _ASCII[character]
+    if unicodedata.combining(character):
+        return ""
     words = unicodedata.name(character, "").split()
     if words[:1] == ["GREEK"] and "LETTER" in words:
         return words[-1].capitalize() if "CAPITAL" in words else words[-1].lower()

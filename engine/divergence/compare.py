@@ -148,9 +148,14 @@ class Comparison:
         runs = {name: getattr(self.runs, name) for name in unclear}
         return self._with(**{name: self._judge(run, cancelled) for name, run in runs.items() if run.ok})
 
+    @property
+    def start(self) -> tuple[float, ...] | None:
+        """What a further run is given as ``initial``: None from rest, which may lie where no other start may."""
+        return None if self.initial == self.runs.reference.system.rest else self.initial
+
     def _judge(self, run: Response, cancelled) -> Motion:
         """Return the motion of a run with its evidence."""
-        return motion(run.system, run.eta, run.method, initial=self.initial, cancelled=cancelled)
+        return motion(run.system, run.eta, run.method, initial=self.start, cancelled=cancelled)
 
     def _with(self, **motions: Motion) -> "Comparison":
         """The same with other descriptions of its motions; what is known of the difference stays."""
@@ -184,7 +189,7 @@ class Comparison:
         if not self.complete:
             raise ValueError("a run ended early, so that there is no regularisation to split: see the runs' messages")
         exact = self.runs.exact.method
-        return split_regularisation(self.parts, exact, self.runs.derived, self.grid, self.initial, cancelled)
+        return split_regularisation(self.parts, exact, self.runs.derived, self.grid, self.start, cancelled)
 
 
 def compare(

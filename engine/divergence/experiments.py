@@ -106,7 +106,7 @@ def _remaining_with(comparison: Comparison, method: Newmark, cancelled) -> float
     """What remains with another method; nan or inf if its run ends early."""
     run, period = comparison.runs.penalty, comparison.motions.reference.period
     record = Record(run.keep, SAMPLES) if period else None
-    options = {"periods": run.periods, "keep": run.keep, "initial": comparison.initial, "record": record}
+    options = {"periods": run.periods, "keep": run.keep, "initial": comparison.start, "record": record}
     changed = simulate(run.system, run.eta, method, **options, cancelled=cancelled)
     if period:
         return Target(comparison.runs.reference, period).error(changed, cancelled)

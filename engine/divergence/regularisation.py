@@ -64,7 +64,7 @@ def split_regularisation(
     exact: ExactPenalty,
     derived: Response,
     grid: Record,
-    initial: Sequence[float],
+    initial: Sequence[float] | None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Regularisation:
     """Split the regularisation of a comparison, by two more runs of the reference.
@@ -77,7 +77,7 @@ def split_regularisation(
         Of the reference with derived joint damping; it is repeated with e(ζ) and e°(ζ).
     grid : Record
         Of one period of the series.
-    initial : (4,) sequence
+    initial : (4,) sequence, or None for rest
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0 of all runs.
     """
     ratio = damping_ratio(derived.system, exact.stiffness, exact.damping)
@@ -100,7 +100,7 @@ def split_regularisation(
     )
 
 
-def _with_restitution(derived: Response, restitution: float, initial: Sequence[float], cancelled) -> Response:
+def _with_restitution(derived: Response, restitution: float, initial: Sequence[float] | None, cancelled) -> Response:
     system = replace(derived.system, restitution=restitution)
     options = {"periods": derived.periods, "keep": derived.keep, "initial": initial, "cancelled": cancelled}
     return simulate(system, derived.eta, derived.method, **options)

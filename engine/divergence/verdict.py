@@ -204,7 +204,7 @@ def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
 def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
     """Find by trying with how many steps the run reaches its end."""
     run = comparison.runs.penalty
-    options = {"periods": run.periods, "keep": 1, "initial": comparison.initial, "cancelled": cancelled}
+    options = {"periods": run.periods, "keep": 1, "initial": comparison.start, "cancelled": cancelled}
     for doubling in range(1, DOUBLINGS + 1):
         steps = run.method.steps * 2**doubling
         if steps > STEPS_RANGE[1]:

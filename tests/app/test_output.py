@@ -7,6 +7,8 @@ import pytest
 from vibroscope.app.commands.cli import COMMANDS, main
 from vibroscope.app.commands.output import ascii_name
 
+from tests.served import ROOT
+
 NEWMARK = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "200"]
 SHORT = {
     "simulate": ["simulate", "--solver", "newmark", *NEWMARK, "--periods", "300"],
@@ -57,6 +59,13 @@ def test_help_can_be_read_in_ascii(printed, name):
 
 def test_names_of_letters():
     assert "".join(map(ascii_name, "ξ₂′ η Ω ω₁ ≤ 3·κ² ± – “ 日")) == "xi2' eta Omega omega1 <= 3.kappa2 +- - \" ?"
+
+
+def test_every_character_of_ours_has_a_name():
+    files = [path for folder in ("app", "engine", "assets") for path in (ROOT / folder).rglob("*.*")]
+    texts = "".join(path.read_text() for path in files if path.suffix in (".py", ".toml"))
+    unnamed = {character for character in set(texts) if not character.isascii() and ascii_name(character) == "?"}
+    assert unnamed == {"\N{REPLACEMENT CHARACTER}"}
 
 
 def test_a_closed_output_is_said_in_one_line(monkeypatch, capsys):
