@@ -42,6 +42,7 @@ def test_json_is_the_contract(capsys, arguments, method):
     assert status == 0
     assert list(found) == [
         "solver", "eta", "periods", "keep", "status", "message", "section", "impacts", "contacts", "seconds",
+        "steps_without_solution", "steps_with_two",
     ]  # fmt: skip
     assert (found["solver"], found["eta"], found["periods"], found["keep"]) == (method.name, 2.76, 60, 7)
     assert (found["status"], found["message"]) == ("ok", "")
