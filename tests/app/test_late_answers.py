@@ -43,7 +43,7 @@ def check_rest(world):
         assert content["kinds"] or shown.eta in failed["kinds"]
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=60)
 @given(PLAY)
 def test_whatever_the_order_what_is_shown_at_rest_is_of_the_last_setting(play):
     with pytest.MonkeyPatch.context() as patch:
