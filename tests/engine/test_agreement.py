@@ -1,4 +1,7 @@
-"""Verdict, parts and motions never contradict each other: 1,000 random settings of random systems."""
+"""Verdict, parts and motions never contradict each other: 1,000 random settings of random systems.
+
+`make check` tries the first quarter of them, `make test` all.
+"""
 
 import math
 import re
@@ -89,8 +92,9 @@ def contradictions(case):
 
 
 @pytest.mark.parametrize(("count", "evidence"), [(1000, False), (40, True)], ids=["described", "with evidence"])
-def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, evidence, monkeypatch):
+def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, evidence, monkeypatch, pytestconfig):
     """As their kept periods show them, and, fewer, with the runs that decide what the motions are."""
+    count //= 4 if pytestconfig.getoption("in_process") else 1
     monkeypatch.setattr(statistics, "SECTION", SECTION)
     if not evidence:
         monkeypatch.setattr(Comparison, "decided", lambda comparison, *_: comparison)
