@@ -8,4 +8,5 @@ class OneLineParser(argparse.ArgumentParser):
 
     def error(self, message: str):
         """Print the line and point to --help."""
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        line = " ".join(message.splitlines())  # it may quote what holds line breaks
+        self.exit(2, f"{self.prog}: {line} (see {self.prog} --help)\n")

@@ -58,7 +58,9 @@ def judge_newmark_section(
     limit : Motion
         The exact penalty motion that begins where the run ends, with its evidence.
     """
-    own_period, period = period_of(run.section), limit.period or 1
+    own_period = period_of(run.section)
+    # about the mean where the sections are shorter than a cycle
+    period = limit.period if 0 < limit.period <= min(len(run.section), KEEP) else 1
     width = band_width(run.section, period)
     is_band = width > TOLERANCE * np.abs(run.section).max()
     if shown := period_shown(own_period, limit.period, is_band):

@@ -117,6 +117,7 @@ def test_all_options_reach_the_solver(capsys):
         (["--solver", "reference", "--eta", "1.08", "--initial", "1,0,0,0"], "gap"),
         (["--solver", "reference", "--eta", "1.08", "--restitution", "2"], "restitution = 2.0"),
         (["--solver", "reference", "--eta", "1.08", "--thresh", "2"], "--thresh"),
+        (["--solver", "reference", "--eta", "1.08", "one\nline"], "arguments: one line (see"),
         ([*NEWMARK, "--steady"], "has a time step"),
     ],
 )

@@ -81,6 +81,28 @@ def test_sections_of_a_solution_that_does_not_stay_bounded(capsys, more):
     assert "not known (chance" not in out
 
 
+LONG_CYCLE = """[physical]
+mass1_kg = 1
+frequency1_Hz = 1
+mass2_kg = 1
+stiffness2_N_per_m = 1.96341
+base_amplitude_mm = 1
+frequency_Hz = 1
+constant1_N = -710.127
+"""
+
+
+def test_a_section_that_is_shorter_than_a_cycle(capsys, tmp_path):
+    file = tmp_path / "my.toml"
+    file.write_text(LONG_CYCLE)
+    method = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "100"]
+    assert main(["motion", "--solver", "newmark", *method, "--system", str(file)]) == 0
+    out, err = capsys.readouterr()
+    assert "standard deviation" in out
+    assert not NO_NUMBER.search(out)
+    assert err == ""
+
+
 @given(st.floats(), st.floats() | st.none(), st.integers(1, 6))
 def test_wordings_of_any_number(value, beside, digits):
     texts = [percent(value, beside), rounded(value, digits), counted(value, "turn"), many(value)]
