@@ -44,8 +44,9 @@ class Parameters(NamedTuple):
 
 
 # Whether there is a wall, as kernels that are compiled once for each take it: as a condition the one is false and the
-# other true, and the type says which it is. So the compiler leaves out the branches of the other.
-TWO_BODIES, AT_WALL = None, (True,)
+# other true, and the type says which it is. So the compiler leaves out the branches of the other. The number is a float
+# since an integer or a flag has another type as a constant of compiled code than as an argument from Python.
+TWO_BODIES, AT_WALL = None, (1.0,)
 
 STEPS = Parameters._fields.index("steps")
 FOR_FLIGHT = Parameters._fields.index("clearance") + 1  # numbers that the tables of flight depend on …

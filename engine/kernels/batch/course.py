@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from .. import section_statistics as statistics
 from ..accelerated.skip import integrate_skipping
 from ..accelerated.skip import record_open_contact as record_open_steps
@@ -19,7 +21,9 @@ REFERENCE, EXACT, SKIPPING = range(3)  # how a cell is solved
 
 
 # Each loop over the motion is compiled once for two bodies and once for a wall, and called here for either: what sets
-# up, logs and describes a cell is compiled once for both.
+# up, logs and describes a cell is compiled once for both. A constant that is handed on has the type of a variable, not
+# a type of its own for which everything that it reaches would be compiled again.
+BRIEFLY, NO_ORIGIN = np.bool_(False), np.int64(0)  # events without their motion; the origin of a record of nothing
 
 
 @jit_no_alloc
@@ -56,9 +60,9 @@ def integrate_steps(work, plan, p, stop, log, record, signals):
     window = (origin * n, stop * n, n)
     while signals[0] == 0:
         if plan.wall:
-            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, AT_WALL, False)
+            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, AT_WALL, BRIEFLY)
         else:
-            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, TWO_BODIES, False)
+            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, TWO_BODIES, BRIEFLY)
         if status != FULL:
             return status
         log_events(work, p, log, record)
@@ -131,7 +135,7 @@ def pass_transient(work, plan, p, signals):
 
     Returns the status, the periods done, and whether the motion is periodic.
     """
-    nothing, done, alike = (work.nothing, work.no_sizes, 0), 0, 0
+    nothing, done, alike = (work.nothing, work.no_sizes, NO_ORIGIN), 0, 0
     work.before[:] = math.nan
     while done < plan.transient:
         done = min(done + CYCLE, plan.transient)
