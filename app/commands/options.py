@@ -170,13 +170,13 @@ def add_integrator_options(command: argparse.ArgumentParser) -> None:
         help="newmark: the one-step method (default newmark); hht averages the forces at both ends of a step, "
         "hht-interpolated takes them at the displacement between, as OpenSees does",
     )
-    for name, text in {
-        "beta": "newmark (default 1/4)",
-        "gamma": "newmark; more than 1/2 damps (default 1/2)",
-        "alpha": "hht (default -0.05), hht-interpolated (-0.1): -1/3 to 0 as Hilber writes it; OpenSees' 0.9 is -0.1",
-        "rho": "generalised-alpha (default 0.8), bathe (0): spectral radius at high frequencies, 0 to 1",
+    for option, text in {
+        "--beta": "newmark (default 1/4)",
+        "--gamma": "newmark; more than 1/2 damps (default 1/2)",
+        "--alpha": "hht (default -0.05), hht-interpolated (-0.1): -1/3 to 0 as Hilber writes it; OpenSees' 0.9 is -0.1",
+        "--rho": "generalised-alpha (default 0.8), bathe (0): spectral radius at high frequencies, 0 to 1",
     }.items():
-        add(f"--{name}", type=float, metavar="F", help=f"integrator {text}")
+        add(option, type=float, metavar="F", help=f"integrator {text}")
     add(
         "--status",
         choices=(*CONTACT_STATUSES, "located"),

@@ -228,7 +228,7 @@ def _newmark_motion(system: System, eta, method: Newmark, initial, cancelled) ->
         return _unbounded_motion(run)
     limit = _closed_form_motion(system, eta, without_step, state, cancelled)
     judged = judge_newmark_section(run, limit, cancelled)
-    while judged.bands and limit.period and (later := later_run(run, limit.period, record, cancelled)) is not None:
+    while judged.bands and limit.period and (later := later_run(run, limit, record, cancelled)) is not None:
         run, state, judged = later, later.section[-1], judge_newmark_section(later, limit, cancelled)
     scattered = judged.step_noise > 0
     described = _with_energy(describe(run, 0 if scattered else judged.period), run, cancelled)

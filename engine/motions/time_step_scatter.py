@@ -59,8 +59,7 @@ def judge_newmark_section(
         The exact penalty motion that begins where the run ends, with its evidence.
     """
     own_period = period_of(run.section)
-    # about the mean where the sections are shorter than a cycle
-    period = limit.period if 0 < limit.period <= min(len(run.section), KEEP) else 1
+    period = _period_of_band(run, limit)
     width = band_width(run.section, period)
     is_band = width > TOLERANCE * np.abs(run.section).max()
     if shown := period_shown(own_period, limit.period, is_band):
@@ -92,10 +91,15 @@ def judge_newmark_section(
     return SectionJudgement(decided, period, reason, width if artefact else 0.0, bands)
 
 
+def _period_of_band(run: Response, limit: Motion) -> int:
+    """The period about whose points the section is a band; 1, its mean, where it is shorter than the limit's cycle."""
+    return limit.period if 0 < limit.period <= min(len(run.section), KEEP) else 1
+
+
 def later_run(
-    run: Response, period: int, record: Record | None, cancelled: Callable[[], bool] | None = None
+    run: Response, limit: Motion, record: Record | None, cancelled: Callable[[], bool] | None = None
 ) -> Response | None:
-    """Go on with a Newmark run whose section is a band beside a limit of so many periods, with the same step.
+    """Go on with a Newmark run whose section is a band beside a limit that repeats itself, with the same step.
 
     Returns
     -------
@@ -104,6 +108,7 @@ def later_run(
     """
     how = {"periods": TRANSIENT + 2 * run.keep, "keep": run.keep, "initial": run.checkpoint, "cancelled": cancelled}
     later = simulate(run.system, run.eta, run.method, record=record, **how)
+    period = _period_of_band(run, limit)
     narrowed = later.ok and band_width(later.section, period) < SHRUNK * band_width(run.section, period)
     return later if narrowed else None
 

@@ -95,7 +95,17 @@ class World(Document):
         self.tab = explore.Explore(self)
         for part in ("displacement", "force", "phase", "eta_map", "mechanism", "muting", "comparison"):
             setattr(self.tab, part, MagicMock())
-        for part in ("_time", "_sender", "_suggester", "_coexisting", "_points", "_measured", "_pinned", "_map"):
+        for part in (
+            "_grid",
+            "_time",
+            "_sender",
+            "_suggester",
+            "_coexisting",
+            "_points",
+            "_measured",
+            "_pinned",
+            "_map",
+        ):
             setattr(self.tab, part, MagicMock())
         self.tab.findings, self.tab._views, self.tab._followers = Findings(), (), ()
 
