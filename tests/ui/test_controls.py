@@ -182,7 +182,7 @@ FORGE = """forged => {
 
 def test_every_field_of_the_setting_has_a_control(visit):
     explorer = visit()
-    for name in FIELDS:
+    for name in set(FIELDS) - {"zero_start"}:  # which the four numbers of the start set
         assert explorer.page.locator(f"#vibroscope-{name}-typed, [name=vibroscope-{name}]").count() >= 1
 
 
