@@ -1,0 +1,44 @@
+"""How the documentation is built (`make docs`): Sphinx from Markdown, with its figures, commands and reference."""
+
+import os
+import sys
+from importlib.metadata import version as version_of
+from pathlib import Path
+
+# the commands that pages show are found beside this Python
+os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+os.environ.setdefault("COLUMNS", "100")
+
+project = "Vibroscope"
+version = release = version_of("vibroscope")
+root_doc = "index"
+exclude_patterns = ["figures"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinxarg.ext",
+    "sphinxcontrib.programoutput",
+    "matplotlib.sphinxext.plot_directive",
+]
+myst_heading_anchors = 4
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # the kinds stand in the docstrings
+add_module_names = False
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+napoleon_use_rtype = False
+
+programoutput_prompt_template = "$ {command}\n{output}"
+plot_formats = [("svg", 72)]
+plot_include_source = False
+plot_html_show_formats = False
+plot_html_show_source_link = False
+
+html_theme = "furo"
+html_title = f"Vibroscope {release}"
+html_copy_source = False
+html_show_copyright = False
+html_static_path = ["site.css"]
+html_css_files = ["site.css"]

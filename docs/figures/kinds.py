@@ -1,0 +1,15 @@
+"""Three scattered sections: two motions that are irregular themselves, and one that a time step scatters."""
+
+import matplotlib.pyplot as plt
+from style import PENALTY, REFERENCE
+from vibroscope.engine import Newmark, Reference, System, motion, simulate
+
+SYSTEM = System()
+RUNS = [(3.3, Reference()), (2.76, Newmark(12000, 18, 2000)), (2.76, Newmark(12000, 18, 2000, located=True))]
+
+figure, row = plt.subplots(1, 3, figsize=(9, 3))
+for axes, (eta, method) in zip(row, RUNS, strict=True):
+    run = simulate(SYSTEM, eta, method, keep=1000)
+    found = motion(SYSTEM, eta, method)
+    axes.plot(run.section[:, 2], run.section[:, 3], ".", markersize=2, color=REFERENCE if method == Reference() else PENALTY)
+    axes.set(title=f"{method.name}, η = {eta}: {found.type}", xlabel="ξ₂", ylabel="ξ₂′")

@@ -1,0 +1,20 @@
+"""Steps without a solution, over K and the steps per period, for a contact status that is iterated to the step's end."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from vibroscope.engine import System, TimeStepping, simulate
+
+SYSTEM, ETA, D, PERIODS = System(), 2.76, 18, 50
+K, STEPS = np.geomspace(1e3, 1e5, 24), np.unique(np.geomspace(200, 8000, 24).astype(int))
+
+
+def first_period(k, n):
+    run = simulate(SYSTEM, ETA, TimeStepping(k, D, int(n), status="end"), periods=PERIODS, keep=PERIODS)
+    return np.nan if run.ok else len(run.section) + 1
+
+
+first = [[first_period(k, n) for k in K] for n in STEPS]
+figure, axes = plt.subplots(figsize=(7, 3.6))
+drawn = axes.pcolormesh(K, STEPS, first, cmap="viridis_r")
+axes.set(xscale="log", yscale="log", xlabel="penalty stiffness K", ylabel="steps per period T/Δτ")
+figure.colorbar(drawn, label="period in which a step\nhas no solution")
