@@ -12,13 +12,15 @@ BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
 
-.PHONY: help run check in-process test bench lint lock snapshots diagram image proxy release clean
+.PHONY: help run check in-process test bench docs dist lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make run        open the explorer in the browser"
 	@echo "make check      check style, run the tests that need no browser and no process of their own: some two minutes"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
+	@echo "make docs       build the documentation, which the explorer serves under /docs: a minute or two"
+	@echo "make dist       build wheel and source archive into dist/, the documentation in them"
 	@echo "make bench      measure costs and errors"
 	@echo "make lint       check style and who may import whom"
 	@echo "make snapshots  renew the pictures and data the tests compare with"
@@ -52,6 +54,15 @@ test: $(VENV)/test
 bench: $(VENV)/test
 	@for script in benchmarks/[!_]*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
+# Sphinx runs the commands and draws the figures of the pages; a warning is an error.
+docs: $(VENV)/test
+	$(BIN)/vibroscope warm
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --fresh-env --quiet --doctree-dir build/doctrees docs assets/site
+
+dist: docs
+	rm -rf dist
+	$(BIN)/python -m build --no-isolation --outdir dist
+
 lint: $(VENV)/test
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check --quiet
@@ -83,7 +94,7 @@ release: $(VENV)/test
 	echo; grep -E 'NOT (TRIED|PINNED)' build/release.log || echo "release: nothing was left out"; exit $$code
 
 clean:
-	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis tests/results
+	rm -rf $(VENV) build dist assets/site *.egg-info .pytest_cache .ruff_cache .import_linter_cache .hypothesis tests/results
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
 # --- set-up -----------------------------------------------------------------------------------------------------
@@ -117,7 +128,8 @@ LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" build/lock/bin/uv pip compile pypro
 lock: build/lock/bin/uv
 	$(LOCK) --output-file requirements/image.txt
 	$(LOCK) --extra fit --constraint requirements/image.txt --output-file requirements/run.txt
-	$(LOCK) --extra fit --extra cluster --group test --group lint --constraint requirements/run.txt --output-file requirements/test.txt
+	$(LOCK) --extra fit --extra cluster --group test --group lint --group docs --constraint requirements/run.txt --output-file requirements/test.txt
+	$(LOCK) --group docs --constraint requirements/test.txt --output-file requirements/docs.txt
 
 build/lock/bin/uv: $(VENV)/made
 	$(BIN)/python -m venv --clear build/lock

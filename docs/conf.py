@@ -5,6 +5,7 @@ import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent))
 # the commands that pages show are found beside this Python
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 os.environ.setdefault("COLUMNS", "100")
@@ -20,6 +21,7 @@ extensions = [
     "sphinxarg.ext",
     "sphinxcontrib.programoutput",
     "matplotlib.sphinxext.plot_directive",
+    "gallery",
 ]
 myst_heading_anchors = 4
 

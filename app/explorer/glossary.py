@@ -10,15 +10,16 @@ from vibroscope.app.runtime.files import asset
 
 
 class Entry(NamedTuple):
-    """One entry: its head, what it means, and the words on the page that open it."""
+    """One entry: its head, what it means, the words on the page that open it, and where the documentation says more."""
 
     head: str
     text: str
     opens: tuple[str, ...]
+    read: str
 
 
 @cache
 def glossary() -> tuple[Entry, ...]:
     """All entries, in the order of Help."""
     tables = tomllib.loads(asset("glossary.toml"))
-    return tuple(Entry(one["head"], one["text"], tuple(one["opens"])) for one in tables["entry"])
+    return tuple(Entry(one["head"], one["text"], tuple(one["opens"]), one["read"]) for one in tables["entry"])

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tornado.web import StaticFileHandler
 
-_TEXT = re.compile(r"\.(?:css|js|json|mjs|svg)$")
+_TEXT = re.compile(r"\.(?:css|html|js|json|mjs|svg)$")
 _GZIP = re.compile(r"\bgzip\b(?!\s*;\s*q=0(?:\.0*)?\s*(?:,|$))")
 _SECONDS = 365 * 24 * 3600
 

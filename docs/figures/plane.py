@@ -13,8 +13,9 @@ figure, row = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True)
 for axes, steps in zip(row, (2000, None), strict=True):
     plane = sweep_plane(System(), 2.76, K, D, steps=steps, parts=False)
     name = "Newmark, T/2000" if steps else "exact penalty: no time step"
-    drawn = axes.pcolormesh(K, D, np.minimum(plane["period"].T, 4), cmap=COLOURS, norm=BoundaryNorm(np.arange(6) - 0.5, 5))
+    period = np.minimum(plane["period"].T, 4)
+    drawn = axes.pcolormesh(K, D, period, cmap=COLOURS, norm=BoundaryNorm(np.arange(6) - 0.5, 5))
     axes.set(xscale="log", yscale="log", title=name, xlabel="K")
 row[0].set_ylabel("D")
 bar = figure.colorbar(drawn, ax=row, ticks=range(5), label="period of the motion, in T")
-bar.set_ticklabels(["none", "1", "2", "3", "4 or more"])
+bar.set_ticklabels(["does not repeat", "1", "2", "3", "4 or more"])

@@ -73,8 +73,8 @@ class Motion:
         Floquet multipliers of a periodic motion, the factors of small disturbances over ``period`` periods, largest
         first; empty if unknown. If ``step_noise`` is not zero, those of the motion without a time step.
     lyapunov : float
-        Largest Lyapunov exponent per excitation period. For a periodic motion ln |largest multiplier| / ``period``, for
-        another motion of Newmark's method that of its limit without a time step.
+        Largest Lyapunov exponent per excitation period. For a periodic motion the logarithm of the largest multiplier's
+        modulus over ``period``, for another motion of Newmark's method that of its limit without a time step.
     lyapunov_error : float
         Standard error of ``lyapunov``; 0 if it follows from multipliers.
     bifurcation : str

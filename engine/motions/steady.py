@@ -50,7 +50,7 @@ class Steady:
         Floquet multipliers, the factors of small disturbances over p periods, largest first; empty if not periodic.
         Two of them are zero if the reference has a permanent contact, after which gap and gap rate are zero.
     residual : float
-        Largest element of |P(y*) − y*|; nan if not periodic.
+        Largest modulus of an element of P(y*) − y*; nan if not periodic.
     iterations : int
         Steps of Newton's method that led to the orbit.
     periods : int

@@ -22,4 +22,5 @@ def test_help_shows_every_entry():
     assert glossary_rows() in text
     assert "GLOSSARY" not in text
     assert text.count('<th scope="row">') == len(glossary()) > 20
-    assert json.loads(json.dumps(glossary()))[0] == [glossary()[0].head, glossary()[0].text, list(glossary()[0].opens)]
+    first = glossary()[0]
+    assert json.loads(json.dumps(glossary()))[0] == [first.head, first.text, list(first.opens), first.read]

@@ -156,12 +156,14 @@ function glossaryNote() {
   const text = element("p");
   const help = button("All terms", "All terms, in Help", () => { note.hidePopover(); emit("tab", { value: "help" }); });
   const close = button("Close", "", () => note.hidePopover());
+  const more = Object.assign(element("a"), { textContent: "Documentation", target: "_blank" });
   const row = element("div", "row");
-  row.append(help, close);
+  row.append(more, help, close);
   note.append(head, text, row);
   let from = null;
-  listen("explain", ({ entry: [title, meaning], term }) => {
+  listen("explain", ({ entry: [title, meaning, , read], term }) => {
     from = term;
+    more.href = `docs/${read}`;
     head.textContent = title;
     text.textContent = meaning;
     note.setAttribute("aria-label", `${title}: ${meaning}`);

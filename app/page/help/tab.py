@@ -35,5 +35,7 @@ class Help(Tab):
 def glossary_rows() -> str:
     """The glossary as rows of a table."""
     return "\n".join(
-        f'<tr><th scope="row">{escape(entry.head)}</th><td>{escape(entry.text)}</td></tr>' for entry in glossary()
+        f'<tr><th scope="row">{escape(entry.head)}</th><td>{escape(entry.text)} '
+        f'<a href="docs/{entry.read}" target="_blank" aria-label="More about {escape(entry.head)}">More</a></td></tr>'
+        for entry in glossary()
     )

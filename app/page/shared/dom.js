@@ -102,7 +102,7 @@ const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : dat
 
 // ---- terms of the glossary ----------------------------------------------------------------------------------------------
 
-const glossary = JSON.parse(document.getElementById("glossary")?.textContent ?? "[]"); // head, text, words that open it
+const glossary = JSON.parse(document.getElementById("glossary")?.textContent ?? "[]"); // head, text, words that open it, documentation
 const entryOf = new Map(glossary.flatMap((entry) => entry[2].map((word) => [word.toLowerCase(), entry])));
 const TERM = new RegExp(`(?<![\\p{L}\\p{N}-])(?:${[...entryOf.keys()].sort((a, b) => b.length - a.length).join("|")})(?![\\p{L}\\p{N}-])`, "iu");
 // Headings stand before the texts come, which would decide by chance where a first mention is.

@@ -1,0 +1,65 @@
+"""The directive ``gallery``: the scenes of the paper and the shelf of systems, each with its verdict and figure."""
+
+from docutils import nodes
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+from vibroscope.app.explorer.compute import run_length
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.shelf import shelf
+from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.export.scripts import as_command
+from vibroscope.engine import Comparison, compare, verdict
+
+
+def settings() -> dict[str, Setting]:
+    """The setting of each scene and of each system of the shelf, by key."""
+    found = {key: read_setting(scene.texts()) for key, scene in scenes().items()}
+    return found | {key: system.setting for key, system in shelf().items()}
+
+
+def comparison(setting: Setting) -> Comparison:
+    """Both solutions, compared as the page does it."""
+    how = {"reference": setting.reference, "initial": None if setting.from_rest else setting.initial}
+    return compare(setting.system, setting.eta, setting.penalty, **how, **run_length(setting.system))
+
+
+class Gallery(SphinxDirective):
+    """One entry for each key of ``scenes`` or ``shelf``, which is the argument."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Make the entries."""
+        entries = {"scenes": scenes, "shelf": shelf}[self.arguments[0]]()
+        lines = [line for key, entry in entries.items() for line in self._lines(key, entry)]
+        holder = nodes.section()
+        holder.document = self.state.document
+        self.state.nested_parse(StringList(lines, "gallery"), 0, holder, match_titles=True)
+        return holder.children
+
+    def _lines(self, key: str, entry) -> list[str]:
+        setting = settings()[key]
+        said = verdict(comparison(setting))
+        return [
+            f".. rubric:: {entry.title}",
+            "",
+            entry.caption,
+            "",
+            f".. plot:: figures/entries.py entry_{key}",
+            f"   :alt: Phase plots of {entry.title}",
+            "",
+            *(f"{text}\n".replace("|", r"\|").replace("*", r"\*") for text in (said.headline, *said.details)),
+            "",
+            *([f"Source: {entry.origin}", ""] if hasattr(entry, "origin") else []),
+            ".. code-block:: sh",
+            "",
+            *(f"   {line}" for line in as_command(setting).splitlines()),
+            "",
+        ]
+
+
+def setup(app: Sphinx) -> dict:
+    """Register the directive."""
+    app.add_directive("gallery", Gallery)
+    return {"parallel_read_safe": True}

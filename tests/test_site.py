@@ -1,0 +1,112 @@
+"""The documentation as a site: it builds without a warning, its links lead somewhere, and it needs no other host."""
+
+import json
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+from vibroscope import engine
+from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.glossary import glossary
+
+ROOT = Path(__file__).parents[1]
+LOADED = {("script", "src"), ("link", "href"), ("img", "src"), ("object", "data"), ("source", "srcset")}
+MET = {"--eta": "2.76", "--K": "12000", "--D": "18", "--steps": "2000"}
+
+
+class Links(HTMLParser):
+    """The addresses that a page links to and loads, and its anchors."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.loaded, self.anchors = [], [], set()
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        for name, value in attrs:
+            if name == "id":
+                self.anchors.add(value)
+            elif (tag, name) == ("a", "href"):
+                self.links.append(value)
+            elif (tag, name) in LOADED and not (tag == "link" and dict(attrs).get("rel") in ("index", "search")):
+                self.loaded.append(value)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Build it; the doctrees beside it."""
+    folder = tmp_path_factory.mktemp("site")
+    call = [sys.executable, "-m", "sphinx", "--fail-on-warning", "--keep-going", "--quiet", "docs", str(folder)]
+    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return {path.relative_to(folder).as_posix(): Links(path.read_text()) for path in folder.rglob("*.html")}, folder
+
+
+def target_of(page, link):
+    """Path in the site and anchor of a link on a page."""
+    file, _, anchor = unquote(link).partition("#")
+    parts = [*Path(page).parent.parts, *Path(file).parts] if file else Path(page).parts
+    path = []
+    for part in parts:
+        path = path[:-1] if part == ".." else [*path, part]
+    return "/".join(path), anchor
+
+
+def test_every_link_and_every_file_of_the_site_exists(site):
+    pages, folder = site
+    dead = []
+    for page, found in pages.items():
+        for link in (*found.links, *found.loaded):
+            if re.match(r"[a-z]+:", link):
+                continue
+            path, anchor = target_of(page, link.partition("?")[0])
+            if not (folder / path).is_file() or (anchor and path in pages and anchor not in pages[path].anchors):
+                dead.append((page, link))
+    assert len(pages) > 20
+    assert not dead
+
+
+def test_the_site_loads_nothing_from_another_host(site):
+    pages, folder = site
+    assert not [link for found in pages.values() for link in found.loaded if "//" in link]
+    styles = [path.read_text() for path in folder.rglob("*.css")]
+    assert styles
+    assert not [found for text in styles for found in re.findall(r"(?:url\(|@import)\s*[\"']?(?:https?:)?//", text)]
+
+
+def test_it_can_be_searched(site):
+    assert "newmark" in (site[1] / "searchindex.js").read_text()
+
+
+def test_each_term_of_the_page_leads_to_a_section(site):
+    pages, _ = site
+    for entry in glossary():
+        page, _, anchor = entry.read.partition("#")
+        assert not anchor or anchor in pages[page].anchors, entry
+
+
+def test_the_reference_names_everything_that_is_public(site):
+    anchors = site[0]["reference/python.html"].anchors
+    assert not [name for name in engine.__all__ if f"vibroscope.engine.{name}" not in anchors]
+
+
+def keys_of(text, command):
+    """What the table of a command names."""
+    table = re.search(rf"\| `{command}`.*\n(?:\|.*\n)+", text)[0]
+    cells = [line.split("|")[1] for line in table.splitlines()[2:]]
+    return set(re.findall(r"`(\w+)`", " ".join(cells)))
+
+
+@pytest.mark.parametrize("command", ["simulate", "motion", "compare", "recommend"])
+def test_the_keys_of_the_json_are_those_that_are_documented(command, capsys):
+    words = {**MET, **({"--solver": "newmark"} if command in ("simulate", "motion") else {})}
+    if command == "recommend":
+        words = {"--eta": "2.76", "--tolerance": "0.2"}
+    main([command, "--json", *(word for pair in words.items() for word in pair)])
+    printed = json.loads(capsys.readouterr().out)
+    text = (ROOT / "docs/reference/files.md").read_text()
+    assert set(printed) - {"solver", "eta"} <= keys_of(text, command) <= set(printed) | {"solver", "eta"}
