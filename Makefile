@@ -57,7 +57,8 @@ bench: $(VENV)/test
 # Sphinx runs the commands and draws the figures of the pages; a warning is an error.
 docs: $(VENV)/test
 	$(BIN)/vibroscope warm
-	$(BIN)/sphinx-build --fail-on-warning --keep-going --fresh-env --quiet --doctree-dir build/doctrees docs assets/site
+	rm -rf build/doctrees build/plot_directive assets/site
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir build/doctrees docs assets/site
 
 dist: docs
 	rm -rf dist

@@ -24,6 +24,7 @@ extensions = [
     "gallery",
 ]
 myst_heading_anchors = 4
+smartquotes = False  # options have two hyphens
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the kinds stand in the docstrings
@@ -34,6 +35,13 @@ napoleon_use_rtype = False
 
 programoutput_prompt_template = "$ {command}\n{output}"
 plot_formats = [("svg", 72)]
+plot_apply_rcparams = True
+# No background, and grey lines that can be read on white and on black.
+plot_rcparams = dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), "none")
+plot_rcparams |= dict.fromkeys(("axes.edgecolor", "axes.labelcolor", "axes.titlecolor", "legend.labelcolor"), "#808080")
+plot_rcparams |= dict.fromkeys(("xtick.color", "ytick.color", "text.color"), "#808080")
+plot_rcparams |= {"axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False}
+plot_rcparams |= {"figure.constrained_layout.use": True}
 plot_include_source = False
 plot_html_show_formats = False
 plot_html_show_source_link = False

@@ -41,6 +41,7 @@ class Gallery(SphinxDirective):
     def _lines(self, key: str, entry) -> list[str]:
         setting = settings()[key]
         said = verdict(comparison(setting))
+        texts = [text.replace("|", r"\|").replace("*", r"\*") for text in (said.headline, *said.details)]
         return [
             f".. rubric:: {entry.title}",
             "",
@@ -49,8 +50,7 @@ class Gallery(SphinxDirective):
             f".. plot:: figures/entries.py entry_{key}",
             f"   :alt: Phase plots of {entry.title}",
             "",
-            *(f"{text}\n".replace("|", r"\|").replace("*", r"\*") for text in (said.headline, *said.details)),
-            "",
+            *(line for text in texts for line in (text, "")),
             *([f"Source: {entry.origin}", ""] if hasattr(entry, "origin") else []),
             ".. code-block:: sh",
             "",

@@ -55,15 +55,6 @@ class Liveness(RequestHandler):
         self.write("alive\n")
 
 
-class NoDocumentation(RequestHandler):
-    """The answer for the documentation where it was not built."""
-
-    def get(self, page: str = "") -> None:
-        """Say how to build it."""
-        self.set_status(404)
-        self.write(template("shared/refused.html").replace("REASON", "The documentation was not built: run “make docs”."))
-
-
 class Metrics(RequestHandler):
     """The metrics, for requests from this machine or with the token."""
 

@@ -18,7 +18,7 @@ from panel.io.application import build_applications
 from panel.io.resources import DIST_DIR
 from tornado.ioloop import IOLoop
 from tornado.netutil import bind_sockets
-from tornado.web import ErrorHandler, RedirectHandler, StaticFileHandler
+from tornado.web import ErrorHandler, StaticFileHandler
 from vibroscope.app.explorer import compute
 from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.page.page import TITLE
@@ -30,6 +30,7 @@ from vibroscope.app.runtime.workers import jobs, shut_down, workers
 from vibroscope.app.server import connections, endpoints
 from vibroscope.app.server.admission import Admission, page_or_apology
 from vibroscope.app.server.building import SWITCH_SECONDS, ThreadedApplication
+from vibroscope.app.server.documentation import documentation_routes
 from vibroscope.app.server.hosts import Misdirected, OtherHost, allowed_hosts, allowed_origins
 from vibroscope.app.server.housekeeping import limit_cache, set_up_collection, trim_cache
 from vibroscope.app.server.security import SecurityHeaders
@@ -121,20 +122,11 @@ def _make_app(chosen: Settings, admission: Admission, port: int) -> BokehTornado
             (r"/static/extensions/panel/(.*)", StaticFile, {"path": str(DIST_DIR)}),
             (r"/static/(.*)", StaticFile, {"path": str(bokeh_settings.bokehjs_path())}),
             (r"/speed/(.*)", StaticFileHandler, {"path": str(ASSETS / "speed")}),
-            *_documentation(),
+            *documentation_routes(),
             (_NOT_SERVED, ErrorHandler, {"status_code": 404}),
         ],
     )
     return app
-
-
-def _documentation() -> list[tuple]:
-    """Return the routes of the documentation, which `make docs` builds."""
-    site = ASSETS / "site"
-    if not (site / "index.html").is_file():
-        return [(r"/docs(/.*)?", endpoints.NoDocumentation)]
-    files = {"path": str(site), "default_filename": "index.html"}
-    return [(r"/docs", RedirectHandler, {"url": "docs/"}), (r"/docs/(.*)", StaticFile, files)]
 
 
 def serve(chosen: Settings | None = None, *, show: bool = False) -> None:

@@ -12,7 +12,7 @@ from vibroscope.engine import Record, simulate
 def draw(setting):
     """Draw at most twelve periods."""
     bodies = (1,) if setting.system.wall else (1, 2)
-    figure, row = plt.subplots(1, len(bodies), figsize=(4 * len(bodies), 3), squeeze=False)
+    _, row = plt.subplots(1, len(bodies), figsize=(4 * len(bodies), 3), squeeze=False)
     record = Record(min(12, run_length(setting.system).get("keep", 12)), 1000)
     how = {"initial": None if setting.from_rest else setting.initial, "record": record} | run_length(setting.system)
     for name, method, style in (

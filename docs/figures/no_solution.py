@@ -1,4 +1,4 @@
-"""Steps without a solution, over K and the steps per period, for a contact status that is iterated to the step's end."""
+"""Steps without a solution, over K and the steps per period, for a contact status from the end of the step."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -9,6 +9,7 @@ K, STEPS = np.geomspace(1e3, 1e5, 24), np.unique(np.geomspace(200, 8000, 24).ast
 
 
 def first_period(k, n):
+    """Period of the first step without a solution; nan if all have one."""
     run = simulate(SYSTEM, ETA, TimeStepping(k, D, int(n), status="end"), periods=PERIODS, keep=PERIODS)
     return np.nan if run.ok else len(run.section) + 1
 
