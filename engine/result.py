@@ -176,6 +176,21 @@ class Response:
     steps_without_solution: int = 0
     steps_with_two: int = 0
 
+    def __repr__(self) -> str:
+        what = f"{self.method.name} at eta = {self.eta:g}, {self.keep} of {self.periods} periods kept"
+        samples = f", {len(self.trajectory.time)} samples" if self.trajectory else ""
+        how = str(self.status) if self.ok else self.ending
+        return f"Response({what}: {how}; {len(self.impacts)} impacts, {len(self.contacts)} contacts{samples})"
+
+    def to_xarray(self):
+        """The arrays as an `xarray.Dataset`: see :func:`.datasets.response_dataset`."""
+        from .datasets import response_dataset
+
+        return response_dataset(self)
+
+    def _repr_html_(self) -> str:
+        return self.to_xarray()._repr_html_()
+
     @property
     def ok(self) -> bool:
         """Whether the run reached its end."""

@@ -3,9 +3,11 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from html import escape
 
 import numpy as np
 
+from ..datasets import comparison_dataset
 from ..methods import STEPPING, Newmark, Reference, TimeStepping
 from ..model import System
 from ..motions.description import Motion, describe
@@ -70,6 +72,18 @@ class Comparison:
     encounters: Encounters | None
     grid: Record
     initial: tuple[float, ...]
+
+    def __repr__(self) -> str:
+        run = self.runs.penalty
+        apart = f"{self.difference.measure} {self.total:.3g} apart" if self.parts and self.pointwise else ""
+        return f"Comparison({run.method.name} with the reference at eta = {run.eta:g}: {apart or 'no pointwise difference'})"
+
+    def to_xarray(self):
+        """The series as an `xarray.Dataset`: see :func:`..datasets.comparison_dataset`."""
+        return comparison_dataset(self)
+
+    def _repr_html_(self) -> str:
+        return self.to_xarray()._repr_html_() if self.parts else escape(repr(self))
 
     @property
     def complete(self) -> bool:

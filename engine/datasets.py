@@ -1,0 +1,95 @@
+"""Results as labelled arrays (xarray), with meaning and unit of each variable as its attributes."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from .divergence.compare import Comparison
+    from .result import Response
+
+ROWS = ("xi1", "v1", "xi2", "v2")  # of a section
+BODIES = (1, 2)
+LENGTH, SPEED, TIME = "unit of length", "unit of length times omega1", "1/omega1"
+
+
+def response_dataset(response: "Response") -> "xr.Dataset":
+    """The arrays of a run.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``section`` (period, coordinate), the impacts (impact; body), ``contact`` (contact, edge), and where samples were
+        asked for ``displacement``, ``velocity`` (body, time) and ``force`` (time). Attributes: what was asked, and how
+        the run ended.
+    """
+    import xarray as xr
+
+    impacts, first = response.impacts, response.checkpoint.periods + 1
+    found = xr.Dataset(
+        {
+            "section": _array(("period", "coordinate"), response.section, "Poincaré section", f"{LENGTH}, {SPEED}"),
+            "impact_time": _array("impact", impacts.time, "instant of the impact", TIME),
+            "impact_position": _array("impact", impacts.position, "displacement of body 1", LENGTH),
+            "velocity_before": _array(("impact", "body"), impacts.velocity_before, "velocities before", SPEED),
+            "velocity_after": _array(("impact", "body"), impacts.velocity_after, "velocities after", SPEED),
+            "impulse": _array("impact", impacts.impulse, "impulse between the bodies", f"m1 times {SPEED}"),
+            "closing_speed": _array("impact", impacts.closing_speed, "closing speed", SPEED),
+            "contact": _array(("contact", "edge"), response.contacts, "beginning and end of each contact", TIME),
+        },
+        {
+            "period": range(first, first + len(response.section)),
+            "coordinate": list(ROWS),
+            "body": list(BODIES),
+            "edge": ["begin", "end"],
+        },
+        {
+            "system": str(response.system),
+            "method": str(response.method),
+            "eta": response.eta,
+            "status": str(response.status),
+            "message": response.message,
+        },
+    )
+    path = response.trajectory
+    if path is None:
+        return found
+    return found.assign_coords(time=path.time).assign(
+        displacement=_array(("body", "time"), path.displacement, "displacements relative to the base", LENGTH),
+        velocity=_array(("body", "time"), path.velocity, "velocities relative to the base", SPEED),
+        force=_array("time", path.force, "contact force", "k1 times unit of length"),
+    )
+
+
+def comparison_dataset(comparison: "Comparison") -> "xr.Dataset":
+    """The four solutions of a comparison, their difference and its parts.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``solution`` (run, coordinate, time), ``total`` and the parts (coordinate, time). Attributes: the rms of each,
+        relative to the reference.
+
+    Raises
+    ------
+    ValueError
+        If a run ended early, so that there are no series.
+    """
+    import xarray as xr
+
+    series = comparison.parts
+    if series is None:
+        raise ValueError("a run ended early, so that there are no series: see the runs' messages")
+    names = ("total", *comparison.part_names)
+    variables = {
+        name: _array(("coordinate", "time"), getattr(series, name), "", f"{LENGTH}, {SPEED}") for name in names
+    }
+    return xr.Dataset(
+        {"solution": _array(("run", "coordinate", "time"), list(series.runs), "", f"{LENGTH}, {SPEED}")} | variables,
+        {"time": series.time, "run": list(series.runs._fields), "coordinate": ["xi1", "xi2", "v1", "v2"]},
+        {name: getattr(comparison, name) for name in names},
+    )
+
+
+def _array(dims, values, meaning: str, unit: str) -> tuple:
+    return dims, values, {"units": unit} | ({"long_name": meaning} if meaning else {})
