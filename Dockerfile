@@ -36,8 +36,23 @@ RUN tools/container-entry .venv/bin/vibroscope warm \
  && .venv/bin/python -m compileall -q app assets engine
 
 
+# The documentation, with its figures, and a wheel beside it, which /docs offers. Its tools do not stay in the image.
+FROM build AS docs
+COPY requirements/docs.txt requirements/
+RUN python3 -m venv /opt/docs \
+ && /opt/docs/bin/python -m pip install --no-compile --require-hashes --only-binary :all: -r requirements/docs.txt \
+ && /opt/docs/bin/python -m pip install --no-deps --no-build-isolation --editable .
+COPY docs docs
+COPY CHANGELOG.md CONTRIBUTING.md ./
+RUN tools/container-entry /opt/docs/bin/python -m sphinx --fail-on-warning --quiet --doctree-dir /tmp/doctrees docs /tmp/site \
+ && mv /tmp/site assets/site \
+ && /opt/docs/bin/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir /tmp . \
+ && mv /tmp/*.whl assets/site/
+
+
 FROM ${BASE}
 COPY --from=build /opt/vibroscope /opt/vibroscope
+COPY --from=docs /opt/vibroscope/assets/site /opt/vibroscope/assets/site
 WORKDIR /opt/vibroscope
 
 # The one folder that may be written to, if something writable is mounted on it: sweeps, shared by replicas.

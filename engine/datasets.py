@@ -19,9 +19,9 @@ def response_dataset(response: "Response") -> "xr.Dataset":
     Returns
     -------
     xarray.Dataset
-        ``section`` (period, coordinate), the impacts (impact; body), ``contact`` (contact, edge), and where samples were
-        asked for ``displacement``, ``velocity`` (body, time) and ``force`` (time). Attributes: what was asked, and how
-        the run ended.
+        ``section`` (period, coordinate), the impacts (impact; body), ``contact`` (contact, edge), and where samples
+        were asked for ``displacement``, ``velocity`` (body, time) and ``force`` (time). Attributes: what was asked,
+        and how the run ended.
     """
     import xarray as xr
 

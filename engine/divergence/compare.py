@@ -75,8 +75,9 @@ class Comparison:
 
     def __repr__(self) -> str:
         run = self.runs.penalty
-        apart = f"{self.difference.measure} {self.total:.3g} apart" if self.parts and self.pointwise else ""
-        return f"Comparison({run.method.name} with the reference at eta = {run.eta:g}: {apart or 'no pointwise difference'})"
+        far = f"{self.difference.measure} {self.total:.3g} apart" if self.parts and self.pointwise else ""
+        which = f"{run.method.name} with the reference at eta = {run.eta:g}"
+        return f"Comparison({which}: {far or 'no pointwise difference'})"
 
     def to_xarray(self):
         """The series as an `xarray.Dataset`: see :func:`..datasets.comparison_dataset`."""
