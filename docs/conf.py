@@ -15,7 +15,7 @@ version = release = version_of("vibroscope")
 root_doc = "index"
 exclude_patterns = ["figures"]
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinxarg.ext",
@@ -24,6 +24,10 @@ extensions = [
     "gallery",
 ]
 myst_heading_anchors = 4
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+suppress_warnings = ["mystnb.unknown_mime_type"]  # what HoloViews sends to a live notebook alone
 smartquotes = False  # options have two hyphens
 
 autodoc_member_order = "bysource"
