@@ -44,8 +44,8 @@ RUN python3 -m venv /opt/docs \
  && /opt/docs/bin/python -m pip install --no-deps --no-build-isolation --editable .
 COPY docs docs
 COPY CHANGELOG.md CONTRIBUTING.md ./
-RUN tools/container-entry /opt/docs/bin/python -m sphinx --fail-on-warning --quiet --doctree-dir /tmp/doctrees docs /tmp/site \
- && mv /tmp/site assets/site \
+RUN tools/container-entry /opt/docs/bin/python -m sphinx --fail-on-warning --quiet --doctree-dir /tmp/docs/doctrees docs /tmp/docs/site \
+ && mv /tmp/docs/site assets/ \
  && /opt/docs/bin/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir /tmp . \
  && mv /tmp/*.whl assets/site/
 

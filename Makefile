@@ -57,8 +57,9 @@ bench: $(VENV)/test
 # Sphinx runs the commands and draws the figures of the pages; a warning is an error.
 docs: $(VENV)/test
 	$(BIN)/vibroscope warm
-	rm -rf build/doctrees build/plot_directive assets/site
-	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir build/doctrees docs assets/site
+	rm -rf build/docs assets/site
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir build/docs/doctrees docs build/docs/site
+	mv build/docs/site assets/
 
 dist: docs
 	rm -rf dist
