@@ -218,7 +218,7 @@ class Explore(Tab):
             return [Series(_SERIES_LABELS[name], columns[name])]
         if name == "displacement" and self._draws_difference:
             return difference_table(columns["difference"], setting.coordinate, setting.scale)
-        drawn = figure_table(name, columns, setting.scale, located=setting.penalty.located)
+        drawn = figure_table(name, columns, setting.scale, located=setting.located == "yes")
         drawn += measured_table(name, columns, setting.scale)
         return without_body_2(drawn) if self._at_wall else drawn
 

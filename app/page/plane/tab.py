@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import panel as pn
@@ -15,6 +16,7 @@ from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
+from vibroscope.engine import TimeStepping
 from vibroscope.engine.sweeps import CellKind, kind_words
 
 _SIDE_NAMES = {"penalty": "Newmark", "exact": "Exact penalty"}
@@ -71,6 +73,9 @@ class PlaneTab(StudyTab):
         """All but K and D themselves."""
         quantity, located = self.panel.chosen["quantity"], setting.located == "yes"
         more = {"errors": quantity == "error", "judged": quantity == "near_period"}
+        penalty = setting.penalty
+        if isinstance(penalty, TimeStepping):  # what it computes does not depend on its K and D
+            more["other"] = replace(penalty, stiffness=1.0, damping=1.0)
         return PlaneQuestion(setting.system, setting.eta, setting.steps, located, **more, **self.view.spans)
 
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:
