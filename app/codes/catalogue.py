@@ -1,6 +1,6 @@
 """The table of codes, read from ``assets/codes.toml`` and validated.
 
-What no source says is empty: ours then keeps what is set. A contact law that the engine does not have yet is replaced
+What no source says is empty: ours then takes its default. A contact law that the engine does not have yet is replaced
 by `INSTEAD`, and `Code.missing` says so.
 """
 
@@ -131,6 +131,13 @@ class Code:
         status = self.status or CONTACT_STATUSES[0]
         law = self.law_here or CONTACT_LAWS[0]
         return TimeStepping(stiffness, damping, steps, integrator, status, law=law, **more)
+
+    def texts(self) -> dict[str, str]:
+        """What choosing this code sets beside K, D and the step, as texts by the names of `engine.TimeStepping`."""
+        found = self.method(1.0, 1.0, 4)
+        names = ("status", "without_solution", "law", "initial_acceleration")
+        own = {each.name: repr(getattr(found.integrator, each.name)) for each in fields(found.integrator)}
+        return {"integrator": found.integrator.name, **own, **{name: getattr(found, name) for name in names}}
 
     def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
         """Its input for the numbers of `input_numbers`, with its words for the integrator that is set."""
