@@ -49,6 +49,7 @@ from vibroscope.engine.divergence.contact import contact_frequency, damping_for,
 
 Stepping = Newmark | TimeStepping
 Numbers = dict[str, float]  # some of stiffness, damping and steps
+ENDED = "ended early"  # what stands for the motion of a run without a result
 _SET = {"K": "stiffness", "D": "damping", "steps": "steps"}
 
 
@@ -290,7 +291,7 @@ def _of_comparison(rule: Rule, method: Stepping, found: Comparison) -> Outcome:
     if found.parts is None:
         ended = penalty if not penalty.ok else found.runs.reference
         known = False if ended is penalty else None
-        return Outcome(rule, method, "ended early", math.nan, math.nan, known, _sentence(ended.message), count)
+        return Outcome(rule, method, ENDED, math.nan, math.nan, known, _sentence(ended.message), count)
     words = repetition(found.penalty)
     name = "time_step" if "steps" in rule.gives else "regularisation"
     difference = found.difference

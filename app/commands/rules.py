@@ -18,7 +18,7 @@ from vibroscope.app.commands.options import (
 )
 from vibroscope.app.commands.output import progress_line
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine import Newmark, TimeStepping, compare, percent, written
+from vibroscope.engine import Newmark, TimeStepping, compare, counted, percent, written
 
 _SET = Setting()  # what a rule does not give, unless it is given
 _KEEP = default_of(compare, "keep")
@@ -99,6 +99,6 @@ def _row(found: Outcome) -> list[str]:
         numbers = tuple(f"{written(value)}{'*' if name in found.rule.gives else ' '}" for name, value in names)
     total = percent(found.total) if found.total == found.total else "-"
     head = _COLUMNS.format(found.rule.title, *numbers, total, _HOLDS[found.holds], found.motion)
-    steps = f" {found.without_solution} steps have no solution." if found.without_solution else ""
+    steps = f" {counted(found.without_solution, 'step')} without a solution." if found.without_solution else ""
     why = f"{found.rule.claim} {found.why}{steps} [{found.rule.key}: {found.rule.source}]"
     return [head.rstrip(), *wrap(why, 110, initial_indent="    ", subsequent_indent="    ")]

@@ -38,6 +38,7 @@ export function render({ model }) {
   for (const name of ["rows", "reference"]) model.on(name, drawRows);
   drawCode();
   drawRows();
+  cueScroll(root);
   return root;
 }
 

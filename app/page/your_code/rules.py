@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import param
-from vibroscope.app.codes.rules import AS_SET
+from vibroscope.app.codes.rules import AS_SET, ENDED, Outcome
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.studies.your_code import Judged
-from vibroscope.engine import percent
+from vibroscope.engine import counted, percent
 
 WIDTH, HEIGHT = 96, 64  # of a small picture
 _EDGE = 0.06  # of it that stays empty on each side
@@ -49,10 +49,11 @@ def rows_of(
     reference : (2, n) ndarray
         Phase plot of the reference; all small pictures have its range, widened to hold the widest solution.
     marked : sequence of str
-        Keys of the rules of the code that is chosen.
+        Keys of the rules of the code that is chosen, which come first.
     measure : callable
         ``measure(name, value)``: K, D or steps as a text.
     """
+    judged = sorted(judged, key=lambda each: (each.outcome.rule is not AS_SET, each.outcome.rule.key not in marked))
     span = _span([reference, *(each.orbit for each in judged)], reference)
     return {
         "reference": _path(reference, span),
@@ -65,7 +66,9 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], measure: Calla
     numbers = []
     if found.method is not None:
         numbers = [[name, measure(name, getattr(found.method, _OWN[name]))] for name in rule.gives or _OWN]
-    steps = f" {found.without_solution:,} steps have no solution." if found.without_solution else ""
+    why = brief_why(found)
+    if found.without_solution and found.motion != ENDED:
+        why += f" {counted(found.without_solution, 'step')} without a solution."
     return {
         "key": rule.key,
         "title": rule.title,
@@ -76,15 +79,20 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], measure: Calla
         "motion": found.motion,
         "total": percent(found.total) if math.isfinite(found.total) else "",
         "holds": {True: "yes", False: "no", None: ""}[found.holds],
-        "why": f"{found.why}{steps}",
+        "why": why,
         "source": rule.source,
         "url": rule.url,
         "path": _path(judged.orbit, span),
     }
 
 
+def brief_why(found: Outcome) -> str:
+    """Why a rule holds or fails; of a run that ended early what happened, without what to change."""
+    return f"{found.why.partition(': ')[0].rstrip('.')}." if found.motion == ENDED else found.why
+
+
 def _span(orbits: Sequence[np.ndarray], reference: np.ndarray) -> np.ndarray:
-    """Least and largest displacement and velocity, (2, 2): at most thrice what the reference has."""
+    """Least and largest displacement and velocity, (2, 2): at most 1.6 times what the reference has."""
     held = [orbit for orbit in orbits if orbit.shape[1]]
     if not held:
         return np.array([[-1.0, 1.0], [-1.0, 1.0]])
@@ -92,7 +100,7 @@ def _span(orbits: Sequence[np.ndarray], reference: np.ndarray) -> np.ndarray:
     span = np.stack([every.min(axis=1), every.max(axis=1)], axis=1)
     if reference.shape[1]:
         low, high = reference.min(axis=1), reference.max(axis=1)
-        middle, half = (low + high) / 2, 1.5 * np.maximum(high - low, 1e-12)
+        middle, half = (low + high) / 2, 0.8 * np.maximum(high - low, 1e-12)
         span = np.stack([np.maximum(span[:, 0], middle - half), np.minimum(span[:, 1], middle + half)], axis=1)
     return np.where(span[:, 1:] > span[:, :1], span, span + np.array([-1.0, 1.0]))
 

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 import panel as pn
-from vibroscope.app.codes.catalogue import codes
+from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.explorer.explanation import describe
 from vibroscope.app.explorer.field_units import shown_field
@@ -18,7 +18,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.your_code.figure import YourCodeView
-from vibroscope.app.page.your_code.rules import RulesTable, rows_of
+from vibroscope.app.page.your_code.rules import RulesTable, brief_why, rows_of
 from vibroscope.app.studies.your_code import (
     PartialCode,
     code_lines,
@@ -28,6 +28,7 @@ from vibroscope.app.studies.your_code import (
     rule_texts,
     small_orbit,
 )
+from vibroscope.engine import counted
 
 NONE = "none"  # no code is chosen: the page's own choice of integrator, status and law
 _NEWMARK = "Newmark (β = 0.25, γ = 0.5); contact status from the start of the step; contact law Kelvin–Voigt"
@@ -121,19 +122,24 @@ class YourCode(StudyTab):
         """What is set, what it shows, and whether its steps have solutions."""
         lines = [["What is set", f"{words_of_method(setting.penalty) or _NEWMARK}."]]
         code = codes().get(self.panel.chosen["code"])
-        if code is not None and (other := _other(setting, code.texts())):
-            lines.append([f"Other than {code.name}", f"{', '.join(other)}: changed since."])
+        if code is not None and (other := _other(setting, code)):
+            lines.append([f"Other than in {code.name}", f"{', '.join(other).capitalize()}."])
         described = describe(result.runs)
         lines += [["Penalty", described.penalty[0]], ["Reference", described.reference[0]]]
         if result.judged:
             found = result.judged[0].outcome
-            lines.append(["Do they agree?", found.why])
+            lines.append(["Do they agree?", brief_why(found)])
         if result.solvable:
             response = result.runs.penalty.response
             counts = {"without a solution": response.steps_without_solution, "with two": response.steps_with_two}
-            said = " ".join(f"{count:,} steps {what} in this run." for what, count in counts.items() if count)
+            said = " ".join(f"{counted(count, 'step')} {what} in this run." for what, count in counts.items() if count)
             lines.append(["Do its steps have solutions?", f"{result.solvable} {said}".strip()])
         return lines
+
+    def figures(self) -> list[Figure]:
+        """All; the table of rules once one is judged."""
+        judged = self.result is not None and bool(self.result.judged)
+        return [figure for figure in super().figures() if figure.name != "code_rules" or judged]
 
     def table(self, name: str) -> list[Series]:
         """The curves that are drawn, or a row for each rule."""
@@ -159,14 +165,14 @@ def _cell(value: object) -> object:
     return "" if value is None else ", ".join(value) if isinstance(value, list) else value
 
 
-def _other(setting: Setting, texts: dict[str, str]) -> list[str]:
-    """What of a code's defaults is set otherwise, in the words of the controls."""
-    own = setting.texts()
+def _other(setting: Setting, code: Code) -> list[str]:
+    """What of a code's known defaults is set otherwise, in the words of the controls."""
+    own, texts = setting.texts(), code.texts()
     names = {"integrator": "integrator", "status": "contact status", "law": "contact law"}
     names |= {"initial_acceleration": "first acceleration", "without_solution": "steps without a solution"}
     numbers = [
         f"{name} of the integrator"
         for name in ("beta", "gamma", "alpha", "rho")
-        if name in texts and not math.isclose(float(own[name]), float(texts[name]), rel_tol=1e-12, abs_tol=1e-15)
+        if name in code.numbers and not math.isclose(float(own[name]), float(texts[name]), rel_tol=1e-12, abs_tol=1e-15)
     ]
-    return [word for name, word in names.items() if own[name] != texts[name]] + numbers
+    return [word for name, word in names.items() if getattr(code, name) and own[name] != texts[name]] + numbers
