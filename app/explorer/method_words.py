@@ -37,6 +37,11 @@ _STATUSES = {
 }
 
 
+def name_of_integrator(name: str) -> str:
+    """The name of an integrator alone, as "HHT-α"."""
+    return INTEGRATOR_NAMES.get(name, name).partition(",")[0]
+
+
 def name_of_method(method: Method) -> str:
     """A penalty solution with a time step in a few words, as "HHT-α, forces averaged (α = −0.05)"."""
     if isinstance(method, Newmark):

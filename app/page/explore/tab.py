@@ -12,6 +12,7 @@ from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import Explanation, paragraphs
 from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.measured import Placed
+from vibroscope.app.explorer.method_words import name_of_integrator
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
 from vibroscope.app.explorer.present import WINDOW
 from vibroscope.app.explorer.scenes import scene_key
@@ -351,6 +352,7 @@ class Explore(Tab):
         result, explanation = self._result, self._shown_explanation
         offer = words_of_change(explanation.change, result.setting) if explanation else ""
         more = {"shipped": result.shipped is not None, "offer": offer}
+        more["solver"] = name_of_integrator(result.setting.integrator)
         self.findings.update(result.description, explanation, self._shown_kinds, **more)
 
     @property

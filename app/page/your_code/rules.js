@@ -76,9 +76,7 @@ function rowOf(row, reference, model) {
   name.append(element("span", "", row.title), element("small", "", row.claim), from);
   if (row.own) name.prepend(element("small", "mark", "of this code"));
   const gives = element("td", "gives");
-  for (const [symbol, text] of row.numbers) {
-    gives.append(element("span", "", symbol === "steps" ? `Δτ = ${text}` : `${symbol} = ${text}`));
-  }
+  gives.append(...row.numbers.map((text) => element("span", "", text)));
   if (row.settable) {
     const set = button("Set", `Set what “${row.title}” gives`, () => model.send_msg({ set: row.key }));
     gives.append(set);

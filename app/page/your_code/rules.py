@@ -51,7 +51,7 @@ def rows_of(
     marked : sequence of str
         Keys of the rules of the code that is chosen, which come first.
     measure : callable
-        ``measure(name, value)``: K, D or steps as a text.
+        ``measure(name, value)``: K, D or steps as a text with its symbol.
     """
     judged = sorted(judged, key=lambda each: (each.outcome.rule is not AS_SET, each.outcome.rule.key not in marked))
     span = _span([reference, *(each.orbit for each in judged)], reference)
@@ -65,7 +65,7 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], measure: Calla
     found, rule = judged.outcome, judged.outcome.rule
     numbers = []
     if found.method is not None:
-        numbers = [[name, measure(name, getattr(found.method, _OWN[name]))] for name in rule.gives or _OWN]
+        numbers = [measure(name, getattr(found.method, _OWN[name])) for name in rule.gives or _OWN]
     why = brief_why(found)
     if found.without_solution and found.motion != ENDED:
         why += f" {counted(found.without_solution, 'step')} without a solution."

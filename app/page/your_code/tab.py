@@ -157,8 +157,10 @@ class YourCode(StudyTab):
 
 
 def _measure(setting: Setting, name: str, value: float) -> str:
-    """A number of a rule as the page shows it."""
-    return f"T/{value:.0f}" if name == "steps" else shown_field(name, setting).measure(float(f"{value:.4g}"))
+    """A number of a rule as the page shows it, with its symbol."""
+    if name == "steps":
+        return f"{'Δτ' if setting.scale is None else 'Δt'} = T/{value:.0f}"
+    return shown_field(name, setting).words(float(f"{value:.4g}"))
 
 
 def _cell(value: object) -> object:
