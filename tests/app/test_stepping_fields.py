@@ -11,7 +11,9 @@ from vibroscope.app.explorer.scenes import scene_key, scenes
 from vibroscope.app.explorer.state import STEPPING_FIELDS, Setting, read_setting
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.scripts import as_command, as_python
+from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.controls.controls import Controls
+from vibroscope.app.page.plane.tab import PlaneTab
 from vibroscope.engine import (
     CONTACT_LAWS,
     HHT,
@@ -23,6 +25,8 @@ from vibroscope.engine import (
     TimeStepping,
     Verdict,
 )
+
+from .fakes import FakeHost
 
 COARSE = {"eta": "2.76", "K": "12000", "D": "18", "steps": "200"}
 
@@ -123,3 +127,25 @@ def test_scripts_and_commands_have_what_is_set():
 def test_the_script_runs(law, capsys):
     exec(as_python(read_setting(COARSE | {"integrator": "hht", "law": law})), {})
     assert "xi1, xi1', xi2, xi2' at the end" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("tab", "choice"), [(PlaneTab, ""), (Bifurcation, "solver:newmark")])
+def test_a_study_that_the_engine_does_not_have_is_a_sentence_until_it_has_one(tab, choice, monkeypatch):
+    host = FakeHost()
+    shown = tab(host)
+    shown.build()
+    shown.restore(tab.read_view("", choice, ""))
+    setting = read_setting(COARSE | {"integrator": "hht"})
+    question = shown.question(setting)
+    method = question.other if tab is PlaneTab else question.method
+    assert method.integrator == HHT(-0.05)
+    monkeypatch.setattr(type(question), "study", refuse)
+    assert shown.obstacle(setting) == "A study is not there yet."
+    assert shown.obstacle(read_setting(COARSE)) == ""
+    monkeypatch.setattr(type(question), "study", lambda self: None)
+    assert shown.obstacle(setting) == ""
+    shown.close()
+
+
+def refuse(question):
+    raise ValueError("a study is not there yet")

@@ -12,7 +12,7 @@ from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import sweep_command, sweep_python
 from vibroscope.app.page.plane.figure import PlaneView
-from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
@@ -66,8 +66,8 @@ class PlaneTab(StudyTab):
         super().show(move)
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies nothing moves."""
-        return free_obstacle(setting, "each cell of this plane")
+        """Where nothing drives the bodies nothing moves; and the engine may have no study of what is set."""
+        return free_obstacle(setting, "each cell of this plane") or engine_obstacle(setting, self.question(setting))
 
     def question(self, setting: Setting) -> PlaneQuestion:
         """All but K and D themselves."""
