@@ -132,7 +132,7 @@ function selectRow(choice, link) {
   const label = element("label", "", choice.label);
   const select = element("select");
   const refusal = refusalOf(choice.name);
-  label.htmlFor = select.id = `vibroscope-${choice.name}`;
+  label.htmlFor = select.id = select.name = `vibroscope-${choice.name}`;
   label.title = choice.doc;
   select.append(...Object.entries(choice.choices).map(([value, text]) => Object.assign(element("option", "", text), { value })));
   select.addEventListener("change", () => link.set({ [choice.name]: select.value }));
