@@ -11,7 +11,7 @@ The rules are rows of ``assets/codes.toml``; their `kind` names one of the funct
 ``penetration``       K that the largest driving force presses in by this part of the unit of length
 ``damping_ratio``     D of this ζ
 ``restitution``       D with which an impact keeps e of its speed
-``follows_step``      K = so many times μ̂/Δτ²
+``follows_step``      K = so many times m/Δτ², m of the lighter body
 ``time_constant``     K and D of ζ = 1 and 1/ω_c = so many steps
 ====================  ===========================================================================
 
@@ -111,7 +111,8 @@ def _restitution(asked: Problem, number: float) -> Numbers:
 
 
 def _follows_step(asked: Problem, number: float) -> Numbers:
-    return {"stiffness": number * asked.system.mass_share / asked.step**2}
+    lighter = 1.0 if asked.system.wall else min(1.0, asked.system.mass_ratio)
+    return {"stiffness": number * lighter / asked.step**2}
 
 
 def _time_constant(asked: Problem, number: float) -> Numbers:

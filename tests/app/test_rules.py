@@ -23,7 +23,7 @@ SHARE, PERIOD = System().mass_share, 2 * math.pi / 2.76
         ("abaqus-ten", "stiffness", 10 * System().mass_ratio * 2.41**2),
         ("mathworks-penetration", "stiffness", 100 * 2.76**2),
         ("lsdyna-noise", "damping", 0.2 * math.sqrt(12000 * SHARE)),
-        ("lsdyna-soft", "stiffness", 0.1 * SHARE * (2000 / PERIOD) ** 2),
+        ("lsdyna-soft", "stiffness", 0.1 * System().mass_ratio * (2000 / PERIOD) ** 2),
         ("mujoco-constant", "stiffness", SHARE * (2000 / PERIOD / 2) ** 2),
     ],
 )
