@@ -20,6 +20,8 @@ COMMANDS = (
     "motion",
     "compare",
     "recommend",
+    "codes",
+    "rules",
     "serve",
     "bench",
     "stability",

@@ -29,6 +29,7 @@ from vibroscope.engine import (
     Reference,
     Response,
     System,
+    TimeStepping,
     Trajectory,
     motion,
     simulate,
@@ -41,11 +42,11 @@ TRACE_PERIODS = 2
 # Samples per period. The reference is smooth between its events, which it lists.
 # The shortest contact of the penalty model (half a period of √(K(1+1/μ)) at K = 10⁵, η = 0.5) lasts T/1850: this number
 # leaves four samples in it even there, and finds its peak within 8 %.
-_SAMPLES = {Reference: 1000, Newmark: 8000}
+_SAMPLES = {Reference: 1000, Newmark: 8000, TimeStepping: 8000}
 _CACHED_RUNS = 48  # of up to 1.5 MB of samples
 
 Start = tuple[float, float, float, float]  # ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0
-Key = tuple[System, float, Reference | Newmark, Start]  # what a run depends on
+Key = tuple[System, float, Reference | Newmark | TimeStepping, Start]  # what a run depends on
 CancelCheck = Callable[[], bool]
 
 
@@ -116,7 +117,11 @@ def _cached_run(key: Key, cancelled: CancelCheck | None, cache: Cache) -> Run:
 
 
 def _compute_run(
-    system: System, eta: float, method: Reference | Newmark, initial: Start, cancelled: CancelCheck | None
+    system: System,
+    eta: float,
+    method: Reference | Newmark | TimeStepping,
+    initial: Start,
+    cancelled: CancelCheck | None,
 ) -> Run:
     record = Record(TRACE_PERIODS, _SAMPLES[type(method)])
     options = run_length(system) | {"initial": initial, "record": record, "cancelled": cancelled}

@@ -10,6 +10,7 @@ import numpy as np
 from vibroscope.app.explorer.compute import TRACE_PERIODS, Run, RunPair, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.force import force_text
+from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
 from vibroscope.app.explorer.state import Setting, is_driven, print_number, read_setting
 from vibroscope.app.explorer.words_in_units import in_units
@@ -23,6 +24,7 @@ from vibroscope.engine import (
     Response,
     System,
     Units,
+    Verdict,
     compare,
     counted,
     many,
@@ -30,6 +32,7 @@ from vibroscope.engine import (
     repetition,
     verdict,
 )
+from vibroscope.engine.divergence.agreement import agreement
 
 _WITHOUT_IMPACTS = {  # by the share of contact
     0.0: "Nothing touches: the bodies move as if they were alone.",
@@ -116,17 +119,23 @@ def describe(runs: RunPair) -> Description:
 def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Explanation:
     """Explain the difference of both runs; raises `engine.Cancelled` if ``cancelled()``."""
     setting = runs.setting
-    comparison = compare(
-        setting.system,
-        setting.eta,
-        setting.penalty,
-        reference=setting.reference,
-        initial=setting.initial,
-        responses=[run.response for run in (runs.reference, runs.penalty)],
-        cancelled=cancelled,
-        **run_length(setting.system),
-    )
-    found = verdict(comparison, cancelled=cancelled)
+    try:
+        comparison = compare(
+            setting.system,
+            setting.eta,
+            setting.penalty,
+            reference=setting.reference,
+            initial=setting.initial,
+            responses=[run.response for run in (runs.reference, runs.penalty)],
+            cancelled=cancelled,
+            **run_length(setting.system),
+        )
+    except ValueError as error:  # a law without a solution in closed form has no parts
+        return _unexplained(f"Not compared: {error}.")
+    try:
+        found = verdict(comparison, cancelled=cancelled)
+    except ValueError as error:
+        found = _without_verdict(comparison, error)
     difference = comparison.difference if comparison.parts and math.isfinite(comparison.difference.total) else None
     in_step = ("total", *PARTS) if comparison.pointwise else ()
     motions = {"reference": (found.reference, setting.reference), "penalty": (found.penalty, setting.penalty)}
@@ -142,6 +151,24 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
         details=found.details,
         series={name: _last_periods(comparison, getattr(comparison.parts, name)[:2]) for name in in_step},
     )
+
+
+def _unexplained(headline: str) -> Explanation:
+    """An explanation that has nothing but a sentence."""
+    return Explanation(headline, "unknown", {}, "", {}, "", {}, (), {})
+
+
+def _without_verdict(comparison: Comparison, error: ValueError) -> Verdict:
+    """How far the solutions agree, where the engine has no verdict for the penalty solution."""
+    motions = {"reference": comparison.reference, "penalty": comparison.penalty}
+    if comparison.parts is None:
+        run = next(run for run in (comparison.runs.penalty, comparison.runs.reference) if not run.ok)
+        return Verdict(sentence(run.message), "unknown")
+    if comparison.is_free:
+        agree, first = "unknown", f"The displacements differ by {percent(comparison.difference.total)} (rms)."
+    else:
+        agree, first = agreement(comparison)
+    return Verdict(f"{first} No number is blamed: {error}.", agree, **motions)
 
 
 def paragraphs(description: Description, explanation: Explanation | None) -> dict[str, str]:
@@ -214,13 +241,22 @@ def _duration(response: Response) -> str:
 
 def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
     """What motion a run shows; and with a scale, its contact force."""
+    how = _stepping_text(run.response)
     if not run.response.ok:
-        return "No result.", sentence(run.response.message)
+        return "No result.", f"{sentence(run.response.message)} {how}".strip()
     words = in_units(_motion_text(run.motion, run.response.method, run.response.system), scale)
-    if scale is None:
-        return words, ""
-    force = force_text(scale, run.response.eta, run.motion, run.response.method, TRACE_PERIODS)
-    return words, sentence(force) if force else ""
+    force = scale and force_text(scale, run.response.eta, run.motion, run.response.method, TRACE_PERIODS)
+    return words, " ".join(filter(None, (sentence(force) if force else "", how)))
+
+
+def _stepping_text(response: Response) -> str:
+    """By what a run is that is not Newmark's, and how many of its steps have no solution, or two."""
+    words = words_of_method(response.method)
+    if not words:
+        return ""
+    counts = {"without a solution": response.steps_without_solution, "with two": response.steps_with_two}
+    said = ", ".join(f"{counted(count, 'step')} {what}" for what, count in counts.items() if count)
+    return f"By {words}{'; ' + said if said else ''}."
 
 
 def _free_text(found: Motion, method: Method) -> str:

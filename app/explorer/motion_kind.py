@@ -87,6 +87,8 @@ def _judge(key: Key, cancelled: Callable[[], bool]) -> MotionKind:
     try:
         found = motion(*problem, initial=initial, cancelled=lambda: cancelled() or time.monotonic() > end)
         found = describe_kind(found)
+    except ValueError as error:  # the engine does not judge this penalty solution
+        found = MotionKind("undecided", _NAMES["undecided"], sentence(str(error)))
     except Cancelled:
         if cancelled():
             raise

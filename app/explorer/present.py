@@ -11,8 +11,8 @@ from collections.abc import Mapping
 
 import numpy as np
 from vibroscope.app.explorer.compute import Run, RunPair
+from vibroscope.app.explorer.method_words import is_located
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine import Newmark
 from vibroscope.engine.motions.contact_force import FEWEST_SAMPLES
 
 Columns = dict[str, np.ndarray]
@@ -174,7 +174,7 @@ def _force(run: Run) -> Columns:
     if run.trace is None:
         return {"t": _EMPTY, "force": _EMPTY}
     time, force = envelope(_window_time(run), run.trace.force, _FORCE_BINS * WINDOW // 2)
-    if isinstance(run.response.method, Newmark) and run.response.method.located:
+    if is_located(run.response.method):
         time, force = _with_short_contacts(run, time, force)
     return _as_float32({"t": time, "force": force})
 

@@ -10,13 +10,29 @@ import math
 import re
 from collections import namedtuple
 from collections.abc import Mapping
+from dataclasses import fields
 from inspect import signature
 
 import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import Excitation, Newmark, Reference, System, Units, simulate
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    INITIAL_ACCELERATIONS,
+    INTEGRATORS,
+    WITHOUT_SOLUTION,
+    Excitation,
+    Integrator,
+    Newmark,
+    NewmarkBeta,
+    Reference,
+    System,
+    TimeStepping,
+    Units,
+    simulate,
+)
+from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
 from vibroscope.engine.methods import DAMPING_RANGE, STEPS_RANGE, STIFFNESS_RANGE, THRESHOLD_RANGE
 from vibroscope.engine.model import (
     AMPLITUDE_RANGE,
@@ -60,6 +76,38 @@ class Explorer(param.Parameterized):
         objects=["no", "yes"],
         label="Contact changes",
         doc="Where Newmark's step meets a contact change: at the start of the next step, or located within the step",
+    )
+    integrator = param.Selector(
+        default=NewmarkBeta.name,
+        objects=list(INTEGRATORS),
+        label="Integrator",
+        doc="One-step method of the penalty solution, as FE and physics codes have it",
+    )
+    beta = param.Number(NewmarkBeta().beta, bounds=BETA_RANGE, label="β", doc="of Newmark's method, ¼: average")
+    gamma = param.Number(NewmarkBeta().gamma, bounds=GAMMA_RANGE, label="γ", doc="of Newmark's method, above ½: damps")
+    alpha = param.Number(-0.05, bounds=ALPHA_RANGE, label="α", doc="of HHT, as Hilber writes it; 0: no damping")
+    rho = param.Number(0.8, bounds=RHO_RANGE, label="ρ∞", doc="spectral radius at high frequencies; 1: no damping")
+    status = param.Selector(
+        default="start",
+        objects=["start", "end"],
+        label="Contact status",
+        doc="Contact status of a step: from the gap at its start, or iterated until it agrees with the gap at its end",
+    )
+    without_solution = param.Selector(
+        default=WITHOUT_SOLUTION[0],
+        objects=list(WITHOUT_SOLUTION),
+        label="Step without a solution",
+        doc="What a step does in which neither contact status agrees with its end: stop the run, keep the former "
+        "status, or be halved",
+    )
+    law = param.Selector(
+        default=CONTACT_LAWS[0], objects=list(CONTACT_LAWS), label="Contact law", doc="Force of the penalty contact"
+    )
+    initial_acceleration = param.Selector(
+        default=INITIAL_ACCELERATIONS[0],
+        objects=list(INITIAL_ACCELERATIONS),
+        label="First acceleration",
+        doc="At τ = 0 by the equations of motion, or zero, as some codes have it",
     )
     joint_damping = param.Selector(
         default="table",
@@ -152,8 +200,11 @@ SYSTEM_FIELDS = ("bodies", *_OF_ALL, *_OF_BODY_2, "kappa3", "mass_ratio", *EXCIT
 START_FIELDS = ("start_xi1", "start_v1", "start_xi2", "start_v2")
 SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 _FORMER_CHOICES = {("units", "physical"): "si"}  # in older links and files
+# What the penalty solution is computed with, beside K, D and the step.
+STEPPING_FIELDS = ("integrator", "beta", "gamma", "alpha", "rho", "status", "without_solution", "law")
+STEPPING_FIELDS += ("initial_acceleration",)
 # A scene of the paper sets them to their defaults.
-PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located")
+PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located", *STEPPING_FIELDS)
 DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them
 
 
@@ -178,9 +229,30 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
         return Reference(joint_damping=self.joint_damping, threshold=self.threshold)
 
     @property
-    def penalty(self) -> Newmark:
-        """The solver that an FE code would use."""
-        return Newmark(self.K, self.D, self.steps, located=self.located == "yes")
+    def own_integrator(self) -> Integrator:
+        """The integrator with its numbers."""
+        return INTEGRATORS[self.integrator](**{name: getattr(self, name) for name in integrator_numbers(self)})
+
+    @property
+    def penalty(self) -> Newmark | TimeStepping:
+        """The solver that an FE code would use: Newmark's method, unless more is set than its numbers.
+
+        Raises ValueError where integrator, contact status and law do not go together.
+        """
+        default, located = Setting(), self.located == "yes"
+        plain = all(getattr(self, name) == getattr(default, name) for name in (*_CHOSEN, *integrator_numbers(self)))
+        if plain:
+            return Newmark(self.K, self.D, self.steps, located=located)
+        return TimeStepping(
+            self.K,
+            self.D,
+            self.steps,
+            self.own_integrator,
+            "located" if located else self.status,
+            without_solution=self.without_solution,
+            law=self.law,
+            initial_acceleration=self.initial_acceleration,
+        )
 
     @property
     def is_driven(self) -> bool:
@@ -217,6 +289,14 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
         return {name: value if isinstance(value, str) else print_number(value) for name, value in values}
 
 
+_CHOSEN = ("integrator", "status", "law", "initial_acceleration")  # of `STEPPING_FIELDS`, beside numbers
+
+
+def integrator_numbers(setting: Setting) -> tuple[str, ...]:
+    """Names of the numbers that the integrator of a setting has."""
+    return tuple(each.name for each in fields(INTEGRATORS[setting.integrator]))
+
+
 def is_driven(system: System) -> bool:
     """Whether anything moves with the frequency η; otherwise a motion is a free vibration from its start."""
     return system.excitation.drives
@@ -242,9 +322,32 @@ def read_setting_at_any_cost(texts: Mapping[str, object], base: Setting | None =
         setting = setting._replace(coordinate="xi1", start_xi2=0.0, start_v2=0.0)
     if any(_start_numbers(setting)):
         setting = setting._replace(zero_start="rest")
+    setting = _with_one_status(setting, texts)
     _check_combination(setting)
     given = (name for name in texts if name in ("start_xi1", "start_xi2"))
     _check_gap(setting, "start_xi1" if setting.bodies == "wall" else next(given, "start_xi2"))
+    return setting
+
+
+def _with_one_status(setting: Setting, given: Mapping[str, object]) -> Setting:
+    """The setting with a contact status that goes with what was chosen last.
+
+    Located steps have no other status, and an explicit integrator only that from the start. What is given stays; two
+    statuses that are given and do not go together raise `Refused`.
+    """
+    if setting.located == "yes" and setting.status != "start":
+        if {"located", "status"} <= given.keys():
+            raise Refused("status", "status must be start where contact changes are located within the step, not end.")
+        setting = setting._replace(**({"located": "no"} if "status" in given else {"status": "start"}))
+    try:
+        _ = setting.penalty
+    except ValueError as error:
+        free = {"located": "no", "status": "start"}
+        setting = setting._replace(**{name: value for name, value in free.items() if name not in given})
+        try:
+            _ = setting.penalty
+        except ValueError:
+            raise Refused("status" if setting.located == "no" else "located", f"{error}.") from None
     return setting
 
 

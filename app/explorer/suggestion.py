@@ -9,6 +9,7 @@ from typing import NamedTuple
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation, sentence
 from vibroscope.app.explorer.field_units import shown_field, time_text
+from vibroscope.app.explorer.method_words import not_with
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.state import Setting, bounds_of, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
@@ -95,6 +96,8 @@ def make_question(setting: Setting, typed: object) -> Question:
     if not setting.is_driven:
         raise Refused("eta", "Nothing drives the bodies: a search needs a motion that lasts. Give the base or a body "
                       "an amplitude, under System.")  # fmt: skip
+    if other := not_with("A suggestion", setting.penalty):
+        raise Refused("integrator", f"{other} Set the solver back to Newmark to have one.")
     usual = default_limits(setting)
     asked = usual | dict(typed if isinstance(typed, Mapping) else {})
     percent = {"units": {"": 1.0, "%": 1.0}, "shown": "%"}

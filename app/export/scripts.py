@@ -8,12 +8,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from shlex import quote
+from textwrap import indent
 
 from vibroscope.app.explorer.compute import run_length
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import units_table
 from vibroscope.app.studies.speed import SpeedQuestion
-from vibroscope.engine import FREE_PERIODS, ExactPenalty, Method, Newmark, Reference, System, brief_system_text
+from vibroscope.engine import (
+    FREE_PERIODS,
+    ExactPenalty,
+    Method,
+    Newmark,
+    Reference,
+    System,
+    TimeStepping,
+    brief_system_text,
+)
 
 _PAPER = System().as_dict()
 
@@ -23,15 +33,19 @@ _PAPER = System().as_dict()
 def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
     p, r = setting.penalty, setting.reference
-    located = ", located=True" if p.located else ""
+    imported, penalty = "Newmark", f"Newmark(stiffness={p.stiffness!r}, damping={p.damping!r}, steps={p.steps}"
+    if isinstance(p, TimeStepping):
+        imported, penalty = f"{type(p.integrator).__name__}, TimeStepping", repr(p)
+    else:
+        penalty += ", located=True)" if p.located else ")"
     start = "" if setting.from_rest else f", initial={setting.initial}"
     start += "".join(f", {name}={periods}" for name, periods in run_length(setting.system).items())
-    script = f"""from vibroscope.engine import Newmark, Reference, System, compare, motion, simulate, verdict
+    script = f"""from vibroscope.engine import {_imports(imported, "Reference", "System")}
 
 system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}){start})
 penalty = simulate(
-    system, {setting.eta!r}, Newmark(stiffness={p.stiffness!r}, damping={p.damping!r}, steps={p.steps}{located}){start}
+    system, {setting.eta!r}, {penalty}{start}
 )
 
 for response in (reference, penalty):
@@ -39,9 +53,17 @@ for response in (reference, penalty):
     print("xi1, xi1', xi2, xi2' at the end:", *response.section[-1:])
 
 runs = {{"reference": reference.method, "responses": (reference, penalty)}}
-found = compare(system, {setting.eta!r}, penalty.method, **runs{start})
 """
-    return script + _VERDICT
+    compared = f"found = compare(system, {setting.eta!r}, penalty.method, **runs{start})\n{_VERDICT}"
+    if isinstance(p, TimeStepping):  # of which the engine may have no comparison, or no verdict
+        compared = f"try:\n{indent(compared, '    ')}except ValueError as error:\n    print('not known:', error)\n"
+    return script + compared
+
+
+def _imports(*names: str) -> str:
+    """The names of a script, sorted, with the functions that all scripts use."""
+    made = ", ".join(names).split(", ")
+    return ", ".join(sorted({*made, "compare", "motion", "simulate", "verdict"}, key=_isort_key))
 
 
 _VERDICT = """answer = verdict(found)
@@ -66,10 +88,14 @@ def as_command(setting: Setting, measured: str = "") -> str:
     eta = print_number(setting.eta)
     reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
     compared = f"vibroscope compare --eta {eta}{newmark}{reference}{options}"
+    if isinstance(setting.penalty, TimeStepping):  # `vibroscope simulate` alone has its options
+        compared = ""
     runs = (
         f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{options}{periods}\n"
         f"vibroscope simulate --solver newmark --eta {eta}{newmark}{options}{periods}\n"
     )
+    if not compared:
+        return runs
     return f"{runs}{compared}\n" + (f"{compared} --measured {quote(measured)}\n" if measured else "")
 
 
@@ -125,7 +151,7 @@ def initial_option(initial: Sequence[float] | None) -> str:
 
 def method_options(method: Method) -> str:
     """``--solver`` with the options of the method."""
-    solver = {Reference: "reference", ExactPenalty: "exact", Newmark: "newmark"}[type(method)]
+    solver = {Reference: "reference", ExactPenalty: "exact"}.get(type(method), "newmark")
     return f" --solver {solver}{_method_options(method)}"
 
 
@@ -136,7 +162,15 @@ def _method_options(method: Method) -> str:
     numbers = f" --K {print_number(method.stiffness)} --D {print_number(method.damping)}"
     if isinstance(method, ExactPenalty):
         return numbers
-    return f"{numbers} --steps {method.steps}{' --located' if method.located else ''}"
+    numbers += f" --steps {method.steps}"
+    if isinstance(method, Newmark):
+        return f"{numbers}{' --located' if method.located else ''}"
+    own, usual = method.integrator, TimeStepping(method.stiffness, method.damping, method.steps)
+    numbers += f" --integrator {own.name}"
+    numbers += "".join(f" --{each.name} {print_number(getattr(own, each.name))}" for each in fields(own))
+    more = {name: getattr(method, name) for name in ("status", "without_solution", "law", "initial_acceleration")}
+    changed = {name: value for name, value in more.items() if value != getattr(usual, name)}
+    return numbers + "".join(f" --{name.replace('_', '-')} {value}" for name, value in changed.items())
 
 
 # ---- parts of both --------------------------------------------------------------------------------------------------

@@ -15,9 +15,11 @@ from vibroscope.app.page.plane.tab import PlaneTab
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.tab import Tab, TabHost
 from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.app.page.your_code.tab import YourCode
 
 # A new tab is a line here.
-TABS: dict[str, type[Tab]] = {tab.key: tab for tab in (Explore, Bifurcation, PlaneTab, TimeStepTab, Speed, Paper, Help)}
+_TABS = Explore, Bifurcation, PlaneTab, TimeStepTab, YourCode, Speed, Paper, Help
+TABS: dict[str, type[Tab]] = {tab.key: tab for tab in _TABS}
 FIRST_TAB = Explore.key
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.bifurcation import kind_names
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import STATUSES, Cells, Newmark, Status, System
+from vibroscope.engine import STATUSES, Cells, Newmark, Status, System, TimeStepping
 from vibroscope.engine.sweeps import (
     MISSING,
     CellKind,
@@ -48,6 +48,7 @@ class PlaneQuestion(NamedTuple):
     K: tuple[float, float]
     D: tuple[float, float]
     judged: bool = False  # also what each motion of Newmark's is without the scatter of the step
+    other: TimeStepping | None = None  # another penalty solution than Newmark's
 
     def axis(self, name: str) -> np.ndarray:
         """K or D of the cells, evenly spaced in the logarithm from edge to edge: (COUNT,)."""
@@ -68,6 +69,8 @@ class PlaneQuestion(NamedTuple):
         """The study that answers it."""
         K, D = self.axis("K"), self.axis("D")
         method = Newmark(K[0], D[0], self.steps, located=self.located)
+        if self.other is not None:
+            method = replace(self.other, stiffness=K[0], damping=D[0])
         only = tuple(prefix + name for prefix in SIDES.values() for name in self.quantities)
         return PlaneStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, K=K, D=D, only=only)
 

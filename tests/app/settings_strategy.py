@@ -1,7 +1,8 @@
 """Hypothesis strategy of valid settings."""
 
 from hypothesis import strategies as st
-from vibroscope.app.explorer.state import FIELDS, START_FIELDS, Explorer, Setting, bounds_of
+from vibroscope.app.explorer.state import FIELDS, START_FIELDS, STEPPING_FIELDS, Explorer, Setting, bounds_of
+from vibroscope.engine import INTEGRATORS
 
 
 def _values(name):
@@ -17,6 +18,13 @@ def _values(name):
     return st.sampled_from(rule.objects) if hasattr(rule, "objects") else st.floats(*bounds_of(name))
 
 
+def _together(setting):
+    """The setting with a contact status that its integrator has."""
+    if setting.located == "yes":
+        setting = setting._replace(**{name: getattr(Setting(), name) for name in STEPPING_FIELDS})
+    return setting._replace(status="start") if INTEGRATORS[setting.integrator].explicit else setting
+
+
 def _apart(setting):
     """The setting with bodies that do not overlap at the start; a wall does not move."""
     if setting.bodies == "wall":
@@ -29,4 +37,4 @@ def _apart(setting):
     return setting._replace(start_xi1=max(room, bounds_of("start_xi1")[0]), start_xi2=max(setting.start_xi2, -1e5))
 
 
-settings = st.builds(Setting, **{name: _values(name) for name in FIELDS}).map(_apart)
+settings = st.builds(Setting, **{name: _values(name) for name in FIELDS}).map(_apart).map(_together)

@@ -55,6 +55,11 @@ VIEWS = of_scenes() | {
     "bifurcation": View(f"?tab=bifurcation&{STUDY}&d1=0.0034", r"\.value|_periods"),
     "plane": View(f"?tab=plane&{STUDY}", r"\.image|_diverged"),
     "step": View(f"?tab=step&{STUDY}", r"_fixed\.(xi2|v2|size)|spread_located\.size"),
+    "code": View(
+        "?tab=code&eta=1.08&K=2500&D=8&steps=2000&integrator=hht&status=end&without_solution=halve"
+        "&choice=code:calculix",
+        height=3200,
+    ),
     "speed": View(f"?tab=speed&{STUDY}", measured=True),
     "paper": View("?tab=paper", r"paper(3|4B|6B|10C|11|12|13.|14[ABC])/", height=3700),
     "help": View("?tab=help", height=2200),

@@ -13,6 +13,7 @@ from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
+from vibroscope.app.explorer.method_words import is_located, name_of_method
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
@@ -40,7 +41,7 @@ from vibroscope.app.studies.bifurcation import (
     kind_names,
 )
 from vibroscope.app.studies.cell_classes import KINDS, PERIODS, period_class
-from vibroscope.engine import Newmark, Reference, System
+from vibroscope.engine import Newmark, Reference, System, TimeStepping
 from vibroscope.engine.sweeps import CellKind
 
 COORDINATES = {"xi1": "displacement ξ₁", "v1": "velocity ξ₁′", "xi2": "displacement ξ₂", "v2": "velocity ξ₂′"}
@@ -268,9 +269,10 @@ class BifurcationView:
 
 def name_of(method, over: str = "eta") -> str:
     """A solver as the figures call it, without the number that is swept."""
-    if isinstance(method, Newmark):
+    if isinstance(method, Newmark | TimeStepping):
         steps = "" if over == "steps" else f" T/{method.steps}"
-        return f"Newmark{steps}{', located' if method.located else ''}"
+        name, _, located = name_of_method(method).partition(", located")
+        return f"{name}{steps}{', located' if located or is_located(method) else ''}"
     return "Reference" if isinstance(method, Reference) else "Exact penalty"
 
 

@@ -13,7 +13,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import initial_option, method_options, sweep_command, sweep_python
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.swept import SWEPT
-from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import (
     COUNT,
@@ -161,9 +161,14 @@ class Bifurcation(StudyTab):
         super().show(move)
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies there is no frequency to sweep, and from rest nothing moves."""
-        if setting.is_driven or self.view.over == "eta":
-            return "" if setting.is_driven else _NOTHING_SWEPT
+        """Where nothing drives the bodies there is no frequency to sweep, and from rest nothing moves.
+
+        And the engine may have no study of the integrator, status or law that is set.
+        """
+        if setting.is_driven:
+            return engine_obstacle(setting, self.question(setting))
+        if self.view.over == "eta":
+            return _NOTHING_SWEPT
         return "" if self.panel.chosen["direction"] == "own" else free_obstacle(setting, "this diagram")
 
     def question(self, setting: Setting) -> DiagramQuestion:

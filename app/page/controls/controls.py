@@ -12,10 +12,11 @@ import math
 import param
 from vibroscope.app.explorer.drawing import drawing, drawing_in_words
 from vibroscope.app.explorer.field_units import shown_field, time_text
+from vibroscope.app.explorer.method_words import INTEGRATOR_NAMES, LAW_NAMES, STATUS_NAMES
 from vibroscope.app.explorer.ranges import slider_range, stiffer_spring
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
-from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting
+from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting, integrator_numbers
 from vibroscope.app.page.controls.system import (
     group_spec,
     plain_description,
@@ -34,7 +35,12 @@ _UNITS = {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"}
 _SOLVER_SWITCHES = {
     "joint_damping": {"table": "as measured", "derived": "of both dampers"},
     "located": {"no": "at the next step", "yes": "cut at contact"},
+    "status": STATUS_NAMES,
+    "without_solution": {"stop": "stop", "keep": "keep status", "halve": "halve step"},
+    "initial_acceleration": {"equation": "from the equations", "zero": "zero"},
 }
+_SOLVER_SELECTS = {"integrator": INTEGRATOR_NAMES, "law": LAW_NAMES}
+_SOLVER_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
 _VIEW_SWITCHES = {
     "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
     "coordinate": {"xi1": "body 1", "xi2": "body 2"},
@@ -91,8 +97,13 @@ class Controls(Component):
 
 
 def _other_fields(setting: Setting) -> tuple[str, ...]:
-    """The fields beside those of the system; a wall has no start."""
-    return (*MAIN_FIELDS, "threshold", *(START_FIELDS[:2] if setting.bodies == "wall" else START_FIELDS))
+    """The fields beside those of the system; a wall has no start, and an integrator only its own numbers."""
+    return (
+        *MAIN_FIELDS,
+        "threshold",
+        *integrator_numbers(setting),
+        *(START_FIELDS[:2] if setting.bodies == "wall" else START_FIELDS),
+    )
 
 
 def _length(setting: Setting) -> dict:
@@ -138,6 +149,8 @@ def _spec() -> dict:
         "bodies": _switch("bodies", _BODIES),
         "units": _switch("units", _UNITS),
         "solverNumbers": [_number("threshold")],
+        "solverSelects": [_select(name, texts) for name, texts in _SOLVER_SELECTS.items()],
+        "integratorNumbers": [_number(name) for name in _SOLVER_NUMBERS],
         "starts": [_number(name) for name in START_FIELDS],
         "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
@@ -160,6 +173,10 @@ def _number(name: str) -> dict:
 def _switch(name: str, choices: dict[str, str]) -> dict:
     rule = Explorer.param[name]
     return {"name": name, "label": rule.label, "doc": rule.doc, "choices": choices}
+
+
+def _select(name: str, texts: dict[str, str]) -> dict:
+    return _switch(name, {choice: texts.get(choice, choice) for choice in Explorer.param[name].objects})
 
 
 def _button(scene: Scene) -> dict:

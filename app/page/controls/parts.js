@@ -73,7 +73,7 @@ function startDetails(spec, link) {
   const box = element("details", "more");
   const head = element("summary");
   const grid = element("div", "numbers starts");
-  const parts = spec.starts.map((number) => startRow(number, link));
+  const parts = spec.starts.map((number) => ownRow(number, link));
   const names = spec.starts.map(({ name }) => name);
   const rest = button("From rest", "Start both runs from rest, as a scene does",
     () => link.set({ zero_start: "rest", ...Object.fromEntries(names.map((name) => [name, "0"])) }), "rest");
@@ -91,8 +91,8 @@ function startDetails(spec, link) {
   return { element: box, parts: [...parts, { draw }] };
 }
 
-// A number of the start; a wall has none.
-function startRow(number, link) {
+// A number that not every setting has: of the start, which a wall has not, or of an integrator.
+function ownRow(number, link) {
   const row = numberRow(number, link);
   const draw = (shown, isLatest) => {
     row.element.hidden = !shown.fields[number.name];
@@ -107,16 +107,57 @@ function solverDetails(spec, link) {
   box.append(element("summary", "", "Solver"));
   const grid = element("div", "numbers");
   const parts = spec.solverNumbers.map((number) => numberRow(number, link));
+  const selects = spec.solverSelects.map((choice) => selectRow(choice, link));
+  const own = spec.integratorNumbers.map((number) => ownRow(number, link));
   const switches = spec.solverSwitches.map((choice) => switchRow(choice, link));
-  grid.append(...parts.map((part) => part.element));
+  const [integrator, ...others] = selects.map((part) => part.element);
+  grid.append(integrator, ...own.map((part) => part.element), ...others, ...parts.map((part) => part.element));
   box.append(grid, ...switches.map((part) => part.element));
-  const names = [...spec.solverNumbers, ...spec.solverSwitches].map((part) => part.name);
+  const given = [...spec.solverNumbers, ...spec.solverSelects, ...spec.integratorNumbers, ...spec.solverSwitches];
+  const names = given.map((part) => part.name);
   let opened = false;
   const draw = (shown) => {
     const changed = !opened && names.some((name) => shown.texts[name] !== spec.defaults[name]);
     if (changed || names.includes(shown.refused.name)) box.open = opened = true;
+    for (const { name, element } of switches) {
+      if (name === "without_solution") element.hidden = shown.texts.status !== "end";
+    }
   };
-  return { element: box, parts: [...parts, ...switches, { draw }] };
+  return { element: box, parts: [...parts, ...selects, ...own, ...switches, { draw }] };
+}
+
+// A choice of many, with the reason where it was refused.
+function selectRow(choice, link) {
+  const box = element("div", "choice");
+  const label = element("label", "", choice.label);
+  const select = element("select");
+  const refusal = refusalOf(choice.name);
+  label.htmlFor = select.id = select.name = `vibroscope-${choice.name}`;
+  label.title = choice.doc;
+  select.append(...Object.entries(choice.choices).map(([value, text]) => Object.assign(element("option", "", text), { value })));
+  select.addEventListener("change", () => link.set({ [choice.name]: select.value }));
+  box.append(label, select, refusal.element);
+  const draw = (shown, isLatest) => {
+    refusal.draw(shown, select);
+    if (isLatest) select.value = shown.texts[choice.name];
+  };
+  return { name: choice.name, element: box, draw };
+}
+
+// Why a choice was refused, below it.
+function refusalOf(name) {
+  const line = element("p", "refusal");
+  line.id = `vibroscope-${name}-refusal`;
+  line.setAttribute("role", "alert");
+  line.hidden = true;
+  const draw = (shown, described) => {
+    const refused = shown.refused.name === name;
+    line.hidden = !refused;
+    line.textContent = refused ? shown.refused.text : "";
+    if (refused) described.setAttribute("aria-describedby", line.id);
+    else described.removeAttribute("aria-describedby");
+  };
+  return { element: line, draw };
 }
 
 function numberRow(number, link) {
@@ -156,8 +197,10 @@ function switchRow(choice, link) {
     row.append(label);
     inputs.set(value, radio);
   }
-  box.append(row);
+  const refusal = refusalOf(choice.name);
+  box.append(row, refusal.element);
   const draw = (shown, isLatest) => {
+    refusal.draw(shown, box);
     if (isLatest) inputs.get(shown.texts[choice.name]).checked = true;
   };
   return { name: choice.name, element: box, draw };

@@ -85,12 +85,14 @@ function line(root, name, title) {
   }, "why");
   why.setAttribute("aria-expanded", "false");
   text.append(kind, rest);
-  box.append(element("h2", "", title), text, why, evidence);
+  const head = element("h2", "", title);
+  box.append(head, text, why, evidence);
   root.append(box);
   return (content) => {
     const [first, others] = halves(content[name] ?? "computing …");
     const [code, words, reason] = content.kinds?.[name] ?? ["", "", ""];
     box.dataset.kind = code;
+    if (name === "penalty" && content.solver) setText(head, `Penalty (${content.solver})`);
     kind.textContent = !code || first.includes(SAID[code]) ? first : `${first}: ${words}.`.replace(".:", ":");
     rest.textContent = ` ${others} `;
     evidence.textContent = reason;

@@ -40,15 +40,17 @@ class Findings(Component):
         *,
         shipped: bool = False,
         offer: str = "",
+        solver: str = "Newmark",
     ) -> None:
         """Show a new description; until its explanation is known, the previous one stays, greyed.
 
         Kinds of motion that are not known yet are not shown. ``shipped``: all this comes with the package and was not
-        computed on this machine. ``offer``: the change to try, in words.
+        computed on this machine. ``offer``: the change to try, in words. ``solver``: the name of
+        the penalty solution's integrator.
         """
         # lists, as the browser's side has them
         cost = [list(chip) for chip in description.cost]
-        new = description.lines(explanation) | {"cost": cost, "shipped": shipped}
+        new = description.lines(explanation) | {"cost": cost, "shipped": shipped, "solver": solver}
         new["kinds"] = {name: list(kind) for name, kind in (kinds or {}).items()}
         if explanation is None:
             new = self.content | new | {"pending": True}

@@ -107,7 +107,7 @@ class ForceView:
         }
         self.figure.yaxis[0].axis_label, self.figure.right[0].axis_label = labels.values()
         # A located step resolves contacts that are shorter than the samples: their mean is drawn.
-        mean = ", its mean where a contact is too short to sample" if setting.penalty.located else ""
+        mean = ", its mean where a contact is too short to sample" if setting.located == "yes" else ""
         time = "time τ/T" if setting.scale is None else "time t / s"
         for name, tool in self._hovers.items():
             show_rows(tool, {time: "@t", labels[name] + (mean if name == "force" else ""): f"@{name}"})

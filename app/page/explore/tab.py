@@ -12,6 +12,7 @@ from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import Explanation, paragraphs
 from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.measured import Placed
+from vibroscope.app.explorer.method_words import name_of_integrator
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
 from vibroscope.app.explorer.present import WINDOW
 from vibroscope.app.explorer.scenes import scene_key
@@ -218,7 +219,7 @@ class Explore(Tab):
             return [Series(_SERIES_LABELS[name], columns[name])]
         if name == "displacement" and self._draws_difference:
             return difference_table(columns["difference"], setting.coordinate, setting.scale)
-        drawn = figure_table(name, columns, setting.scale, located=setting.penalty.located)
+        drawn = figure_table(name, columns, setting.scale, located=setting.located == "yes")
         drawn += measured_table(name, columns, setting.scale)
         return without_body_2(drawn) if self._at_wall else drawn
 
@@ -351,6 +352,7 @@ class Explore(Tab):
         result, explanation = self._result, self._shown_explanation
         offer = words_of_change(explanation.change, result.setting) if explanation else ""
         more = {"shipped": result.shipped is not None, "offer": offer}
+        more["solver"] = name_of_integrator(result.setting.integrator)
         self.findings.update(result.description, explanation, self._shown_kinds, **more)
 
     @property

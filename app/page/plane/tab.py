@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import panel as pn
@@ -11,10 +12,11 @@ from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import sweep_command, sweep_python
 from vibroscope.app.page.plane.figure import PlaneView
-from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
+from vibroscope.engine import TimeStepping
 from vibroscope.engine.sweeps import CellKind, kind_words
 
 _SIDE_NAMES = {"penalty": "Newmark", "exact": "Exact penalty"}
@@ -64,13 +66,16 @@ class PlaneTab(StudyTab):
         super().show(move)
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies nothing moves."""
-        return free_obstacle(setting, "each cell of this plane")
+        """Where nothing drives the bodies nothing moves; and the engine may have no study of what is set."""
+        return free_obstacle(setting, "each cell of this plane") or engine_obstacle(setting, self.question(setting))
 
     def question(self, setting: Setting) -> PlaneQuestion:
         """All but K and D themselves."""
         quantity, located = self.panel.chosen["quantity"], setting.located == "yes"
         more = {"errors": quantity == "error", "judged": quantity == "near_period"}
+        penalty = setting.penalty
+        if isinstance(penalty, TimeStepping):  # what it computes does not depend on its K and D
+            more["other"] = replace(penalty, stiffness=1.0, damping=1.0)
         return PlaneQuestion(setting.system, setting.eta, setting.steps, located, **more, **self.view.spans)
 
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:

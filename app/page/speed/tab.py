@@ -7,6 +7,7 @@ import math
 import numpy as np
 import panel as pn
 from vibroscope.app.explorer.link import LOGARITHMIC
+from vibroscope.app.explorer.method_words import not_with
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import speed_python
@@ -91,7 +92,8 @@ class Speed(StudyTab):
 
     def describe(self, setting: Setting, result: PartialSpeed) -> list[list[str]]:
         """The figure in words."""
-        return statements(setting, result)
+        other = not_with("This measurement", setting.penalty)
+        return [*([["Not of what is set", other]] if other else []), *statements(setting, result)]
 
     def python(self, setting: Setting) -> str:
         """The same measurement: of this machine, and so with other numbers each time."""

@@ -12,6 +12,7 @@ from typing import ClassVar
 import panel as pn
 from bokeh.plotting import figure
 from vibroscope.app.explorer.errors import error_text
+from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.words_in_units import in_units
@@ -22,6 +23,7 @@ from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
 from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost, on_loop
 from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult, StudyJob
+from vibroscope.engine import TimeStepping
 
 
 class StudyTab(Tab):
@@ -255,6 +257,17 @@ def free_obstacle(setting: Setting, shown: str) -> str:
         f"Nothing drives the bodies, and {shown} begins at rest, where nothing moves: let the base or a force move "
         "them under System; Explore shows their free vibration from an own start."
     )
+
+
+def engine_obstacle(setting: Setting, question) -> str:
+    """Why the engine has no study of the integrator, status or law that is set; empty where it has one."""
+    if not isinstance(setting.penalty, TimeStepping):
+        return ""
+    try:
+        question.study()
+    except ValueError as error:
+        return sentence(str(error))
+    return ""
 
 
 def _in_units(statements: list[list[str]], setting: Setting) -> list[list[str]]:

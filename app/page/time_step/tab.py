@@ -6,6 +6,7 @@ import math
 
 import panel as pn
 from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
+from vibroscope.app.explorer.method_words import not_with
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import sweep_command, sweep_python
@@ -67,7 +68,8 @@ class TimeStepTab(StudyTab):
 
     def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
         """The n that is shown, and how scatter and error fade."""
-        return statements(setting, result)
+        other = not_with("This study", setting.penalty)
+        return [*([["Not of what is set", other]] if other else []), *statements(setting, result)]
 
     def table(self, name: str) -> list[Series]:
         """Orbit and section of the n that is shown, or a size over n."""

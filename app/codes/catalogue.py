@@ -1,0 +1,221 @@
+"""The table of codes, read from ``assets/codes.toml`` and validated.
+
+What no source says is empty: ours then takes its default. A contact law that the engine does not have yet is replaced
+by `INSTEAD`, and `Code.missing` says so.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cache
+from types import MappingProxyType
+
+from vibroscope.app.runtime.files import asset
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    CONTACT_STATUSES,
+    INITIAL_ACCELERATIONS,
+    INTEGRATORS,
+    WITHOUT_SOLUTION,
+    Integrator,
+    NewmarkBeta,
+    TimeStepping,
+    written,
+)
+from vibroscope.engine.divergence.contact import contact_frequency, damping_ratio
+from vibroscope.engine.model import System, check_eta, one_of
+
+LAW_NAMES = (
+    "kelvin-voigt",
+    "cut",
+    "limited",
+    "compression",
+    "hunt-crossley",
+    "lankarani-nikravesh",
+    "flores",
+    "jankowski",
+    "constant-restitution",
+    "impact",
+)
+INSTEAD = "cut"  # of a law that the engine does not have: it pushes alone, as the others do
+_STATUSES = (*dict.fromkeys((*CONTACT_STATUSES, "located")),)
+_KEPT = {each.name for each in fields(TimeStepping)}
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a figure of an entry is from; without ``url`` it is not public, or was not opened."""
+
+    figure: str
+    text: str
+    url: str = ""
+
+
+@dataclass(frozen=True)
+class Code:
+    """One code.
+
+    Attributes
+    ----------
+    key, name : str
+    integrator, status, without_solution, law, initial_acceleration : str
+        As in `engine.TimeStepping`; empty where no source says.
+    numbers : mapping of str to float
+        Of the integrator.
+    exponent, penetration : float or None
+        Of the law.
+    rules : tuple of str
+        Keys of the rules of thumb that belong to it.
+    leaves_out : str
+        What ours does not have.
+    input : tuple of str
+        Lines of its input, with the names of `input_numbers` in braces.
+    integrators : mapping of str to tuple of str
+        Lines for each integrator that it has.
+    sources : tuple of Source
+    """
+
+    key: str
+    name: str
+    integrator: str = ""
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    status: str = ""
+    without_solution: str = ""
+    law: str = ""
+    exponent: float | None = None
+    penetration: float | None = None
+    initial_acceleration: str = ""
+    rules: tuple[str, ...] = ()
+    leaves_out: str = ""
+    input: tuple[str, ...] = ()
+    integrators: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    sources: tuple[Source, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.integrator:
+            INTEGRATORS[one_of("integrator", self.integrator, tuple(INTEGRATORS))](**self.numbers)
+        for name, allowed in (
+            ("status", _STATUSES),
+            ("without_solution", WITHOUT_SOLUTION),
+            ("law", LAW_NAMES),
+            ("initial_acceleration", INITIAL_ACCELERATIONS),
+        ):
+            if getattr(self, name):
+                one_of(name, getattr(self, name), allowed)
+        for name in self.integrators:
+            one_of("integrators", name, tuple(INTEGRATORS))
+
+    @property
+    def law_here(self) -> str:
+        """The law that the engine runs for it; empty where none is known."""
+        return self.law if self.law in CONTACT_LAWS or not self.law else INSTEAD
+
+    @property
+    def missing(self) -> str:
+        """A sentence on the law that the engine does not have; else empty."""
+        if self.law_here == self.law:
+            return ""
+        return f"Ours has no law “{self.law}” yet: “{INSTEAD}” is taken instead."
+
+    def method(self, stiffness: float, damping: float, steps: int) -> TimeStepping:
+        """What ours runs for this code with these numbers; what is not known has the engine's default."""
+        integrator = INTEGRATORS[self.integrator or NewmarkBeta.name](**self.numbers)
+        more = {
+            name: value
+            for name in ("without_solution", "initial_acceleration", "exponent", "penetration")
+            if (value := getattr(self, name)) not in ("", None) and name in _KEPT
+        }
+        status = self.status or CONTACT_STATUSES[0]
+        law = self.law_here or CONTACT_LAWS[0]
+        return TimeStepping(stiffness, damping, steps, integrator, status, law=law, **more)
+
+    def texts(self) -> dict[str, str]:
+        """What choosing this code sets beside K, D and the step, as texts by the names of `engine.TimeStepping`."""
+        found = self.method(1.0, 1.0, 4)
+        names = ("status", "without_solution", "law", "initial_acceleration")
+        own = {each.name: repr(getattr(found.integrator, each.name)) for each in fields(found.integrator)}
+        return {"integrator": found.integrator.name, **own, **{name: getattr(found, name) for name in names}}
+
+    def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
+        """Its input for the numbers of `input_numbers`, with its words for the integrator that is set."""
+        known = {"exponent": self.exponent, "penetration": self.penetration}
+        texts = {name: written(value) for name, value in known.items() if value is not None}
+        own = self.integrators.get(integrator)
+        first = own if own is not None else (f"(no words for {integrator} in the table)",)
+        return tuple(line.format_map(_Blanks(texts | dict(numbers))) for line in (*first, *self.input))
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain values for JSON; None for what is not known."""
+        values = {each.name: getattr(self, each.name) or None for each in fields(self)}
+        lists = {name: list(getattr(self, name)) for name in ("rules", "input")}
+        words = {name: list(lines) for name, lines in self.integrators.items()}
+        sources = [vars(source) for source in self.sources]
+        return values | lists | {"numbers": dict(self.numbers), "integrators": words, "sources": sources}
+
+
+class _Blanks(dict):
+    """Numbers by name; one that is not known stays a blank to fill in."""
+
+    def __missing__(self, name: str) -> str:
+        return f"<{name}>"
+
+
+@cache
+def table() -> Mapping[str, object]:
+    """The file as it stands."""
+    return tomllib.loads(asset("codes.toml"))
+
+
+@cache
+def codes() -> Mapping[str, Code]:
+    """All codes by key, in the order of the file; a fault in the file raises ValueError."""
+    found: dict[str, Code] = {}
+    for row in table()["code"]:
+        more = {name: tuple(row[name]) for name in ("rules", "input") if name in row}
+        more["integrators"] = {name: tuple(lines) for name, lines in row.get("integrators", {}).items()}
+        more["sources"] = tuple(Source(**source) for source in row.get("sources", ()))
+        try:
+            code = Code(**(row | more))
+        except (TypeError, ValueError) as fault:
+            raise ValueError(f"codes.toml, {row.get('key')}: {fault}") from None
+        if code.key in found:
+            raise ValueError(f"codes.toml has two codes named {code.key}")
+        found[code.key] = code
+    return MappingProxyType(found)
+
+
+def input_numbers(
+    system: System, eta: float, method: TimeStepping, k: float, c: float, dt: float, digits: int = 6
+) -> dict[str, str]:
+    """The numbers that stand in the lines of an input, as texts.
+
+    Parameters
+    ----------
+    system, eta, method
+        What is set; of a Newmark solution too.
+    k, c, dt : float
+        Contact stiffness, damper (force per speed) and time step in the units of the input.
+    digits : int
+    """
+    zeta = damping_ratio(system, method.stiffness, method.damping)
+    unit_of_time = dt * check_eta(eta) * method.steps / (2.0 * math.pi)
+    numbers = {"k": k, "c": c, "dt": dt, "zeta": zeta, "percent": 100.0 * zeta}
+    if zeta:  # 2ζω_c = 2/time constant, as in MuJoCo's solref
+        numbers["timeconst"] = unit_of_time / (zeta * contact_frequency(system, method.stiffness))
+    integrator = getattr(method, "integrator", NewmarkBeta())
+    numbers |= _integrator_numbers(integrator)
+    return {name: written(value, digits) for name, value in numbers.items()}
+
+
+def _integrator_numbers(integrator: Integrator) -> dict[str, float]:
+    """The numbers of an integrator, and those that other codes write for them."""
+    own = {each.name: getattr(integrator, each.name) for each in fields(integrator)}
+    stage = integrator.stages[0]
+    if "alpha" in own:
+        own |= {"openseesalpha": 1.0 + own["alpha"], "hhtdecay": -own["alpha"]}
+    if integrator.name == "generalised-alpha":  # OpenSees weighs the end of the step
+        own |= {"alpham": 1.0 - stage.alpha_m, "alphaf": 1.0 - stage.alpha_f}
+    return own

@@ -1,0 +1,319 @@
+"""Rules of thumb for K, D and the time step: what each gives for a system, what motion follows, and whether it holds.
+
+The rules are rows of ``assets/codes.toml``; their `kind` names one of the functions here. With the reduced mass
+μ̂ = μ/(1 + μ), the contact frequency ω_c = √(K/μ̂), the damping ratio ζ = D/√(Kμ̂) and the stiffer spring k:
+
+====================  ===========================================================================
+``steps_per_mode``    n of so many steps per cycle of the highest of 1, κ, κ₃ and η
+``steps_per_contact`` n of so many steps per cycle of ω_c
+``nodal_step``        n of Δτ = √(2/(K + 1)) for the lighter body: m = 1 or μ, and its own spring
+``times_spring``      K, so many times k
+``penetration``       K that the largest driving force presses in by this part of the unit of length
+``damping_ratio``     D of this ζ
+``restitution``       D with which an impact keeps e of its speed
+``follows_step``      K = so many times m/Δτ², m of the lighter body
+``time_constant``     K and D of ζ = 1 and 1/ω_c = so many steps
+====================  ===========================================================================
+
+What a rule does not give stays as it is set. Whether it holds is measured: by the part of the difference from the
+reference that its numbers cause, which must not exceed what `engine.verdict` calls close.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from types import MappingProxyType
+
+from vibroscope.app.codes.catalogue import table
+from vibroscope.app.explorer.ranges import stiffer_spring
+from vibroscope.engine import (
+    FREE_PERIODS,
+    Comparison,
+    Newmark,
+    Reference,
+    Response,
+    System,
+    TimeStepping,
+    compare,
+    difference_in_kind,
+    motion,
+    percent,
+    repetition,
+    simulate,
+)
+from vibroscope.engine.divergence.agreement import CLOSE
+from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
+
+Stepping = Newmark | TimeStepping
+Numbers = dict[str, float]  # some of stiffness, damping and steps
+ENDED = "ended early"  # what stands for the motion of a run without a result
+_SET = {"K": "stiffness", "D": "damping", "steps": "steps"}
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What a rule is asked for: a system, its excitation frequency η, and what is set."""
+
+    system: System
+    eta: float
+    method: Stepping
+
+    @property
+    def step(self) -> float:
+        """Δτ."""
+        return 2.0 * math.pi / (self.eta * self.method.steps)
+
+    def steps_of(self, step: float) -> int:
+        """The fewest steps per period that are not longer than ``step``."""
+        return math.ceil(2.0 * math.pi / (self.eta * step) * (1.0 - 1e-12))
+
+
+def _steps_per_mode(asked: Problem, number: float) -> Numbers:
+    highest = max(asked.eta, *asked.system.frequencies, 0.0 if asked.system.wall else asked.system.kappa3)
+    return {"steps": asked.steps_of(2.0 * math.pi / (number * highest))}
+
+
+def _steps_per_contact(asked: Problem, number: float) -> Numbers:
+    frequency = contact_frequency(asked.system, asked.method.stiffness)
+    return {"steps": asked.steps_of(2.0 * math.pi / (number * frequency))}
+
+
+def _nodal_step(asked: Problem, number: float) -> Numbers:
+    bodies = [(1.0, 1.0)]  # mass and spring
+    if not asked.system.wall:
+        bodies.append((asked.system.mass_ratio, asked.system.mass_ratio * asked.system.kappa**2))
+    shortest = min(math.sqrt(2.0 * mass / (asked.method.stiffness + spring)) for mass, spring in bodies)
+    return {"steps": asked.steps_of(number * shortest)}
+
+
+def _times_spring(asked: Problem, number: float) -> Numbers:
+    return {"stiffness": number * stiffer_spring(asked.system)}
+
+
+def _penetration(asked: Problem, number: float) -> Numbers:
+    e, mu = asked.system.excitation, 0.0 if asked.system.wall else asked.system.mass_ratio
+    inertia = abs(e.base) * asked.eta**2
+    force = max(inertia + abs(e.force1) + abs(e.constant1), mu * inertia + abs(e.force2) + abs(e.constant2))
+    if not force:
+        raise ValueError("nothing drives the bodies, so that no force presses them together")
+    return {"stiffness": force / number}
+
+
+def _damping_ratio(asked: Problem, number: float) -> Numbers:
+    return {"damping": damping_for(asked.system, asked.method.stiffness, number)}
+
+
+def _restitution(asked: Problem, number: float) -> Numbers:
+    return {"damping": number * float(equal_restitution_damping(asked.system, asked.method.stiffness))}
+
+
+def _follows_step(asked: Problem, number: float) -> Numbers:
+    lighter = 1.0 if asked.system.wall else min(1.0, asked.system.mass_ratio)
+    return {"stiffness": number * lighter / asked.step**2}
+
+
+def _time_constant(asked: Problem, number: float) -> Numbers:
+    stiffness = asked.system.mass_share / (number * asked.step) ** 2
+    return {"stiffness": stiffness, "damping": damping_for(asked.system, stiffness, 1.0)}
+
+
+def _as_set(asked: Problem, number: float) -> Numbers:
+    return {}
+
+
+_KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[Problem, float], Numbers]]] = {
+    "steps_per_mode": (("steps",), _steps_per_mode),
+    "steps_per_contact": (("steps",), _steps_per_contact),
+    "nodal_step": (("steps",), _nodal_step),
+    "times_spring": (("K",), _times_spring),
+    "penetration": (("K",), _penetration),
+    "damping_ratio": (("D",), _damping_ratio),
+    "restitution": (("D",), _restitution),
+    "follows_step": (("K",), _follows_step),
+    "time_constant": (("K", "D"), _time_constant),
+    "as_set": ((), _as_set),
+}
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One rule of thumb.
+
+    Attributes
+    ----------
+    key, title : str
+    kind : str
+        The function of this module, and ``number``, which it takes.
+    claim : str
+        What it promises.
+    source, url : str
+    """
+
+    key: str
+    title: str
+    kind: str
+    number: float
+    claim: str
+    source: str
+    url: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in _KINDS or not (math.isfinite(self.number) and self.number > 0):
+            raise ValueError(f"codes.toml, rule {self.key}: kind = {self.kind!r} and number = {self.number!r} are none")
+
+    @property
+    def gives(self) -> tuple[str, ...]:
+        """Which of K, D and steps it gives."""
+        return _KINDS[self.kind][0]
+
+    def method(self, asked: Problem) -> Stepping:
+        """What is set, with the numbers that the rule gives; raises ValueError if it gives none, or one out of range.
+
+        The steps are at least 4, the fewest that there are.
+        """
+        numbers = _KINDS[self.kind][1](asked, self.number)
+        if "steps" in numbers:
+            numbers["steps"] = max(4, numbers["steps"])
+        return replace(asked.method, **numbers)
+
+
+AS_SET = Rule("as-set", "As it is set", "as_set", 1.0, "", "")  # to judge what is set beside what rules give
+
+
+@cache
+def rules() -> Mapping[str, Rule]:
+    """All rules by key, in the order of the file."""
+    found = {row["key"]: Rule(**row) for row in table()["rule"]}
+    if len(found) < len(table()["rule"]):
+        raise ValueError("codes.toml has two rules with one key")
+    return MappingProxyType(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What follows from a rule.
+
+    Attributes
+    ----------
+    rule : Rule
+    method : Newmark, TimeStepping or None
+        With the numbers of the rule; None where it gives none.
+    motion : str
+        What the motion then is; empty where there is none.
+    total, part : float
+        The difference from the reference, and the part of it that the rule's numbers cause; nan where not known.
+    holds : bool or None
+        Whether ``part`` is small; None where it is not known.
+    why : str
+        A sentence with the number behind ``holds``, or why there is none.
+    without_solution : int
+        Steps without a solution.
+    """
+
+    rule: Rule
+    method: Stepping | None
+    motion: str
+    total: float
+    part: float
+    holds: bool | None
+    why: str
+    without_solution: int = 0
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain values for JSON; None for what is not known."""
+        given = {} if self.method is None else {name: getattr(self.method, own) for name, own in _SET.items()}
+        return {
+            **{name: getattr(self.rule, name) for name in ("key", "title", "claim", "source", "url")},
+            "gives": list(self.rule.gives),
+            **{name: given.get(name) for name in _SET},
+            "motion": self.motion or None,
+            "total": _finite(self.total),
+            "part": _finite(self.part),
+            "holds": self.holds,
+            "why": self.why,
+            "steps_without_solution": self.without_solution,
+        }
+
+
+def judge(
+    rule: Rule,
+    asked: Problem,
+    *,
+    reference: Reference | None = None,
+    responses: Iterable[Response] = (),
+    cancelled: Callable[[], bool] | None = None,
+    **options,
+) -> Outcome:
+    """What follows from a rule for a problem.
+
+    Parameters
+    ----------
+    rule : Rule
+    asked : Problem
+    reference : Reference, optional
+    responses : iterable of Response
+        Runs of `engine.compare` that exist already; others are left out.
+    cancelled : callable, optional
+    **options
+        ``periods``, ``keep`` and ``initial`` of `engine.compare`.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled()`` was true.
+    """
+    try:
+        method = rule.method(asked)
+    except ValueError as error:
+        return Outcome(rule, None, "", math.nan, math.nan, None, f"{error}.")
+    if not asked.system.excitation.drives:
+        options = {"periods": FREE_PERIODS, "keep": FREE_PERIODS} | options
+    reference = reference or Reference()
+    options |= {"cancelled": cancelled}
+    wanted = (method, reference)
+    known = [each for each in responses if each.method in wanted]
+    try:
+        found = compare(asked.system, asked.eta, method, reference=reference, responses=known, **options)
+    except ValueError as error:  # what cannot be compared can still be run
+        run = next((each for each in known if each.method == method), None)
+        run = run or simulate(asked.system, asked.eta, method, **options)
+        words = repetition(motion(run)) if run.ok else _sentence(run.message)
+        count = getattr(run, "steps_without_solution", 0)
+        return Outcome(rule, method, words, math.nan, math.nan, None if run.ok else False, f"{error}.", count)
+    return _of_comparison(rule, method, found)
+
+
+def _of_comparison(rule: Rule, method: Stepping, found: Comparison) -> Outcome:
+    penalty = found.runs.penalty
+    count = getattr(penalty, "steps_without_solution", 0)
+    if found.parts is None:
+        ended = penalty if not penalty.ok else found.runs.reference
+        known = False if ended is penalty else None
+        return Outcome(rule, method, ENDED, math.nan, math.nan, known, _sentence(ended.message), count)
+    words = repetition(found.penalty)
+    name = "time_step" if "steps" in rule.gives else "regularisation"
+    difference = found.difference
+    part = difference.parts.get(name, math.nan) if rule.gives else difference.total
+    what = "the time step causes" if name == "time_step" else "K and D cause"
+    if not rule.gives and math.isfinite(part):
+        holds, why = part <= CLOSE, f"the solutions differ by {percent(part)}"
+    elif math.isfinite(part):
+        holds, why = part <= CLOSE, f"{what} {percent(part)} of difference"
+    else:
+        kinds = difference_in_kind(found.reference, found.penalty)
+        holds = difference.total <= CLOSE and not kinds
+        why = f"the solutions differ by {percent(difference.total)}; how much of it {what} is not known"
+        why = f"{kinds}; {why}" if kinds else why
+    return Outcome(rule, method, words, difference.total, part, holds, _sentence(why), count)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _sentence(text: object) -> str:
+    text = str(text).strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")

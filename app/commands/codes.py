@@ -1,0 +1,79 @@
+"""``vibroscope codes``: what simulation codes do by default, with the source of each figure."""
+
+import argparse
+import json
+from dataclasses import fields
+from textwrap import wrap
+
+from vibroscope.app.codes.catalogue import Code, codes
+from vibroscope.engine import INTEGRATORS
+
+_WIDTH = 100
+_COLUMNS = "{:<18} {:<34} {:<9} {:<22} {}"
+
+
+def add(commands) -> None:
+    """Describe ``vibroscope codes``."""
+    command = commands.add_parser(
+        "codes",
+        allow_abbrev=False,
+        help="what simulation codes do by default: integrator, contact status, law, their own words",
+        description="Print the table of codes: default integrator with its numbers, contact status, contact law, rules "
+        "of thumb, and the source of each figure. What no source says is a dash. Named codes are printed at length.",
+    )
+    command.add_argument("codes", nargs="*", metavar="CODE", help="only these, such as calculix opensees, at length")
+    command.add_argument("--json", action="store_true", help="print one JSON list")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the table, or entries of it."""
+    chosen = [code_of(key) for key in options.codes] or list(codes().values())
+    if options.json:
+        print(json.dumps([code.as_dict() for code in chosen], ensure_ascii=False, allow_nan=False))
+    elif options.codes:
+        print("\n\n".join("\n".join(_entry(code)) for code in chosen))
+    else:
+        print(_COLUMNS.format("code", "integrator", "status", "law", "rules"))
+        for code in chosen:
+            law = code.law or "-"
+            print(_COLUMNS.format(code.key, _integrator(code), code.status or "-", law, ", ".join(code.rules) or "-"))
+
+
+def code_of(key: str) -> Code:
+    """The code with this key; raises ValueError with the known ones."""
+    if key not in codes():
+        raise ValueError(f"unknown code {key[:40]!r}; known: {', '.join(codes())}")
+    return codes()[key]
+
+
+def _integrator(code: Code) -> str:
+    if not code.integrator:
+        return "-"
+    kind = INTEGRATORS[code.integrator]
+    own = [each.name for each in fields(kind) if each.name in code.numbers]
+    return " ".join([kind.name, *(f"{name}={code.numbers[name]:g}" for name in own)])
+
+
+def _entry(code: Code) -> list[str]:
+    """An entry at length."""
+    rows = {
+        "integrator": _integrator(code),
+        "contact status": code.status or "-",
+        "without solution": code.without_solution or "-",
+        "contact law": " ".join(filter(None, (code.law or "-", code.exponent and f"exponent {code.exponent:g}"))),
+        "start": code.initial_acceleration and f"acceleration {code.initial_acceleration}",
+        "rules of thumb": ", ".join(code.rules) or "-",
+        "ours leaves out": code.leaves_out,
+        "ours instead": code.missing,
+    }
+    lines = [f"{code.name} ({code.key})"]
+    for name, text in rows.items():
+        if text:
+            lines += wrap(text, _WIDTH, initial_indent=f"  {name:<18}", subsequent_indent=20 * " ")
+    own = code.integrators.get(code.integrator, ())
+    lines += [f"  {'input' if not i else '':<18}{line}" for i, line in enumerate((*own, *code.input))]
+    for source in code.sources:
+        text = f"{source.figure}: {source.text} {source.url}".strip()
+        lines += wrap(text, _WIDTH, initial_indent=f"  {'source':<18}", subsequent_indent=20 * " ")
+    return lines

@@ -1,0 +1,104 @@
+"""``vibroscope rules``: what rules of thumb give for a system, what motion follows, and whether they hold."""
+
+import argparse
+import json
+from textwrap import wrap
+
+from vibroscope.app.codes.rules import Outcome, Problem, judge, rules
+from vibroscope.app.commands.codes import code_of
+from vibroscope.app.commands.options import (
+    ETA,
+    add_integrator_options,
+    add_penalty_options,
+    add_system_option,
+    default_of,
+    eta_of,
+    stepping_of,
+    system_of,
+)
+from vibroscope.app.commands.output import progress_line
+from vibroscope.app.explorer.state import Setting
+from vibroscope.engine import Newmark, TimeStepping, compare, counted, percent, written
+
+_SET = Setting()  # what a rule does not give, unless it is given
+_KEEP = default_of(compare, "keep")
+_COLUMNS = "{:<46} {:>9} {:>8} {:>7}  {:>7}  {:<6} {}"
+_HOLDS = {True: "holds", False: "fails", None: "-"}
+
+
+def add(commands) -> None:
+    """Describe ``vibroscope rules``."""
+    command = commands.add_parser(
+        "rules",
+        allow_abbrev=False,
+        help="rules of thumb for K, D and the time step: what each gives here, and whether it holds",
+        description="Apply each rule of thumb to a system at one eta, run what it gives from rest, and compare with "
+        "the reference. A rule holds if the part of the difference that its numbers cause is at most 10 %.",
+        epilog=f"What a rule does not give is --K, --D and --steps (default {_SET.K:g}, {_SET.D:g}, {_SET.steps}).",
+    )
+    command.add_argument("rules", nargs="*", metavar="RULE", help="only these, such as ansys-contact lsdyna-noise")
+    command.add_argument("--eta", **ETA)
+    add_penalty_options(command)
+    add_integrator_options(command)
+    command.add_argument("--code", metavar="CODE", help="a code of `vibroscope codes`: its integrator, status and law")
+    command.add_argument("--periods", type=float, metavar="N", help="excitation periods to run (default %(default)s)")
+    add_system_option(command)
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+    command.set_defaults(run=run, K=_SET.K, D=_SET.D, steps=_SET.steps, periods=default_of(compare, "periods"))
+
+
+def run(options: argparse.Namespace) -> None:
+    """Judge the rules and print."""
+    chosen = [_rule_of(key) for key in options.rules] or list(rules().values())
+    asked = Problem(system_of(options), eta_of(options), _method_of(options))
+    how = {"periods": options.periods, "keep": min(_KEEP, options.periods)} if asked.system.excitation.drives else {}
+    progress = progress_line(lambda done: f"{done:g} of {len(chosen)} rules", len(chosen))
+    found = []
+    for rule in chosen:
+        found.append(judge(rule, asked, **how))
+        if progress:
+            progress(len(found))
+    if options.json:
+        outcomes = [each.as_dict() for each in found]
+        report = {"eta": asked.eta, "method": str(asked.method), "rules": outcomes}
+        print(json.dumps(report, ensure_ascii=False, allow_nan=False))
+    else:
+        print("\n".join(_lines(asked, found)))
+
+
+def _rule_of(key: str):
+    if key not in rules():
+        raise ValueError(f"unknown rule {key[:40]!r}; known: {', '.join(rules())}")
+    return rules()[key]
+
+
+def _method_of(options: argparse.Namespace) -> Newmark | TimeStepping:
+    options.every_step = False
+    if options.code is None:
+        return stepping_of(options)
+    given = [name for name in ("integrator", "status", "law", "located") if getattr(options, name)]
+    if given:
+        raise ValueError(f"--code sets the integrator, status and law itself: leave --{given[0]} out")
+    return code_of(options.code).method(options.K, options.D, options.steps)
+
+
+def _lines(asked: Problem, found: list[Outcome]) -> list[str]:
+    lines = [f"{asked.method}", f"eta = {asked.eta:g}", ""]
+    lines.append(_COLUMNS.format("rule", "K", "D", "T/dt", "off by", "", "motion"))
+    for each in found:
+        lines += _row(each)
+    lines += ["", "* given by the rule; the other numbers are those that are set"]
+    return lines
+
+
+def _row(found: Outcome) -> list[str]:
+    numbers = ("-", "-", "-")
+    if found.method is not None:
+        values = found.method.stiffness, found.method.damping, found.method.steps
+        names = zip(("K", "D", "steps"), values, strict=True)
+        numbers = tuple(f"{written(value)}{'*' if name in found.rule.gives else ' '}" for name, value in names)
+    total = percent(found.total) if found.total == found.total else "-"
+    head = _COLUMNS.format(found.rule.title, *numbers, total, _HOLDS[found.holds], found.motion)
+    steps = f" {counted(found.without_solution, 'step')} without a solution." if found.without_solution else ""
+    why = f"{found.rule.claim} {found.why}{steps} [{found.rule.key}: {found.rule.source}]"
+    return [head.rstrip(), *wrap(why, 110, initial_indent="    ", subsequent_indent="    ")]

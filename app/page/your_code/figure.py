@@ -1,0 +1,95 @@
+"""What a code shows over the reference: the phase plot of the observed body, and its displacement."""
+
+from __future__ import annotations
+
+from bokeh.models import LegendItem, Line, Scatter
+from bokeh.plotting import figure
+from vibroscope.app.explorer.compute import RunPair
+from vibroscope.app.explorer.present import WINDOW, Columns, present
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.shared.figure import (
+    BLUE,
+    PENALTY,
+    REFERENCE,
+    VERMILLION,
+    add_glyph,
+    empty_source,
+    label_of,
+    legend,
+    make_figure,
+    time_label,
+    write,
+)
+from vibroscope.app.page.shared.ranges import OwnedRange
+
+_LINES = {"reference": REFERENCE, "penalty": PENALTY}
+_SUBSCRIPTS = {1: "₁", 2: "₂"}
+
+
+class YourCodeView:
+    """Two figures; at a wall they show body 1, else body 2."""
+
+    def __init__(self) -> None:
+        self.phases = {name: empty_source(f"code_phase_{name}", "x", "v") for name in _LINES}
+        self.sections = {name: empty_source(f"code_section_{name}", "x", "v") for name in _LINES}
+        self.traces = {name: empty_source(f"code_trace_{name}", "t", "x") for name in _LINES}
+        self.ranges = {
+            "x": OwnedRange(-8, 8),
+            "v": OwnedRange(-8, 8, headroom=0.16),
+            "time": OwnedRange(0, WINDOW),
+            "displacement": OwnedRange(-8, 8, headroom=0.16),
+        }
+        self.phase = self._figure("code_phase", "Phase plot", "x", "v")
+        self.displacement = self._figure("code_displacement", "Displacement", "time", "displacement")
+        self._drawn: RunPair | None = None
+
+    @property
+    def figures(self) -> list[figure]:
+        """The phase plot at the left."""
+        return [self.phase, self.displacement]
+
+    def _figure(self, name: str, title: str, x: str, y: str) -> figure:
+        plot = make_figure(title, "", "", name=name, x_range=self.ranges[x].range, y_range=self.ranges[y].range)
+        items = []
+        for solver, look in _LINES.items():
+            columns = ("x", "v") if name == "code_phase" else ("t", "x")
+            source = (self.phases if name == "code_phase" else self.traces)[solver]
+            drawn = [add_glyph(plot, Line(x=columns[0], y=columns[1], **look), source)]
+            if name == "code_phase":
+                colour = BLUE if solver == "reference" else VERMILLION
+                marker = "circle" if solver == "reference" else "diamond"
+                fill = colour if solver == "reference" else None
+                dots = Scatter(x="x", y="v", marker=marker, size=8, line_color=colour, fill_color=fill)
+                drawn.append(add_glyph(plot, dots, self.sections[solver]))
+            items.append(LegendItem(label=solver, renderers=drawn))
+        plot.add_layout(legend(items))
+        return plot
+
+    def update(self, setting: Setting, runs: RunPair | None, title: str) -> None:
+        """Draw runs in the units of the setting; None: nothing is known yet."""
+        body = setting.system.observed_body
+        sub = _SUBSCRIPTS[body]
+        position = label_of(setting, f"displacement ξ{sub}", "displacement")
+        self.phase.xaxis[0].axis_label = self.displacement.yaxis[0].axis_label = position
+        self.phase.yaxis[0].axis_label = label_of(setting, f"velocity ξ{sub}′", "velocity")
+        self.displacement.xaxis[0].axis_label = time_label(setting)
+        self.phase.title.text = f"{title}: body {body}"
+        if runs is None:
+            return
+        columns = present(RunPair(setting, runs.reference, runs.penalty))
+        fresh = self._drawn is None or self._drawn.setting != runs.setting
+        self._drawn = runs
+        for solver in _LINES:
+            self._write(solver, body, columns)
+        self.ranges["time"].put(0, WINDOW * setting.period, fresh=fresh)
+        sources = [*self.phases.values(), *self.sections.values()]
+        for name in ("x", "v"):
+            self.ranges[name].follow([source.data[name] for source in sources], fresh=fresh)
+        self.ranges["displacement"].follow([source.data["x"] for source in self.traces.values()], fresh=fresh)
+
+    def _write(self, solver: str, body: int, columns: dict[str, Columns]) -> None:
+        for sources, source in ((self.phases, "phase"), (self.sections, "section")):
+            of = columns[f"{source}_{solver}"]
+            write(sources[solver], {"x": of[f"x{body}"], "v": of[f"v{body}"]})
+        of = columns["displacements"]
+        write(self.traces[solver], {"t": of["t"], "x": of[f"{solver}{body}"]})

@@ -1,0 +1,100 @@
+// The input of the code that is chosen, and the rules of thumb with small phase plots. Only textContent is ever set.
+
+const HOLDS = { yes: "✓ holds", no: "✗ fails", "": "– not known" };
+
+export function render({ model }) {
+  const root = element("section", "codes");
+  root.setAttribute("aria-label", "Rules of thumb");
+  const own = element("div", "own");
+  const table = element("table");
+  const head = element("tr");
+  for (const name of ["Rule of thumb", "gives", "the motion then", "off by", ""]) {
+    const cell = element("th", "", name);
+    cell.scope = "col";
+    head.append(cell);
+  }
+  const body = element("tbody");
+  const top = element("thead");
+  top.append(head);
+  table.append(element("caption", "", "Rules of thumb: what each gives here, and whether it holds"), top, body);
+  root.append(own, table);
+  const drawCode = () => drawOwn(own, model.code);
+  const drawRows = () => {
+    model.rows.forEach((row, place) => {
+      const text = JSON.stringify([row, model.reference]);
+      const before = body.children[place];
+      if (before?.dataset.text === text) return;
+      const made = rowOf(row, model.reference, model);
+      made.dataset.text = text;
+      const focus = before?.querySelector("button") === root.getRootNode().activeElement;
+      if (before) before.replaceWith(made);
+      else body.append(made);
+      if (focus) made.querySelector("button")?.focus();
+    });
+    while (body.children.length > model.rows.length) body.lastChild.remove();
+    table.hidden = !model.rows.length;
+  };
+  model.on("code", drawCode);
+  for (const name of ["rows", "reference"]) model.on(name, drawRows);
+  drawCode();
+  drawRows();
+  cueScroll(root);
+  return root;
+}
+
+function drawOwn(box, code) {
+  box.hidden = !code.name;
+  if (box.hidden) return;
+  const words = element("pre", "", code.lines.join("\n"));
+  words.tabIndex = 0;
+  words.setAttribute("aria-label", `What to set in ${code.name}`);
+  const sources = element("ul", "sources");
+  for (const source of code.sources) {
+    const item = element("li", "", `${source.figure}: `);
+    item.append(linked(source.text, source.url));
+    sources.append(item);
+  }
+  const details = element("details");
+  details.append(element("summary", "", "Sources"), sources);
+  box.replaceChildren(element("h2", "", `In the words of ${code.name}`), words,
+    element("h2", "", "What ours leaves out"), element("p", "", code.leaves_out), details);
+}
+
+function linked(text, url) {
+  if (!/^https?:\/\//.test(url ?? "")) return element("span", "", text);
+  const made = element("a", "", text);
+  Object.assign(made, { href: url, target: "_blank", rel: "noopener noreferrer" });
+  return made;
+}
+
+function rowOf(row, reference, model) {
+  const made = element("tr", row.own ? "marked" : "");
+  const name = element("th");
+  name.scope = "row";
+  const from = element("small", "source");
+  if (row.source) from.append(linked(row.source, row.url));
+  name.append(element("span", "", row.title), element("small", "", row.claim), from);
+  if (row.own) name.prepend(element("small", "mark", "of this code"));
+  const gives = element("td", "gives");
+  gives.append(...row.numbers.map((text) => element("span", "", text)));
+  if (row.settable) {
+    const set = button("Set", `Set what “${row.title}” gives`, () => model.send_msg({ set: row.key }));
+    gives.append(set);
+  }
+  const motion = element("td", "motion");
+  if (row.path) motion.append(picture(row, reference));
+  motion.append(element("span", "", row.motion));
+  const off = element("td", "off", row.total);
+  const holds = element("td", "holds");
+  const mark = element("strong", "", HOLDS[row.holds]);
+  mark.dataset.holds = row.holds;
+  holds.append(mark, element("small", "", row.why));
+  made.append(name, gives, motion, off, holds);
+  return made;
+}
+
+function picture(row, reference) {
+  const drawn = svgElement("svg", { viewBox: "0 0 96 64", role: "img", "aria-label": `Phase plot: ${row.motion}` });
+  drawn.append(svgElement("path", { d: reference, class: "reference" }), svgElement("path", { d: row.path, class: "penalty" }));
+  return drawn;
+}

@@ -1,0 +1,180 @@
+"""Your code: what a simulation code shows by default, whether its steps have solutions, and what its rules give."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+import numpy as np
+import panel as pn
+from vibroscope.app.codes.catalogue import Code, codes
+from vibroscope.app.codes.rules import rules
+from vibroscope.app.explorer.explanation import describe
+from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.link import LINEAR
+from vibroscope.app.explorer.method_words import name_of_method, words_of_method
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export.scripts import as_command
+from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.your_code.figure import YourCodeView
+from vibroscope.app.page.your_code.rules import RulesTable, brief_why, rows_of
+from vibroscope.app.studies.your_code import (
+    PartialCode,
+    code_lines,
+    code_texts,
+    grow_code,
+    question_of,
+    rule_texts,
+    small_orbit,
+)
+from vibroscope.engine import counted
+
+NONE = "none"  # no code is chosen: the page's own choice of integrator, status and law
+_NEWMARK = "Newmark (β = 0.25, γ = 0.5); contact status from the start of the step; contact law Kelvin–Voigt"
+
+
+class YourCode(StudyTab):
+    """One code at a time, over the reference; its rules of thumb, one after the other."""
+
+    key = "code"
+    title = "Your code"
+    grow = staticmethod(grow_code)
+    chosen = {"code": NONE}  # noqa: RUF012 - read only
+    axes = dict.fromkeys(("x", "v", "time", "displacement"), LINEAR)
+    legends = dict.fromkeys(("code_phase", "code_displacement"), ("reference", "penalty"))
+    pictures = (
+        Figure("code_phase", "Phase plot of your code", "Velocity over displacement, with the reference."),
+        Figure("code_displacement", "Displacement of your code", "Displacement over the last two periods."),
+        Figure("code_rules", "Rules of thumb", "What each rule of thumb gives, and what follows.", drawn=False),
+    )
+
+    def build(self) -> pn.viewable.Viewable:
+        """Two figures, the panel, the table of rules."""
+        self.view = YourCodeView()
+        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("codes",))
+        self.rules = RulesTable(self._set_rule)
+        self.rules.css_classes = ["cell", "wide"]
+        page.insert(2, self.rules)
+        return page
+
+    @classmethod
+    def spec(cls) -> dict:
+        """Which code."""
+        names = {NONE: "choose a code …", **{key: code.name for key, code in codes().items()}}
+        return {
+            "title": "Your code",
+            "switches": [{"name": "code", "label": "Code", "choices": names}],
+            "limits": [],
+            "hint": "Choosing a code sets its integrator, contact status and law, and of K, D and the step what its "
+            "rules of thumb give; Undo goes back. Everything can be changed under Solver.",
+        }
+
+    def _choose(self, chosen: dict) -> None:
+        """Take a code, and set what it does by default."""
+        before, code = self.panel.chosen["code"], codes().get(chosen["code"])
+        if code is None or chosen["code"] == before:
+            super()._choose(chosen)
+            return
+        self.panel.chosen = chosen
+        try:
+            texts = code_texts(code, self._move.setting)
+        except ValueError as error:
+            self.host.report_error(f"{code.name} could not be set: {error}")
+            self.refresh()
+        else:
+            self.host.set(texts)
+
+    def _set_rule(self, key: str) -> None:
+        """Set what a rule gives."""
+        if key in rules() and self._move is not None:
+            try:
+                self.host.set(rule_texts(rules()[key], self._move.setting))
+            except ValueError as error:
+                self.host.report_error(f"This rule gives no number here: {error}.")
+
+    def question(self, setting: Setting) -> Setting:
+        """All that is set but how it is drawn."""
+        return question_of(setting)
+
+    def draw(self, setting: Setting, result: PartialCode | None) -> None:
+        """Figures and table."""
+        shown = result if result is not None and result.question == question_of(setting) else None
+        self.view.update(setting, shown and shown.runs, name_of_method(setting.penalty))
+        self.rules.param.update(**self._content(setting, shown))
+
+    def _content(self, setting: Setting, result: PartialCode | None) -> dict:
+        code = codes().get(self.panel.chosen["code"])
+        own = {}
+        if code is not None:
+            own = {
+                "name": code.name,
+                "lines": list(code_lines(code, setting)),
+                "leaves_out": " ".join(filter(None, (code.missing, code.leaves_out))),
+                "sources": [vars(source) for source in code.sources],
+            }
+        reference = small_orbit(result.runs.reference.orbit, setting) if result else np.empty((2, 0))
+        judged = result.judged if result else ()
+        marked = () if code is None else code.rules
+        return {"code": own, **rows_of(judged, reference, marked, partial(_measure, setting))}
+
+    def describe(self, setting: Setting, result: PartialCode) -> list[list[str]]:
+        """What is set, what it shows, and whether its steps have solutions."""
+        lines = [["What is set", f"{words_of_method(setting.penalty) or _NEWMARK}."]]
+        code = codes().get(self.panel.chosen["code"])
+        if code is not None and (other := _other(setting, code)):
+            lines.append([f"Other than in {code.name}", f"{', '.join(other).capitalize()}."])
+        described = describe(result.runs)
+        lines += [["Penalty", described.penalty[0]], ["Reference", described.reference[0]]]
+        if result.judged:
+            found = result.judged[0].outcome
+            lines.append(["Do they agree?", brief_why(found)])
+        if result.solvable:
+            response = result.runs.penalty.response
+            counts = {"without a solution": response.steps_without_solution, "with two": response.steps_with_two}
+            said = " ".join(f"{counted(count, 'step')} {what} in this run." for what, count in counts.items() if count)
+            lines.append(["Do its steps have solutions?", f"{result.solvable} {said}".strip()])
+        return lines
+
+    def figures(self) -> list[Figure]:
+        """All; the table of rules once one is judged."""
+        judged = self.result is not None and bool(self.result.judged)
+        return [figure for figure in super().figures() if figure.name != "code_rules" or judged]
+
+    def table(self, name: str) -> list[Series]:
+        """The curves that are drawn, or a row for each rule."""
+        if name == "code_rules":
+            return [
+                Series(each.outcome.rule.key, {n: np.array([_cell(v)]) for n, v in each.outcome.as_dict().items()})
+                for each in self.result.judged
+            ]
+        sources = self.view.phases if name == "code_phase" else self.view.traces
+        return [Series(solver, dict(source.data)) for solver, source in sources.items()]
+
+    def command(self, setting: Setting) -> str:
+        """The commands of the setting."""
+        return as_command(setting)
+
+
+def _measure(setting: Setting, name: str, value: float) -> str:
+    """A number of a rule as the page shows it, with its symbol."""
+    if name == "steps":
+        return f"{'Δτ' if setting.scale is None else 'Δt'} = T/{value:.0f}"
+    return shown_field(name, setting).words(float(f"{value:.4g}"))
+
+
+def _cell(value: object) -> object:
+    return "" if value is None else ", ".join(value) if isinstance(value, list) else value
+
+
+def _other(setting: Setting, code: Code) -> list[str]:
+    """What of a code's known defaults is set otherwise, in the words of the controls."""
+    own, texts = setting.texts(), code.texts()
+    names = {"integrator": "integrator", "status": "contact status", "law": "contact law"}
+    names |= {"initial_acceleration": "first acceleration", "without_solution": "steps without a solution"}
+    numbers = [
+        f"{name} of the integrator"
+        for name in ("beta", "gamma", "alpha", "rho")
+        if name in code.numbers and not math.isclose(float(own[name]), float(texts[name]), rel_tol=1e-12, abs_tol=1e-15)
+    ]
+    return [word for name, word in names.items() if getattr(code, name) and own[name] != texts[name]] + numbers

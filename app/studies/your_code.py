@@ -1,0 +1,150 @@
+"""What a simulation code would show at a setting, and what its rules of thumb give, while it grows. No panel import.
+
+The runs of the setting come first, then whether its steps have solutions, then one rule of thumb after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from vibroscope.app.codes.catalogue import Code, input_numbers
+from vibroscope.app.codes.rules import AS_SET, Outcome, Problem, Rule, judge, rules
+from vibroscope.app.explorer.compute import RunPair, compute_runs, run_length
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.explanation import sentence
+from vibroscope.app.explorer.state import Setting, print_number, read_setting
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.engine import TimeStepping, simulate
+
+_POINTS = 240  # of a small picture
+_CACHE = Cache(24)  # runs of rules, which shall not take the place of those that the page draws
+_FIELDS = {"K": "stiffness", "D": "damping", "steps": "steps"}
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A rule of thumb, what follows, and the phase plot of the observed body: (2, n), empty where there is none."""
+
+    outcome: Outcome
+    orbit: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class PartialCode:
+    """What is known so far.
+
+    Attributes
+    ----------
+    question : Setting
+        With default `DRAWING_FIELDS`.
+    runs : RunPair
+        Of the setting.
+    solvable : str
+        Whether every step has a solution, in a sentence; empty until it is known, or where the status is not iterated.
+    judged : tuple of Judged
+        The setting itself, then the rules of thumb, as far as they are judged.
+    """
+
+    question: Setting
+    runs: RunPair
+    solvable: str = ""
+    judged: tuple[Judged, ...] = ()
+
+    @property
+    def share(self) -> float:
+        """Of all rules that are judged."""
+        return len(self.judged) / (1 + len(rules()))
+
+    def data(self) -> dict[str, object]:
+        """What is known, for a file."""
+        return {
+            "steps_have_solutions": self.solvable,
+            "rules": {each.outcome.rule.key: each.outcome.as_dict() for each in self.judged},
+        }
+
+
+def question_of(setting: Setting) -> Setting:
+    """What the results depend on."""
+    return setting.drawn_like(Setting())
+
+
+def grow_code(question: Setting, last: PartialCode | None, cancelled: Callable[[], bool]) -> Iterator[PartialCode]:
+    """Partial results, from ``last`` on; raises `Cancelled`."""
+    result = last or PartialCode(question, compute_runs(question, cancelled))
+    yield result
+    if not result.solvable:
+        result = replace(result, solvable=_solvable(question, cancelled))
+    for rule in (AS_SET, *rules().values())[len(result.judged) :]:
+        result = replace(result, judged=(*result.judged, _judge(rule, question, cancelled)))
+        yield result
+
+
+def rule_texts(rule: Rule, setting: Setting) -> dict[str, str]:
+    """The numbers that a rule gives, as texts for `read_setting`; raises ValueError where it gives none."""
+    method = rule.method(Problem(setting.system, setting.eta, setting.penalty))
+    return {name: print_number(getattr(method, _FIELDS[name])) for name in rule.gives}
+
+
+def code_texts(code: Code, setting: Setting) -> dict[str, str]:
+    """What choosing a code sets: integrator, status, law, and of K, D and the step what its rules give first."""
+    texts = {"located": "no", **code.texts()}
+    for name in _FIELDS:
+        rule = next((rules()[key] for key in code.rules if rules()[key].gives == (name,)), None)
+        if rule is not None:
+            texts |= rule_texts(rule, read_setting(texts, setting))
+    return texts
+
+
+def code_lines(code: Code, setting: Setting) -> tuple[str, ...]:
+    """The input of a code for what is set, in the units that are shown; without units, without dimension."""
+    method, scale = setting.penalty, setting.scale
+    k, c, dt = method.stiffness, 2.0 * method.damping, 2.0 * np.pi / (setting.eta * method.steps)
+    if scale is not None:
+        numbers = scale.settings(setting.eta, method)
+        k, c, dt = numbers["stiffness"], numbers["damping"], numbers["time_step"]
+    return code.lines(input_numbers(setting.system, setting.eta, method, k, c, dt), setting.integrator)
+
+
+def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:
+    """Whether the steps have solutions: by a run that stops at the first that has none."""
+    method = setting.penalty
+    if not isinstance(method, TimeStepping) or method.status != "end":
+        return "The contact status is taken from the start of the step, so that every step has a solution."
+    how = run_length(setting.system) | {"initial": setting.initial, "cancelled": cancelled}
+    run = simulate(setting.system, setting.eta, replace(method, without_solution="stop"), **how)
+    if not run.ok:
+        return sentence(run.message)
+    return f"Every step of {run.periods:,} periods has a solution."
+
+
+def _judge(rule: Rule, setting: Setting, cancelled: Callable[[], bool]) -> Judged:
+    asked = Problem(setting.system, setting.eta, setting.penalty)
+    empty = np.empty((2, 0))
+    try:
+        with_rule = read_setting(rule_texts(rule, setting), setting)
+    except Refused as error:  # more than this server computes
+        return Judged(Outcome(rule, rule.method(asked), "", np.nan, np.nan, None, str(error)), empty)
+    except ValueError as error:
+        return Judged(Outcome(rule, None, "", np.nan, np.nan, None, f"{error}."), empty)
+    runs = compute_runs(with_rule, cancelled, _CACHE)
+    outcome = judge(
+        rule,
+        asked,
+        reference=setting.reference,
+        responses=[run.response for run in (runs.reference, runs.penalty)],
+        initial=setting.initial,
+        cancelled=cancelled,
+        **run_length(setting.system),
+    )
+    return Judged(outcome, small_orbit(runs.penalty.orbit, setting))
+
+
+def small_orbit(orbit, setting: Setting) -> np.ndarray:
+    """Displacement and velocity of the observed body in few points: (2, n), empty without an orbit."""
+    if orbit is None:
+        return np.empty((2, 0))
+    row = setting.system.observed_body - 1
+    chosen = np.linspace(0, len(orbit.time) - 1, min(_POINTS, len(orbit.time))).astype(int)
+    return np.stack([orbit.displacement[row, chosen], orbit.velocity[row, chosen]])

@@ -1,0 +1,91 @@
+"""The table of codes: valid, cited, set as the engine has it, and printed."""
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+from vibroscope.app.codes.catalogue import INSTEAD, LAW_NAMES, Code, codes, input_numbers
+from vibroscope.app.codes.rules import rules
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import CONTACT_LAWS, HHT, INTEGRATORS, GeneralisedAlpha, NewmarkBeta, System, TimeStepping
+
+
+@pytest.mark.parametrize("key", codes())
+def test_every_code_is_cited_set_and_written_in_its_own_words(key):
+    code = codes()[key]
+    method = code.method(2500.0, 8.0, 2000)
+    assert (method.stiffness, method.damping, method.steps) == (2500.0, 8.0, 2000)
+    if code.integrator:
+        assert method.integrator == INTEGRATORS[code.integrator](**code.numbers)
+        assert code.integrator in code.integrators
+    if code.status:
+        assert method.status == code.status
+    assert code.leaves_out
+    assert code.sources
+    assert set(code.rules) <= set(rules())
+    lines = code.lines(input_numbers(System(), 1.08, method, 2500.0, 16.0, 0.003), method.integrator.name)
+    assert lines
+    assert not [line for line in lines if "{" in line or "}" in line]
+    assert "0.003" in " ".join(lines) or key == "simscape"  # its step is variable
+
+
+def test_what_no_source_says_is_the_default_and_a_law_that_is_missing_is_named():
+    empty = Code("key", "name")
+    assert empty.method(1.0, 2.0, 8) == TimeStepping(1.0, 2.0, 8)
+    assert empty.missing == ""
+    assert empty.lines({}, "newmark") == ("(no words for newmark in the table)",)
+    known = Code("key", "name", law=CONTACT_LAWS[1])
+    assert (known.law_here, known.missing) == (CONTACT_LAWS[1], "")
+    for law in set(LAW_NAMES) - set(CONTACT_LAWS):
+        missing = Code("key", "name", law=law)
+        assert missing.method(1.0, 2.0, 8).law == INSTEAD
+        assert law in missing.missing
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("integrator", "rk4"),
+        ("status", "middle"),
+        ("law", "rubber"),
+        ("without_solution", "pray"),
+        ("numbers", {"x": 1}),
+    ],
+)
+def test_a_fault_in_an_entry_is_refused(name, value):
+    with pytest.raises((ValueError, TypeError)):
+        Code(**({"key": "key", "name": "name", "integrator": "hht"} | {name: value}))
+
+
+def test_the_numbers_of_other_codes_follow_from_ours():
+    system, eta = System(), 2.76
+    method = TimeStepping(12000, 18, 2000, HHT(-0.1))
+    step = 2 * math.pi / (eta * 2000)
+    numbers = {name: float(text) for name, text in input_numbers(system, eta, method, 1, 2, 3 * step, 12).items()}
+    assert numbers["openseesalpha"] == 0.9
+    assert numbers["hhtdecay"] == 0.1
+    assert numbers["zeta"] == pytest.approx(18 / math.sqrt(12000 * system.mass_share), rel=1e-9)
+    assert numbers["percent"] == pytest.approx(100 * numbers["zeta"], rel=1e-9)
+    damped = 18 / system.mass_share  # ζω_c, half the damper over the reduced mass
+    assert numbers["timeconst"] == pytest.approx(3 / damped, rel=1e-9)
+    other = input_numbers(system, eta, replace(method, integrator=GeneralisedAlpha(0.5)), 1, 2, 3, 12)
+    assert float(other["alpham"]) == pytest.approx((2 - 0.5) / (1 + 0.5))  # Chung and Hulbert, weights of the end
+    assert float(other["alphaf"]) == pytest.approx(1 / (1 + 0.5))
+    assert "timeconst" not in input_numbers(
+        system, eta, replace(method, damping=0.0, integrator=NewmarkBeta()), 1, 0, 1
+    )
+
+
+def test_the_command_prints_the_table_and_entries(capsys):
+    assert main(["codes"]) == 0
+    printed = capsys.readouterr().out
+    assert all(f"\n{key} " in printed for key in codes())
+    assert main(["codes", "calculix"]) == 0
+    printed = capsys.readouterr().out
+    assert all(text in printed for text in ("*CONTACT DAMPING", "hht alpha=-0.05", codes()["calculix"].sources[0].url))
+    assert main(["codes", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [each["key"] for each in found] == list(codes())
+    assert main(["codes", "excel"]) == 2
+    assert "known: abaqus-standard" in capsys.readouterr().err

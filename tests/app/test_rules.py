@@ -1,0 +1,95 @@
+"""Rules of thumb: the numbers that they give, what is measured of them, and the command."""
+
+import json
+import math
+
+import pytest
+from vibroscope.app.codes.rules import Problem, Rule, judge, rules
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import Excitation, Newmark, System, TimeStepping, compare, simulate
+from vibroscope.engine.divergence.agreement import CLOSE
+
+PAPER = Problem(System(), 2.76, Newmark(12000.0, 18.0, 2000))
+SHORT = {"periods": 40, "keep": 8}
+SHARE, PERIOD = System().mass_share, 2 * math.pi / 2.76
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "value"),
+    [
+        ("ansys-mode", "steps", math.ceil(20)),  # η is the highest frequency here
+        ("ansys-contact", "steps", math.ceil(30 * PERIOD * math.sqrt(12000 / SHARE) / (2 * math.pi))),
+        ("radioss-step", "steps", math.ceil(PERIOD / math.sqrt(2 * 0.873 / (12000 + 5.07)))),
+        ("abaqus-ten", "stiffness", 10 * System().mass_ratio * 2.41**2),
+        ("mathworks-penetration", "stiffness", 100 * 2.76**2),
+        ("lsdyna-noise", "damping", 0.2 * math.sqrt(12000 * SHARE)),
+        ("lsdyna-soft", "stiffness", 0.1 * System().mass_ratio * (2000 / PERIOD) ** 2),
+        ("mujoco-constant", "stiffness", SHARE * (2000 / PERIOD / 2) ** 2),
+    ],
+)
+def test_a_rule_gives_the_numbers_of_its_formula_and_leaves_the_others(key, name, value):
+    found = rules()[key].method(PAPER)
+    assert getattr(found, name) == pytest.approx(value, rel=2e-3 if name == "steps" else 1e-12)
+    gives = {"K": "stiffness", "D": "damping", "steps": "steps"}
+    kept = [own for each, own in gives.items() if each not in rules()[key].gives]
+    assert all(getattr(found, own) == getattr(PAPER.method, own) for own in kept)
+
+
+def test_the_restitution_rule_and_the_time_constant_are_damped_as_they_say():
+    damping = rules()["restitution"].method(PAPER).damping
+    ratio = damping / math.sqrt(12000 * SHARE)
+    assert math.exp(-math.pi * ratio / math.sqrt(1 - ratio**2)) == pytest.approx(0.5)
+    critical = rules()["mujoco-constant"].method(PAPER)
+    assert critical.damping == pytest.approx(math.sqrt(critical.stiffness * SHARE))
+
+
+def test_what_follows_is_what_compare_finds():
+    rule = rules()["lsdyna-crash"]
+    found = judge(rule, PAPER, **SHORT)
+    own = compare(PAPER.system, PAPER.eta, rule.method(PAPER), **SHORT)
+    assert found.total == own.difference.total
+    assert found.part == own.difference.parts["regularisation"]
+    assert found.holds == (found.part <= CLOSE)
+    known = simulate(PAPER.system, PAPER.eta, rule.method(PAPER), **SHORT)
+    assert judge(rule, PAPER, responses=[known], **SHORT).as_dict() == found.as_dict()
+
+
+def test_a_run_that_ends_early_fails_and_says_why():
+    found = judge(rules()["ansys-mode"], PAPER, **SHORT)
+    assert found.holds is False
+    assert "blew up" in found.why
+    assert found.as_dict()["total"] is None
+    stops = TimeStepping(12000.0, 18.0, 2000, status="end")  # in period 5, at a step without a solution
+    rule = Rule("key", "title", "damping_ratio", 18.0 / math.sqrt(12000 * SHARE), "claim", "source")
+    found = judge(rule, Problem(System(), 2.76, stops), **SHORT)
+    assert (found.holds, found.without_solution) == (False, 1)
+    assert "has no solution" in found.why
+
+
+def test_what_cannot_be_compared_is_run_and_what_gives_no_number_is_said():
+    method = Newmark(12000.0, 18.0, 500, law="cut")
+    found = judge(rules()["lsdyna-noise"], Problem(System(), 2.76, method), **SHORT)
+    assert found.motion
+    assert "not solved in closed form" in found.why or found.total >= 0
+    still = System(excitation=Excitation(base=0.0))
+    found = judge(rules()["mathworks-penetration"], Problem(still, 2.76, PAPER.method))
+    assert found.method is None
+    assert "nothing drives the bodies" in found.why
+    with pytest.raises(ValueError, match="rule key"):
+        Rule("key", "title", "magic", 1.0, "claim", "source")
+
+
+def test_the_command_prints_what_each_rule_gives(capsys):
+    few = ["--periods", "20", "--K", "12000", "--D", "18", "--steps", "500", "lsdyna-noise", "ansys-mode"]
+    assert main(["rules", "--eta", "2.76", *few]) == 0
+    printed = capsys.readouterr().out
+    assert "Contact damping 20 % of critical" in printed
+    assert "[ansys-mode: Ansys MAPDL" in printed
+    assert main(["rules", "--eta", "2.76", "--code", "calculix", "--json", *few]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert "HHT(alpha=-0.05)" in found["method"]
+    assert [each["key"] for each in found["rules"]] == ["lsdyna-noise", "ansys-mode"]
+    assert main(["rules", "--eta", "2.76", "--code", "calculix", "--status", "end"]) == 2
+    assert "leave --status out" in capsys.readouterr().err
+    assert main(["rules", "--eta", "2.76", "thumb"]) == 2
+    assert "unknown rule 'thumb'" in capsys.readouterr().err

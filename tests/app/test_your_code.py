@@ -1,0 +1,126 @@
+"""The tab Your code: what a code sets, its input, the table of rules, and the study behind it."""
+
+import numpy as np
+import pytest
+from vibroscope.app.codes.catalogue import codes
+from vibroscope.app.codes.rules import AS_SET, Outcome, Rule, rules
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.page.tab import Move
+from vibroscope.app.page.your_code.rules import HEIGHT, WIDTH, brief_why, rows_of
+from vibroscope.app.page.your_code.tab import YourCode
+from vibroscope.app.studies import your_code
+from vibroscope.app.studies.your_code import (
+    Judged,
+    PartialCode,
+    code_lines,
+    code_texts,
+    grow_code,
+    question_of,
+    rule_texts,
+)
+from vibroscope.engine import TimeStepping
+
+from .fakes import QueueingHost, send
+
+COARSE = Setting(eta=2.76, K=12000.0, D=18.0, steps=200)
+STEADY = Setting(eta=1.08, steps=400)  # its motions repeat
+ITERATED = read_setting({"integrator": "hht", "status": "end", "without_solution": "keep"}, STEADY)
+FEW = ("abaqus-ten", "mathworks-penetration")
+
+
+@pytest.fixture
+def few_rules(monkeypatch):
+    monkeypatch.setattr(your_code, "rules", lambda: {key: rules()[key] for key in FEW})
+
+
+@pytest.mark.parametrize("key", codes())
+def test_choosing_a_code_sets_what_it_does_and_what_its_rules_give(key):
+    code = codes()[key]
+    setting = read_setting(code_texts(code, COARSE), COARSE)
+    penalty, own = setting.penalty, code.method(setting.K, setting.D, setting.steps)
+    assert penalty == own or not isinstance(penalty, TimeStepping)  # Code_Aster's is Newmark's with the paper's status
+    given = {name for rule in code.rules for name in rules()[rule].gives}
+    kept = {name for name in ("K", "D", "steps") if getattr(setting, name) == getattr(COARSE, name)}
+    assert {"K", "D", "steps"} - kept <= given
+    assert read_setting(code_texts(code, setting), setting).penalty == penalty or "steps" in given
+
+
+def test_the_input_is_in_the_units_that_are_shown():
+    code = codes()["calculix"]
+    assert "2500" in code_lines(code, ITERATED)
+    shown = code_lines(code, ITERATED._replace(units="si", omega1=10.0, m1=2.0))
+    assert f"{2500 * 2 * 100:g}" in [f"{float(line):g}" for line in shown if line.replace(".", "").isdigit()]
+
+
+def test_partial_results_come_one_rule_after_the_other_and_go_on(few_rules):
+    question = question_of(ITERATED._replace(units="si"))
+    assert question == question_of(ITERATED)
+    found = list(grow_code(question, None, lambda: False))
+    assert [len(each.judged) for each in found] == [0, 1, 2, 3]
+    assert found[-1].judged[0].outcome.rule is AS_SET
+    assert found[-1].judged[0].outcome.total > 0
+    assert "has no solution" in found[-1].solvable
+    again = list(grow_code(question, found[1], lambda: False))
+    assert [len(each.judged) for each in again] == [1, 2, 3]
+    assert again[0] is found[1]
+    assert found[-1].data()["rules"].keys() == {"as-set", *FEW}
+
+
+def test_a_rule_that_gives_none_or_too_many_steps_is_a_sentence(few_rules, monkeypatch):
+    still = COARSE._replace(base=0.0, start_xi2=1.0)
+    judged = list(grow_code(question_of(still), None, lambda: False))[-1].judged
+    assert "nothing drives the bodies" in judged[-1].outcome.why
+    rule = Rule("key", "title", "steps_per_contact", 1e6, "claim", "source")
+    found = your_code._judge(rule, COARSE, lambda: False)
+    assert found.outcome.holds is None
+    assert found.orbit.shape == (2, 0)
+
+
+def judged(holds=True, motion="repeats every period", why="K and D cause 1 % of difference.", without=0):
+    method = rules()["abaqus-ten"].method(your_code.Problem(COARSE.system, COARSE.eta, COARSE.penalty))
+    outcome = Outcome(rules()["abaqus-ten"], method, motion, 0.01, 0.01, holds, why, without)
+    return Judged(outcome, np.array([[0.0, 1.0, 9.0], [0.0, 2.0, 0.0]]))
+
+
+def test_the_rows_of_the_table_hold_numbers_words_and_pictures():
+    set_now = Judged(Outcome(AS_SET, COARSE.penalty, "", 0.1, 0.1, None, "why."), np.empty((2, 0)))
+    reference = np.array([[0.0, 1.0], [0.0, 2.0]])
+    found = rows_of(
+        [judged(without=1), set_now], reference, ["abaqus-ten"], lambda name, value: f"{name} = {value:.3g}"
+    )
+    first, second = found["rows"]
+    assert (first["key"], first["settable"], first["path"]) == ("as-set", False, "")
+    assert (second["own"], second["holds"], second["total"]) == (True, "yes", "1 %")
+    assert second["numbers"] == ["K = 50.7"]
+    assert second["why"] == "K and D cause 1 % of difference. 1 step without a solution."
+    numbers = [float(x) for x in second["path"].replace("M", "").replace("L", " ").split()]
+    assert all(
+        -0.2 * WIDTH <= x <= 1.2 * WIDTH for x in numbers[::2]
+    )  # cut off where it leaves the reference far behind
+    assert all(-0.2 * HEIGHT <= y <= 1.2 * HEIGHT for y in numbers[1::2])
+    ended = judged(False, "ended early", "step 4 (period 1) has no solution: with contact it ends open.").outcome
+    assert brief_why(ended) == "step 4 (period 1) has no solution."
+
+
+def test_the_tab_sets_a_code_and_a_rule_and_says_what_is_other(few_rules):
+    host = QueueingHost()
+    tab = YourCode(host)
+    tab.build()
+    tab.show(Move(1, ITERATED))
+    tab.panel.receive({"choose": {"code": "opensees"}})
+    assert host.settings[-1]["integrator"] == "newmark"
+    assert tab.choice() == {"code": "opensees"}
+    send(tab.rules, {"set": "abaqus-ten"})
+    assert host.settings[-1] == rule_texts(rules()["abaqus-ten"], ITERATED)
+    count = len(host.settings)
+    for message in ({"set": "rumour"}, {"set": 3}, "set"):
+        send(tab.rules, message)
+    assert len(host.settings) == count
+    tab.hide()
+    result = PartialCode(question_of(ITERATED), compute_runs(ITERATED), "Every step of 5 periods has a solution.")
+    said = dict(tab.describe(ITERATED, result))
+    assert "Integrator" in said["Other than in OpenSees"]
+    assert "HHT-α" in said["What is set"]
+    assert said["Do its steps have solutions?"].startswith("Every step of 5 periods has a solution.")
+    tab.close()

@@ -1,0 +1,56 @@
+"""Tab Your code in a browser: choosing a code sets it, rules come one after the other, and one of them can be set."""
+
+from .axe import AXE, serious
+from .explorer import wait_until
+
+SETTING = "?tab=code&eta=1.08&K=2500&D=8&steps=2000"
+
+
+def rows(explorer):
+    return explorer.page.locator("section.codes tbody tr")
+
+
+def complete(explorer):
+    panel = explorer.page.locator("section.study").locator("visible=true")
+    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, 120, "all rules")
+    explorer.settle()
+    return explorer
+
+
+def choose(explorer, code):
+    explorer.page.locator("select").filter(has_text="CalculiX").select_option(code)
+    explorer.wait_for_address(choice=f"code:{code}")
+
+
+def test_choosing_a_code_sets_it_and_undo_goes_back(visit):
+    explorer = visit(SETTING)
+    choose(explorer, "mujoco")
+    explorer.wait_for_address(integrator="semi-implicit-euler", law="cut", tab="code")
+    words = explorer.page.locator("section.codes pre")
+    wait_until(lambda: "solref" in words.text_content(), what="the words of the code")
+    explorer.page.get_by_role("button", name="Undo").click()
+    explorer.wait_for_address(K="2500", D="8")
+    wait_until(lambda: "law" not in explorer.address(), what="the former law")
+
+
+def test_the_rules_come_with_pictures_and_one_can_be_set(visit):
+    explorer = complete(visit(f"{SETTING}&choice=code:ls-dyna-explicit"))
+    assert rows(explorer).count() == 17
+    marked = explorer.page.locator("section.codes tr.marked")
+    assert marked.count() == 3  # those of the code come first
+    assert rows(explorer).nth(1).get_attribute("class") == "marked"
+    assert explorer.page.locator("section.codes svg path.penalty").count() > 8
+    explorer.page.evaluate(AXE)
+    assert serious(explorer.page) == []
+    row = rows(explorer).filter(has_text="50 times the elastic constant")
+    row.get_by_role("button").click()
+    wait_until(lambda: explorer.address()["K"].startswith("253.3"), what="50 times the stiffer spring")
+
+
+def test_it_fits_a_phone_and_the_code_is_chosen_first(visit):
+    explorer = complete(visit(f"{SETTING}&choice=code:calculix", 390, 844))
+    assert explorer.page.evaluate("document.documentElement.scrollWidth") <= 390
+    panel = explorer.page.locator("section.study").locator("visible=true").bounding_box()
+    assert panel["y"] < rows(explorer).first.bounding_box()["y"]
+    figure = explorer.page.locator("section.codes svg").first.bounding_box()
+    assert 0 <= figure["x"] < figure["x"] + figure["width"] <= 390
