@@ -23,6 +23,8 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words
 
+from tests.share import share
+
 TRANSIENT, SAMPLE = 104, 16
 RUN = {"periods": TRANSIENT + SAMPLE, "keep": SAMPLE}
 METHODS = {
@@ -104,7 +106,7 @@ SHOWN = ("period", "near_period", "exact_period", "exact_near_period")
 @pytest.mark.parametrize("name", ["reference", "Newmark"])
 def test_judged_cells_never_contradict_the_judgement_of_single_motions(name):
     """With less evidence a kind may stay undecided; one that is decided is that of `motion`, in its words."""
-    count = 24
+    count = share(48)
     cells = random_cells(METHODS[name], count, seed=6)
     kinds = judge_runs(cells, transient=1000, sample=48)
     decided, scattered = 0, 0

@@ -8,8 +8,10 @@ from vibroscope.engine.drivers.section import TOLERANCE, near_period_of, period_
 from vibroscope.engine.motions.regularity import irregularity, rotation_number
 from vibroscope.engine.motions.section import band_width
 
+from tests.share import share
 
-@settings(max_examples=60, derandomize=True, deadline=None)
+
+@settings(max_examples=share(60))
 @given(st.integers(1, 9), st.integers(2, 6), st.integers(0, 2**32 - 1))
 def test_the_period_of_a_section_is_the_shortest_possible(period, cycles, seed):
     cycle = np.random.default_rng(seed).normal(size=(period, 4))

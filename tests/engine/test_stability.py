@@ -13,10 +13,12 @@ from vibroscope.engine.hardcases.cases import Case, hard_cases
 from vibroscope.engine.hardcases.condition import EPSILON, SimulationSetup, attainable_error, sensitivity
 from vibroscope.engine.hardcases.judgement import outcome
 
+from tests.share import every
+
 CASES = {case.name: case for case in hard_cases()}
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", every(CASES))
 def test_a_hard_case_ends_as_expected(name):
     found = outcome(CASES[name])
     assert found.passed, found.failures
