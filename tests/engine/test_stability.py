@@ -72,7 +72,7 @@ def test_a_grazing_impact_has_no_attainable_error():
     assert attainable_error(CASES["grazing: grazing|a|-1e-14"].setup) is None
 
 
-@pytest.mark.parametrize("method", [Reference(), Reference(threshold=0.0), ExactPenalty(12000, 18)])
+@pytest.mark.parametrize("method", every([Reference(), Reference(threshold=0.0), ExactPenalty(12000, 18)]))
 def test_memory_does_not_grow_with_the_periods(method):
     def peak(periods):
         gc.collect()

@@ -136,7 +136,7 @@ def test_a_run_goes_on_where_a_step_has_no_solution(choice):
     assert np.array_equal(run.section[: len(stopped.section)], stopped.section)
 
 
-@pytest.mark.parametrize("integrator", [NewmarkBeta(), HHT(), TRBDF2()], ids=repr)
+@pytest.mark.parametrize("integrator", every([TRBDF2(), NewmarkBeta(), HHT()]), ids=repr)
 def test_halved_steps_are_those_of_the_twin(integrator):
     system = System(d1=0.3, d2=0.4, clearance=0.1)
     method = TimeStepping(2000.0, 30.0, 60, integrator, "end", "halve")
