@@ -121,9 +121,11 @@ def test_judged_cells_never_contradict_the_judgement_of_single_motions(name):
     assert scattered >= 0.2 * count or name == "reference"
 
 
-def test_a_linear_motion_after_a_short_transient_is_no_artefact_of_the_step():
-    """Nothing touches; the free vibration has not died away when the sample begins."""
-    cells = Cells(System(clearance=1000.0), [1.3], Newmark(100, 5, 200))
+@pytest.mark.parametrize("method", [Newmark(100, 5, 200), ExactPenalty(100, 5)], ids=["Newmark", "exact"])
+@pytest.mark.parametrize(("d1", "eta"), [(0.0033, 1.3), (0.0033, 0.7), (0.001, 1.3), (0.0003, 0.7)])
+def test_a_linear_motion_after_a_short_transient_has_the_period_of_its_excitation(d1, eta, method):
+    """Nothing touches; the free vibration has not died away when the sample begins, and returns after its own time."""
+    cells = Cells(System(clearance=1000.0, d1=d1), [eta], method)
     assert run_cells(cells, transient=30, sample=50).period == 0
     kinds = judge_runs(cells, transient=30, sample=50)
     assert (kinds["kind"][0], kinds["kind_period"][0]) == (CellKind.PERIODIC, 1)
