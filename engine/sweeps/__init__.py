@@ -20,7 +20,7 @@ from ..methods import ExactPenalty, Method, Newmark
 from ..model import System
 from .axis import ascending_values, start_of
 from .batches import COARSEST, nearest_known
-from .cache import cached_dataset, grow_cached
+from .cache import cached_dataset, grow_cached, grow_picture
 from .codes import MISSING
 from .digest import engine_digest
 from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
@@ -55,6 +55,7 @@ __all__ = [
     "engine_digest",
     "grow",
     "grow_cached",
+    "grow_picture",
     "judge_cells",
     "judge_runs",
     "kind_words",
