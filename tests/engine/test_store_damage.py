@@ -125,13 +125,13 @@ def test_a_chunk_in_the_place_of_another_is_found_and_computed_anew(whole, store
     """Every chunk in every other one's place: of another array, and of other cells."""
     good, found = files(whole), 0
     pairs = list(itertools.permutations([name for _, name in chunks_of(whole)], 2))
-    for into, source in random.Random(2).sample(pairs, 24):
+    for into, source in random.Random(2).sample(pairs, share(24)):
         (store / into).write_bytes(good[source])
         if good[into] != good[source]:
             assert check_store(store)[0] == [into]
             found += 1
         (store / into).write_bytes(good[into])
-    assert found > 10
+    assert found > share(10)
     for into, source in random.Random(3).sample(pairs, 3):
         (store / into).write_bytes(good[source])
         xarray.testing.assert_equal(swept(store).load(), xarray.open_zarr(whole).load())

@@ -25,7 +25,7 @@ TAKEN = ("json", "report", "python", "command", "toml")
 ASKED = {
     "suggestion": ("SuggestPanel", {"suggest": mapped({"tolerance": "20"})}, {"cancel": True}),
     "coexisting": ("CoexistingPanel", {"find": True}, {"close": True}),
-    "fit": ("MeasurementPanel", {"fit": mapped({"0": "restitution"})}, {"remove": True}),
+    "fit": ("MeasurementPanel", {"fit": "restitution"}, {"remove": True}),
 }
 LONGEST = 4000  # characters of a text in a message
 MEASURED = "2.76"  # η of the measurement
