@@ -106,7 +106,7 @@ SHOWN = ("period", "near_period", "exact_period", "exact_near_period")
 @pytest.mark.parametrize("name", ["reference", "Newmark"])
 def test_judged_cells_never_contradict_the_judgement_of_single_motions(name):
     """With less evidence a kind may stay undecided; one that is decided is that of `motion`, in its words."""
-    count = share(48)
+    count = max(12, share(24))
     cells = random_cells(METHODS[name], count, seed=6)
     kinds = judge_runs(cells, transient=1000, sample=48)
     decided, scattered = 0, 0
