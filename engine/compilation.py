@@ -3,7 +3,7 @@
 A kernel is compiled when it is first called, once for each processor and each version of the sources; the machine code
 is kept in the cache folder. All of them together take two or three minutes, most of it in two or three kernels, into
 which everything is inlined that they call. So progress is counted in compiled functions, not in kernels. The loops over
-a motion are compiled a second time for a wall.
+a motion are compiled a second time for a wall, which takes a twentieth of the time and is not counted again.
 """
 
 from collections.abc import Callable
@@ -55,12 +55,12 @@ def is_compiled() -> bool:
 
 def compile_kernels(progress: Callable[[CompileProgress], None] | None = None) -> None:
     """Compile every kernel, or load it from the cache; ``progress`` is called whenever a function is ready."""
-    functions, ready, system, solver = compilable_functions(), set(), _SYSTEMS[0], ""
+    functions, ready, solver = compilable_functions(), set(), ""
 
     def count(function: str | None) -> None:
-        ready.update((each, system) for each in functions & {function})
+        ready.update(functions & {function})
         if progress is not None:
-            progress(CompileProgress(len(ready) / (len(_SYSTEMS) * len(functions)), solver))
+            progress(CompileProgress(len(ready) / len(functions), solver))
 
     with CompileListener(count):
         for system in _SYSTEMS:

@@ -7,11 +7,7 @@ import subprocess
 import hypothesis
 import pytest
 
-# The same examples in every run, so that what passed passes again; VIBROSCOPE_FUZZ=1 looks for new ones.
-# No example has a deadline: a busy machine is no fault of the code.
-hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
-if not os.environ.get("VIBROSCOPE_FUZZ"):
-    hypothesis.settings.load_profile("repeatable")
+from tests import share
 
 
 def pytest_addoption(parser):
@@ -20,13 +16,33 @@ def pytest_addoption(parser):
         action="store_true",
         help="write what the page shows now as what it should show (look at the difference before you commit it)",
     )
-    parser.addoption("--in-process", action="store_true", help="skip each test that starts a process")
+    parser.addoption(
+        "--in-process",
+        action="store_true",
+        help="skip each test that starts a process, and try a quarter of many like examples",
+    )
+
+
+def pytest_configure(config):
+    """Settle how many examples are tried, before tests are imported.
+
+    They are the same in every run, so that what passed passes again; VIBROSCOPE_FUZZ=1 looks for new ones. No example
+    has a deadline: a busy machine is no fault of the code.
+    """
+    share.divisor = share.QUARTER if config.getoption("--in-process") else 1
+    fixed = not os.environ.get("VIBROSCOPE_FUZZ")
+    hypothesis.settings.register_profile("vibroscope", derandomize=fixed, deadline=None, max_examples=share.share(100))
+    hypothesis.settings.load_profile("vibroscope")
 
 
 def pytest_collection_finish():
-    """Leave what is imported and collected out of collections of garbage, which visit millions of objects otherwise."""
+    """Leave what is imported and collected out of collections of garbage, which visit millions of objects otherwise.
+
+    What tests leave is a part of that, so that few collections do.
+    """
     gc.collect()
     gc.freeze()
+    gc.set_threshold(50_000, 20, 20)
 
 
 @pytest.fixture(scope="session", autouse=True)

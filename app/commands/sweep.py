@@ -114,6 +114,7 @@ def _add_step(studies) -> None:
     add("--K", required=True, type=float, metavar="F", help="contact stiffness")
     add("--D", required=True, type=float, metavar="F", help="contact damping")
     add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
+    add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each run starts, in place of rest")
 
 
 def _add_check(studies) -> None:
@@ -206,6 +207,7 @@ def _plane(options: argparse.Namespace, **how):
 
 
 def _step(options: argparse.Namespace, **how):
+    how["initial"] = options.initial
     return sweep_step(system_of(options), eta_of(options), options.K, options.D, options.steps, **how)
 
 

@@ -265,6 +265,11 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
         return self.zero_start == "rest" and not any(_start_numbers(self))
 
     @property
+    def own_start(self) -> tuple[float, float, float, float] | None:
+        """``initial`` where it is not rest, as a study takes it; None from rest."""
+        return None if self.from_rest else self.initial
+
+    @property
     def initial(self) -> tuple[float, float, float, float]:
         """Where both runs start: ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
         return self.system.rest if self.from_rest else _start_numbers(self)

@@ -83,7 +83,7 @@ def as_command(setting: Setting, measured: str = "") -> str:
     """
     file, options = _system_file(setting.system, units_table(setting) if setting.scale or measured else [])
     options += f" --units {setting.scale.system}" if setting.scale else ""
-    options += initial_option(None if setting.from_rest else setting.initial)
+    options += initial_option(setting.own_start)
     periods = f" --periods {FREE_PERIODS}" if not setting.is_driven else ""
     eta = print_number(setting.eta)
     reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
@@ -116,10 +116,11 @@ def sweep_python(calls: Mapping[str, str], system: System, *names: str) -> str:
 def speed_python(asked: SpeedQuestion) -> str:
     """A script that measures cost and error as the page does."""
     numbers = ", ".join(repr(number) for number in (asked.eta, asked.K, asked.D, asked.steps))
+    start = "" if asked.initial is None else f", {asked.initial}"
     return f"""from vibroscope.app.studies.speed import SpeedQuestion, grow_speed
 from vibroscope.engine import Reference, System
 
-question = SpeedQuestion({_system(asked.system)}, {numbers}, {asked.reference!r})
+question = SpeedQuestion({_system(asked.system)}, {numbers}, {asked.reference!r}{start})
 *_, found = grow_speed(question, None, lambda: False)
 for solver in found.turns:
     print(*solver, found.cost(solver), "µs per period, error", found.errors.get(solver))

@@ -24,6 +24,7 @@ from vibroscope.engine.sweeps import (
     RunOptions,
     empty_values,
     grow,
+    grow_picture,
     judge_cells,
     kind_words,
     known_kinds,
@@ -220,8 +221,8 @@ def grow_diagram(
         for partial in grow(coarse, options, picture=True, known=preview):
             preview = partial.values()
             yield PartialDiagram(question, values, preview, judged)
-    for partial in grow(study, options, picture=True, known=values):
-        result = PartialDiagram(question, partial.values(), preview, judged)
+    for found in grow_picture(study, options, values):
+        result = PartialDiagram(question, found, preview, judged)
         yield result
     yield from _judged(study, result, options)
 

@@ -23,7 +23,7 @@ from vibroscope.engine.sweeps import (
     CellKind,
     PlaneStudy,
     RunOptions,
-    grow,
+    grow_picture,
     judge_runs,
     nearest_known,
     unknown_kinds,
@@ -202,8 +202,8 @@ def grow_plane(
     if last is None and question.judged:
         last = RESULTS.get(question._replace(judged=False))
     judged = last and last.judged
-    for partial in grow(question.study(), options, picture=True, known=last and last.values):
-        result = PartialPlane(question, partial.values(), judged)
+    for values in grow_picture(question.study(), options, last and last.values):
+        result = PartialPlane(question, values, judged)
         yield result
     if question.judged:
         yield from _judge(result, options)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import Cells, Newmark, System
+from vibroscope.engine import Newmark, System
 from vibroscope.engine.sweeps import (
     MISSING,
     SCHEMES,
@@ -36,11 +36,12 @@ class StepQuestion(NamedTuple):
     eta: float
     K: float
     D: float
+    initial: tuple[float, float, float, float] | None = None  # rest
 
     def study(self) -> StepStudy:
         """The study that answers it."""
         method = Newmark(self.K, self.D, STEPS[0])
-        return StepStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, steps=STEPS)
+        return StepStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, steps=STEPS, initial=self.initial)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,9 +128,8 @@ def _judge(result: PartialStep, scheme: str, options: RunOptions) -> dict[int, t
     chosen = np.flatnonzero((status == 0) & (period != 1) & ((scheme == "fixed") | (result.steps <= MOST_LOCATED)))
     if not len(chosen):
         return {}
-    system, eta, K, D = result.question
-    method = Newmark(K, D, STEPS[0], located=scheme == "located")
-    cells = Cells(system, np.full(len(chosen), eta), method, steps=result.steps[chosen])
+    method = replace(result.study.method, located=scheme == "located")
+    cells = replace(result.study, method=method).cells_at({"steps": result.steps[chosen]})
     how = {"transient": TRANSIENT, "sample": SAMPLE, "threads": options.threads, "cancelled": options.cancelled}
     kinds = judge_runs(cells, **how)
     pairs = zip(map(CellKind, kinds["kind"].tolist()), kinds["kind_period"].tolist(), strict=True)

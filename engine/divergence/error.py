@@ -5,7 +5,7 @@ root mean square of the reference: ``total`` of :func:`.compare.compare`. All pe
 a section scatter, and a single period may be close to the reference by chance.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -66,9 +66,10 @@ class Target:
         eta: float,
         reference: Reference | None = None,
         *,
+        initial: Sequence[float] | None = None,
         cancelled: Callable[[], bool] | None = None,
     ) -> "Target":
-        """Find the motion that the reference (by default the paper's) settles to from rest.
+        """Find the motion that the reference (by default the paper's) settles to from rest, or from ``initial``.
 
         Raises
         ------
@@ -77,7 +78,7 @@ class Target:
         Cancelled
             If ``cancelled`` returned true.
         """
-        found = steady(system, eta, reference or Reference(), cancelled=cancelled)
+        found = steady(system, eta, reference or Reference(), initial=initial, cancelled=cancelled)
         return cls(found.response, found.period or None)
 
     @property

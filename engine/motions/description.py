@@ -206,7 +206,7 @@ def _reason(period: int, rows: int) -> str:
     """What the section shows, in words."""
     if period:
         return f"the section repeats itself after {period} of {rows} kept periods"
-    return f"the section does not repeat itself within {rows // 2} periods; that alone does not tell what it is"
+    return f"the section does not repeat itself within {rows // 2} periods; that alone does not show what it is"
 
 
 def _smallest_approach(response: Response, lasting: np.ndarray, begin: float) -> float:

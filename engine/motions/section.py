@@ -1,6 +1,26 @@
-"""How wide the band of a Poincaré section is about the points of a cycle."""
+"""The period that a Poincaré section settles to, and how wide its band is about the points of a cycle."""
 
 import numpy as np
+
+from ..drivers.section import period_of
+
+DYING = 0.9  # of two halves of a section: a difference between its points that falls by more is the rest of a transient
+
+
+def settled_period(section: np.ndarray) -> int:
+    """Smallest period that a section, (n, 4), has or tends to; 0 if it does not repeat itself.
+
+    What is left of a transient returns most nearly after the periods that its own frequency chooses, so that the
+    section seems to repeat itself after as many. But the difference between its points fades from the first half to the
+    second, where that of a cycle stays.
+    """
+    period = period_of(section)
+    for shorter in (p for p in range(1, period) if period % p == 0):
+        difference = np.abs(section[shorter:] - section[:-shorter]).max(axis=1)
+        half = len(difference) // 2
+        if difference[half:].max() < DYING * difference[:half].max():
+            return shorter
+    return period
 
 
 def band_width(section: np.ndarray, period: int = 1) -> float:

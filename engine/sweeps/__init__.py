@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arguments import shown
 from ..methods import ExactPenalty, Method, Newmark
 from ..model import System
-from .axis import ascending_values
+from .axis import ascending_values, start_of
 from .batches import COARSEST, nearest_known
-from .cache import cached_dataset, grow_cached
+from .cache import cached_dataset, grow_cached, grow_picture
 from .codes import MISSING
 from .digest import engine_digest
 from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
@@ -56,6 +55,7 @@ __all__ = [
     "engine_digest",
     "grow",
     "grow_cached",
+    "grow_picture",
     "judge_cells",
     "judge_runs",
     "kind_words",
@@ -120,13 +120,7 @@ def sweep_eta(
     if initial is not None:
         if direction != "rest" or refine:
             raise ValueError("an initial state is for each value its own start: give direction='rest' and no refine")
-        try:
-            start = np.asarray(initial, float)
-        except (TypeError, ValueError, OverflowError):
-            raise ValueError(f"initial = {shown(initial)} are no numbers: give the four of the state") from None
-        if start.shape != (4,):
-            raise ValueError(f"initial has {start.size} numbers: give the four of the state, ξ₁, ξ₁′, ξ₂, ξ₂′")
-        more["initial"] = np.tile(start, (len(values), 1))
+        more["initial"] = np.tile(start_of(initial), (len(values), 1))
     study = EtaStudy(system, method, eta, transient, sample, **more, refine=refine, lyapunov=lyapunov)
     return _run(study, **how)
 
@@ -187,6 +181,7 @@ def sweep_step(
     *,
     transient: int = 2000,
     sample: int = 50,
+    initial: Sequence[float] | None = None,
     **how,
 ) -> "xarray.Dataset":
     """Newmark's motion over the number of steps at one η, K and D (paper, Figure 14), the located step beside it.
@@ -199,6 +194,8 @@ def sweep_step(
         Steps per period, ascending.
     transient, sample : int
         Periods before the section is taken, and points of it.
+    initial : (4,) sequence, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ of every run at τ = 0, the reference's included, in place of rest.
     **how
         Where to keep the result and how to run it: see :mod:`engine.sweeps`.
 
@@ -209,7 +206,8 @@ def sweep_step(
         :mod:`.sweeps.step_study` for the variables.
     """
     steps = ascending_values("steps", steps)
-    return _run(StepStudy(system, Newmark(K, D, int(steps[0])), eta, transient, sample, steps=steps), **how)
+    method = Newmark(K, D, int(steps[0]))
+    return _run(StepStudy(system, method, eta, transient, sample, steps=steps, initial=initial), **how)
 
 
 def _run(study: Study, *, keep: bool = False, **how) -> "xarray.Dataset":

@@ -1,9 +1,10 @@
-"""The values along an axis of a study: checked, or evenly spaced."""
+"""The values along an axis of a study, checked or evenly spaced, and the start of its runs."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
+from ..arguments import shown
 from ..model import require, whole
 
 LARGEST_END = 1e300  # of a range
@@ -29,6 +30,25 @@ def ascending_values(name: str, values: Sequence[float]) -> np.ndarray:
     if name == "steps" and (array != np.round(array)).any():
         raise ValueError(f"steps = {array[array != np.round(array)][0]:g} is not a whole number: give steps per period")
     return array
+
+
+def start_of(initial: Sequence[float] | None) -> tuple[float, ...] | None:
+    """ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, or None for rest.
+
+    Raises
+    ------
+    ValueError
+        If they are not four numbers.
+    """
+    if initial is None:
+        return None
+    try:
+        start = np.asarray(initial, float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"initial = {shown(initial)} are no numbers: give the four of the state") from None
+    if start.shape != (4,):
+        raise ValueError(f"initial has {start.size} numbers: give the four of the state, ξ₁, ξ₁′, ξ₂, ξ₂′")
+    return tuple(start.tolist())
 
 
 def spaced(name: str, low: float, high: float, count: float, *, logarithmic: bool = False) -> np.ndarray:

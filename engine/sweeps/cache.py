@@ -8,7 +8,7 @@ computes it, and the others wait for it.
 import contextlib
 import os
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from ..drivers.code_cache import cache_root
-from .growth import RunOptions, grow, run
+from ..result import Cancelled
+from .codes import MISSING
+from .growth import RunOptions, grow, run, store_values
 from .place import Place
 from .study import Study
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     import xarray
 
 BYTES_KEPT = 500_000_000
+DEAR = 1.0  # s that a picture takes to compute, from which on it is worth its writing, which takes some tenths
 Read = TypeVar("Read")
 
 
@@ -52,10 +55,48 @@ def grow_cached(study: Study, options: RunOptions) -> Iterator[dict[str, np.ndar
     return _read_through(study, options, lambda how: (partial.values() for partial in grow(study, how)))
 
 
+def grow_picture(
+    study: Study, options: RunOptions, known: Mapping[str, np.ndarray] | None = None
+) -> Iterator[dict[str, np.ndarray]]:
+    """The values of each partial result of a picture, which grows in memory, coarse cells first (see `grow`).
+
+    A complete one that took longer than `DEAR` is kept in the cache, and read from there where another process asks.
+    """
+    study.check()
+    if known is None or (known["status"] == MISSING).any():
+        kept = _kept_values(study)
+        if kept is not None:
+            yield kept
+            return
+    for partial in grow(study, options, picture=True, known=known):
+        yield partial.values()
+    if partial.progress.seconds < DEAR:
+        return
+    with contextlib.suppress(OSError, ValueError, KeyError):  # as in `_read_through`
+        folder = _folder(study)
+        store_values(study, partial.values(), replace(options, out=folder))
+        drop_oldest(folder.parent, spare=folder)
+
+
+def _kept_values(study: Study) -> dict[str, np.ndarray] | None:
+    """The values of a study that is complete in the cache; None if it is not, or another process is at work on it."""
+    if not _folder(study).exists():
+        return None
+    try:
+        *_, values = grow_cached(study, RunOptions(cancelled=lambda: True))  # reads, but computes nothing
+    except Cancelled:
+        return None
+    return values
+
+
+def _folder(study: Study) -> Path:
+    return cache_root() / "studies" / study.key
+
+
 def _read_through(study: Study, options: RunOptions, results: Callable[[RunOptions], Iterable[Read]]) -> Iterator[Read]:
     """What ``results`` reads of the study in the cache, or, where there can be no cache, in memory."""
     study.check()
-    folder = cache_root() / "studies" / study.key
+    folder = _folder(study)
     cached = replace(options, out=folder, wait=True)
     with contextlib.suppress(OSError, KeyError):  # a full, read-only or just dropped entry costs time, not the result
         try:

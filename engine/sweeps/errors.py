@@ -36,6 +36,13 @@ PERIODS = 12  # that are compared, or the next whole number of cycles: scatter e
 class ReferenceMotion:
     """The reference's motion with the joint damping as measured and as derived, and the errors of cells against both.
 
+    Parameters
+    ----------
+    system : System
+    eta : float
+    initial : (4,) tuple, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0; rest, if not given.
+
     Attributes
     ----------
     table, derived : Target
@@ -45,9 +52,11 @@ class ReferenceMotion:
         Whether that with derived joint damping repeats after as many: else the error has no parts.
     """
 
-    def __init__(self, system: System, eta: float) -> None:
+    def __init__(self, system: System, eta: float, initial: tuple[float, ...] | None = None) -> None:
         self.system, self.eta = system, eta
-        self.table, self.derived = (Target.find(system, eta, Reference(kind)) for kind in ("table", "derived"))
+        self.table, self.derived = (
+            Target.find(system, eta, Reference(kind), initial=initial) for kind in ("table", "derived")
+        )
         self.period = self.table.period
         self.splits = self.period == self.derived.period > 0
 
@@ -155,6 +164,6 @@ class ReferenceMotion:
 
 
 @functools.lru_cache(maxsize=8)
-def reference_motion(system: System, eta: float) -> ReferenceMotion:
-    """The reference's motion at one η, found once per process."""
-    return ReferenceMotion(system, eta)
+def reference_motion(system: System, eta: float, initial: tuple[float, ...] | None = None) -> ReferenceMotion:
+    """The reference's motion at one η from one start, found once per process."""
+    return ReferenceMotion(system, eta, initial)

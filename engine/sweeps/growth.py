@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     import xarray
 
 
+_HERE = "threads of one machine"  # where cells were computed
+
+
 @dataclass(frozen=True)
 class RunOptions:
     """How a study is run; none of it changes the result.
@@ -130,9 +133,26 @@ def grow(
             yield from _grow_refined(study, results, options, counter, execute)
         else:
             yield from _grow_grid(study, results, options, counter, execute, picture)
-        where = "threads of one machine" if options.scheduler is None else "Dask workers"
+        where = _HERE if options.scheduler is None else "Dask workers"
         results.finish(counter.now(), where)
     yield Partial(study, counter.now(), results)
+
+
+def store_values(study: Study, values: Mapping[str, np.ndarray], options: RunOptions) -> None:
+    """Write the values of a complete study that was computed in memory to ``options.out``, as a run there would have.
+
+    Raises
+    ------
+    ValueError, OSError
+        As `grow`.
+    """
+    counter = ProgressCounter()
+    counter.total = study.cells
+    with _results(study, options, None) as results:
+        results.claim(study)
+        _write_missing(study, results, values, options)
+        counter.add(values["status"], reused=False)
+        results.finish(counter.now(), _HERE)
 
 
 @contextlib.contextmanager
@@ -213,10 +233,16 @@ def _grow_refined(
             found = _merged(study.over, found, {study.over: current.values} | part.values())
         current = current.refined(found) if level < study.refine else None
         level += 1
-    together = replace(study, values=found[study.over])
-    for chunk in chunks(together.shape, _create(together, results, options)):
+    _write_missing(replace(study, values=found[study.over]), results, found, options)
+
+
+def _write_missing(
+    study: Study, results: Memory | Store, values: Mapping[str, np.ndarray], options: RunOptions
+) -> None:
+    """Write what the results lack of the values of all cells."""
+    for chunk in chunks(study.shape, _create(study, results, options)):
         if results.read(chunk) is None:
-            results.write(chunk, {name: found[name][chunk] for name in together.variables})
+            results.write(chunk, {name: values[name][chunk] for name in study.variables})
 
 
 def _merged(over: str, found: dict[str, np.ndarray] | None, more: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -20,15 +20,15 @@ from enum import IntEnum
 import numpy as np
 
 from ..batch import run_cells
-from ..cells import Cells
-from ..drivers.section import TOLERANCE, period_of
+from ..cells import CellResults, Cells
+from ..drivers.section import TOLERANCE
 from ..drivers.threads import thread_count
 from ..methods import STEPS_RANGE, Method, Newmark
 from ..model import System
 from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
 from ..motions.motion import FARTHEST, classify
-from ..motions.section import band_width, scatter
+from ..motions.section import band_width, scatter, settled_period
 from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, period_shown, type_of_band
 from ..motions.words import repetition_of
 from .codes import MISSING
@@ -179,10 +179,11 @@ def judge_runs(
     """
     run, how = {"transient": transient, "sample": sample}, _how(threads, cancelled)
     found = run_cells(cells, **run, **how)
-    kinds = _known_kinds(cells.method, found.status, found.period)
+    periods = _periods(found)
+    kinds = _known_kinds(cells.method, found.status, periods)
     chosen = np.flatnonzero(kinds["kind"] == CellKind.UNKNOWN)
     if len(chosen):
-        some, own = _selected(cells, chosen), (column[chosen] for column in (found.period, found.end, found.section))
+        some, own = _selected(cells, chosen), (column[chosen] for column in (periods, found.end, found.section))
         for name, array in _judge(some, *own, run, how).items():
             kinds[name][chosen] = array
     return kinds
@@ -240,15 +241,20 @@ def _judge_later(cells: Cells, settling: np.ndarray, widths, periods, found: dic
     chosen = np.flatnonzero(later.ok & (_widths(later.section, periods) < SHRUNK * widths))
     if len(chosen):
         going_on = replace(_selected(some, chosen), initial=later.end[chosen])
-        judged = _judge_newmark(going_on, later.period[chosen], later.section[chosen], run, how)
+        judged = _judge_newmark(going_on, _periods(later)[chosen], later.section[chosen], run, how)
         for name, array in judged.items():
             found[name][settling[chosen]] = array
+
+
+def _periods(found: CellResults) -> np.ndarray:
+    """Periods after which the motions repeat themselves, (n,), what is left of a transient put aside."""
+    return np.array([settled_period(s) if p > 1 else p for s, p in zip(found.section, found.period, strict=True)], int)
 
 
 def _limit(cells: Cells, run: dict, how: dict) -> dict[str, np.ndarray]:
     """Kinds of the motions without a time step that begin where the cells of Newmark's method ended."""
     runs = run_cells(cells, **run, **how)
-    return _follow(cells, np.where(runs.ok, runs.period, 0), np.where(runs.ok[:, None], runs.end, np.nan), how)
+    return _follow(cells, np.where(runs.ok, _periods(runs), 0), np.where(runs.ok[:, None], runs.end, np.nan), how)
 
 
 def _follow(cells: Cells, period: np.ndarray, start: np.ndarray, how: dict) -> dict[str, np.ndarray]:
@@ -274,7 +280,7 @@ def _follow(cells: Cells, period: np.ndarray, start: np.ndarray, how: dict) -> d
             if len(followed.section) < periods:  # no derivative: an impact grazes
                 return
             found["lyapunov"][i], found["lyapunov_error"][i] = followed.exponent, followed.error
-            settled, state = period_of(followed.section[-SETTLED:]), followed.section[-1]
+            settled, state = settled_period(followed.section[-SETTLED:]), followed.section[-1]
             kind = CellKind.PERIODIC if settled else _CODES[classify(followed)[0]]
             found["kind"][i], found["kind_period"][i] = kind, settled
             if kind is not CellKind.UNDECIDED:

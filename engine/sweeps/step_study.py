@@ -17,8 +17,8 @@ from ..cells import CellResults, Cells
 from ..result import Record
 from ..simulate import simulate
 from . import variables as vocabulary
-from .axis import ascending_values
-from .errors import reference_motion
+from .axis import ascending_values, start_of
+from .errors import ReferenceMotion, reference_motion
 from .study import Study
 from .variables import StudyArray, Variable, status_variable, variables_of
 
@@ -36,14 +36,22 @@ class StepStudy(Study):
     ----------
     steps : (n,) ndarray
         Ascending.
+    initial : (4,) tuple of float, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ of every run at τ = 0; rest, if not given.
     """
 
     steps: np.ndarray = None
+    initial: tuple[float, ...] | None = None
     kind: ClassVar[str] = "step"
 
     def __post_init__(self):
         super().__post_init__()
-        self._set(steps=ascending_values("steps", self.steps))
+        self._set(steps=ascending_values("steps", self.steps), initial=start_of(self.initial))
+
+    @property
+    def options(self) -> dict[str, object]:
+        """The start, where it is not rest."""
+        return {} if self.initial is None else {"initial": list(self.initial)}
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
@@ -68,12 +76,21 @@ class StepStudy(Study):
     @cached_property
     def arrays(self) -> dict[str, StudyArray]:
         """The axes and the reference."""
-        joint_damping = reference_motion(self.system, self.eta).joint_damping
+        joint_damping = self._reference.joint_damping
         return super().arrays | {
             "scheme": StudyArray(("scheme",), np.array([0, 1], dtype=np.int8), vocabulary.SCHEME),
             "sample": StudyArray(("sample",), np.arange(self.sample), vocabulary.SAMPLE),
             "error_joint_damping": StudyArray((), joint_damping, vocabulary.JOINT_DAMPING),
         }
+
+    @property
+    def _reference(self) -> ReferenceMotion:
+        return reference_motion(self.system, self.eta, self.initial)
+
+    def cells_at(self, points, **more):
+        """Cells with these numbers of steps, each from the start of the study."""
+        cells = super().cells_at(points, **more)
+        return cells if self.initial is None else replace(cells, initial=np.tile(self.initial, (len(cells), 1)))
 
     @property
     def inner_lengths(self) -> dict[str, int]:
@@ -111,7 +128,8 @@ class StepStudy(Study):
         common = {"threads": threads, "cancelled": cancelled}
         periods = {"transient": self.transient, "sample": self.sample}
         penalty = self.method.limit
-        exact = run_cells(Cells(self.system, [self.eta], penalty), **periods, **common)
+        start = None if self.initial is None else [self.initial]
+        exact = run_cells(Cells(self.system, [self.eta], penalty, initial=start), **periods, **common)
         exact = _repeated(exact, len(points["steps"]))
         columns = []
         for done, located in enumerate((False, True), start=1):
@@ -119,7 +137,7 @@ class StepStudy(Study):
             cells = scheme.cells_at(points)
             found = run_cells(cells, **periods, **common)
             values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, "status")}
-            errors = reference_motion(self.system, self.eta).errors(cells, found, exact, **common)
+            errors = self._reference.errors(cells, found, exact, **common)
             values |= dict(zip(vocabulary.ERRORS, errors, strict=True))
             values |= {f"{name}_section": found.section[:, :, COLUMNS.index(name)] for name in self.shown}
             columns.append(values | phase_plots(cells, found))

@@ -45,7 +45,7 @@ def _fill(tab):
         assert tab.show_if_ready(Move(1, SETTING))
         return tab
     if tab.key == "bifurcation":
-        tab.restore(type(tab).read_view("", "count:60;transient:200", ""))
+        tab.restore(type(tab).read_view("", "count:30;transient:200", ""))
     tab.show(Move(1, SETTING))
     if tab.key == "paper":
         for card in page.select(ClaimCard):

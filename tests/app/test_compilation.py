@@ -1,5 +1,7 @@
 """Compilation beside the server: who hears of it, what waits for it, and that it ends with the server."""
 
+import contextlib
+import itertools
 import json
 import os
 import subprocess
@@ -15,6 +17,7 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime import compilation as module
 from vibroscope.app.runtime.compilation import Compilation
 from vibroscope.engine import CompileProgress
+from vibroscope.engine import compilation as engine
 
 from .fakes import Document, FakeHost
 
@@ -130,6 +133,30 @@ def test_the_terminal_shows_a_bar_on_one_line(capsys, monkeypatch):
     show_compilation(HALF)
     show_compilation(None)
     assert "\n" not in capsys.readouterr().err
+
+
+def test_the_share_rises_to_all_without_a_jump(monkeypatch, tmp_path):
+    """Eight functions for two bodies, a few of them once more for a wall."""
+    functions, compiled, shares = [f"function{i}" for i in range(8)], [], []
+
+    class Listener(contextlib.nullcontext):
+        def __init__(self, act):
+            super().__init__()
+            compiled.append(act)
+
+    def calls(system):
+        for name in functions[6:] if system.wall else functions:
+            yield name, lambda name=name: compiled[0](name)
+
+    monkeypatch.setattr(engine, "compilable_functions", lambda: {*functions})
+    monkeypatch.setattr(engine, "complete_mark", lambda: tmp_path / "complete")
+    monkeypatch.setattr(engine, "CompileListener", Listener)
+    monkeypatch.setattr(engine, "_calls", calls)
+    engine.compile_kernels(lambda progress: shares.append(progress.share))
+    steps = [later - earlier for earlier, later in itertools.pairwise(shares)]
+    assert (shares[0], shares[-1]) == (0, 1)
+    assert 0 <= min(steps) <= max(steps) <= 1 / 8
+    assert (tmp_path / "complete").exists()
 
 
 def test_a_first_start_compiles_into_an_empty_cache_in_another_process(tmp_path):

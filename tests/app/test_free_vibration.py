@@ -3,7 +3,7 @@
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.shelf import shelf
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import START_FIELDS, Setting
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import PlaneTab
 from vibroscope.app.page.speed.tab import Speed
@@ -15,10 +15,11 @@ from .fakes import FakeHost
 from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
 
 FREE = shelf()["thrown"].setting
+AT_REST = FREE._replace(**dict.fromkeys(START_FIELDS, 0.0))
 WORDS = {
     Bifurcation: "no motion belongs to a frequency: let the base or a force move them",
     PlaneTab: "each cell of this plane begins at rest, where nothing moves: let the base",
-    TimeStepTab: "this study begins at rest, where nothing moves: let the base",
+    TimeStepTab: "this study needs a motion that lasts: let the base",
     Speed: "this measurement begins at rest, where nothing moves: let the base",
 }
 
@@ -27,12 +28,13 @@ WORDS = {
 def test_a_study_says_why_it_has_nothing_to_show_and_computes_nothing(opened, kind):  # noqa: F811
     tab, host = opened(kind)
     (driven,) = Asked.all
-    tab.show(Move(2, FREE))
+    free = AT_REST if kind is Speed else FREE
+    tab.show(Move(2, free))
     assert driven.cancelled
     assert len(Asked.all) == 1
     ((head, text),) = tab.panel.statements
     assert (head, WORDS[kind] in text, text.count(".")) == ("Nothing to show", True, 1)
-    assert tab.summary(FREE) == host.summary == text
+    assert tab.summary(free) == host.summary == text
     assert not any(cell.object.visible for cell in tab._cells)
     assert tab.figures() == []
     assert tab.panel.status == {}
@@ -40,6 +42,11 @@ def test_a_study_says_why_it_has_nothing_to_show_and_computes_nothing(opened, ki
     assert len(Asked.all) == 2
     assert all(cell.object.visible for cell in tab._cells)
     assert tab.panel.statements == []
+
+
+def test_the_speed_of_a_free_vibration_is_measured():
+    assert Speed(FakeHost()).obstacle(FREE) == ""
+    assert "begins at rest" in TimeStepTab(FakeHost()).obstacle(AT_REST)
 
 
 def test_a_diagram_over_another_number_needs_an_own_start():

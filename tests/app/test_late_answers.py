@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.share import share
+
 from .late_answers import SETTINGS, World
 
 PLAY = st.lists(st.integers(0, 10_000), min_size=80, max_size=120)
@@ -43,7 +45,7 @@ def check_rest(world):
         assert content["kinds"] or shown.eta in failed["kinds"]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=share(60))
 @given(PLAY)
 def test_whatever_the_order_what_is_shown_at_rest_is_of_the_last_setting(play):
     with pytest.MonkeyPatch.context() as patch:

@@ -1,7 +1,10 @@
 """An own start travels with the setting: computed, explained, judged, linked, shown in units, taken away."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import xarray
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
@@ -12,11 +15,19 @@ from vibroscope.app.explorer.motion_kind import judge_motions
 from vibroscope.app.explorer.scenes import scene_key, scenes
 from vibroscope.app.explorer.state import START_FIELDS, Setting, read_setting
 from vibroscope.app.explorer.typed import plain_texts
-from vibroscope.app.export.scripts import as_command
+from vibroscope.app.export.scripts import as_command, speed_python
 from vibroscope.app.page.explore.explainer import _key
 from vibroscope.app.page.explore.measurement import _key as _measured_key
+from vibroscope.app.page.speed.tab import Speed
+from vibroscope.app.page.time_step import tab as step_tab
+from vibroscope.app.page.time_step.tab import TimeStepTab
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.engine import compare_measured, simulate, synthetic_measurement
+from vibroscope.app.studies import speed, time_step
+from vibroscope.engine import Newmark, Record, compare_measured, simulate, synthetic_measurement
+from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.sweeps import StepStudy
+
+from .fakes import FakeHost
 
 START = (1.2232, 4.5444, 3.5934, 2.5268)  # leads the reference to a motion of six periods; rest, to one of two
 REST = Setting(eta=3.2, K=12000.0, D=18.0, steps=2000)
@@ -102,3 +113,44 @@ def test_a_measurement_is_compared_with_the_motions_that_are_shown():
     found = compare_measured(OWN.system, 3.2, measured, OWN.penalty, initial=START)
     assert found.reference.period == 6
     assert _measured_key(OWN) != _measured_key(REST)
+
+
+def test_a_study_of_the_time_step_runs_from_there(monkeypatch, tmp_path):
+    """Its script and command too; from rest the start has no part in the key of the study."""
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    for module in (time_step, step_tab):
+        monkeypatch.setattr(module, "STEPS", (500,))
+    asked, rest = (TimeStepTab.question(None, setting) for setting in (OWN, REST))
+    *_, found = time_step.grow_step(asked, None, lambda: False)
+    alone = simulate(OWN.system, OWN.eta, Newmark(OWN.K, OWN.D, 500), periods=2050, keep=50, initial=START)
+    np.testing.assert_array_equal(found.section(0, "fixed")["xi2"], alone.section[:, 2])
+    assert (rest.initial, rest.study().options, asked.study().options) == (None, {}, {"initial": [*START]})
+    assert asked.study().key != rest.study().key
+    tab = TimeStepTab(FakeHost())
+    assert f"initial={START}" in tab.python(OWN)
+    assert "initial" not in tab.python(REST)
+    command = tab.command(OWN).split()[1:]
+    assert main([*command[:-1], str(tmp_path / "step.zarr")]) == 0
+    stored = xarray.open_zarr(tmp_path / "step.zarr")
+    np.testing.assert_array_equal(stored["xi2_section"][0, 0], found.section(0, "fixed")["xi2"])
+
+
+def test_the_errors_of_a_study_are_those_from_the_motion_that_the_reference_has_from_there():
+    study = StepStudy(OWN.system, Newmark(OWN.K, OWN.D, 2000), OWN.eta, 300, 24, steps=[2000], initial=START)
+    at_rest = replace(study, initial=None).compute()
+    run = simulate(OWN.system, OWN.eta, OWN.penalty, periods=312, keep=12, initial=START, record=Record(12, 200, 2000))
+    error = Target.find(OWN.system, OWN.eta, initial=START).error(run)
+    assert study.compute()["error"][0, 0] == pytest.approx(error, rel=0.1)
+    assert at_rest["error"][0, 0] != pytest.approx(error, rel=0.1)
+    with pytest.raises(ValueError, match="initial has 2 numbers: give the four of the state"):
+        replace(study, initial=(1.0, 2.0))
+
+
+def test_speed_and_error_are_measured_from_there():
+    asked = Speed.question(None, OWN)
+    found = speed.solvers(asked)[speed.Key("fixed", 2000)](10, lambda: False)
+    run = simulate(OWN.system, OWN.eta, OWN.penalty, periods=10, keep=1, initial=START)
+    np.testing.assert_array_equal(found.state, run.section[-1])
+    assert f"{START})" in speed_python(asked)
+    assert Speed.question(None, REST).initial is None
+    assert f"{Speed.question(None, REST).reference!r})\n" in speed_python(Speed.question(None, REST))

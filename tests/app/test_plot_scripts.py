@@ -14,6 +14,8 @@ from vibroscope.app.export.label import figure_label
 from vibroscope.app.export.plots import plot_script
 from vibroscope.app.page.take_away import file_writer
 
+from tests.share import every
+
 from .filled_tabs import ADDRESS, SETTING, filled  # noqa: F401 - a fixture
 
 
@@ -40,10 +42,10 @@ def saved(monkeypatch):
 def test_the_script_of_each_figure_draws_its_table(filled, key, tmp_path, saved):  # noqa: F811
     mpl.use("Agg")
     tab = filled(key)
-    for figure in tab.figures():
-        if not (figure.drawn and figure.tabled):
-            assert file_writer(tab, f"plot:{figure.name}", SETTING, ADDRESS) is None
-            continue
+    plotted = [figure for figure in tab.figures() if figure.drawn and figure.tabled]
+    for figure in set(tab.figures()) - {*plotted}:
+        assert file_writer(tab, f"plot:{figure.name}", SETTING, ADDRESS) is None
+    for figure in every(plotted):
         table, script = (file_writer(tab, f"{kind}:{figure.name}", SETTING, ADDRESS)() for kind in ("csv", "plot"))
         for file in (table, script):
             (tmp_path / file["name"]).write_text(file["text"], encoding="utf-8")

@@ -24,6 +24,8 @@ from vibroscope.engine import (
     verdict,
 )
 
+from tests.share import share
+
 NO_NUMBER = re.compile(r"(?<![\w/])[+-]?(?:nan|inf|infinity)\b", re.IGNORECASE)
 COUNT = 48
 UNBOUNDED = "--eta 4 --K 339.3662542650282 --D 16.436229883249432 --steps 9 --joint-damping derived --threshold 0"
@@ -61,7 +63,7 @@ def random_case(rng):
 
 def test_comparisons_hold_numbers_or_words():
     rng, found = np.random.default_rng(7), []
-    for _ in range(COUNT):
+    for _ in range(share(COUNT)):
         system, eta, method, reference = random_case(rng)
         length = {"periods": 60, "keep": 8} if system.excitation.drives else {"periods": 2, "keep": 2}
         comparison = compare(system, eta, method, reference=reference, **length)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from vibroscope.app.server.validation import cost_of, is_worth_logging, valid_events
 
 from tests.browserless import changed, event, mapped
+from tests.share import share
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=8),
@@ -26,7 +27,7 @@ def document():
 
 
 @given(JSON)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=share(300))
 def test_any_json_is_accepted_and_only_finite_numbers_pass(value):
     doc, ends, source = document()
     assert valid_events(value, doc)[0] == []

@@ -1,7 +1,4 @@
-"""Verdict, parts and motions never contradict each other: 1,000 random settings of random systems.
-
-`make check` tries the first quarter of them, `make test` all.
-"""
+"""Verdict, parts and motions never contradict each other: 1,000 random settings of random systems."""
 
 import math
 import re
@@ -19,6 +16,8 @@ from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import PART_NAMES, Comparison, Newmark, System, compare, percent, repetition, verdict
 from vibroscope.engine.divergence import statistics
 from vibroscope.engine.divergence.blame import HELPS, PART_OF
+
+from tests.share import share
 
 # short runs: what is said must agree with the numbers, whatever these are
 RUN, SECTION = {"periods": 50, "keep": 16}, 100
@@ -92,14 +91,13 @@ def contradictions(case):
 
 
 @pytest.mark.parametrize(("count", "evidence"), [(1000, False), (40, True)], ids=["described", "with evidence"])
-def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, evidence, monkeypatch, pytestconfig):
+def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, evidence, monkeypatch):
     """As their kept periods show them, and, fewer, with the runs that decide what the motions are."""
-    count //= 4 if pytestconfig.getoption("in_process") else 1
     monkeypatch.setattr(statistics, "SECTION", SECTION)
     if not evidence:
         monkeypatch.setattr(Comparison, "decided", lambda comparison, *_: comparison)
     with ThreadPoolExecutor(2) as pool:
-        cases = random_settings(count, seed=1)
+        cases = random_settings(share(count), seed=1)
         faults = [fault for each in pool.map(contradictions, cases) for fault in each]
     assert not faults, f"{len(faults)} faults, such as {faults[:3]}"
 

@@ -12,6 +12,7 @@ from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.sweeps.eta_study import EtaStudy
 
 from tests import naive
+from tests.share import share
 from tests.systems_strategy import amplitudes, excitations, general_systems, phases, two_bodies
 
 REFERENCE = Reference("derived")
@@ -23,7 +24,7 @@ METHODS = (
     Newmark(700.0, 6.0, 400, located=True),
 )
 etas = st.floats(0.3, 3).map(lambda value: round(value, 3))
-some = settings(max_examples=25, deadline=None)
+some = settings(max_examples=share(25))
 
 
 def run(system, eta, method, periods=4, **more):

@@ -23,6 +23,7 @@ from vibroscope.engine import (
 from vibroscope.engine.kernels import status
 
 from tests import naive_description
+from tests.share import share
 
 NUMBERS = (
     "impacts_per_period",
@@ -103,7 +104,7 @@ def test_early_stop_with_a_sample_shorter_than_a_cycle(sample):
         np.testing.assert_allclose(getattr(early, number), getattr(full, number), rtol=0, atol=1e-9, err_msg=number)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=share(15))
 @given(st.permutations(range(12)), st.integers(1, 5), st.integers(0, 12), st.sampled_from(sorted(SWEEPS)))
 def test_neither_order_nor_threads_nor_chunks_matter(permutation, threads, cut, name):
     cells = SWEEPS[name]

@@ -12,6 +12,7 @@ from vibroscope.engine.hardcases.condition import attainable_error as attainable
 from vibroscope.engine.hardcases.condition import attainable_grazing_error as at_the_edge
 
 from tests import hard
+from tests.share import every
 
 EPSILON = np.finfo(float).eps
 GRAZES = ("grazing", "grazing-exact", "grazing-force")
@@ -60,7 +61,7 @@ def events_of(response):
     return sorted(found, key=lambda event: event[0])
 
 
-@pytest.mark.parametrize("case", [name for name in hard.CASES if not decided_by_rounding(name)])
+@pytest.mark.parametrize("case", every(name for name in hard.CASES if not decided_by_rounding(name)))
 def test_events_and_states(case):
     run = run_of(case)
     response = run.solve()

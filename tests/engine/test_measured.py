@@ -20,11 +20,14 @@ from vibroscope.engine.measurement.alignment import align
 from vibroscope.engine.measurement.cycle import reference_cycle
 from vibroscope.engine.measurement.recurrence import recurrence, summarise_sensor
 
+from tests.share import every
+
 # ------------------------------------------------------------------------------------------------------ alignment
 
 
-@pytest.mark.parametrize("eta", [1.08, 2.76, 3.25])
-@pytest.mark.parametrize("frame", ["absolute", "relative"])
+@pytest.mark.parametrize(
+    ("eta", "frame"), every((eta, frame) for frame in ("relative", "absolute") for eta in (1.08, 2.76, 3.25))
+)
 def test_the_phase_of_a_synthetic_measurement_is_found(eta, frame):
     _, cycle = reference_cycle(System(), eta, Reference())
     for phase in np.linspace(0.01, 0.99, 5) * cycle.length:

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from vibroscope.engine import Record, Reference, System, simulate
 
+from tests.share import share
+
 etas = st.floats(0.5, 4.0)
 systems = st.builds(
     System.from_mass_ratio,
@@ -21,7 +23,7 @@ speeds = st.floats(-5.0, 5.0)
 starts = st.tuples(speeds, speeds, st.floats(0.0, 3.0), speeds).map(lambda s: (s[0], s[1], s[0] + s[2], s[3]))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=share(150))
 @given(systems, etas, starts)
 def test_motion_is_admissible(system, eta, start):
     """Gap and permanent force are never negative; impacts conserve momentum, obey Newton's law and create no energy."""
@@ -48,7 +50,7 @@ def test_motion_is_admissible(system, eta, start):
     np.testing.assert_allclose(response.impacts.impulse, before[:, 0] - after[:, 0], atol=1e-12 * speed)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=share(60))
 @given(etas, starts)
 def test_trajectory_obeys_the_equations_of_motion(eta, start):
     """Second differences of the samples against MODEL's equations, away from events."""

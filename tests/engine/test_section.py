@@ -6,10 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from vibroscope.engine.drivers.section import TOLERANCE, near_period_of, period_of
 from vibroscope.engine.motions.regularity import irregularity, rotation_number
-from vibroscope.engine.motions.section import band_width
+from vibroscope.engine.motions.section import band_width, settled_period
+
+from tests.share import share
 
 
-@settings(max_examples=60, derandomize=True, deadline=None)
+@settings(max_examples=share(60))
 @given(st.integers(1, 9), st.integers(2, 6), st.integers(0, 2**32 - 1))
 def test_the_period_of_a_section_is_the_shortest_possible(period, cycles, seed):
     cycle = np.random.default_rng(seed).normal(size=(period, 4))
@@ -39,3 +41,17 @@ def test_regular_sections_are_distinguished_from_random_ones(turns):
         assert irregularity(section) < 1e-6
         assert rotation_number(section) == pytest.approx(turns, abs=1e-5)
     assert irregularity(np.random.default_rng(1).normal(size=(8192, 4))) > 1e-3
+
+
+@pytest.mark.parametrize("of_cycle", [1, 2, 3])
+def test_the_rest_of_a_transient_is_no_period(of_cycle):
+    """It turns once in six periods, and has nearly died away."""
+    rng, n = np.random.default_rng(of_cycle), np.arange(256)
+    cycle = rng.normal(size=(of_cycle, 4))[n % of_cycle]
+    turn = np.exp((-0.004 + 2j * np.pi / 6) * n)[:, None] * rng.normal(size=4)
+    transient = cycle + 3e-4 * turn.real
+    assert period_of(transient) == 6
+    assert settled_period(transient) == of_cycle
+    assert settled_period(cycle) == of_cycle
+    lasting = cycle + 3e-4 * (turn / np.abs(turn)).real
+    assert settled_period(lasting) == 6

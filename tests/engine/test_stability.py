@@ -13,10 +13,12 @@ from vibroscope.engine.hardcases.cases import Case, hard_cases
 from vibroscope.engine.hardcases.condition import EPSILON, SimulationSetup, attainable_error, sensitivity
 from vibroscope.engine.hardcases.judgement import outcome
 
+from tests.share import every
+
 CASES = {case.name: case for case in hard_cases()}
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", every(CASES))
 def test_a_hard_case_ends_as_expected(name):
     found = outcome(CASES[name])
     assert found.passed, found.failures
@@ -70,7 +72,7 @@ def test_a_grazing_impact_has_no_attainable_error():
     assert attainable_error(CASES["grazing: grazing|a|-1e-14"].setup) is None
 
 
-@pytest.mark.parametrize("method", [Reference(), Reference(threshold=0.0), ExactPenalty(12000, 18)])
+@pytest.mark.parametrize("method", every([Reference(), Reference(threshold=0.0), ExactPenalty(12000, 18)]))
 def test_memory_does_not_grow_with_the_periods(method):
     def peak(periods):
         gc.collect()

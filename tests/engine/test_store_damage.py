@@ -14,6 +14,8 @@ from vibroscope.engine.sweeps.manifest import FOLDER, STUDY, read_seal
 from vibroscope.engine.sweeps.place import Place
 from vibroscope.engine.sweeps.store import Store
 
+from tests.share import every, share
+
 from .store_files import files
 
 ETAS = np.linspace(2.6, 3.3, 8)
@@ -61,10 +63,10 @@ def test_every_changed_byte_of_a_description_is_found(whole):
     thorough, inputs = {STUDY, "period/zarr.json", "xi2/zarr.json"}, 0
     assert thorough <= set(names)
     for name in names:
-        for at in range(0, len(contents[name]), 1 if name in thorough else 5):
+        for at in every(range(0, len(contents[name]), 1 if name in thorough else 5)):
             assert Store(Held(contents | {name: changed(contents[name], at)})).damaged_files() == [name], at
             inputs += 1
-    assert inputs > 2000
+    assert inputs > share(2000)
 
 
 def test_every_changed_byte_of_a_seal_is_found(store):
@@ -80,7 +82,7 @@ def test_every_changed_byte_of_a_seal_is_found(store):
 def test_a_run_after_damage_gives_the_same_files_or_says_which_file_is_damaged(whole, store):
     """In every description one byte is changed, at once; where the manifest is lost, the seals vouch for the chunks."""
     chance, good = random.Random(1), files(whole)
-    for without_seals in [False] * 8 + [True] * 3:
+    for without_seals in [False] * share(8) + [True] * share(4):
         for name in descriptions(whole):
             content = (whole / name).read_bytes()
             seal = name.startswith(FOLDER) and name != STUDY
@@ -123,13 +125,13 @@ def test_a_chunk_in_the_place_of_another_is_found_and_computed_anew(whole, store
     """Every chunk in every other one's place: of another array, and of other cells."""
     good, found = files(whole), 0
     pairs = list(itertools.permutations([name for _, name in chunks_of(whole)], 2))
-    for into, source in random.Random(2).sample(pairs, 24):
+    for into, source in random.Random(2).sample(pairs, share(24)):
         (store / into).write_bytes(good[source])
         if good[into] != good[source]:
             assert check_store(store)[0] == [into]
             found += 1
         (store / into).write_bytes(good[into])
-    assert found > 10
+    assert found > share(10)
     for into, source in random.Random(3).sample(pairs, 3):
         (store / into).write_bytes(good[source])
         xarray.testing.assert_equal(swept(store).load(), xarray.open_zarr(whole).load())

@@ -4,12 +4,14 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from vibroscope.engine import Reference, System
 from vibroscope.engine.drivers.code_cache import cache_root, source_digest
-from vibroscope.engine.sweeps import EtaStudy, RunOptions, cache, grow_cached
+from vibroscope.engine.sweeps import EtaStudy, RunOptions, cache, grow_cached, grow_picture
 from vibroscope.engine.sweeps.manifest import FOLDER
 
 ETAS = np.linspace(2.6, 3.3, 24)
@@ -36,6 +38,43 @@ def test_a_study_grows_in_the_cache_and_is_read_from_it(tmp_path, monkeypatch):
     assert known == [8, 16, 24]
     (again,) = grow_cached(study(), options)
     np.testing.assert_array_equal(again["xi2"], cache.cached_dataset(study())["xi2"])
+
+
+@pytest.fixture
+def computed(monkeypatch, tmp_path):
+    """The batches that studies compute, in an empty cache that keeps every picture."""
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(cache, "DEAR", 0.0)
+    batches, compute = [], EtaStudy.compute
+    monkeypatch.setattr(EtaStudy, "compute", lambda *of, **how: batches.append(1) or compute(*of, **how))
+    return batches
+
+
+@pytest.mark.parametrize("direction", ["rest", "down"])
+def test_a_picture_that_is_complete_is_read_by_the_next_process(computed, direction):
+    of = replace(study(), direction=direction)
+    *_, first = grow_picture(of, RunOptions())
+    cost = len(computed)
+    (again,) = grow_picture(of, RunOptions())
+    assert len(computed) == cost > 0
+    assert all(np.array_equal(first[name], again[name], equal_nan=True) for name in of.variables)
+    assert cache.cached_dataset(of).attrs["reused"] == 24
+
+
+def test_a_picture_that_was_cancelled_or_cheap_or_is_damaged_is_computed(computed, monkeypatch):
+    growing = grow_picture(study(), RunOptions())
+    part = next(growing)
+    growing.close()
+    assert not cache._folder(study()).exists()
+    *_, whole = grow_picture(study(), RunOptions(), part)
+    (cache._folder(study()) / "xi2" / "c" / "0" / "0").unlink()
+    before = len(computed)
+    *_, mended = grow_picture(study(), RunOptions())
+    assert len(computed) > before
+    np.testing.assert_array_equal(whole["xi2"], mended["xi2"])
+    monkeypatch.setattr(cache, "DEAR", 1e9)
+    list(grow_picture(study(0.4), RunOptions()))
+    assert not cache._folder(study(0.4)).exists()
 
 
 def test_an_entry_of_the_cache_whose_manifest_is_lost_is_dropped(tmp_path, monkeypatch):

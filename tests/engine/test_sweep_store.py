@@ -20,6 +20,8 @@ from vibroscope.engine.sweeps.arrays import DAMAGE
 from vibroscope.engine.sweeps.digest import engine_digest
 from vibroscope.engine.sweeps.store import Store
 
+from tests.share import share
+
 from .store_files import files
 
 ETAS = np.linspace(2.6, 3.3, 24)
@@ -112,7 +114,7 @@ def readable(folder):
     return True
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=share(8), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_file_is_found_and_computed_anew(whole, data):
     """Cut, changed, emptied or deleted: whatever is wrong with a chunk, it is not shown and the next run mends it."""

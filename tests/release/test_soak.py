@@ -10,7 +10,7 @@ handle or task of theirs is left in either. ``RELEASE_SOAK`` sets the seconds.
 import os
 
 from tests.release.odd import run
-from tests.release.soak import QUARTERS, TAKEN, Soak
+from tests.release.soak import ASKED, QUARTERS, TAKEN, THINKING, Soak
 from tests.served import served
 
 SECONDS = float(os.environ.get("RELEASE_SOAK", "3600"))
@@ -22,11 +22,11 @@ SPARE = {"threads": 2, "handles": 4, "tasks": 2}
 
 def test_soak(tmp_path, report):
     with served(tmp_path / "log.txt", VIBROSCOPE_LOG_LEVEL="warning") as server:
-        soak = Soak(server)
+        soak = Soak(server, THINKING)
         run(soak.all_quarters(SECONDS), SECONDS + (1 + QUARTERS) * LAST_VISITS)
     judged = f"at most {FLAT:.0%}" if SECONDS >= HOUR else "not judged: caches fill for half an hour"
     report(f"soak of {SECONDS:.0f} s: {soak.sentence} ({judged})", sessions=soak.visits)
-    assert {*TAKEN, "loaded"} <= soak.files.keys()
+    assert {*TAKEN, *ASKED, "loaded", "measurement"} <= {what for what, count in soak.files.items() if count}
     if SECONDS >= HOUR:
         assert soak.growth < FLAT
     for what, spare in SPARE.items():

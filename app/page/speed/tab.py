@@ -64,7 +64,7 @@ class Speed(StudyTab):
             "title": "Speed against error",
             "switches": [],
             "limits": [],
-            "hint": f"Error: the largest of the four state components after {CHECKED} periods from rest, against the "
+            "hint": f"Error: the largest of the four state components after {CHECKED} periods, against the "
             f"exact penalty model, in base amplitudes A (velocities: Aω₁). Cost: processor time of this machine over "
             f"{PERIODS} periods, all solvers in turn. "
             "Vertical lines: closed form, without a time step and without this error.",
@@ -72,11 +72,12 @@ class Speed(StudyTab):
 
     def obstacle(self, setting: Setting) -> str:
         """Where nothing drives the bodies nothing moves."""
-        return free_obstacle(setting, "this measurement")
+        return free_obstacle(setting, "this measurement") if setting.from_rest else ""
 
     def question(self, setting: Setting) -> SpeedQuestion:
         """All that costs or errors depend on; fixed or located, both are measured."""
-        return SpeedQuestion(setting.system, setting.eta, setting.K, setting.D, setting.steps, setting.reference)
+        numbers = setting.eta, setting.K, setting.D, setting.steps
+        return SpeedQuestion(setting.system, *numbers, setting.reference, setting.own_start)
 
     def table(self, name: str) -> list[Series]:
         """A row for each solver and n."""

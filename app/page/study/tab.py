@@ -249,12 +249,12 @@ class StudyTab(Tab):
         self._push()
 
 
-def free_obstacle(setting: Setting, shown: str) -> str:
-    """Why a study that begins at rest has nothing to show where nothing drives the bodies; empty where they are."""
+def free_obstacle(setting: Setting, shown: str, why: str = "begins at rest, where nothing moves") -> str:
+    """Why a study has nothing to show where nothing drives the bodies; empty where they are driven."""
     if setting.is_driven:
         return ""
     return (
-        f"Nothing drives the bodies, and {shown} begins at rest, where nothing moves: let the base or a force move "
+        f"Nothing drives the bodies, and {shown} {why}: let the base or a force move "
         "them under System; Explore shows their free vibration from an own start."
     )
 

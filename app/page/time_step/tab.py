@@ -9,7 +9,7 @@ from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.method_words import not_with
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import sweep_command, sweep_python
+from vibroscope.app.export.scripts import initial_option, sweep_command, sweep_python
 from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
@@ -51,16 +51,17 @@ class TimeStepTab(StudyTab):
             "switches": [],
             "limits": [],
             "hint": "A click in the lower figures sets n to the nearest of the study; so does the slider T/Δτ. "
-            f"Each motion is run from rest over {TRANSIENT} periods, then {SAMPLE} are kept.",
+            f"Each motion is run from its start (see System) over {TRANSIENT} periods, then {SAMPLE} are kept.",
         }
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies nothing moves."""
-        return free_obstacle(setting, "this study")
+        """Where nothing drives the bodies nothing moves in the end."""
+        why = {} if setting.from_rest else {"why": "needs a motion that lasts"}
+        return free_obstacle(setting, "this study", **why)
 
     def question(self, setting: Setting) -> StepQuestion:
         """All but n itself."""
-        return StepQuestion(setting.system, setting.eta, setting.K, setting.D)
+        return StepQuestion(setting.system, setting.eta, setting.K, setting.D, setting.own_start)
 
     def draw(self, setting: Setting, result: PartialStep | None) -> None:
         """The figures."""
@@ -81,15 +82,16 @@ class TimeStepTab(StudyTab):
 
     def python(self, setting: Setting) -> str:
         """`sweep_step` of the same steps."""
-        system, eta, K, D = self.script_question(setting)
-        call = f"sweep_step(system, {eta!r}, {K!r}, {D!r}, {STEPS}, transient={TRANSIENT}, sample={SAMPLE})"
-        return sweep_python({"study": call}, system)
+        system, eta, K, D, initial = self.script_question(setting)
+        how = f"transient={TRANSIENT}, sample={SAMPLE}" + ("" if initial is None else f", initial={initial}")
+        return sweep_python({"study": f"sweep_step(system, {eta!r}, {K!r}, {D!r}, {STEPS}, {how})"}, system)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep step`` of the same steps."""
-        system, *numbers = self.script_question(setting)
+        system, *numbers, initial = self.script_question(setting)
         options = "".join(f" --{name} {print_number(x)}" for name, x in zip(("eta", "K", "D"), numbers, strict=True))
         options += f" --steps {','.join(map(str, STEPS))} --transient {TRANSIENT} --sample {SAMPLE}"
+        options += initial_option(initial)
         return sweep_command("step", system, options)
 
     def _set(self, steps: int) -> None:

@@ -12,7 +12,7 @@ Plain twin: :func:`..time_stepping.newmark.integrate_recorded` (tests/engine/ker
 from typing import NamedTuple
 
 from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.record import OpenContact, no_room, unpack_buffers, with_impulse
+from ..compile.record import no_room, unpack_buffers, unrecorded_contact, with_impulse
 from ..linear.cos_sin import cos_sin
 from ..linear.tables import apply_transition
 from ..status import DIVERGED, FULL, OK
@@ -97,10 +97,7 @@ def change_contact(m, now, there, closed, kept, buffers):
     """The state whose contact begins or has ended with the last step, in which the gap fell by ``closed``."""
     contact = now.contact
     if now.pressed:
-        if kept:
-            contact = begin_contact(m, now.step, there, closed / m.h)
-        else:  # outside the kept periods its impact is not recorded
-            contact = OpenContact(now.step * m.h, 0.0, 0.0, 0.0, 0.0, 0.0)
+        contact = begin_contact(m, now.step, there, closed / m.h) if kept else unrecorded_contact(now.step * m.h)
     elif kept:
         end_contact(m, contact, now.step, there, buffers)
     return with_contact(now, contact)

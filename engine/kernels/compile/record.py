@@ -84,6 +84,12 @@ def no_contact():
 
 
 @jit_inlined
+def unrecorded_contact(begun):
+    """A contact that begins outside the kept periods, so that its impact is not recorded."""
+    return OpenContact(begun, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@jit_inlined
 def with_impulse(contact, impulse):
     """The open contact with another impulse."""
     t = contact

@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 from ..compile.options import jit, jit_inlined, jit_uncontracted
 from ..compile.packing import Layout
-from ..compile.record import OpenContact, no_contact, no_room, record_contact, with_impulse
+from ..compile.record import OpenContact, no_contact, no_room, record_contact, unrecorded_contact, with_impulse
 from ..equations.contact_law import force, force_of_law
 from ..equations.coordinates import contact_coordinates, displacements
 from ..equations.motion import accelerations, coefficients
@@ -211,8 +211,8 @@ def integrate(m, cosines, state, stop):
             p2 += q2
             if (gap <= touch) != pressed:
                 pressed = not pressed
-                if pressed:  # outside the kept periods its impact is not recorded
-                    contact = OpenContact((done + k) * m.h, 0.0, 0.0, 0.0, 0.0, 0.0)
+                if pressed:
+                    contact = unrecorded_contact((done + k) * m.h)
             if not abs(gap) < LIMIT:
                 status, n = DIVERGED, k
                 break
@@ -249,8 +249,8 @@ def integrate_at_wall(m, cosines, state, stop):
             p2 += q2
             if (gap <= touch) != pressed:
                 pressed = not pressed
-                if pressed:  # outside the kept periods its impact is not recorded
-                    contact = OpenContact((done + k) * m.h, 0.0, 0.0, 0.0, 0.0, 0.0)
+                if pressed:
+                    contact = unrecorded_contact((done + k) * m.h)
             if not abs(gap) < LIMIT:
                 status, n = DIVERGED, k
                 break

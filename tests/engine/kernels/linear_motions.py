@@ -1,5 +1,6 @@
 """Tables of a linear motion, held against another matrix exponential."""
 
+import functools
 import math
 
 import numpy as np
@@ -24,11 +25,14 @@ class Table:
         self.constant, self.one_body = constant, one_body
         self.phase = tabulate(generator, eta, row, self.h, (0.0, 0.0, constant), one_body)
         self.length = POINTS * self.h
-        step = expm(self.a * (self.length / self.SAMPLES))
-        rows = [row]
-        for _ in range(self.SAMPLES):
-            rows.append(rows[-1] @ step)
-        self.rows = np.array(rows)
+
+    @functools.cached_property
+    def rows(self):
+        """The row at SAMPLES + 1 instants of the block: twice as many by each product, so that little is rounded."""
+        rows, step = self.row[None], self.length / self.SAMPLES
+        while len(rows) <= self.SAMPLES:
+            rows = np.concatenate([rows, rows @ expm(self.a * (len(rows) * step))])
+        return rows[: self.SAMPLES + 1]
 
     def value(self, s, z, derivative=0):
         """The watched quantity, or a derivative of it, at s."""

@@ -17,6 +17,7 @@ from vibroscope.engine.kernels.linear.first_root import (
 from vibroscope.engine.kernels.linear.tables import POINTS
 
 from tests.engine.kernels.linear_motions import TABLES, WORK, angles, kinds, size, states
+from tests.share import share
 
 
 def root_of(table, z, order):
@@ -38,7 +39,7 @@ def check(table, z, order, noise=1e-13):
     return s
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=share(400))
 @given(kinds, states)
 def test_the_first_root_is_not_passed(kind, z):
     table = TABLES[kind]
@@ -52,7 +53,7 @@ def moved_exactly(table, z, s):
         return mp.expm(mp.matrix(table.a.tolist()) * mp.mpf(s)) * mp.matrix([mp.mpf(x) for x in z])
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=share(20))
 @given(st.floats(0.05, 3.5), st.sampled_from([1e-14, 1e-12, 1e-9, 1e-6, 1e-3]), st.floats(-3, 3), angles)
 def test_a_dip_is_a_root_if_it_goes_below_zero(when, depth, speed, turn):
     """The gap turns near ``when``, ± the depth from zero: found below, passed over above."""
@@ -75,7 +76,7 @@ def test_a_dip_is_a_root_if_it_goes_below_zero(when, depth, speed, turn):
             assert s > when
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=share(300))
 @given(st.lists(st.floats(0.01, 0.99), min_size=1, max_size=6), st.floats(-12, -2), st.booleans())
 def test_the_first_of_many_roots_in_one_interval_is_found(roots, exponent, paired):
     """More than one change of sign: the interval is halved until one is left, down to roots 1e-12 apart."""

@@ -11,6 +11,7 @@ from vibroscope.engine.kernels.linear.cos_sin import cos_sin
 from vibroscope.engine.kernels.linear.tables import curvature_bound
 
 from tests.engine.kernels.linear_motions import TABLES, kinds, states
+from tests.share import share
 
 
 @pytest.mark.parametrize("kind", TABLES)
@@ -29,7 +30,7 @@ def test_tables_are_those_of_another_exponential(kind):
         np.testing.assert_allclose(powers @ u ** np.arange(12), exact, atol=1e-14 * np.abs(exact).max())
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=share(200))
 @given(kinds, states, st.floats(0.0, 1.0))
 def test_the_curvature_bound_holds_everywhere(kind, z, where):
     table = TABLES[kind]
