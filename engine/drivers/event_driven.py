@@ -31,7 +31,7 @@ from .parameters import parameters_of, wall_of
 from .slow_subspace import separating_circles
 
 PERIODS_PER_CALL = 2000
-_NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
+NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
 COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
 
 
@@ -160,6 +160,20 @@ def start_at(system: EventDrivenSystem, y: Sequence[float]) -> np.ndarray:
     return state
 
 
+class LinearFlow(NamedTuple):
+    """The flow of a solution in closed form, from τ = 0 on, in y = (ξ₁, ξ₁′, g, g′)."""
+
+    system: EventDrivenSystem
+
+    def start(self, y: Sequence[float]) -> np.ndarray:
+        """The packed hybrid state at y."""
+        return start_at(self.system, y)
+
+    def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
+        """What :func:`integrate_variation` returns."""
+        return integrate_variation(self.system, start, periods)
+
+
 def integrate_variation(
     system: EventDrivenSystem, start: np.ndarray, periods: float
 ) -> tuple[np.ndarray, np.ndarray, int] | None:
@@ -180,7 +194,7 @@ def integrate_variation(
     """
     variation = make_variation()
     status, _, _ = kernel.integrate(
-        system.packed, start, periods, (0.0, 0.0), _NO_BUFFERS.flat, _NO_BUFFERS.sizes, system.views.wall, variation
+        system.packed, start, periods, (0.0, 0.0), NO_BUFFERS.flat, NO_BUFFERS.sizes, system.views.wall, variation
     )
     return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
 

@@ -1,5 +1,6 @@
 """Driver of exact penalty solutions with a contact law other than spring and damper."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -12,19 +13,32 @@ from ..kernels.equations.motion import coefficients, free_equilibrium, pressed_e
 from ..kernels.equations.motion import separated_generator as free_generator
 from ..kernels.equations.rates import free_rate, pressed_rate
 from ..kernels.event_driven import law_integrate as kernel
+from ..kernels.event_driven.integrate import MOST_PAUSES
 from ..kernels.event_driven.law_contact import NUMBERS, TABLE, WORK, LawSystem
+from ..kernels.event_driven.law_energy import integrate_powers
 from ..kernels.event_driven.output import append_contact
-from ..kernels.event_driven.state import COLLISION, FLIGHT, STATE, later_state, linear_state, start_state
+from ..kernels.event_driven.state import (
+    COLLISION,
+    FLIGHT,
+    STATE,
+    HybridState,
+    later_state,
+    linear_state,
+    start_state,
+)
 from ..kernels.linear.tables import DEEPEST, INTEGRAL, POINTS, REACH, TERMS, WIDTH, Scratch, full_generator, tabulate
 from ..kernels.parameters import Parameters
+from ..kernels.status import OK, PAUSED
+from ..laws import damper_of
 from ..methods import PIECEWISE_LINEAR, ExactPenalty
 from ..model import System
 from ..result import Checkpoint, Status
-from .event_driven import EventDriver
+from .event_driven import NO_BUFFERS, EventDriver
 from .parameters import parameters_of
 
 GAP, RATE = 2, 3  # columns of z
 PIECES = 4  # with the flight
+DIFFERENCE = 1e-6  # of a start, for a derivative, as a share of its largest number
 OVERLAP, PUSH, EXTRA = 1, 2, 3  # numbers of pieces
 
 
@@ -112,7 +126,11 @@ def _add_piece(tables: dict, p: Parameters, piece: int, contact: tuple[float, fl
     for k, (row, target, mirrored) in enumerate(watched):
         i, level = 2 * piece + k, float(row[GAP] * gap)
         phases.append(tabulate(generator, p.eta, row, h, (position, gap, level), wall))
-        tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = level, phases[k].rows, phases[k].transitions
+        tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
+            level,
+            phases[k].rows,
+            phases[k].transitions,
+        )
         tables["targets"][i], tables["mirrored"][i] = int(target), mirrored
     if acts:
         acting = np.zeros(6)
@@ -121,6 +139,18 @@ def _add_piece(tables: dict, p: Parameters, piece: int, contact: tuple[float, fl
         tables["impulse"][piece, :6] = np.linalg.solve(full_generator(generator, p.eta).T, acting)
         tables["impulse"][piece, 6] = acting[GAP] * gap
     return phases[0]
+
+
+def motion_after(p: LawSystem, a: HybridState, s: float) -> tuple[tuple[float, float, float, float], float]:
+    """(ξ₁, ξ₁′, g, g′) s after a hybrid state, no event between them, and ∫λ of a contact on the way."""
+    piece = 0 if a.mode == kernel.SMOOTH else uncompiled(kernel.piece_of)(a)
+    phase = uncompiled(kernel.phase_of)(p, piece, 0)
+    z = uncompiled(linear_state)(p, phase, a)
+    y = kernel.law_motion(p, a, z, s)
+    if a.mode == kernel.SMOOTH:
+        return y, p.work[TABLE, 4]
+    end = uncompiled(linear_state)(p, phase, uncompiled(later_state)(p, a, s, y, a.mode, 0.0, a.contact))
+    return y, uncompiled(kernel.piece_impulse)(p, piece, z, end, s)
 
 
 class LawDriver(EventDriver):
@@ -146,19 +176,84 @@ class LawDriver(EventDriver):
                 f"from period {period} on a contact needs steps too short to go on: its damper is too stiff beside its "
                 "spring; take a smaller K or D, or a law whose damper does not depend on the closing speed"
             )
-        return f"over {kernel.MOST_EVENTS} events in period {period}: the contact does not come to rest; take a smaller K"
+        return (
+            f"over {kernel.MOST_EVENTS} events in period {period}: the contact does not come to rest; take a smaller K"
+        )
 
     def record_open_contact(self, buffers: Buffers) -> None:
         p, a = self._system, self._now
         if a.mode < kernel.OVERLAP or self.periods <= self.kept_from:
             return
-        s, piece = (self.periods - a.period) * self.period - a.tau, uncompiled(kernel.piece_of)(a)
-        phase = uncompiled(kernel.phase_of)(p, 0 if a.mode == kernel.SMOOTH else piece, 0)
-        z = uncompiled(linear_state)(p, phase, a)
-        now = uncompiled(later_state)(p, a, s, kernel.law_motion(p, a, z, s), a.mode, 0.0, a.contact)
-        if a.mode == kernel.SMOOTH:
-            more = p.work[TABLE, 4]
-        else:
-            more = uncompiled(kernel.piece_impulse)(p, piece, z, uncompiled(linear_state)(p, phase, now), s)
+        s = (self.periods - a.period) * self.period - a.tau
+        y, more = motion_after(p, a, s)
+        now = uncompiled(later_state)(p, a, s, y, a.mode, 0.0, a.contact)
         now = now._replace(contact=now.contact._replace(impulse=now.contact.impulse + more))
         append_contact(p, now, self._window, buffers)
+
+
+def remembers(system: System, method) -> bool:
+    """Whether the damper of an open contact depends on the speed with which it closed, which is no part of a state."""
+    return needs_law(method) and damper_of(system, method)[1]
+
+
+class LawFlow:
+    """The flow of an exact penalty solution with such a law, from τ = 0 on, in y = (ξ₁, ξ₁′, g, g′)."""
+
+    def __init__(self, system: System, eta: float, method: ExactPenalty):
+        if remembers(system, method):
+            raise ValueError(
+                f"the damper of the law {method.law!r} depends on the speed with which a contact closed, so that a state "
+                "in contact does not say how it goes on: give D"
+            )
+        self._system = set_up_law(system, eta, method)
+
+    def start(self, y: Sequence[float]) -> np.ndarray:
+        """The packed hybrid state at y."""
+        return STATE.pack(uncompiled(start_state)(self._system, tuple(map(float, y))))
+
+    def end(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, int] | None:
+        """Y after so many periods, and the events on the way; None if the run ends early."""
+        p, state, events = self._system, start.copy(), 0
+        for _ in range(MOST_PAUSES):
+            status, more, _ = kernel.integrate_law(p, state, float(periods), (0.0, 0.0), *NO_BUFFERS[:2])
+            events += more
+            if status != PAUSED:
+                break
+        if status != OK:
+            return None
+        a = STATE.read(state)
+        y, _ = motion_after(p, a, (periods - a.period) * p.period - a.tau)
+        return np.array(y), events
+
+    def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
+        """As :func:`.event_driven.integrate_variation`, the Jacobian by central differences."""
+        found, a = self.end(start, periods), STATE.read(start)
+        y = np.array([a.x1, a.v1, a.gap, a.rate])
+        if found is None:
+            return None
+        jacobian, width = np.zeros((4, 4)), DIFFERENCE * max(float(np.abs(y).max()), DIFFERENCE)
+        for i in range(2 if self._system.wall else 0, 4):
+            change = width * np.eye(4)[i]
+            sides = [self.end(self.start(y + sign * change), periods) for sign in (1.0, -1.0)]
+            if None in sides or any(events != found[1] for _, events in sides):
+                return None
+            jacobian[:, i] = (sides[0][0] - sides[1][0]) / (2 * width)
+        return found[0], jacobian, found[1]
+
+
+def law_powers(system: System, eta: float, method: ExactPenalty, state: Sequence[float], periods: range) -> np.ndarray:
+    """Work of the excitation, losses of the dampers and work of λ on the contact, (n, 3), in each of n periods.
+
+    ``state``: of a run after ``periods.start`` periods, as its checkpoint has it.
+    """
+    p = set_up_law(system, eta, method)
+    packed = np.array(state)
+    if len(packed) == 4:
+        packed = STATE.pack(uncompiled(start_state)(p, uncompiled(contact_coordinates)(system, *state)))
+    sums = np.zeros((len(periods) + 1, 3))
+    both = np.zeros((2, 3))
+    for k, period in enumerate(periods):
+        if integrate_powers(p, packed, float(period + 1), both) != OK:
+            return np.full((len(periods), 3), np.nan)
+        sums[k + 1] = both[1]
+    return np.diff(sums, axis=0)

@@ -67,9 +67,7 @@ def begin_law_contact(p, a, rate, order):
     x1, v1, _, v2 = displacements(p, a.x1, a.v1, a.gap, a.rate)
     opened = OpenContact(time_of(p, a), max(-a.rate, 0.0), x1, v1, v2, 0.0)
     mode = first_piece(p, 0.0, -rate)
-    return HybridState(
-        a.period, a.tau, a.x1, a.v1, 0.0, rate, mode, 0.0 if mode == SMOOTH else order, a.events, opened
-    )
+    return HybridState(a.period, a.tau, a.x1, a.v1, 0.0, rate, mode, 0.0 if mode == SMOOTH else order, a.events, opened)
 
 
 @jit_no_alloc
@@ -98,7 +96,9 @@ def resolve_law_event(p, a):
 def phase_of(p, piece, k):
     """The tables of a piece, for the k-th quantity that it watches."""
     i = 2 * piece + k
-    return Phase(p.spacing[piece], p.position[piece], p.gap[piece], p.watched[i], p.wall, p.rows[i], p.transitions[piece])
+    return Phase(
+        p.spacing[piece], p.position[piece], p.gap[piece], p.watched[i], p.wall, p.rows[i], p.transitions[piece]
+    )
 
 
 @jit_no_alloc

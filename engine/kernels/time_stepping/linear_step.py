@@ -46,7 +46,9 @@ NONE, TWO = -1, 2  # of a step: it has no solution, or two
 class LinearScheme(NamedTuple):
     """The matrices of a method and the contact; of ``system`` only what the contact and the coordinates need."""
 
-    maps: np.ndarray  # (1 or HALVINGS + 1, 2 or 6, STATE_ROWS + 1, COLUMNS) or (…, 1 or 2, RATE + 1, CLOSING): of Δτ, Δτ/2, …
+    maps: (
+        np.ndarray
+    )  # (1 or HALVINGS + 1, 2 or 6, STATE_ROWS + 1, COLUMNS) or (…, 1 or 2, RATE + 1, CLOSING): of Δτ, Δτ/2, …
     weights: tuple  # share of the impulse that each of two stages gives; the second is 0 if there is one
     at_end: bool  # whether the status is that of the end
     without: int  # STOP, KEEP or HALVE
