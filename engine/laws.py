@@ -1,8 +1,8 @@
 """Contact laws as a user meets them: which numbers each has, and the damper that its formula asks for.
 
-λ of each law is Eqs. (5), (6) and (16) to (21) of :mod:`.kernels.equations.contact_law`. Where D is given, its damper is
-c = 2D, or h = 2D/K in Eq. (18). Where it is not, a formula gives it from the coefficient of restitution e that is wanted,
-with the closing speed v₀ at each touch and the reduced mass m:
+λ of each law is Eqs. (5), (6) and (16) to (21) of :mod:`.kernels.equations.contact_law`. Where D is given, its damper
+is c = 2D, or h = 2D/K in Eq. (18). Where it is not, a formula gives it from the restitution e that is wanted, with the
+closing speed v₀ at each touch and the reduced mass m:
 
     h = 3(1 − e)/(2v₀)                          Hunt & Crossley, J. Appl. Mech. 42 (1975) 440            (22)
     h = 3(1 − e²)/(4v₀)                         Lankarani & Nikravesh, J. Mech. Des. 112 (1990) 369      (23)

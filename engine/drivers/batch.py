@@ -43,7 +43,7 @@ class Task(NamedTuple):
 
 
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
-    """Which cells the kernel runs, (n,) of bool: all but those of Newmark's method whose every step is taken, and of other contact laws."""
+    """Which cells the kernel runs, (n,) of bool: all but those of other contact laws, or whose every step is taken."""
     if not isinstance(method, Newmark):
         return np.full(len(rows), getattr(method, "law", CONTACT_LAWS[0]) == CONTACT_LAWS[0])
     p = Parameters(*rows.T)

@@ -176,9 +176,7 @@ class LawDriver(EventDriver):
                 f"from period {period} on a contact needs steps too short to go on: its damper is too stiff beside its "
                 "spring; take a smaller K or D, or a law whose damper does not depend on the closing speed"
             )
-        return (
-            f"over {kernel.MOST_EVENTS} events in period {period}: the contact does not come to rest; take a smaller K"
-        )
+        return f"over {kernel.MOST_EVENTS} events in period {period}: a contact does not end; take a smaller K"
 
     def record_open_contact(self, buffers: Buffers) -> None:
         p, a = self._system, self._now
@@ -202,8 +200,8 @@ class LawFlow:
     def __init__(self, system: System, eta: float, method: ExactPenalty):
         if remembers(system, method):
             raise ValueError(
-                f"the damper of the law {method.law!r} depends on the speed with which a contact closed, so that a state "
-                "in contact does not say how it goes on: give D"
+                f"the damper of the law {method.law!r} depends on the speed with which a contact closed: a state "
+                "in contact does not say how it goes on; give D"
             )
         self._system = set_up_law(system, eta, method)
 

@@ -142,7 +142,7 @@ def law_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
     Returns
     -------
     (1 or 2, STATE_ROWS + 2, CLOSING) ndarray
-        The last rows are the gap and its rate; the columns OWN and BEFORE belong to λ of the stage and of the one before.
+        The last rows are the gap and its rate; the columns OWN and BEFORE belong to λ of the stage, and of that before.
     """
     unit = np.eye(CLOSING + 2)
     points, maps = [Point(unit[0:2], unit[2:4], unit[4:6])], []

@@ -93,13 +93,13 @@ class TimeSteppingDriver(SteppingDriver):
         return self.explain_divergence(self._now.step) + (f": {unstable}" if unstable else "")
 
     def _explain_no_solution(self) -> str:
-        method, step = self._method, self._now.step
+        method, step, damping = self._method, self._now.step, self._scheme.system.gain / 2
         cut = f", even in {kernel.PARTS} parts," if method.without_solution == "halve" else ""
         others = " or ".join(repr(name) for name in WITHOUT_SOLUTION[1:] if name != method.without_solution)
         return (
             f"step {step + 1} (period {step // method.steps + 1}){cut} has no solution: with contact it ends open, "
             f"without contact it ends closed, because the damper's force jumps where the bodies touch; take a smaller "
-            f"D than {self._scheme.system.gain / 2:g}, other steps per period than {method.steps}, or without_solution = {others}"
+            f"D than {damping:g}, other steps per period than {method.steps}, or without_solution = {others}"
         )
 
     def _explain_instability(self) -> str:
@@ -110,8 +110,8 @@ class TimeSteppingDriver(SteppingDriver):
         where = {0: "without contact", 1: "in contact"}
 
         def unstable(n):
-            # of another law in contact it depends on the penetration
-            return [s for s in where if (self._linear or s == 0) and not is_stable(b, method.integrator, period / n, s)]
+            known = where if self._linear else (0,)  # in contact by another law it depends on the penetration
+            return [s for s in known if not is_stable(b, method.integrator, period / n, s)]
 
         found = unstable(method.steps)
         if not found:

@@ -21,8 +21,8 @@ that is missing, misplaced or wrong leaves a residual. For Newmark with a consta
 discrete solution (:mod:`.steps`), which balances exactly within each step: its residual is the energy that the
 time-stepping creates where contact changes.
 
-With another contact law the contact takes ∫λδ′ dτ less what its spring stores, Kδⁿ⁺¹/(n + 1); the integrals are those of
-the solution itself (:mod:`.law`).
+With another contact law the contact takes ∫λδ′ dτ less what its spring stores, Kδⁿ⁺¹/(n + 1); the integrals are
+those of the solution itself (:mod:`.law`).
 """
 
 from collections.abc import Callable

@@ -19,9 +19,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..drivers.law_driven import remembers
 from ..drivers.section import period_of
 from ..energy.balance import energy_balance
-from ..drivers.law_driven import remembers
 from ..methods import ExactPenalty, Method, Newmark, Reference, refuse_time_stepping
 from ..model import System
 from ..result import Record, Response

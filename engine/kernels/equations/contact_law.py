@@ -70,7 +70,7 @@ def force_of_law(law, linear):
 
 @jit_inlined
 def gain_at(p, closing):
-    """c, or h of Eq. (18), of a contact that began with a closing speed; 0 where it began without and they follow it.
+    """c, or h of Eq. (18), of a contact that closed with this speed; 0 where it closed without and they depend on it.
 
     ``p``: whatever has the fields ``gain`` and ``relative`` of :class:`..parameters.Parameters`.
     """
@@ -83,8 +83,8 @@ def gain_at(p, closing):
 def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
     """λ of any law, Eqs. (5), (6) and (16) to (21), from δ = ``depth`` and v = ``speed``.
 
-    Beyond δ = 0 a law that jumps there, Eqs. (5), (6), (17) and (20) with n = 1, goes on; the others are zero. ``gain``:
-    c, or h of Eq. (18).
+    Beyond δ = 0 a law that jumps there, Eqs. (5), (6), (17) and (20) with n = 1, goes on; the others are zero.
+    ``gain``: c, or h of Eq. (18).
     """
     if law <= CUT or (law == CONSTANT and exponent == 1.0):
         linear = stiffness * depth + gain * speed

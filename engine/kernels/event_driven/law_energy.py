@@ -1,8 +1,8 @@
 """Energies along a motion with any contact law: integrals of the powers, piece by piece and step by step.
 
-In flight and in the pieces of a law, Gauss's rule with six nodes over every few intervals of the tables, in which it is
-exact to rounding; in other contacts over parts of each step. Nodes are instants of the solution itself, so that the sums
-check it.
+In flight and in the pieces of a law, Gauss's rule with six nodes over every few intervals of the tables, in which
+it is exact to rounding; in other contacts over parts of each step. Nodes are instants of the solution itself, so
+that the sums check it.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ WORK, DAMPERS, CONTACT = range(3)
 @jit_no_alloc
 def add_powers(p, a, z, gain, t, weight, sums):
     """Add the powers t after a hybrid state, times a weight: of the excitation, of the dampers and of λ on δ."""
-    x1, v1, gap, rate = law_motion(p, a, z, t)
+    _, v1, gap, rate = law_motion(p, a, z, t)
     c, s = cos_sin(in_periods(p, a.tau + t))
     g, v2, mu = p.generator, v1 + rate, 1.0 / (p.inverse_mass - p.react1)
     load = g[1, 4] * c + g[1, 5] * s
@@ -39,7 +39,7 @@ def add_powers(p, a, z, gain, t, weight, sums):
 
 @jit_no_alloc
 def integrate_powers(p, state, stop, sums):
-    """Integrate the motion to the end of period ``stop`` as :func:`.law_integrate.integrate_law` does; OK or UNRESOLVED.
+    """Integrate to the end of period ``stop`` as :func:`.law_integrate.integrate_law` does; OK or UNRESOLVED.
 
     ``sums``, (2, 3): the work of the excitation, what the dampers take, and the work of λ on the contact, up to the
     state and up to ``stop``; changed in place.
@@ -50,12 +50,12 @@ def integrate_powers(p, state, stop, sums):
         horizon = (stop - a.period) * p.period - a.tau
         z = linear_state(p, phase_of(p, 0 if a.mode == SMOOTH else piece_of(a), 0), a)
         if a.mode == SMOOTH:
-            s, after, ends, _ = follow_smooth(p, a)
+            s, after, _, _ = follow_smooth(p, a)
             if s < 0.0:
                 return UNRESOLVED
             parts = PARTS
         else:
-            s, after, ends, _ = follow_piece(p, a, z)
+            s, after, _, _ = follow_piece(p, a, z)
             parts = np.ceil(s / (INTERVALS * p.spacing[piece_of(a)]))
         span, gain = min(s, horizon), set_start(p, a)
         half, total = 0.5 * span / parts, sums[1]

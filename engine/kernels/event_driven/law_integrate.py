@@ -1,16 +1,16 @@
 """The event loop for contact laws other than spring and damper: exact penalty solutions, from event to event.
 
-The flight is known in closed form (:mod:`..linear.tables`). So is each *piece* of a piecewise linear law, Eqs. (6), (16)
-and (17) of :mod:`..equations.contact_law`; a piece ends where one of the quantities that it watches falls to zero:
+The flight is known in closed form (:mod:`..linear.tables`). So is each *piece* of a piecewise linear law, Eqs. (6),
+(16) and (17) of :mod:`..equations.contact_law`; a piece ends where one of the quantities that it watches falls to zero:
 
     piece      force          "cut"               "limited"                        "compression"
     OVERLAP    0              −g, −(Kδ + cv)      −g, −(Kδ + cv)
     PUSH       Kδ + cv        Kδ + cv             Kδ + cv, Kδ − cv                 v
-    EXTRA      2Kδ or Kδ                          cv − Kδ                          δ, −v
+    EXTRA      2Kδ or Kδ                          cv − Kδ                       δ, −v
 
-The motion is smooth over these events but for the one at touch, so that the quantity which ends a piece begins the next
-one with its sign changed, at zero and rising. A contact lasts as long as the gap is not positive, whether or not the law
-pushes, as it does in the time-stepping methods. Other laws are followed step by step while the bodies overlap
+The force is continuous over these events but for the one at touch, so that the quantity which ends a piece begins the
+next one with its sign changed, at zero and rising. A contact lasts as long as the gap is not positive, whether or not
+the law pushes, as it does in the time-stepping methods. Other laws are followed step by step while the bodies overlap
 (:mod:`.law_contact`).
 """
 
@@ -192,7 +192,7 @@ def follow_piece(p, a, z):
         mode, mirrored = float(p.targets[2 * piece + k]), p.mirrored[2 * piece + k]
         order = 1.0 + SECOND * mirrored if mirrored >= 0 else 0.0
         gap += phase.gap
-        if mode == FLIGHT or mode == COLLISION:
+        if mode in (FLIGHT, COLLISION):
             gap, order, mode = 0.0, 1.0, (FLIGHT if rate > 0.0 else COLLISION)
         y = (x1 + phase.position, v1, gap, rate)
     after = later_state(p, a, s, y, mode, order, contact)
