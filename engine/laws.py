@@ -16,7 +16,8 @@ closing speed v₀ at each touch and the reduced mass m:
 import math
 from typing import Any
 
-from .model import System
+from .methods import STEPS_RANGE
+from .model import System, check_eta, require, whole
 
 RATIO_LAWS = "hunt-crossley", "lankarani-nikravesh", "flores"  # whose damper is a factor of the spring's force
 DIVIDING = "flores", "jankowski", "constant-restitution"  # whose formula has no value for e = 0
@@ -50,6 +51,29 @@ def formula_damper(law: str, e: float, stiffness: float, mass: float, exponent: 
         return 9.0 * math.sqrt(5.0) * (1.0 - e * e) / (e * (e * (9.0 * math.pi - 16.0) + 16.0)) * critical, False
     logarithm = -math.log(e)
     return math.sqrt(2.0 * (exponent + 1.0)) * logarithm / math.hypot(math.pi, logarithm) * critical, False
+
+
+def stiffness_of_step(system: System, eta: float, steps: float, scale: float) -> float:
+    """Return K = s m/Δτ², the contact stiffness that follows the step Δτ = 2π/(ηn), as with SOFT = 1 in LS-DYNA.
+
+    Half the step gives four times K: with a smaller step it is another model. m is the reduced mass; LS-DYNA takes a
+    share of the smaller nodal mass instead, and s = SOFSCL, 0.1 by default (FAQ of LSTC, contact.soft1).
+
+    Parameters
+    ----------
+    steps : float
+        n, steps per excitation period.
+    scale : float
+        s > 0.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    """
+    step = 2.0 * math.pi / check_eta(eta) / whole("steps", steps, *STEPS_RANGE, "give steps per excitation period")
+    s = require("stiffness_of_step", scale, 0.0, 1e6, "give the share s of m/Δτ², 0.05 to 1 in codes", open_low=True)
+    return s * system.mass_share / step**2
 
 
 def restitution_of(ratio: float) -> float:

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import Buffers, PackedBuffers
+from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
 from ..kernels.equations.contact_law import COMPRESSION, CUT, LIMITED, force
 from ..kernels.equations.coordinates import contact_coordinates
 from ..kernels.equations.motion import coefficients, free_equilibrium, pressed_equilibrium, pressed_generator
@@ -38,6 +38,7 @@ from .parameters import parameters_of
 
 GAP, RATE = 2, 3  # columns of z
 PIECES = 4  # with the flight
+MOST_STEPS = 10_000  # of a contact alone
 DIFFERENCE = 1e-6  # of a start, for a derivative, as a share of its largest number
 OVERLAP, PUSH, EXTRA = 1, 2, 3  # numbers of pieces
 
@@ -255,3 +256,22 @@ def law_powers(system: System, eta: float, method: ExactPenalty, state: Sequence
             return np.full((len(periods), 3), np.nan)
         sums[k + 1] = both[1]
     return np.diff(sums, axis=0)
+
+
+def restitution_by_steps(
+    law: str, stiffness: float, gain: float, exponent: float, penetration: float, mass: float, closing: float
+) -> float:
+    """The restitution of a contact of a reduced mass alone that closes with a speed; 0 if it does not end."""
+    depth = (0.5 * (exponent + 1.0) * mass * closing**2 / stiffness) ** (1.0 / (exponent + 1.0))
+    p = set_up_law(System(wall=True), 1.0, ExactPenalty(stiffness, gain, law, exponent, penetration or None))
+    p = p._replace(eta=0.0, gain=gain, react1=0.0, inverse_mass=1.0 / mass, generator=np.zeros((4, 6)))
+    p = p._replace(flight=p.flight._replace(spacing=depth / closing))
+    opened = uncompiled(no_contact)()._replace(closing=closing)
+    a = HybridState(0.0, 0.0, 0.0, 0.0, 0.0, -closing, kernel.SMOOTH, 0.0, 0.0, opened)
+    for _ in range(MOST_STEPS):
+        s, a, ends, _ = kernel.follow_smooth(p, a)
+        if s < 0.0:
+            break
+        if ends:
+            return a.rate / closing
+    return 0.0
