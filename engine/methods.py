@@ -1,6 +1,6 @@
 """The solution methods, as frozen objects that hold their validated numbers and nothing else."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import ClassVar
 
 from .arguments import shown
@@ -93,6 +93,9 @@ class ExactPenalty:
 
     def __post_init__(self):
         _check_contact(self)
+
+    def __repr__(self) -> str:
+        return _shown_numbers(self, "law", "exponent", "penetration")
 
 
 @dataclass(frozen=True)
@@ -202,10 +205,21 @@ class TimeStepping:
             name = self.integrator.name
             raise ValueError(f"{name} is explicit and knows the gap before the force: it has status = 'start' alone")
 
+    def __repr__(self) -> str:
+        return _shown_numbers(self, "exponent", "penetration")
+
     @property
     def limit(self) -> ExactPenalty:
         """The solution that this one tends to as Δτ → 0."""
         return _limit(self)
+
+
+def _shown_numbers(method: ExactPenalty | TimeStepping, *left_out: str) -> str:
+    """The method as Python writes it, numbers of these names left out where they are the default."""
+    named = {each.name: getattr(method, each.name) for each in fields(method)}
+    known = {each.name: each.default for each in fields(method) if each.name in left_out}
+    parts = (f"{name}={value!r}" for name, value in named.items() if known.get(name, ...) != value)
+    return f"{type(method).__name__}({', '.join(parts)})"
 
 
 def _limit(method: Newmark | TimeStepping) -> ExactPenalty:

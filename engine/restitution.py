@@ -1,6 +1,6 @@
 """The restitution that a contact law gives, and the damping that gives a restitution.
 
-A contact is looked at alone: two bodies with the reduced mass m close with the speed v₀, and no other force acts. With the
+A contact is looked at alone: two bodies with the reduced mass m close with the speed v₀; no other force acts. With the
 damping ratio ζ = c/(2√(Km)), c = 2D, and φ = arccos ζ,
 
     e = exp(−πζ/√(1 − ζ²))                                    "kelvin-voigt"                     (28)
@@ -126,7 +126,7 @@ def damping_of_restitution(
     while given(high) > e:
         high *= 2.0
         if high > LARGEST * unit:
-            raise ValueError(f"restitution = {e:g} is less than the law {law!r} gives with any damping: take a larger one")
+            raise ValueError(f"restitution = {e:g} is less than any damping gives with law {law!r}: take a larger one")
     return _bisect(lambda damping: given(damping) - e, 0.0, high)
 
 

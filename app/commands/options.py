@@ -287,7 +287,9 @@ def stepping_of(options: argparse.Namespace, law: dict) -> Newmark | TimeSteppin
     if not given and linear and (located or status == CONTACT_STATUSES[0]):
         return Newmark(options.K, options.D, options.steps, options.every_step, located, **law)
     if located:
-        raise ValueError(f"--{next(iter(given or law)).replace('_', '-')} goes with --status start or end, not with located")
+        raise ValueError(
+            f"--{next(iter(given or law)).replace('_', '-')} goes with --status start or end, not with located"
+        )
     if options.every_step:
         note("--every-step has no effect: with this integrator or status every step is taken")
     kind = INTEGRATORS[given.pop("integrator", NewmarkBeta.name)]
