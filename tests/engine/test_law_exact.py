@@ -95,7 +95,7 @@ def test_a_run_that_goes_on_has_the_same_bits(law):
 
 @pytest.mark.parametrize("law", OTHER)
 def test_steps_tend_to_it(law):
-    """Of second order where force and damper begin at zero, of first where one of them depends on when touch is seen."""
+    """Of second order where force and damper begin at zero, else of first, by when a touch is seen."""
     exact = simulate(System(), 2.76, method_of(law), periods=1, keep=1, initial=APART).section[-1]
     errors = []
     for steps in (1600, 3200, 25600, 51200):
