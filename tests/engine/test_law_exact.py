@@ -56,6 +56,19 @@ def test_the_motion_is_that_of_the_twin(law, wall):
     np.testing.assert_allclose(run.impacts.impulse[: len(twin.impulses)], twin.impulses, rtol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("law", "eta", "stiffness", "damping"),
+    [("limited", 1.4, 30.0, 6.0), ("cut", 1.4, 100.0, 6.0), ("compression", 0.7, 100.0, 3.0)],
+)
+def test_a_contact_enters_pieces_again(law, eta, stiffness, damping):
+    """The force sets in again, the damper reaches its limit again, the bodies close again before they have parted."""
+    system, start = System(clearance=-0.3, d1=0.05, d2=0.05), (-1.0, 0.0, 1.0, 0.0)
+    method = method_of(law, stiffness, damping)
+    run = simulate(system, eta, method, periods=3, keep=3, initial=start)
+    expected = Motion(system, eta, method).run(start, 3 * run.period)
+    np.testing.assert_allclose(run.section[-1], expected, atol=1e-9)
+
+
 @pytest.mark.parametrize("law", OTHER)
 def test_what_the_excitation_gives_is_stored_or_lost(law):
     system = System(clearance=-0.05, excitation=Excitation(base=0.3))  # preloaded: it starts in contact
