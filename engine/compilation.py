@@ -42,6 +42,7 @@ _RUNS = {  # what is called, by what it solves; the solvers that the explorer op
     "Newmark, located": replace(_NEWMARK, located=True),
     "Newmark, every step": replace(_NEWMARK, every_step=True),
     "other integrators": TimeStepping(2500.0, 8.0, 2000),
+    "other contact laws": ExactPenalty(2500.0, 8.0, "cut"),
 }
 _SYSTEMS = System(), System(wall=True)  # each with machine code of its own
 _AT_WALL = ("reference", "Newmark", "Newmark, every step")  # which have kernels of their own for a wall

@@ -1,6 +1,6 @@
 """The solution methods, as frozen objects that hold their validated numbers and nothing else."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import ClassVar
 
 from .arguments import shown
@@ -14,6 +14,13 @@ STIFFNESS_RANGE = (1e-6, 1e12)
 DAMPING_RANGE = (0.0, 1e9)
 STEPS_RANGE = (4, 10_000_000)
 CONTACT_STATUSES = ("start", "end")
+EXPONENT_RANGE = (1.0, 10.0)
+PENETRATION_RANGE = (0.0, 1e9)
+PIECEWISE_LINEAR = CONTACT_LAWS[:4]  # closed form in contact
+LAWS_BY_RESTITUTION = CONTACT_LAWS[4:9]  # which have a formula for the damper
+LAWS_WITH_EXPONENT = tuple(law for law in CONTACT_LAWS[4:] if law != "jankowski")
+NEWMARK_LAWS = CONTACT_LAWS[:2]
+HERTZ = 1.5
 WITHOUT_SOLUTION = ("stop", "keep", "halve")
 INITIAL_ACCELERATIONS = ("equation", "zero")
 
@@ -50,29 +57,45 @@ class Reference:
 
 @dataclass(frozen=True)
 class ExactPenalty:
-    """Penalty contact without a time step: closed form in flight and in contact.
+    """Penalty contact without a time step: closed form in flight, and in contact where the law is piecewise linear.
 
-    Newmark's solution tends to it as Δτ → 0.
+    Newmark's solution tends to it as Δτ → 0. In contact, a law that is not linear is integrated to 1e-12 by a method of
+    high order, and the end of the contact is located.
 
     Attributes
     ----------
     stiffness : float
-        K of the contact spring, in units of pendulum 1's own stiffness.
-    damping : float
-        D of the contact damper; the force is K(ξ₁ − ξ₂) + 2D(ξ₁′ − ξ₂′).
+        K of the contact spring, in units of pendulum 1's own stiffness; the force is Kδⁿ for a penetration δ.
+    damping : float or None
+        D of the contact damper; the force of the first law is K(ξ₁ − ξ₂) + 2D(ξ₁′ − ξ₂′). All laws:
+        :mod:`engine.kernels.equations.contact_law`, with c = 2D, or h = 2D/K. With None the law takes its damper from
+        the restitution of the system and the closing speed of each touch, by the formula of its authors
+        (:mod:`engine.laws`).
+    law : str
+        One of :data:`engine.CONTACT_LAWS`.
+    exponent : float
+        n ≥ 1 of a law with a power of the penetration; that of "jankowski" is 1.5.
+    penetration : float or None
+        Of "impact": the penetration from which on the damper acts in full.
 
     Raises
     ------
     ValueError
-        If a value is out of range.
+        If a value is out of range, or no number of the law.
     """
 
     stiffness: float
-    damping: float
+    damping: float | None
+    law: str = CONTACT_LAWS[0]
+    exponent: float = HERTZ
+    penetration: float | None = None
     name: ClassVar[str] = "exact"
 
     def __post_init__(self):
         _check_contact(self)
+
+    def __repr__(self) -> str:
+        return _shown_numbers(self, "law", "exponent", "penetration")
 
 
 @dataclass(frozen=True)
@@ -96,7 +119,7 @@ class Newmark:
         contacts shorter than some steps are resolved by shorter ones. All steps are taken; the cost counts each solve.
     law : {"kelvin-voigt", "cut"}
         Contact law: a spring and a damper, as in the paper, which may pull near the end of a contact; or the same cut
-        at zero. With "cut" all steps are taken, none is located, and there is no `limit` yet to compare with.
+        at zero. With "cut" all steps are taken and none is located. :class:`TimeStepping` has more laws.
 
     Raises
     ------
@@ -114,16 +137,17 @@ class Newmark:
 
     def __post_init__(self):
         _check_contact(self)
-        one_of("law", self.law, CONTACT_LAWS)
         for name in ("every_step", "located"):
             object.__setattr__(self, name, flag(name, getattr(self, name)))
+        if self.law not in NEWMARK_LAWS:
+            raise ValueError(f"law = {self.law!r} is stepped by TimeStepping(…, law={self.law!r}), not by Newmark")
         if self.located and self.law != CONTACT_LAWS[0]:
             raise ValueError(f"law = {self.law!r} has no located steps: leave located at False")
         _check_steps(self)
 
     @property
     def limit(self) -> ExactPenalty:
-        """The solution that this one tends to as Δτ → 0; raises ValueError for a law that has none."""
+        """The solution that this one tends to as Δτ → 0."""
         return _limit(self)
 
 
@@ -145,7 +169,9 @@ class TimeStepping:
         With status "end", what a step does in which neither status agrees with its own end: end the run with the status
         ``without-solution``; keep the former status; or be cut into 2, 4, … 1024 parts until all of them have a
         solution.
-    law : {"kelvin-voigt", "cut"}
+    law, exponent, penetration
+        As those of :class:`ExactPenalty`, and so is a damping of None. The force of a law that is not linear is solved
+        for within each step.
     initial_acceleration : {"equation", "zero"}
         ξᵢ″ at τ = 0 from the equations of motion, or zero, as OpenSees has it unless it is given.
 
@@ -156,13 +182,15 @@ class TimeStepping:
     """
 
     stiffness: float
-    damping: float
+    damping: float | None
     steps: int
     integrator: Integrator = field(default_factory=NewmarkBeta)
     status: str = CONTACT_STATUSES[0]
     without_solution: str = WITHOUT_SOLUTION[0]
     law: str = CONTACT_LAWS[0]
     initial_acceleration: str = INITIAL_ACCELERATIONS[0]
+    exponent: float = HERTZ
+    penetration: float | None = None
     name: ClassVar[str] = "time-stepping"
 
     def __post_init__(self):
@@ -172,23 +200,31 @@ class TimeStepping:
             raise ValueError(f"integrator = {shown(self.integrator)} is not an Integrator, such as NewmarkBeta()")
         one_of("status", self.status, CONTACT_STATUSES)
         one_of("without_solution", self.without_solution, WITHOUT_SOLUTION)
-        one_of("law", self.law, CONTACT_LAWS)
         one_of("initial_acceleration", self.initial_acceleration, INITIAL_ACCELERATIONS)
         if self.integrator.explicit and self.status != CONTACT_STATUSES[0]:
             name = self.integrator.name
             raise ValueError(f"{name} is explicit and knows the gap before the force: it has status = 'start' alone")
 
+    def __repr__(self) -> str:
+        return _shown_numbers(self, "exponent", "penetration")
+
     @property
     def limit(self) -> ExactPenalty:
-        """The solution that this one tends to as Δτ → 0; raises ValueError for a law that has none."""
+        """The solution that this one tends to as Δτ → 0."""
         return _limit(self)
 
 
+def _shown_numbers(method: ExactPenalty | TimeStepping, *left_out: str) -> str:
+    """The method as Python writes it, numbers of these names left out where they are the default."""
+    named = {each.name: getattr(method, each.name) for each in fields(method)}
+    known = {each.name: each.default for each in fields(method) if each.name in left_out}
+    parts = (f"{name}={value!r}" for name, value in named.items() if known.get(name, ...) != value)
+    return f"{type(method).__name__}({', '.join(parts)})"
+
+
 def _limit(method: Newmark | TimeStepping) -> ExactPenalty:
-    known = CONTACT_LAWS[0]
-    if method.law != known:
-        raise ValueError(f"law = {method.law!r} is not solved in closed form, to compare with: use {known!r}")
-    return ExactPenalty(method.stiffness, method.damping)
+    more = {name: getattr(method, name) for name in ("exponent", "penetration") if hasattr(method, name)}
+    return ExactPenalty(method.stiffness, method.damping, method.law, **more)
 
 
 def _check_steps(method: Newmark | TimeStepping) -> None:
@@ -197,10 +233,28 @@ def _check_steps(method: Newmark | TimeStepping) -> None:
 
 
 def _check_contact(method: ExactPenalty | Newmark | TimeStepping) -> None:
+    law = one_of("law", method.law, CONTACT_LAWS)
     k = require("K", method.stiffness, *STIFFNESS_RANGE, "give a contact stiffness; the paper uses 100 to 12000")
-    d = require("D", method.damping, *DAMPING_RANGE, "give a contact damping; the paper uses 8 to 50")
     object.__setattr__(method, "stiffness", k)
-    object.__setattr__(method, "damping", d)
+    if method.damping is not None or law not in LAWS_BY_RESTITUTION:
+        d = require("D", method.damping, *DAMPING_RANGE, "give a contact damping; the paper uses 8 to 50")
+        object.__setattr__(method, "damping", d)
+    if hasattr(method, "exponent"):
+        _check_law(method, law)
+
+
+def _check_law(method: ExactPenalty | TimeStepping, law: str) -> None:
+    n = require("exponent", method.exponent, *EXPONENT_RANGE, "give the power of the penetration, 1.5 for Hertz")
+    object.__setattr__(method, "exponent", n)
+    if n != HERTZ and law not in LAWS_WITH_EXPONENT:
+        raise ValueError(f"exponent = {n:g} is no number of the law {law!r}: leave it at {HERTZ}")
+    if law == "impact":
+        advice = "give the penetration from which on the damper of the law 'impact' acts in full"
+        d = require("penetration", method.penetration, *PENETRATION_RANGE, advice, open_low=True)
+        object.__setattr__(method, "penetration", d)
+    elif method.penetration is not None:
+        shown_as = shown(method.penetration)
+        raise ValueError(f"penetration = {shown_as} is no number of the law {law!r}, but of 'impact': leave it out")
 
 
 Method = Reference | ExactPenalty | Newmark | TimeStepping

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from .arguments import shown
 from .drivers.base import Driver
 from .drivers.event_driven import EventDriver
+from .drivers.law_driven import LawDriver, needs_law
 from .drivers.located import LocatedDriver
 from .drivers.newmark import ONE_STEP_DRIVERS
 from .drivers.time_stepping import TimeSteppingDriver
@@ -116,6 +117,8 @@ def sample_run(
 def _driver(method: Method) -> type[Driver]:
     if isinstance(method, Newmark) and method.located:
         return LocatedDriver
+    if needs_law(method):
+        return LawDriver
     return _DRIVERS[type(method)]
 
 

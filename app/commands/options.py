@@ -11,6 +11,8 @@ from vibroscope.engine import (
     CONTACT_STATUSES,
     INITIAL_ACCELERATIONS,
     INTEGRATORS,
+    LAWS_BY_RESTITUTION,
+    NEWMARK_LAWS,
     WITHOUT_SOLUTION,
     ExactPenalty,
     Method,
@@ -22,16 +24,18 @@ from vibroscope.engine import (
     TimeStepping,
     Units,
     read_system,
+    stiffness_of_step,
 )
 
 # What `vibroscope simulate` alone can ask of a method with a time step
 INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
-STEPPING_OPTIONS = "integrator", "status", "without_solution", "initial_acceleration", "law", *INTEGRATOR_NUMBERS
+STEPPING_OPTIONS = "integrator", "status", "without_solution", "initial_acceleration", *INTEGRATOR_NUMBERS
+LAW_OPTIONS = "law", "exponent", "penetration"
 # The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
 SOLVER_OPTIONS = {
     "reference": ("joint_damping", "threshold", "restitution"),
-    "exact": ("K", "D"),
-    "newmark": ("K", "D", "steps", "every_step", "located", *STEPPING_OPTIONS),
+    "exact": ("K", "D", *LAW_OPTIONS),
+    "newmark": ("K", "D", "steps", "every_step", "located", "stiffness_of_step", *STEPPING_OPTIONS, *LAW_OPTIONS),
 }
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
 FREE_VIBRATION = "nothing drives the bodies: a free vibration from its start, and eta only sets the length of a period"
@@ -161,8 +165,17 @@ def add_integrator_options(command: argparse.ArgumentParser) -> None:
     add(
         "--law",
         choices=CONTACT_LAWS,
-        help="newmark: contact law; a spring and a damper, or the same cut at zero so that it never pulls "
-        f"(default {CONTACT_LAWS[0]})",
+        help="exact, newmark: contact law (default: a spring and a damper, which may pull). Without --D those from "
+        "hunt-crossley to constant-restitution take their damper from the restitution of the system and the closing "
+        "speed, by the formula of their authors",
+    )
+    add("--exponent", type=float, metavar="F", help="power of the penetration in the law, at least 1 (default 1.5)")
+    add("--penetration", type=float, metavar="F", help="law impact: penetration from which on the damper acts in full")
+    add(
+        "--stiffness-of-step",
+        type=float,
+        metavar="S",
+        help="newmark: K = S m/(time step)^2 instead of --K, m the reduced mass; half the step then has four times K",
     )
     add(
         "--integrator",
@@ -221,17 +234,31 @@ def add_threshold_option(command: argparse.ArgumentParser) -> None:
 def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
     """The system, eta and method that the options describe."""
     system = system_of(options)
-    if options.solver == "reference" and options.restitution is not None:  # the penalty model has no impact law
+    if "restitution" in _own_options(options) and options.restitution is not None:
         system = replace(system, restitution=options.restitution)
     if not system.excitation.drives:
         note(FREE_VIBRATION)
-    return system, eta_of(options), method_of(options)
+    eta, scale = eta_of(options), getattr(options, "stiffness_of_step", None)
+    if scale is not None and options.solver == "newmark" and options.steps is not None:
+        if options.K is not None:
+            raise ValueError("--K and --stiffness-of-step both give the contact stiffness: leave one of them out")
+        options.K = stiffness_of_step(system, eta, options.steps, scale)
+    return system, eta, method_of(options)
+
+
+def _own_options(options: argparse.Namespace) -> tuple[str, ...]:
+    """The options of the solver. A law whose damper follows from it has the restitution of the system, too."""
+    own = SOLVER_OPTIONS[options.solver]
+    follows = getattr(options, "law", None) in LAWS_BY_RESTITUTION and options.D is None
+    return (*own, "restitution") if follows else own
 
 
 def method_of(options: argparse.Namespace) -> Method:
     """The method that the options describe; options of other solvers get a note on stderr."""
     note_unused(options)
-    missing = [f"--{name}" for name in NEEDED[options.solver] if getattr(options, name) is None]
+    law = {name: value for name in LAW_OPTIONS if (value := getattr(options, name, None)) is not None}
+    needed = [name for name in NEEDED[options.solver] if name != "D" or law.get("law") not in LAWS_BY_RESTITUTION]
+    missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if missing:
         raise ValueError(
             f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers for eta 2.76: "
@@ -240,24 +267,29 @@ def method_of(options: argparse.Namespace) -> Method:
     if options.solver == "reference":
         return reference_of(options)
     if options.solver == "exact":
-        return ExactPenalty(options.K, options.D)
-    return stepping_of(options)
+        return ExactPenalty(options.K, options.D, **law)
+    return stepping_of(options, law)
 
 
-def stepping_of(options: argparse.Namespace) -> Newmark | TimeStepping:
+def stepping_of(options: argparse.Namespace, law: dict) -> Newmark | TimeStepping:
     """The method with a time step: Newmark's with skipped or located steps, unless more is asked for.
+
+    ``law``: the options of the contact law that are given.
 
     Only `vibroscope simulate` has the options of :func:`add_integrator_options`.
     """
     given = {name: value for name in STEPPING_OPTIONS if (value := getattr(options, name, None)) is not None}
-    law, status = given.pop("law", CONTACT_LAWS[0]), given.pop("status", CONTACT_STATUSES[0])
+    status = given.pop("status", CONTACT_STATUSES[0])
     located = options.located or status == "located"
     if given.get("integrator") == NewmarkBeta.name:
         del given["integrator"]
-    if not given and (located or status == CONTACT_STATUSES[0]):
-        return Newmark(options.K, options.D, options.steps, options.every_step, located, law)
+    linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS and len(law) < 2
+    if not given and linear and (located or status == CONTACT_STATUSES[0]):
+        return Newmark(options.K, options.D, options.steps, options.every_step, located, **law)
     if located:
-        raise ValueError(f"--{next(iter(given)).replace('_', '-')} goes with --status start or end, not with located")
+        raise ValueError(
+            f"--{next(iter(given or law)).replace('_', '-')} goes with --status start or end, not with located"
+        )
     if options.every_step:
         note("--every-step has no effect: with this integrator or status every step is taken")
     kind = INTEGRATORS[given.pop("integrator", NewmarkBeta.name)]
@@ -268,7 +300,7 @@ def stepping_of(options: argparse.Namespace) -> Newmark | TimeStepping:
     if unknown := [name for name in given if name not in own]:
         has = f"it has {' and '.join(f'--{name}' for name in own)}" if own else "it has no numbers"
         raise ValueError(f"--{unknown[0]} is no number of the integrator {kind.name}: {has}")
-    return TimeStepping(options.K, options.D, options.steps, kind(**given), status, law=law, **more)
+    return TimeStepping(options.K, options.D, options.steps, kind(**given), status, **law, **more)
 
 
 def reference_of(options: argparse.Namespace) -> Reference:
@@ -279,7 +311,7 @@ def reference_of(options: argparse.Namespace) -> Reference:
 
 def note_unused(options: argparse.Namespace) -> None:
     """Note on stderr which of the given options belong to other solvers."""
-    own = SOLVER_OPTIONS[options.solver]
+    own = _own_options(options)
     for name in dict.fromkeys(name for names in SOLVER_OPTIONS.values() for name in names):
         if name not in own and getattr(options, name, None) not in (None, False):
             note(f"--{name.replace('_', '-')} has no effect on the {options.solver} solver")

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from vibroscope import engine
 from vibroscope.app.commands.options import add_integrator_options, add_solver_options, default_of, problem_of
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
-from vibroscope.engine import CONTACT_LAWS, Newmark, Response, simulate
+from vibroscope.engine import Newmark, Response, simulate
 
 _KEEP = default_of(simulate, "keep")
 
@@ -146,7 +146,7 @@ def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
 def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float] | None) -> str:
     """What the motion is; Newmark's section alone does not show it where the time step may have scattered it."""
     method = response.method
-    if isinstance(method, Newmark) and found.period != 1 and method.law == CONTACT_LAWS[0] and response.keep >= _KEEP:
+    if isinstance(method, Newmark) and found.period != 1 and response.keep >= _KEEP:
         return engine.repetition(engine.motion(response.system, response.eta, method, initial=initial))
     if not found.near_period and response.keep < 4:
         return f"{response.keep} kept periods are too few to show a cycle"

@@ -30,7 +30,19 @@ import math
 import numpy as np
 
 from ..arguments import shown
+from ..laws import restitution_of, restitution_without_pull
 from ..model import System
+
+__all__ = [
+    "contact_frequency",
+    "damping_for",
+    "damping_ratio",
+    "damping_ratio_for",
+    "equal_restitution_damping",
+    "restitution_of",
+    "restitution_without_pull",
+    "stiffness_for",
+]
 
 
 def contact_frequency(system: System, stiffness: float) -> float:
@@ -82,16 +94,3 @@ def equal_restitution_damping(system: System, stiffness: float | np.ndarray) -> 
     if not known.all():
         raise ValueError(f"K = {shown(stiffness)} is no contact stiffness: give positive numbers")
     return damping_ratio_for(system.restitution) * np.sqrt(stiffness * system.mass_share)
-
-
-def restitution_of(ratio: float) -> float:
-    """Return e(ζ) = exp(−πζ/√(1 − ζ²)), the restitution of a contact; 0 for ζ ≥ 1."""
-    return math.exp(-math.pi * ratio / math.sqrt((1 - ratio) * (1 + ratio))) if ratio < 1 else 0.0
-
-
-def restitution_without_pull(ratio: float) -> float:
-    """Return e°(ζ), the restitution of a contact that ends where its force vanishes (see the module)."""
-    root = math.sqrt(abs(1 - ratio) * (1 + ratio))
-    if root < 1e-6:
-        return math.exp(-2.0)
-    return math.exp(-2 * ratio * (math.acos(ratio) if ratio < 1 else math.acosh(ratio)) / root)

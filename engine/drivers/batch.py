@@ -21,7 +21,7 @@ from ..kernels.event_driven.state import STATE as EVENT_STATE
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import Parameters, no_keys
 from ..kernels.time_stepping.newmark import STATE as STEP_STATE
-from ..methods import ExactPenalty, Method, Newmark, Reference
+from ..methods import CONTACT_LAWS, ExactPenalty, Method, Newmark, Reference
 from .base import CAPACITY
 from .event_driven import COMPLETION
 from .newmark import can_skip
@@ -43,9 +43,9 @@ class Task(NamedTuple):
 
 
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
-    """Which cells the kernel runs, (n,) of bool: all but those of Newmark's method whose every step is taken."""
+    """Which cells the kernel runs, (n,) of bool: all but those of other contact laws, or whose every step is taken."""
     if not isinstance(method, Newmark):
-        return np.ones(len(rows), dtype=bool)
+        return np.full(len(rows), getattr(method, "law", CONTACT_LAWS[0]) == CONTACT_LAWS[0])
     p = Parameters(*rows.T)
     fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
     return np.broadcast_to(can_skip(p.eta, fastest, p.steps, method), len(rows))

@@ -1,7 +1,7 @@
 """Driver of the event-driven solvers in closed form: the reference and the exact penalty solution."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from .parameters import parameters_of, wall_of
 from .slow_subspace import separating_circles
 
 PERIODS_PER_CALL = 2000
-_NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
+NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
 COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
 
 
@@ -61,7 +61,15 @@ def set_up(
 
 
 class EventDriver(Driver):
-    """One run in closed form, from event to event."""
+    """One run in closed form, from event to event.
+
+    Attributes
+    ----------
+    loop : compiled function
+        The event loop; one of another signature belongs to a subclass with its own ``begin`` and ``call``.
+    """
+
+    loop: ClassVar = staticmethod(kernel.integrate)
 
     def __init__(
         self,
@@ -76,15 +84,25 @@ class EventDriver(Driver):
         phases = record.phases(record.steps or record.per_period) if record else np.zeros(1)
         self.run = system, eta, method
         super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
-        self._system = set_up(system, eta, method)
+        self._wall = wall_of(system)
         self._events = self._evaluations = self._pauses = 0
         self._paused_in = -1.0
         self._window = (float(kept_from), float(self.sampled_from))
-        self._state = packed_start(self._system, start)
-        if is_first_use(kernel.integrate, self._system.views.wall):  # compile, or load, outside the measured seconds
+        self.begin(start)
+        if is_first_use(self.loop, self._wall):  # compile, or load, outside the measured seconds
             state, self._state = self._state, self._state.copy()
             self.integrate(start.periods - 1, self._no_buffers)
             self._state = state
+
+    def begin(self, start: Checkpoint) -> None:
+        """Set up the tables and the state that the run starts from."""
+        self._system = set_up(*self.run)
+        self._state = packed_start(self._system, start)
+
+    def call(self, stop: int, buffers: PackedBuffers) -> tuple[int, int, int]:
+        """Call the event loop."""
+        packed, window = self._system.packed, self._window
+        return self.loop(packed, self._state, float(stop), window, buffers.flat, buffers.sizes, self._wall, None)
 
     def periods_per_call(self) -> int:
         return PERIODS_PER_CALL
@@ -94,10 +112,7 @@ class EventDriver(Driver):
         return STATE.read(self._state)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
-        system, flat, sizes = self._system, buffers.flat, buffers.sizes
-        code, events, evaluations = kernel.integrate(
-            system.packed, self._state, float(stop), self._window, flat, sizes, system.views.wall, None
-        )
+        code, events, evaluations = self.call(stop, buffers)
         self._events += events
         self._evaluations += evaluations
         if code == PAUSED:
@@ -145,6 +160,20 @@ def start_at(system: EventDrivenSystem, y: Sequence[float]) -> np.ndarray:
     return state
 
 
+class LinearFlow(NamedTuple):
+    """The flow of a solution in closed form, from τ = 0 on, in y = (ξ₁, ξ₁′, g, g′)."""
+
+    system: EventDrivenSystem
+
+    def start(self, y: Sequence[float]) -> np.ndarray:
+        """The packed hybrid state at y."""
+        return start_at(self.system, y)
+
+    def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
+        """What :func:`integrate_variation` returns."""
+        return integrate_variation(self.system, start, periods)
+
+
 def integrate_variation(
     system: EventDrivenSystem, start: np.ndarray, periods: float
 ) -> tuple[np.ndarray, np.ndarray, int] | None:
@@ -165,7 +194,7 @@ def integrate_variation(
     """
     variation = make_variation()
     status, _, _ = kernel.integrate(
-        system.packed, start, periods, (0.0, 0.0), _NO_BUFFERS.flat, _NO_BUFFERS.sizes, system.views.wall, variation
+        system.packed, start, periods, (0.0, 0.0), NO_BUFFERS.flat, NO_BUFFERS.sizes, system.views.wall, variation
     )
     return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
 

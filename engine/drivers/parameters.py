@@ -15,7 +15,8 @@ from ..kernels.equations.motion import (
 )
 from ..kernels.linear.tables import full_generator
 from ..kernels.parameters import AT_WALL, TWO_BODIES, Parameters
-from ..methods import Method, Reference
+from ..laws import damper_of
+from ..methods import HERTZ, Method, Reference
 from ..model import System
 
 
@@ -25,6 +26,7 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
     law = LAWS.index(getattr(method, "law", LAWS[KELVIN_VOIGT]))
     base, force1, force2 = (system.excitation.harmonic(name) for name in ("base", "force1", "force2"))
     mu = 1.0 if wall else system.mass_ratio
+    gain, relative = (0.0, False) if rigid else damper_of(system, method)
     return Parameters(
         eta=float(eta),
         kappa=1.0 if wall else system.kappa,
@@ -47,10 +49,14 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
         mass_share=system.mass_share,
         stiffness_share=system.stiffness_share,
         stiffness=0.0 if rigid else method.stiffness,
-        damping=0.0 if rigid else method.damping,
+        damping=0.0 if rigid else method.damping or 0.0,
         restitution=system.restitution,
         threshold=method.threshold if rigid else 0.0,
         law=float(law),
+        exponent=getattr(method, "exponent", HERTZ),
+        penetration=getattr(method, "penetration", None) or 0.0,
+        gain=gain,
+        relative=float(relative),
     )
 
 

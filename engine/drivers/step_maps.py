@@ -16,7 +16,7 @@ from ..kernels.compile.options import uncompiled
 from ..kernels.equations.contact_law import force
 from ..kernels.equations.motion import coefficients
 from ..kernels.parameters import Parameters
-from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, STATE_ROWS
+from ..kernels.time_stepping.linear_step import BEFORE, CLOSING, COLUMNS, FORCE, OWN, STATE_ROWS
 
 BETWEEN = np.array([-1.0, 1.0])  # the gap is that of the equilibrium and this times the displacements
 AMPLIFYING = 1 + 1e-5  # spectral radius beyond which steps amplify; rounding gives up to 4e-6 with huge ωΔτ
@@ -54,18 +54,28 @@ def bodies_of(p: Parameters) -> Bodies:
 
 
 def stage_end(
-    b: Bodies, integrator: Integrator, stage: Stage, points: list[Point], begun: np.ndarray, status: int, h: float
-) -> tuple[Point, np.ndarray, np.ndarray]:
-    """The end of a stage with a status, 0 or 1, λ and the gap there.
+    b: Bodies,
+    integrator: Integrator,
+    stage: Stage,
+    points: list[Point],
+    begun: np.ndarray,
+    status: int,
+    h: float,
+    given: np.ndarray | None = None,
+) -> tuple[Point, np.ndarray, np.ndarray, np.ndarray]:
+    """The end of a stage with a status, 0 or 1, λ, the gap there and its rate.
 
     Parameters
     ----------
     points : list of Point
         The beginning of the step, and the ends of the stages before.
-    begun : (COLUMNS,) ndarray
-        λ that acted at the beginning.
+    begun : (n + 2,) ndarray
+        λ that acted at the beginning; n: COLUMNS, or more with forces that are given.
+    given : (n + 2,) ndarray, optional
+        λ that acts instead of that of spring and damper.
     """
-    n = COLUMNS
+    n = len(begun) - 2
+    cosine, sine, one = COLUMNS - 3, COLUMNS - 2, COLUMNS - 1
     unit = np.eye(n + 2)
     first, acceleration = points[0], unit[n:]
 
@@ -83,17 +93,18 @@ def stage_end(
     def load(share):
         angle = b.eta * share * h
         c, s = math.cos(angle), math.sin(angle)
-        return b.loads @ np.array([c * unit[n - 3] - s * unit[n - 2], s * unit[n - 3] + c * unit[n - 2]])
+        return b.loads @ np.array([c * unit[cosine] - s * unit[sine], s * unit[cosine] + c * unit[sine]])
 
     damped = half if integrator.explicit else v
     felt_q, felt_v = between(q, first.q), between(damped, first.v)
     if integrator.averaged:
-        gap, rate, loads = b.gap * unit[n - 1] + BETWEEN @ q, BETWEEN @ v, between(load(stage.end), load(0.0))
+        gap, rate, loads = b.gap * unit[one] + BETWEEN @ q, BETWEEN @ v, between(load(stage.end), load(0.0))
     else:
-        gap, rate = b.gap * unit[n - 1] + BETWEEN @ felt_q, BETWEEN @ felt_v
+        gap, rate = b.gap * unit[one] + BETWEEN @ felt_q, BETWEEN @ felt_v
         loads = load(stage.end * (1.0 - stage.alpha_f))
     spring = uncompiled(force)(*b.contact, gap, rate)  # Eq. (5)
-    acting = between(status * spring, begun) if integrator.averaged else status * spring
+    now = status * spring if given is None else given
+    acting = between(now, begun) if integrator.averaged else now
     inertia = b.mass @ ((1.0 - stage.alpha_m) * acceleration + stage.alpha_m * first.a)
     balance = loads + np.outer(b.reaction, acting) - inertia - b.damping @ felt_v - b.stiffness @ felt_q  # Eq. (15)
     found = np.linalg.solve(-balance[:, n:], balance[:, :n])
@@ -101,7 +112,7 @@ def stage_end(
     def known(rows):
         return np.pad(rows[..., :n] + rows[..., n:] @ found, [(0, 0)] * (rows.ndim - 1) + [(0, 2)])
 
-    return Point(known(q), known(v), known(acceleration)), known(spring), known(gap)
+    return Point(known(q), known(v), known(acceleration)), known(spring), known(gap), known(rate)
 
 
 def step_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
@@ -119,10 +130,30 @@ def step_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
     first, *later = integrator.stages
     ends = [stage_end(b, integrator, first, [start], begun, status, h) for status in (0, 1)]
     if later:
-        firsts = [point for point, _, _ in ends]
+        firsts = [point for point, *_ in ends]
         ends += [stage_end(b, integrator, later[0], [start, one], begun, s, h) for one in firsts for s in (0, 1)]
-    rows = [np.vstack([*point, spring, gap]) for point, spring, gap in ends]
+    rows = [np.vstack([*point, spring, gap]) for point, spring, gap, _ in ends]
     return np.array(rows)[:, :, :COLUMNS]
+
+
+def law_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
+    """All stages of a step of size ``h`` without contact, and what forces of a unit add.
+
+    Returns
+    -------
+    (1 or 2, STATE_ROWS + 2, CLOSING) ndarray
+        The last rows are the gap and its rate; the columns OWN and BEFORE belong to λ of the stage, and of that before.
+    """
+    unit = np.eye(CLOSING + 2)
+    points, maps = [Point(unit[0:2], unit[2:4], unit[4:6])], []
+    forces = [unit[OWN]] if len(integrator.stages) == 1 else [unit[BEFORE], unit[OWN]]
+    for stage, given in zip(integrator.stages, forces, strict=True):
+        point, _, gap, rate = stage_end(b, integrator, stage, points, unit[FORCE], 0, h, given)
+        points.append(point)
+        maps.append(np.vstack([*point, np.zeros(CLOSING + 2), gap, rate])[:, :CLOSING])
+    if len(maps) > 1:
+        maps[0][:, [OWN, BEFORE]] = maps[0][:, [BEFORE, OWN]]
+    return np.array(maps)
 
 
 def spectral_radius(maps: np.ndarray, status: int) -> float:

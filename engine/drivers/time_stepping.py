@@ -4,15 +4,16 @@ import numpy as np
 
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
+from ..kernels.equations.contact_law import gain_at, law_force
 from ..kernels.equations.coordinates import contact_coordinates
 from ..kernels.equations.motion import accelerations, coefficients
 from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import linear_step as kernel
 from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_of
-from ..methods import WITHOUT_SOLUTION
+from ..methods import NEWMARK_LAWS, WITHOUT_SOLUTION
 from ..result import Checkpoint, Cost, Status
 from .parameters import parameters_of
-from .step_maps import bodies_of, is_stable, step_maps
+from .step_maps import bodies_of, is_stable, law_maps, step_maps
 from .stepping import SteppingDriver
 
 STEPS_PER_CALL = 1_000_000
@@ -26,7 +27,9 @@ class TimeSteppingDriver(SteppingDriver):
         self.solution = f"the solution by {method.integrator.name}"
         self._bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
         levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
-        maps = np.array([step_maps(self._bodies, method.integrator, system.h / 2**level) for level in levels])
+        self._linear = method.law in NEWMARK_LAWS
+        of_step = step_maps if self._linear else law_maps
+        maps = np.array([of_step(self._bodies, method.integrator, system.h / 2**level) for level in levels])
         weights = [stage.weight for stage in method.integrator.stages]
         self._scheme = kernel.LinearScheme(
             maps,
@@ -38,7 +41,7 @@ class TimeSteppingDriver(SteppingDriver):
         )
         angle = self.angles_of_steps()[:-1]
         self._angles = np.array([np.cos(angle), np.sin(angle)])
-        self._work = np.zeros((3, kernel.COLUMNS))
+        self._work = np.zeros((3, kernel.WORK))
         own = len(start.state) == kernel.STATE.size
         self._state = np.array(start.state) if own else kernel.STATE.pack(self._start_state(p, start.state))
         self._started = start.periods * method.steps
@@ -52,14 +55,23 @@ class TimeSteppingDriver(SteppingDriver):
         m = self._scheme.system
         x1, v1, gap, rate = uncompiled(contact_coordinates)(m, *start)
         pressed = gap <= 0.0
-        push = uncompiled(contact_force)(m, *start) if pressed else 0.0
+        closing = max(-rate, 0.0) if gap == 0.0 else 0.0
+        push = self._force(m, start, gap, rate, closing) if pressed else 0.0
         x1, v2 = x1 - m.rest1, v1 + rate
         x2 = m.touch + gap + x1
         found = uncompiled(accelerations)(uncompiled(coefficients)(p), x1, v1, x2, v2, push, 1.0, 0.0)
         if self._method.initial_acceleration == "zero":
             found = 0.0, 0.0
         y = np.array([x1, x2, v1, v2, *found, push])
-        return kernel.LinearState(y, int(pressed), pressed, 0, 0, 0, uncompiled(no_contact)())
+        contact = uncompiled(no_contact)()._replace(speed1=closing)  # of which only the difference of speeds is used
+        return kernel.LinearState(y, int(pressed), pressed, 0, 0, 0, contact)
+
+    def _force(self, m, start: tuple[float, ...], gap: float, rate: float, closing: float) -> float:
+        """λ at the start."""
+        if self._linear:
+            return uncompiled(contact_force)(m, *start)
+        gain = uncompiled(gain_at)(m, closing)
+        return uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
 
     @property
     def _now(self) -> kernel.LinearState:
@@ -81,13 +93,13 @@ class TimeSteppingDriver(SteppingDriver):
         return self.explain_divergence(self._now.step) + (f": {unstable}" if unstable else "")
 
     def _explain_no_solution(self) -> str:
-        method, step = self._method, self._now.step
+        method, step, damping = self._method, self._now.step, self._scheme.system.gain / 2
         cut = f", even in {kernel.PARTS} parts," if method.without_solution == "halve" else ""
         others = " or ".join(repr(name) for name in WITHOUT_SOLUTION[1:] if name != method.without_solution)
         return (
             f"step {step + 1} (period {step // method.steps + 1}){cut} has no solution: with contact it ends open, "
             f"without contact it ends closed, because the damper's force jumps where the bodies touch; take a smaller "
-            f"D than {method.damping:g}, other steps per period than {method.steps}, or without_solution = {others}"
+            f"D than {damping:g}, other steps per period than {method.steps}, or without_solution = {others}"
         )
 
     def _explain_instability(self) -> str:
@@ -98,7 +110,8 @@ class TimeSteppingDriver(SteppingDriver):
         where = {0: "without contact", 1: "in contact"}
 
         def unstable(n):
-            return [s for s in where if not is_stable(b, method.integrator, period / n, s)]
+            known = where if self._linear else (0,)  # in contact by another law it depends on the penetration
+            return [s for s in known if not is_stable(b, method.integrator, period / n, s)]
 
         found = unstable(method.steps)
         if not found:

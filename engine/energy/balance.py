@@ -20,15 +20,20 @@ follows the motion from one row of the section to the next through the events of
 that is missing, misplaced or wrong leaves a residual. For Newmark with a constant step the sums are those of the
 discrete solution (:mod:`.steps`), which balances exactly within each step: its residual is the energy that the
 time-stepping creates where contact changes.
+
+With another contact law the contact takes ∫λδ′ dτ less what its spring stores, Kδⁿ⁺¹/(n + 1); the integrals are
+those of the solution itself (:mod:`.law`).
 """
 
 from collections.abc import Callable
 
 import numpy as np
 
+from ..drivers.law_driven import needs_law
 from ..methods import Newmark, refuse_time_stepping
 from ..result import Response
 from .events import balance_between_events
+from .law import balance_of_law
 from .result import EnergyBalance
 from .steps import balance_of_steps
 
@@ -71,4 +76,6 @@ def energy_balance(
     rows = response.section if start is None else np.vstack([np.asarray(start, dtype=float), response.section])
     if len(rows) < 2:
         raise ValueError("the balance of one kept period needs its initial state: keep two periods, or give the start")
+    if needs_law(response.method):
+        return balance_of_law(response, rows)
     return balance_between_events(response, rows, cancelled)

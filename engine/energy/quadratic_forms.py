@@ -61,7 +61,7 @@ def energy_forms(response: Response) -> EnergyForms:
         # the contact force is proportional to g″ of the motion without contact
         ends, levels = (_GAP, phases[0][3]), (p.free_gap, 0.0)
     else:
-        dissipated = np.array([dampers, 2 * method.damping * _product(_RATE)])
+        dissipated = np.array([dampers, 2 * (method.damping or 0.0) * _product(_RATE)])
         ends, levels = (_GAP, _GAP), (p.free_gap, p.free_gap)
     return EnergyForms(
         generators=phases,

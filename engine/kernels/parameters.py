@@ -41,6 +41,10 @@ class Parameters(NamedTuple):
     restitution: float
     threshold: float
     law: float  # index in equations.contact_law.LAWS
+    exponent: float
+    penetration: float
+    gain: float  # c of the law's damper or h of Eq. (18); times the closing speed where ``relative``
+    relative: float  # 1 or 0
 
 
 # Whether there is a wall, as kernels that are compiled once for each take it: as a condition the one is false and the

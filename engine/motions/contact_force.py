@@ -5,6 +5,7 @@ import numpy as np
 from ..methods import Reference, grid_steps
 from ..result import Response
 
+JUMPING = "kelvin-voigt", "cut", "compression"  # laws whose damper acts in full at touch
 FEWEST_SAMPLES = 8  # in a contact, to see the peak of its force: 2 % off at most for half a sine wave
 
 
@@ -21,6 +22,8 @@ def peak_force(response: Response) -> float:
     contacts = response.contacts[response.contacts[:, 1] > sampled.time[0]]
     if np.diff(contacts, axis=1).min(initial=np.inf) < FEWEST_SAMPLES * spacing:
         return np.nan
+    if method.law not in JUMPING:
+        return largest
     # the damper's force jumps when the contact begins, between two samples
     closing_speeds = response.impacts.closing_speed[response.impacts.time > sampled.time[0]]
     return max(largest, 2 * method.damping * float(closing_speeds.max(initial=0.0)))

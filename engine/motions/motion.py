@@ -19,6 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..drivers.law_driven import remembers
 from ..drivers.section import period_of
 from ..energy.balance import energy_balance
 from ..methods import ExactPenalty, Method, Newmark, Reference, refuse_time_stepping
@@ -89,6 +90,8 @@ def motion(
         raise ValueError("a system alone has no motion: give motion(system, eta, method), or a response")
     refuse_time_stepping(method, "the type of a motion")
     find = _newmark_motion if isinstance(method, Newmark) else _closed_form_motion
+    if remembers(subject, method):
+        find = _remembering_motion
     return find(subject, eta, method, initial, cancelled)
 
 
@@ -147,6 +150,14 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
         lyapunov_error=followed.error,
         rotation=rotation_number(followed.section) if kind is Kind.QUASI_PERIODIC else np.nan,
     )
+
+
+def _remembering_motion(system: System, eta, method: ExactPenalty, initial, cancelled) -> Motion:
+    """Describe a run of a law whose section does not say all of the state: its period alone, no multipliers."""
+    record = Record(SAMPLED, SAMPLES)
+    options = {"initial": initial, "record": record, "cancelled": cancelled}
+    run = simulate(system, eta, method, periods=LONG, keep=KEEP, **options)
+    return _with_energy(describe(run), run, cancelled) if run.ok else describe(run)
 
 
 def _late_cycle(system: System, eta, method, section: np.ndarray, cancelled) -> Motion | None:

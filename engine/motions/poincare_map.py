@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.event_driven import contact_state, displaced_state, integrate_variation, set_up, start_at
+from ..drivers.event_driven import LinearFlow, contact_state, displaced_state, set_up
+from ..drivers.law_driven import LawFlow, needs_law
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Cancelled
@@ -52,15 +53,16 @@ class PoincareMap:
     def __init__(
         self, system: System, eta: float, method: Reference | ExactPenalty, cancelled: Callable[[], bool] | None
     ):
-        self.mechanics, self.system = system, set_up(system, eta, method)
+        self.mechanics, self.rigid = system, isinstance(method, Reference)
+        self.flow = LawFlow(system, eta, method) if needs_law(method) else LinearFlow(set_up(system, eta, method))
         self.cancelled = cancelled
         self.periods = 0
 
     def start(self, y: Sequence[float]) -> np.ndarray:
         """Return the packed hybrid state at y; for the reference a penetration is set to zero."""
         x1, v1, gap, rate = map(float, y)
-        gap = max(gap, 0.0) if self.system.views.rigid else gap
-        return start_at(self.system, (x1, v1, gap, rate))
+        gap = max(gap, 0.0) if self.rigid else gap
+        return self.flow.start((x1, v1, gap, rate))
 
     def coordinates(self, states: np.ndarray) -> np.ndarray:
         """Convert (…, 4) states ξ₁, ξ₁′, ξ₂, ξ₂′ to those of the map."""
@@ -74,7 +76,7 @@ class PoincareMap:
         """Map y over ``count`` periods; None if the integration ends early or the map has no derivative at y."""
         if self.cancelled is not None and self.cancelled():
             raise Cancelled
-        found = integrate_variation(self.system, self.start(y), float(count))
+        found = self.flow.with_jacobian(self.start(y), float(count))
         self.periods += count
         if found is None or not all(np.isfinite(array).all() for array in found[:2]):
             return None

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..drivers.event_driven import EventDriver
+from ..drivers.law_driven import LawDriver, needs_law
 from ..drivers.section import period_of
 from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta, whole
@@ -126,7 +127,8 @@ def steady(
     eta = check_eta(eta)
     max_period = whole("max_period", max_period, 1, MAX_PERIOD_LIMIT, "give the longest cycle to look for")
     start = starting_checkpoint(initial, system, eta, method)
-    driver = EventDriver(system, eta, method, start, ATTEMPTS_AFTER[-1], 0, None)
+    kind = LawDriver if needs_law(method) else EventDriver
+    driver = kind(system, eta, method, start, ATTEMPTS_AFTER[-1], 0, None)
     search = OrbitSearch(PoincareMap(system, eta, method, cancelled), max_period, stable_only)
     for periods in ATTEMPTS_AFTER:
         status, _ = driver.advance(periods, cancelled, record=True)

@@ -5,7 +5,24 @@
     λ = −K g − 2D g′                    "kelvin-voigt": may pull near the end of a contact         (5)
     λ = max(0, −K g − 2D g′)            "cut": Kelvin–Voigt cut at zero                            (6)
 
-Both are linear where they push. In them the gap oscillates, or creeps, as the *contact mode*: with M = 1 + 1/μ the
+Both are linear where they push. With the penetration δ = −g, its rate v = −g′ and c = 2D two more are piecewise linear,
+
+    λ = Kδ + min(max(cv, −Kδ), Kδ)      "limited": neither jumps nor pulls                         (16)
+    λ = Kδ + c max(v, 0)                "compression": the damper acts while the bodies close      (17)
+
+and these are smooth where the bodies overlap; h and c may depend on the closing speed at touch (:func:`gain_at`):
+
+    λ = Kδⁿ(1 + hv)                     "hunt-crossley", "lankarani-nikravesh", "flores"           (18)
+    λ = Kδ^1.5 + c δ^¼ max(v, 0)        "jankowski"                                                (19)
+    λ = Kδⁿ + c δ^((n−1)/2) v           "constant-restitution"                                     (20)
+    λ = max(0, Kδⁿ + c S(δ/d) v)        "impact": S(x) = x²(3 − 2x), 1 beyond the penetration d    (21)
+
+Sources: Modelica Standard Library, Mechanics.Translational ElastoGap (16); Mahmoud & Jankowski, Eng. Struct. 33 (2011)
+(17); Hunt & Crossley, J. Appl. Mech. 42 (1975), Lankarani & Nikravesh, J. Mech. Des. 112 (1990), Flores et al.,
+Multibody Syst. Dyn. 25 (2011) (18); Jankowski, Earthq. Eng. Struct. Dyn. 34 (2005) (19); arXiv 2603.27764 (20); the
+function IMPACT of Adams and MotionSolve (21).
+
+In (5) and (6) the gap oscillates, or creeps, as the *contact mode*: with M = 1 + 1/μ the
 inverse of the reduced mass, its eigenvalues obey
 
     s² + 2DM s + KM = 0                                                                            (7)
@@ -26,10 +43,13 @@ other.
 
 import math
 
-from ..compile.options import jit, jit_inlined, jit_uncontracted
+from ..compile.options import jit, jit_inlined, jit_no_alloc, jit_uncontracted
 
-LAWS = ("kelvin-voigt", "cut")  # a law is given to kernels as its index in here
-KELVIN_VOIGT, CUT = range(len(LAWS))
+LAWS = (  # a law is given to kernels as its index in here
+    *("kelvin-voigt", "cut", "limited", "compression"),
+    *("hunt-crossley", "lankarani-nikravesh", "flores", "jankowski", "constant-restitution", "impact"),
+)
+KELVIN_VOIGT, CUT, LIMITED, COMPRESSION, HUNT_CROSSLEY, _, FLORES, JANKOWSKI, CONSTANT, IMPACT = range(len(LAWS))
 
 
 @jit_uncontracted
@@ -43,9 +63,48 @@ def force_of_law(law, linear):
     """λ of a penalty law, from what Eq. (5) gives.
 
     An implicit step finds λ = L/(1 + S) with S ≥ 0 from the linear force L after a step without contact. It has the
-    sign of L, so that cutting it at zero is exact. A law with another slope where it pushes needs another S.
+    sign of L, so that cutting it at zero is exact. Other laws are solved for (:mod:`..time_stepping.law_step`).
     """
     return max(linear, 0.0) if law == CUT else linear  # Eqs. (5) and (6)
+
+
+@jit_inlined
+def gain_at(p, closing):
+    """c, or h of Eq. (18), of a contact that closed with this speed; 0 where it closed without and they depend on it.
+
+    ``p``: whatever has the fields ``gain`` and ``relative`` of :class:`..parameters.Parameters`.
+    """
+    if p.relative == 0.0:
+        return p.gain
+    return p.gain / closing if closing > 0.0 else 0.0
+
+
+@jit_no_alloc
+def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
+    """λ of any law, Eqs. (5), (6) and (16) to (21), from δ = ``depth`` and v = ``speed``.
+
+    Beyond δ = 0 a law that jumps there, Eqs. (5), (6), (17) and (20) with n = 1, goes on; the others are zero.
+    ``gain``: c, or h of Eq. (18).
+    """
+    if law <= CUT or (law == CONSTANT and exponent == 1.0):
+        linear = stiffness * depth + gain * speed
+        return max(linear, 0.0) if law == CUT else linear
+    if law == COMPRESSION:
+        return stiffness * depth + gain * max(speed, 0.0)
+    if not depth > 0.0:
+        return 0.0
+    if law == LIMITED:
+        spring = stiffness * depth
+        return spring + min(max(gain * speed, -spring), spring)
+    spring = stiffness * depth**exponent
+    if law <= FLORES:
+        return spring * (1.0 + gain * speed)
+    if law == JANKOWSKI:
+        return spring + gain * math.sqrt(math.sqrt(depth)) * max(speed, 0.0)
+    if law == CONSTANT:
+        return spring + gain * depth ** (0.5 * (exponent - 1.0)) * speed
+    share = min(depth / penetration, 1.0)
+    return max(spring + gain * share * share * (3.0 - 2.0 * share) * speed, 0.0)
 
 
 @jit

@@ -10,6 +10,10 @@ at the end, 0. **From its end**: a status that its own end wants. The former sta
 with its own end: the step has no solution. Both may: it has two, and keeps the former status. An explicit method knows
 the gap before the force; its two statuses have one end, so exactly one agrees.
 
+**Other laws** are solved for within each stage (:mod:`.law_step`). Their maps, one for each stage, are those of a step
+without contact; a further row is the rate of the gap, and further columns are what a unit of λ changes, that of the
+stage and that of the stage before. Most of these forces begin at zero, so that just one status agrees.
+
 A step without a solution ends the run, or keeps the former status, or is cut into 2, 4, … parts until all of them have
 a solution.
 """
@@ -22,13 +26,17 @@ import numpy as np
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_room, with_impulse
-from ..equations.contact_law import CUT
+from ..equations.contact_law import CUT, gain_at, law_force
 from ..status import DIVERGED, FULL, OK, WITHOUT_SOLUTION
+from .law_step import solve_force
 from .newmark import LIMIT, Scheme, begin_contact, displaced, end_contact, write_output, write_sample
 
 STATE_ROWS, FORCE = 7, 6  # y, and where λ stands in it
 GAP = STATE_ROWS  # row of the gap
 COLUMNS = STATE_ROWS + 3
+RATE = GAP + 1  # row of its rate, of other laws
+OWN, BEFORE, CLOSING = range(COLUMNS, COLUMNS + 3)  # columns of λ of a stage, of that before; x: closing speed at touch
+WORK = CLOSING + 1
 HALVINGS = 10
 PARTS = 1 << HALVINGS
 STOP, KEEP, HALVE = range(3)  # what a step without a solution does
@@ -38,7 +46,9 @@ NONE, TWO = -1, 2  # of a step: it has no solution, or two
 class LinearScheme(NamedTuple):
     """The matrices of a method and the contact; of ``system`` only what the contact and the coordinates need."""
 
-    maps: np.ndarray  # (1 or HALVINGS + 1, 2 or 6, STATE_ROWS + 1, COLUMNS): of steps of size Δτ, Δτ/2, …
+    maps: (
+        np.ndarray
+    )  # (1 or HALVINGS + 1, 2 or 6, STATE_ROWS + 1, COLUMNS) or (…, 1 or 2, RATE + 1, CLOSING): of Δτ, Δτ/2, …
     weights: tuple  # share of the impulse that each of two stages gives; the second is 0 if there is one
     at_end: bool  # whether the status is that of the end
     without: int  # STOP, KEEP or HALVE
@@ -111,6 +121,61 @@ def take_stage(m, level, k, former, x, ends):
 
 
 @jit_no_alloc
+def take_law_stage(m, level, k, former, x, ends):
+    """As :func:`take_stage` for another law, with the matrix k of stage k."""
+    maps, base, end = m.maps[level, k], ends[0], ends[1]
+    for i in range(RATE + 1):
+        base[i] = row(m, level, k, i, x) + maps[i, BEFORE] * x[BEFORE]
+    base[FORCE] = 0.0
+    push = 0.0
+    if m.at_end or former == 1:
+        gain = gain_at(m.system, x[CLOSING])
+        push = solve_force(m.system, gain, base[GAP], base[RATE], maps[GAP, OWN], maps[RATE, OWN])
+    for i in range(RATE + 1):
+        end[i] = base[i] + maps[i, OWN] * push
+    end[FORCE] = push
+    if not m.at_end:
+        return former, 1
+    kept, wanted = (ends[former, GAP] <= 0.0) == (former == 1), ends[1 - former, GAP] <= 0.0
+    if wanted == (former == 1):
+        return former, 1 if kept else NONE
+    return (former, TWO) if kept else (1 - former, 1)
+
+
+@jit_no_alloc
+def take_law_step(m, level, former, x, ends):
+    """As :func:`take_step` for another law."""
+    x[BEFORE] = 0.0
+    status, solutions = take_law_stage(m, level, 0, former, x, ends)
+    push = m.weights[0] * ends[status, FORCE] * status
+    if m.maps.shape[1] > 1:
+        x[BEFORE] = ends[status, FORCE] * status
+        former = status if m.at_end else int(ends[status, GAP] <= 0.0)
+        status, more = take_law_stage(m, level, 1, former, x, ends)
+        solutions = min(solutions, more) if NONE in (solutions, more) else max(solutions, more)
+        push += m.weights[1] * ends[status, FORCE] * status
+    ends[status, FORCE] *= status
+    return status, solutions, push
+
+
+@jit_inlined
+def closing_speed(y, pressed, contact):
+    """−g′ at touch: that of the open contact, or the one with which the coming step may begin a contact."""
+    return contact.speed1 - contact.speed2 if pressed else y[2] - y[3]
+
+
+@jit_no_alloc
+def write_law_force(m, i, k, n, y, pressed, contact, window, buffers):
+    """Write λ of another law to the sample of step i, if there is one."""
+    j = (i - window[1]) // n * buffers.phases.shape[0] + k // window[2]
+    if i >= window[1] and k % window[2] == 0 and j < buffers.samples.shape[0]:
+        s, gain = m.system, gain_at(m.system, contact.speed1 - contact.speed2)
+        depth, speed = s.touch - (y[1] - y[0]), y[2] - y[3]
+        push = law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, depth, speed) if pressed else 0.0
+        buffers.samples[j, 4] = push
+
+
+@jit_no_alloc
 def take_step(m, level, former, x, ends):
     """Write the end of a step of this ``level`` with the status s, of its last stage, to ``ends[s]``.
 
@@ -119,6 +184,8 @@ def take_step(m, level, former, x, ends):
     tuple
         s; NONE, 1 or TWO solutions; mean contact force over the step.
     """
+    if m.system.law > CUT:
+        return take_law_step(m, level, former, x, ends)
     status, solutions = take_stage(m, level, 0, former, x, ends)
     push = m.weights[0] * ends[status, FORCE] * status
     if m.maps.shape[1] > 2:
@@ -185,7 +252,7 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
         cos ητ and sin ητ at the beginning of each step of a period.
     state : (STATE.size,) float64
         A :class:`LinearState`, changed in place.
-    work : (3, COLUMNS) float64
+    work : (3, WORK) float64
         Work space.
     stop : int
     window : (3,) int64
@@ -203,9 +270,12 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
     k, impulse = i % n, contact.impulse
     if recorded and i == window[1] and buffers.samples.shape[0] > 0:
         write_sample(m.system, buffers.samples[0], motion_of(m, y), pressed)
+        if m.system.law > CUT:
+            write_law_force(m, i, k, n, y, pressed, contact, window, buffers)
     while i < stop and status == OK:
         begin_step(x, y, angles[0, k], angles[1, k])
         former = acting if m.at_end else int(pressed)
+        x[CLOSING] = closing_speed(y, pressed, contact)
         after, solutions, push = take_step(m, 0, former, x, ends)
         none, two = none + (solutions == NONE), two + (solutions == TWO)
         if solutions == NONE and m.without == HALVE:
@@ -232,6 +302,8 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
                 status = FULL if no_room(buffers) else OK
         if recorded and (k == 0 or (i >= window[1] and k % window[2] == 0)):
             write_output(m.system, i, k, n, motion_of(m, y), pressed, window, buffers)
+            if m.system.law > CUT:
+                write_law_force(m, i, k, n, y, pressed, contact, window, buffers)
         if not abs(gap) < LIMIT:
             status = DIVERGED
     write_state(state, acting, pressed, i, none, two, with_impulse(contact, impulse))

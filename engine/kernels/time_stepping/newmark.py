@@ -64,6 +64,10 @@ class Scheme(NamedTuple):
     rest2: float
     clearance: float
     wall: bool  # whether body 1 is a wall (see ..parameters)
+    exponent: float  # of the other laws, as in ..parameters
+    penetration: float
+    gain: float
+    relative: float
 
 
 class StepState(NamedTuple):
@@ -128,6 +132,10 @@ def scheme_of(p):
         p.free_position + p.free_gap - p.clearance,
         p.clearance,
         p.wall > 0.0,
+        p.exponent,
+        p.penetration,
+        p.gain,
+        p.relative,
     )
 
 

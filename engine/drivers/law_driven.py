@@ -1,0 +1,277 @@
+"""Driver of exact penalty solutions with a contact law other than spring and damper."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from ..kernels.compile.options import uncompiled
+from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
+from ..kernels.equations.contact_law import COMPRESSION, CUT, LIMITED, force
+from ..kernels.equations.coordinates import contact_coordinates
+from ..kernels.equations.motion import coefficients, free_equilibrium, pressed_equilibrium, pressed_generator
+from ..kernels.equations.motion import separated_generator as free_generator
+from ..kernels.equations.rates import free_rate, pressed_rate
+from ..kernels.event_driven import law_integrate as kernel
+from ..kernels.event_driven.integrate import MOST_PAUSES
+from ..kernels.event_driven.law_contact import NUMBERS, TABLE, WORK, LawSystem
+from ..kernels.event_driven.law_energy import integrate_powers
+from ..kernels.event_driven.output import append_contact
+from ..kernels.event_driven.state import (
+    COLLISION,
+    FLIGHT,
+    STATE,
+    HybridState,
+    later_state,
+    linear_state,
+    start_state,
+)
+from ..kernels.linear.tables import DEEPEST, INTEGRAL, POINTS, REACH, TERMS, WIDTH, Scratch, full_generator, tabulate
+from ..kernels.parameters import Parameters
+from ..kernels.status import OK, PAUSED
+from ..laws import damper_of
+from ..methods import PIECEWISE_LINEAR, ExactPenalty
+from ..model import System
+from ..result import Checkpoint, Status
+from .event_driven import NO_BUFFERS, EventDriver
+from .parameters import parameters_of
+
+GAP, RATE = 2, 3  # columns of z
+PIECES = 4  # with the flight
+MOST_STEPS = 10_000  # of a contact alone
+DIFFERENCE = 1e-6  # of a start, for a derivative, as a share of its largest number
+OVERLAP, PUSH, EXTRA = 1, 2, 3  # numbers of pieces
+
+
+def needs_law(method) -> bool:
+    """Whether a method is an exact penalty solution whose contact is not a spring and a damper all the time."""
+    if not isinstance(method, ExactPenalty) or method.law == PIECEWISE_LINEAR[0]:
+        return False
+    return method.law not in PIECEWISE_LINEAR or method.damping > 0.0  # without a damper the first four are one
+
+
+def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np.ndarray, float, int]]]]:
+    """Of each piece of a law its spring and damper, and what it watches: a row of z, what follows, what mirrors it."""
+    spring, damper = np.zeros(6), np.zeros(6)
+    spring[GAP], damper[RATE] = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
+    open_again = (spring, FLIGHT, -1)
+    whole, half = (p.stiffness, p.damping), (p.stiffness, 0.0)
+    over = (0.0, 0.0), [open_again, (-spring - damper, kernel.PUSH, 0)]
+    push = spring + damper, kernel.OVERLAP, 1
+    if p.law == CUT:
+        return {OVERLAP: over, PUSH: (whole, [push])}
+    if p.law == LIMITED:
+        double = 2.0 * p.stiffness, 0.0
+        limit = spring - damper, kernel.EXTRA, 0
+        return {OVERLAP: over, PUSH: (whole, [push, limit]), EXTRA: (double, [(damper - spring, kernel.PUSH, 1)])}
+    if p.law == COMPRESSION:
+        turn = damper, kernel.EXTRA, 1
+        return {PUSH: (whole, [turn]), EXTRA: (half, [open_again, (-damper, kernel.PUSH, 0)])}
+    return {}
+
+
+def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
+    """Tables and numbers of a run; those of a law that is not piecewise linear are the flight's alone."""
+    p = parameters_of(system, eta, method)
+    wall, c = p.wall > 0.0, uncompiled(coefficients)(p)
+    tables = {
+        "spacing": np.zeros(PIECES),
+        "position": np.zeros(PIECES),
+        "gap": np.zeros(PIECES),
+        "watched": np.zeros(2 * PIECES),
+        "rows": np.zeros((2 * PIECES, 6, INTEGRAL + 1)),
+        "transitions": np.zeros((PIECES, POINTS, 6, 6)),
+        "counts": np.zeros(PIECES, dtype=np.int64),
+        "targets": np.zeros(2 * PIECES, dtype=np.int64),
+        "mirrored": np.full(2 * PIECES, -1, dtype=np.int64),
+        "impulse": np.zeros((PIECES, 7)),
+    }
+    gap_row = np.zeros(6)
+    gap_row[GAP] = 1.0
+    flight = _add_piece(tables, p, 0, (0.0, 0.0), [(gap_row, COLLISION, -1)])
+    for piece, (contact, watched) in _pieces(p).items():
+        _add_piece(tables, p, piece, contact, watched)
+    return LawSystem(
+        period=2 * np.pi / eta,
+        frequency=eta / (2 * np.pi),
+        eta=p.eta,
+        rigid=False,
+        wall=wall,
+        clearance=p.clearance,
+        law=int(p.law),
+        stiffness=p.stiffness,
+        gain=p.gain,
+        relative=p.relative,
+        exponent=p.exponent,
+        penetration=p.penetration,
+        react1=c.react1,
+        inverse_mass=c.inverse_mass,
+        generator=free_generator(p),
+        flight=flight,
+        scratch=Scratch(np.zeros(WIDTH), np.zeros((DEEPEST, TERMS + 2))),
+        work=np.zeros((WORK, NUMBERS)),
+        **tables,
+    )
+
+
+def _add_piece(tables: dict, p: Parameters, piece: int, contact: tuple[float, float], watched: list):
+    """Add the tables of a piece, with its spring and damper; returns those of its first watched quantity."""
+    own, wall = p._replace(stiffness=contact[0], damping=contact[1]), p.wall > 0.0
+    acts = contact[0] > 0.0
+    generator = pressed_generator(own) if acts else free_generator(p)
+    position, gap = pressed_equilibrium(own) if acts else free_equilibrium(p)
+    h = REACH / (pressed_rate(own) if acts else free_rate(p))
+    tables["spacing"][piece], tables["position"][piece], tables["gap"][piece] = h, position, gap
+    tables["counts"][piece] = len(watched)
+    phases = []
+    for k, (row, target, mirrored) in enumerate(watched):
+        i, level = 2 * piece + k, float(row[GAP] * gap)
+        phases.append(tabulate(generator, p.eta, row, h, (position, gap, level), wall))
+        tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
+            level,
+            phases[k].rows,
+            phases[k].transitions,
+        )
+        tables["targets"][i], tables["mirrored"][i] = int(target), mirrored
+    if acts:
+        acting = np.zeros(6)
+        acting[GAP], acting[RATE] = force(*contact, 1.0, 0.0), force(*contact, 0.0, 1.0)
+        # z′ = A z gives ∫z dτ = A⁻¹ Δz
+        tables["impulse"][piece, :6] = np.linalg.solve(full_generator(generator, p.eta).T, acting)
+        tables["impulse"][piece, 6] = acting[GAP] * gap
+    return phases[0]
+
+
+def motion_after(p: LawSystem, a: HybridState, s: float) -> tuple[tuple[float, float, float, float], float]:
+    """(ξ₁, ξ₁′, g, g′) s after a hybrid state, no event between them, and ∫λ of a contact on the way."""
+    piece = 0 if a.mode == kernel.SMOOTH else uncompiled(kernel.piece_of)(a)
+    phase = uncompiled(kernel.phase_of)(p, piece, 0)
+    z = uncompiled(linear_state)(p, phase, a)
+    y = kernel.law_motion(p, a, z, s)
+    if a.mode == kernel.SMOOTH:
+        return y, p.work[TABLE, 4]
+    end = uncompiled(linear_state)(p, phase, uncompiled(later_state)(p, a, s, y, a.mode, 0.0, a.contact))
+    return y, uncompiled(kernel.piece_impulse)(p, piece, z, end, s)
+
+
+class LawDriver(EventDriver):
+    """One exact penalty solution, from event to event."""
+
+    loop: ClassVar = staticmethod(kernel.integrate_law)
+
+    def begin(self, start: Checkpoint) -> None:
+        self._system = set_up_law(*self.run)
+        if len(start.state) > 4:
+            self._state = np.array(start.state)
+        else:
+            y = uncompiled(contact_coordinates)(start.system, *start.state)
+            self._state = STATE.pack(uncompiled(start_state)(self._system, y))
+
+    def call(self, stop: int, buffers: PackedBuffers) -> tuple[int, int, int]:
+        return self.loop(self._system, self._state, float(stop), self._window, buffers.flat, buffers.sizes)
+
+    def explain(self, status: Status) -> str:
+        period = int(self._now.period) + 1
+        if status is Status.UNRESOLVED:
+            return (
+                f"from period {period} on a contact needs steps too short to go on: its damper is too stiff beside its "
+                "spring; take a smaller K or D, or a law whose damper does not depend on the closing speed"
+            )
+        return f"over {kernel.MOST_EVENTS} events in period {period}: a contact does not end; take a smaller K"
+
+    def record_open_contact(self, buffers: Buffers) -> None:
+        p, a = self._system, self._now
+        if a.mode < kernel.OVERLAP or self.periods <= self.kept_from:
+            return
+        s = (self.periods - a.period) * self.period - a.tau
+        y, more = motion_after(p, a, s)
+        now = uncompiled(later_state)(p, a, s, y, a.mode, 0.0, a.contact)
+        now = now._replace(contact=now.contact._replace(impulse=now.contact.impulse + more))
+        append_contact(p, now, self._window, buffers)
+
+
+def remembers(system: System, method) -> bool:
+    """Whether the damper of an open contact depends on the speed with which it closed, which is no part of a state."""
+    return needs_law(method) and damper_of(system, method)[1]
+
+
+class LawFlow:
+    """The flow of an exact penalty solution with such a law, from τ = 0 on, in y = (ξ₁, ξ₁′, g, g′)."""
+
+    def __init__(self, system: System, eta: float, method: ExactPenalty):
+        if remembers(system, method):
+            raise ValueError(
+                f"the damper of the law {method.law!r} depends on the speed with which a contact closed: a state "
+                "in contact does not say how it goes on; give D"
+            )
+        self._system = set_up_law(system, eta, method)
+
+    def start(self, y: Sequence[float]) -> np.ndarray:
+        """The packed hybrid state at y."""
+        return STATE.pack(uncompiled(start_state)(self._system, tuple(map(float, y))))
+
+    def end(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, int] | None:
+        """Y after so many periods, and the events on the way; None if the run ends early."""
+        p, state, events = self._system, start.copy(), 0
+        for _ in range(MOST_PAUSES):
+            status, more, _ = kernel.integrate_law(p, state, float(periods), (0.0, 0.0), *NO_BUFFERS[:2])
+            events += more
+            if status != PAUSED:
+                break
+        if status != OK:
+            return None
+        a = STATE.read(state)
+        y, _ = motion_after(p, a, (periods - a.period) * p.period - a.tau)
+        return np.array(y), events
+
+    def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
+        """As :func:`.event_driven.integrate_variation`, the Jacobian by central differences."""
+        found, a = self.end(start, periods), STATE.read(start)
+        y = np.array([a.x1, a.v1, a.gap, a.rate])
+        if found is None:
+            return None
+        jacobian, width = np.zeros((4, 4)), DIFFERENCE * max(float(np.abs(y).max()), DIFFERENCE)
+        for i in range(2 if self._system.wall else 0, 4):
+            change = width * np.eye(4)[i]
+            sides = [self.end(self.start(y + sign * change), periods) for sign in (1.0, -1.0)]
+            if None in sides or any(events != found[1] for _, events in sides):
+                return None
+            jacobian[:, i] = (sides[0][0] - sides[1][0]) / (2 * width)
+        return found[0], jacobian, found[1]
+
+
+def law_powers(system: System, eta: float, method: ExactPenalty, state: Sequence[float], periods: range) -> np.ndarray:
+    """Work of the excitation, losses of the dampers and work of λ on the contact, (n, 3), in each of n periods.
+
+    ``state``: of a run after ``periods.start`` periods, as its checkpoint has it.
+    """
+    p = set_up_law(system, eta, method)
+    packed = np.array(state)
+    if len(packed) == 4:
+        packed = STATE.pack(uncompiled(start_state)(p, uncompiled(contact_coordinates)(system, *state)))
+    sums = np.zeros((len(periods) + 1, 3))
+    both = np.zeros((2, 3))
+    for k, period in enumerate(periods):
+        if integrate_powers(p, packed, float(period + 1), both) != OK:
+            return np.full((len(periods), 3), np.nan)
+        sums[k + 1] = both[1]
+    return np.diff(sums, axis=0)
+
+
+def restitution_by_steps(
+    law: str, stiffness: float, gain: float, exponent: float, penetration: float, mass: float, closing: float
+) -> float:
+    """The restitution of a contact of a reduced mass alone that closes with a speed; 0 if it does not end."""
+    depth = (0.5 * (exponent + 1.0) * mass * closing**2 / stiffness) ** (1.0 / (exponent + 1.0))
+    p = set_up_law(System(wall=True), 1.0, ExactPenalty(stiffness, gain, law, exponent, penetration or None))
+    p = p._replace(eta=0.0, gain=gain, react1=0.0, inverse_mass=1.0 / mass, generator=np.zeros((4, 6)))
+    p = p._replace(flight=p.flight._replace(spacing=depth / closing))
+    opened = uncompiled(no_contact)()._replace(closing=closing)
+    a = HybridState(0.0, 0.0, 0.0, 0.0, 0.0, -closing, kernel.SMOOTH, 0.0, 0.0, opened)
+    for _ in range(MOST_STEPS):
+        s, a, ends, _ = kernel.follow_smooth(p, a)
+        if s < 0.0:
+            break
+        if ends:
+            return a.rate / closing
+    return 0.0

@@ -1,0 +1,37 @@
+"""Energy balance of an exact penalty solution with another contact law, by integrals along its motion."""
+
+import numpy as np
+
+from ..drivers.event_driven import contact_state
+from ..drivers.law_driven import law_powers
+from ..methods import PIECEWISE_LINEAR
+from ..result import Response
+from .quadratic_forms import energy_forms
+from .result import EnergyBalance
+
+
+def balance_of_law(response: Response, rows: np.ndarray) -> EnergyBalance:
+    """Balance each period between two rows of the section.
+
+    Parameters
+    ----------
+    rows : (n + 1, 4) ndarray
+        Of the section; the last n + 1 of the kept periods, or with the start before them.
+    """
+    system, method, begun = response.system, response.method, response.checkpoint.periods
+    powers = law_powers(
+        system, response.eta, method, response.checkpoint.state, range(begun, begun + len(response.section))
+    )[1 - len(rows) :]
+    forms, y = energy_forms(response), contact_state(system, rows)
+    z = y - np.array([0.0 if system.wall else system.separate_rest[0], 0.0, forms.free_gap, 0.0])
+    n = 1.0 if method.law in PIECEWISE_LINEAR else method.exponent
+    spring = method.stiffness * np.maximum(-y[:, 2], 0.0) ** (n + 1.0) / (n + 1.0)
+    stored = np.einsum("ki,ij,kj->k", z, forms.stored[:4, :4], z) + spring
+    return EnergyBalance(
+        gain=np.diff(stored),
+        work=powers[:, 0],
+        dampers=powers[:, 1],
+        contact=powers[:, 2] - np.diff(spring),
+        impacts=np.zeros(len(powers)),
+        stored=float(stored.max()),
+    )

@@ -1,0 +1,199 @@
+"""A contact whose law is not linear, from step to step by a method of high order.
+
+The extrapolated midpoint rule of Gragg, Bulirsch and Stoer (Hairer, Nørsett & Wanner, Solving Ordinary Differential
+Equations I (1993), section II.9): COLUMNS midpoint rules with 2, 4, 6, … parts of a step, extrapolated in the square of
+their parts to order 2·COLUMNS. Numbers are counted from the beginning of the step, so that rounding is a share of what
+a step changes. The step is chosen so that the last two columns agree within TOLERANCE, relative to the speeds: where
+the law has a kink, or where the force begins as a power δⁿ, steps become as short as that needs.
+
+A contact ends where the gap is zero again: there the last step is repeated with other sizes, by Newton's method within
+a bracket. The excursion of a gap that opens and closes within one step is sought at its largest.
+
+Plain twin: DOP853 with events (tests/engine/test_law_exact.py).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..equations.contact_law import gain_at, law_force
+from ..linear.tables import Phase, Scratch
+
+COLUMNS = 6
+ORDER = 2 * COLUMNS - 1  # of the column that is compared with the last
+TOLERANCE = 3e-14
+TRIES = 60  # sizes of one step
+REPEATS = 60  # of the last step
+LARGEST, SMALLEST = 4.0, 0.1  # factors from step to step
+NUMBERS = 5  # ξ₁, ξ₁′, g, g′ and ∫λ, each from the beginning of a step; of the start: ξ₁, ξ₁′, g, g′
+START, FIRST, SLOPE, FORMER, HERE, POINT, TABLE = 0, 1, 2, 3, 4, 5, 6  # rows of the work space
+WORK = TABLE + COLUMNS
+
+
+class LawSystem(NamedTuple):
+    """Flight, the pieces of a piecewise linear law, and the numbers of any law; a row or an item for each piece.
+
+    Pieces: :mod:`.law_pieces`, 0 is the flight. Each watches one quantity or two, item 2·piece + k of their tables.
+    """
+
+    period: float
+    frequency: float  # 1/T
+    eta: float
+    rigid: bool  # false
+    wall: bool
+    clearance: float
+    law: int
+    stiffness: float
+    gain: float
+    relative: float
+    exponent: float
+    penetration: float
+    react1: float  # what a unit of λ does to ξ₁″ and to g″
+    inverse_mass: float
+    generator: np.ndarray  # (4, 6) of the separated bodies
+    flight: Phase
+    spacing: np.ndarray  # (4,) as in linear.tables.Phase, and so the next five
+    position: np.ndarray
+    gap: np.ndarray
+    watched: np.ndarray  # (8,)
+    rows: np.ndarray  # (8, 6, …)
+    transitions: np.ndarray  # (4, …)
+    counts: np.ndarray  # (4,) int64: watched quantities
+    targets: np.ndarray  # (8,) int64: the mode that follows
+    mirrored: np.ndarray  # (8,) int64: which of its watched quantities then begins at zero, −1 if none
+    impulse: np.ndarray  # (4, 7): ∫λ = row·Δz + last·s
+    scratch: Scratch
+    work: np.ndarray  # (WORK, NUMBERS)
+
+
+@jit_inlined
+def write_slope(p, tau, gain, begin, y, out):
+    """Write y′ of what a step has changed so far, y, since ``begin``."""
+    c, s = math.cos(p.eta * tau), math.sin(p.eta * tau)
+    x, v, g, r = begin[0] + y[0], begin[1] + y[1], begin[2] + y[2], begin[3] + y[3]
+    force = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, -g, -r)
+    x, h = x - p.position[0], g - p.gap[0]
+    a = p.generator
+    out[0], out[2], out[4] = v, r, force
+    out[1] = a[1, 0] * x + a[1, 1] * v + a[1, 4] * c + a[1, 5] * s - p.react1 * force
+    out[3] = a[3, 0] * x + a[3, 1] * v + a[3, 2] * h + a[3, 3] * r + a[3, 4] * c + a[3, 5] * s
+    out[3] += p.inverse_mass * force
+
+
+@jit_no_alloc
+def extrapolate(p, tau, gain, size):
+    """Take a step of this size from the row START at ``tau``; returns its error over the tolerance.
+
+    What it changes is in the row TABLE. A size of zero changes nothing.
+    """
+    begin, first, slope, before, here, point = p.work[0], p.work[1], p.work[2], p.work[3], p.work[4], p.work[5]
+    table = p.work[TABLE:]
+    for i in range(NUMBERS):
+        point[i] = 0.0
+    write_slope(p, tau, gain, begin, point, first)
+    for j in range(COLUMNS):
+        parts = 2 * (j + 1)
+        h = size / parts
+        for i in range(NUMBERS):
+            before[i], here[i] = 0.0, h * first[i]
+        for m in range(1, parts):
+            write_slope(p, tau + m * h, gain, begin, here, slope)
+            for i in range(NUMBERS):
+                before[i], here[i] = here[i], before[i] + 2.0 * h * slope[i]
+        write_slope(p, tau + size, gain, begin, here, slope)
+        for i in range(NUMBERS):  # Gragg's smoothing; without it the slope at the beginning would have no part
+            table[j, i] = 0.5 * (here[i] + before[i] + h * slope[i])
+        for k in range(j - 1, -1, -1):
+            ratio = (j + 1.0) / (k + 1.0)
+            for i in range(NUMBERS):
+                table[k, i] = table[k + 1, i] + (table[k + 1, i] - table[k, i]) / (ratio * ratio - 1.0)
+    speed = abs(begin[1]) + abs(begin[3]) + size * (abs(first[1]) + abs(first[3])) + abs(table[0, 3])
+    error = abs(table[0, 1] - table[1, 1]) + abs(table[0, 3] - table[1, 3])
+    if size > 0.0:
+        error += (abs(table[0, 0] - table[1, 0]) + abs(table[0, 2] - table[1, 2])) / size
+    return error / (TOLERANCE * speed) if speed > 0.0 else 0.0
+
+
+@jit_inlined
+def set_start(p, a):
+    """Let steps begin at a hybrid state; returns c or h of its contact."""
+    row = p.work[START]
+    row[0], row[1], row[2], row[3] = a.x1, a.v1, a.gap, a.rate
+    return gain_at(p, a.contact.closing)
+
+
+@jit_inlined
+def stepped(p):
+    """(ξ₁, ξ₁′, g, g′) at the end of the step."""
+    begin, change = p.work[START], p.work[TABLE]
+    return begin[0] + change[0], begin[1] + change[1], begin[2] + change[2], begin[3] + change[3]
+
+
+@jit_inlined
+def first_size(p, a):
+    """The first step to try in a contact: a share of the time that the closing speed takes to use up its energy."""
+    size = 0.1 * p.flight.spacing
+    if a.rate < 0.0:
+        squared = 0.5 * (p.exponent + 1.0) * a.rate * a.rate / (p.inverse_mass * p.stiffness)
+        size = min(size, -0.02 * squared ** (1.0 / (p.exponent + 1.0)) / a.rate)
+    return size
+
+
+@jit_no_alloc
+def end_of_contact(p, tau, gain, open_after):
+    """The step after which the gap is zero, known to be open after the step ``open_after``."""
+    low, high, size = 0.0, open_after, open_after
+    for _ in range(REPEATS):
+        extrapolate(p, tau, gain, size)
+        _, _, gap, rate = stepped(p)
+        if gap > 0.0:
+            high = size
+        else:
+            low = size
+        nearer = size - gap / rate if rate > 0.0 else low
+        if not low < nearer < high:
+            nearer = 0.5 * (low + high)
+        if abs(nearer - size) <= 2.0**-52 * open_after:
+            break
+        size = nearer
+    extrapolate(p, tau, gain, size)
+    return size
+
+
+@jit_no_alloc
+def take_step(p, a):
+    """A step of the contact from a hybrid state; its changes are in the row TABLE.
+
+    Returns
+    -------
+    tuple
+        Its size, negative if there is none that is exact enough; the size to try next; whether the contact ends with
+        it; steps tried.
+    """
+    gain, size = set_start(p, a), (a.order if a.order > 0.0 else first_size(p, a))
+    tries = 0
+    while True:
+        error = extrapolate(p, a.tau, gain, size)
+        tries += 1
+        if error <= 1.0:
+            break
+        if tries > TRIES:
+            return -1.0, 0.0, False, tries
+        size *= max(SMALLEST, 0.9 * error ** (-1.0 / ORDER)) if error < math.inf else SMALLEST
+    following = size * (LARGEST if error < 1e-9 else min(LARGEST, 0.9 * error ** (-1.0 / ORDER)))
+    following = min(following, p.flight.spacing * 4.0)
+    _, _, gap, rate = stepped(p)
+    ends = gap > 0.0
+    if not ends and a.rate > 0.0 > rate:
+        largest = size * a.rate / (a.rate - rate)
+        extrapolate(p, a.tau, gain, largest)
+        tries += 1
+        if stepped(p)[2] > 0.0:
+            size, ends = largest, True
+        else:
+            extrapolate(p, a.tau, gain, size)
+    if ends:
+        size = end_of_contact(p, a.tau, gain, size)
+    return size, following, ends, tries

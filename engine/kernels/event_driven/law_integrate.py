@@ -1,0 +1,278 @@
+"""The event loop for contact laws other than spring and damper: exact penalty solutions, from event to event.
+
+The flight is known in closed form (:mod:`..linear.tables`). So is each *piece* of a piecewise linear law, Eqs. (6),
+(16) and (17) of :mod:`..equations.contact_law`; a piece ends where one of the quantities that it watches falls to zero:
+
+    piece      force          "cut"               "limited"                        "compression"
+    OVERLAP    0              −g, −(Kδ + cv)      −g, −(Kδ + cv)
+    PUSH       Kδ + cv        Kδ + cv             Kδ + cv, Kδ − cv                 v
+    EXTRA      2Kδ or Kδ                          cv − Kδ                       δ, −v
+
+The force is continuous over these events but for the one at touch, so that the quantity which ends a piece begins the
+next one with its sign changed, at zero and rising. A contact lasts as long as the gap is not positive, whether or not
+the law pushes, as it does in the time-stepping methods. Other laws are followed step by step while the bodies overlap
+(:mod:`.law_contact`).
+"""
+
+import numpy as np
+
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..compile.record import OpenContact, no_room, unpack_buffers, with_impulse
+from ..equations.contact_law import COMPRESSION, CUT, LIMITED, law_force
+from ..equations.coordinates import displacements
+from ..linear.first_root import first_root
+from ..linear.tables import POINTS, Phase, gap_at, position_at, state_after
+from ..status import FULL, OK, PAUSED, PILED_UP, UNRESOLVED
+from .events import begin_flight, first_nonzero_derivative
+from .law_contact import TABLE, extrapolate, set_start, stepped, take_step
+from .output import SLACK, append_contact, evaluate, records
+from .state import (
+    COLLISION,
+    CONTACT,
+    FLIGHT,
+    ROUNDING,
+    HybridState,
+    absolute,
+    later_state,
+    linear_state,
+    time_of,
+    unpack_state,
+    write_state,
+)
+
+OVERLAP, PUSH, EXTRA, SMOOTH = 4.0, 5.0, 6.0, 7.0  # modes; CONTACT: the piece is still to be found
+PIECES_FROM = 3  # mode less this is the number of a piece
+MOST_EFFORT = 300_000  # intervals examined in one call, a step of a contact as STEP_EFFORT of them
+STEP_EFFORT = 10
+MOST_EVENTS = 100_000  # in one period
+SECOND = 8.0  # added to the order of the second watched quantity
+
+
+@jit_inlined
+def first_piece(p, depth, speed):
+    """The mode of a contact with this δ and v."""
+    spring, damper = p.stiffness * depth, p.gain * speed
+    if p.law == CUT:
+        return PUSH if spring + damper >= 0.0 else OVERLAP
+    if p.law == LIMITED:
+        return EXTRA if damper >= spring else OVERLAP if damper <= -spring else PUSH
+    if p.law == COMPRESSION:
+        return PUSH if speed >= 0.0 else EXTRA
+    return SMOOTH
+
+
+@jit_inlined
+def begin_law_contact(p, a, rate, order):
+    """The hybrid state from which the bodies touch; ``order``: of the first derivative of v that is not zero."""
+    x1, v1, _, v2 = displacements(p, a.x1, a.v1, a.gap, a.rate)
+    opened = OpenContact(time_of(p, a), max(-a.rate, 0.0), x1, v1, v2, 0.0)
+    mode = first_piece(p, 0.0, -rate)
+    return HybridState(a.period, a.tau, a.x1, a.v1, 0.0, rate, mode, 0.0 if mode == SMOOTH else order, a.events, opened)
+
+
+@jit_no_alloc
+def resolve_law_event(p, a):
+    """The hybrid state after a touch that is due, a start in contact, or a flight that begins too slowly."""
+    if a.mode == CONTACT:
+        mode = first_piece(p, -a.gap, -a.rate)
+        return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, mode, 0.0, a.events, a.contact)
+    start = 0
+    if a.mode == COLLISION:
+        if a.rate < 0.0:
+            return begin_law_contact(p, a, a.rate, 0.0)
+        start = 1
+    elif a.mode == FLIGHT and a.order == 1.0 and a.rate <= ROUNDING * (abs(a.v1) + abs(a.x1)):
+        start = 2
+    if start == 0:
+        return a
+    order, value = first_nonzero_derivative(p, linear_state(p, p.flight, a), start)
+    rate = a.rate if order == 1 else 0.0
+    if value > 0.0:
+        return begin_flight(a, a.v1, rate, float(order))
+    return begin_law_contact(p, a, rate, float(min(order, POINTS) - 1))
+
+
+@jit_inlined
+def phase_of(p, piece, k):
+    """The tables of a piece, for the k-th quantity that it watches."""
+    i = 2 * piece + k
+    return Phase(
+        p.spacing[piece], p.position[piece], p.gap[piece], p.watched[i], p.wall, p.rows[i], p.transitions[piece]
+    )
+
+
+@jit_no_alloc
+def first_event(p, piece, z, order):
+    """Interval, share of it, which quantity falls to zero there, intervals examined."""
+    i, u, k, examined = POINTS, 0.0, 0, 0
+    for j in range(p.counts[piece]):
+        own = int(order) % 8 if (order >= SECOND) == (j == 1) else 0
+        at, share, _, tries = first_root(phase_of(p, piece, j), z, own, p.scratch)
+        examined += tries
+        if at + share < i + u:
+            i, u, k = at, share, j
+    return i, u, k, examined
+
+
+@jit_no_alloc
+def law_motion(p, a, z, t):
+    """(ξ₁, ξ₁′, g, g′) t after a hybrid state; of a piece z is its state there."""
+    if a.mode == SMOOTH:
+        extrapolate(p, a.tau, set_start(p, a), t)
+        return stepped(p)
+    return evaluate(p, phase_of(p, piece_of(a), 0), z, t)
+
+
+@jit_inlined
+def piece_of(a):
+    """The number of the piece, 0 in flight."""
+    return 0 if a.mode == FLIGHT else int(a.mode) - PIECES_FROM
+
+
+@jit_inlined
+def write_law_row(p, row, y):
+    """Write the motion as the user counts it."""
+    row[0], row[1], row[2], row[3] = displacements(p, y[0], y[1], y[2], y[3])
+
+
+@jit_no_alloc
+def write_law_rows(p, a, z, s, gain, window, buffers):
+    """Write the section rows and samples of [a, a + s]."""
+    kept_from, sampled_from = window
+    k = max(a.period, kept_from + 1.0)
+    while k - kept_from <= buffers.section.shape[0] and (k - a.period) * p.period - a.tau <= s:
+        t = (k - a.period) * p.period - a.tau
+        if t >= SLACK * p.period:
+            write_law_row(p, buffers.section[int(k - kept_from) - 1], law_motion(p, a, z, max(t, 0.0)))
+        k += 1.0
+    m = buffers.phases.shape[0]
+    j = max(0, int(a.period - sampled_from) * m + np.searchsorted(buffers.phases, a.tau / p.period) - 1)
+    while j < buffers.samples.shape[0]:
+        whole, part = divmod(j, m)
+        t = (sampled_from + whole - a.period + buffers.phases[part]) * p.period - a.tau
+        if t > s:
+            return
+        if t >= SLACK * p.period:
+            y = law_motion(p, a, z, max(t, 0.0))
+            write_law_row(p, buffers.samples[j], y)
+            push = 0.0
+            if a.mode != FLIGHT:
+                push = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, -y[2], -y[3])
+            buffers.samples[j, 4] = push
+        j += 1
+
+
+@jit_inlined
+def piece_impulse(p, piece, z, end, s):
+    """∫λ dτ of a piece between two states of it, s apart."""
+    total = p.impulse[piece, 6] * s
+    for i in range(6):
+        total += p.impulse[piece, i] * (end[i] - z[i])
+    return total
+
+
+@jit_no_alloc
+def follow_piece(p, a, z):
+    """Follow a piece, or the flight, to its first event or to the end of the block.
+
+    Returns
+    -------
+    tuple
+        Time that passes; the hybrid state then; whether that is an event; intervals examined.
+    """
+    piece = piece_of(a)
+    phase = phase_of(p, piece, 0)
+    i, u, k, examined = first_event(p, piece, z, a.order)
+    s, y, mode, order = (i + u) * phase.spacing, absolute(phase, state_after(phase, z, i)), a.mode, 0.0
+    contact = a.contact
+    if i < POINTS:
+        at = state_after(phase, z, i)
+        x1, v1 = position_at(phase, at, u, p.scratch)
+        gap, rate = gap_at(phase, at, u, p.scratch)
+        mode, mirrored = float(p.targets[2 * piece + k]), p.mirrored[2 * piece + k]
+        order = 1.0 + SECOND * mirrored if mirrored >= 0 else 0.0
+        gap += phase.gap
+        if mode in (FLIGHT, COLLISION):
+            gap, order, mode = 0.0, 1.0, (FLIGHT if rate > 0.0 else COLLISION)
+        y = (x1 + phase.position, v1, gap, rate)
+    after = later_state(p, a, s, y, mode, order, contact)
+    if piece > 0:
+        length = piece_impulse(p, piece, z, linear_state(p, phase, after), s)
+        contact = with_impulse(contact, contact.impulse + length)
+        after = later_state(p, a, s, y, mode, order, contact)
+    return s, after, i < POINTS, examined
+
+
+@jit_no_alloc
+def follow_smooth(p, a):
+    """Take a step of a contact; returns what :func:`follow_piece` does, a negative time if none is exact enough."""
+    s, following, ends, tries = take_step(p, a)
+    x1, v1, gap, rate = stepped(p)
+    contact = with_impulse(a.contact, a.contact.impulse + p.work[TABLE, 4])
+    mode, order = SMOOTH, following
+    if ends:
+        gap, mode, order = 0.0, (FLIGHT if rate > 0.0 else COLLISION), 1.0
+    return s, later_state(p, a, max(s, 0.0), (x1, v1, gap, rate), mode, order, contact), ends, STEP_EFFORT * tries
+
+
+@jit_inlined
+def count_event(a):
+    """The hybrid state with one more event in its period."""
+    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.contact)
+
+
+@jit_no_alloc
+def integrate_law(p, state, stop, window, flat, sizes):
+    """Integrate the motion to the end of period ``stop``; as :func:`.integrate.integrate`, without a variation.
+
+    Parameters
+    ----------
+    p : LawSystem
+    state : (n,) float64
+        The :class:`.state.HybridState` from which to go on, changed in place to the last one before the end.
+    stop : float
+    window : (2,) tuple of float64
+    flat, sizes
+        Packed record buffers.
+
+    Returns
+    -------
+    (int, int, int)
+        Status, events, effort. UNRESOLVED: a contact needs shorter steps than there are.
+    """
+    buffers, a = unpack_buffers(flat, sizes), unpack_state(state)
+    events, effort, status = 0, 0, OK
+    while True:
+        if no_room(buffers):
+            status = FULL
+            break
+        a = resolve_law_event(p, a)
+        horizon = (stop - a.period) * p.period - a.tau
+        z = linear_state(p, phase_of(p, 0 if a.mode == SMOOTH else piece_of(a), 0), a)
+        if a.mode == SMOOTH:
+            s, after, ends, work = follow_smooth(p, a)
+        else:
+            s, after, ends, work = follow_piece(p, a, z)
+        effort += work
+        if s < 0.0:
+            status = UNRESOLVED
+            break
+        if records(buffers):
+            gain = set_start(p, a)
+            write_law_rows(p, a, z, min(s, horizon), gain, window, buffers)
+        if s >= horizon:
+            break
+        if ends:
+            events += 1
+            if a.mode != FLIGHT and after.mode in (FLIGHT, COLLISION) and records(buffers):
+                append_contact(p, after, window, buffers)
+            after = count_event(after)
+        a = after
+        if a.events > MOST_EVENTS:
+            status = PILED_UP
+            break
+        if effort > MOST_EFFORT:
+            status = PAUSED
+            break
+    write_state(state, a)
+    return status, events, effort

@@ -1,0 +1,55 @@
+"""The contact force of a step whose law is neither spring and damper nor these cut at zero.
+
+Where the law takes them, the gap and its rate at the end of a stage are linear in λ, g = g₀ + aλ and g′ = r₀ + bλ with
+a, b ≥ 0, so that one scalar equation is left,
+
+    λ = L(−g₀ − aλ, −r₀ − bλ),                                                            (27)
+
+L by Eqs. (16) to (21) of :mod:`..equations.contact_law`. L falls with λ, hence the root lies between zero and
+L(−g₀, −r₀). The secants of a bracket that always holds the root find it (Illinois: Dowell & Jarratt, BIT 11 (1971)
+168), across the kinks of a law as well, to the last digits.
+"""
+
+from ..compile.options import jit_no_alloc
+from ..equations.contact_law import law_force
+
+SOLVES = 100  # secants, of which 6 to 10 are needed
+CLOSE = 4 * 2.0**-52
+
+
+@jit_no_alloc
+def solve_force(m, gain, gap, rate, by_gap, by_rate):
+    """λ of Eq. (27).
+
+    Parameters
+    ----------
+    m : Scheme
+        Of :mod:`.newmark`.
+    gain : float
+        c, or h of Eq. (18).
+    gap, rate : float
+        g₀ and r₀.
+    by_gap, by_rate : float
+        a and b.
+    """
+    first = law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
+    low, below, high = 0.0, -first, first
+    above = first - law_force(
+        m.law, m.stiffness, gain, m.exponent, m.penetration, -gap - by_gap * high, -rate - by_rate * high
+    )
+    push = high
+    if above == 0.0 or first == 0.0:
+        return push
+    for _ in range(SOLVES):
+        push = high - above * (high - low) / (above - below)
+        value = push - law_force(
+            m.law, m.stiffness, gain, m.exponent, m.penetration, -gap - by_gap * push, -rate - by_rate * push
+        )
+        if abs(value) <= CLOSE * abs(push) or abs(high - low) <= CLOSE * abs(push):
+            break
+        if (value > 0.0) != (above > 0.0):
+            low, below = high, above
+        else:
+            below *= 0.5
+        high, above = push, value
+    return push

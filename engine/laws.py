@@ -1,0 +1,89 @@
+"""Contact laws as a user meets them: which numbers each has, and the damper that its formula asks for.
+
+λ of each law is Eqs. (5), (6) and (16) to (21) of :mod:`.kernels.equations.contact_law`. Where D is given, its damper
+is c = 2D, or h = 2D/K in Eq. (18). Where it is not, a formula gives it from the restitution e that is wanted, with the
+closing speed v₀ at each touch and the reduced mass m:
+
+    h = 3(1 − e)/(2v₀)                          Hunt & Crossley, J. Appl. Mech. 42 (1975) 440            (22)
+    h = 3(1 − e²)/(4v₀)                         Lankarani & Nikravesh, J. Mech. Des. 112 (1990) 369      (23)
+    h = 8(1 − e)/(5ev₀)                         Flores et al., Multibody Syst. Dyn. 25 (2011) 357        (24)
+    c = 2√(Km) · 9√5 (1 − e²)/(2e(e(9π − 16) + 16))    Jankowski, Earthq. Eng. Struct. Dyn. 35 (2006) 517   (25)
+    c = √(Km) · √(2(n + 1)) (−ln e)/√(π² + ln² e)      arXiv 2603.27764; exact, at any v₀                   (26)
+
+(22) to (25) are approximations: :func:`engine.effective_restitution` says what a contact really gives.
+"""
+
+import math
+from typing import Any
+
+from .methods import STEPS_RANGE
+from .model import System, check_eta, require, whole
+
+RATIO_LAWS = "hunt-crossley", "lankarani-nikravesh", "flores"  # whose damper is a factor of the spring's force
+DIVIDING = "flores", "jankowski", "constant-restitution"  # whose formula has no value for e = 0
+
+
+def damper_of(system: System, method: Any) -> tuple[float, bool]:
+    """c, or h of Eq. (18), of a penalty method, and whether it is still to be divided by the closing speed.
+
+    Raises
+    ------
+    ValueError
+        If D is to follow from a restitution of 0, and the formula divides by it.
+    """
+    if method.damping is not None:
+        return 2.0 * method.damping / (method.stiffness if method.law in RATIO_LAWS else 1.0), False
+    return formula_damper(method.law, system.restitution, method.stiffness, system.mass_share, method.exponent)
+
+
+def formula_damper(law: str, e: float, stiffness: float, mass: float, exponent: float) -> tuple[float, bool]:
+    """What :func:`damper_of` returns, by Eqs. (22) to (26)."""
+    if e == 0.0 and law in DIVIDING:
+        raise ValueError(f"restitution = 0 gives the law {law!r} no damper, since its formula divides by it: give D")
+    if law == "hunt-crossley":
+        return 1.5 * (1.0 - e), True
+    if law == "lankarani-nikravesh":
+        return 0.75 * (1.0 - e * e), True
+    if law == "flores":
+        return 1.6 * (1.0 - e) / e, True
+    critical = math.sqrt(stiffness * mass)
+    if law == "jankowski":
+        return 9.0 * math.sqrt(5.0) * (1.0 - e * e) / (e * (e * (9.0 * math.pi - 16.0) + 16.0)) * critical, False
+    logarithm = -math.log(e)
+    return math.sqrt(2.0 * (exponent + 1.0)) * logarithm / math.hypot(math.pi, logarithm) * critical, False
+
+
+def stiffness_of_step(system: System, eta: float, steps: float, scale: float) -> float:
+    """Return K = s m/Δτ², the contact stiffness that follows the step Δτ = 2π/(ηn), as with SOFT = 1 in LS-DYNA.
+
+    Half the step gives four times K: with a smaller step it is another model. m is the reduced mass; LS-DYNA takes a
+    share of the smaller nodal mass instead, and s = SOFSCL, 0.1 by default (FAQ of LSTC, contact.soft1).
+
+    Parameters
+    ----------
+    steps : float
+        n, steps per excitation period.
+    scale : float
+        s > 0.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    """
+    step = 2.0 * math.pi / check_eta(eta) / whole("steps", steps, *STEPS_RANGE, "give steps per excitation period")
+    s = require("stiffness_of_step", scale, 0.0, 1e6, "give the share s of m/Δτ², 0.05 to 1 in codes", open_low=True)
+    return s * system.mass_share / step**2
+
+
+def restitution_of(ratio: float) -> float:
+    """Return e(ζ) = exp(−πζ/√(1 − ζ²)), the restitution of spring and damper; 0 for ζ ≥ 1."""
+    return math.exp(-math.pi * ratio / math.sqrt((1 - ratio) * (1 + ratio))) if ratio < 1 else 0.0
+
+
+def restitution_without_pull(ratio: float) -> float:
+    """Return e°(ζ), the restitution of spring and damper cut at zero (see :mod:`.divergence.contact`)."""
+    root = math.sqrt(abs(1 - ratio) * (1 + ratio))
+    if root < 1e-6:
+        return math.exp(-2.0)
+    return math.exp(-2 * ratio * (math.acos(ratio) if ratio < 1 else math.acosh(ratio)) / root)

@@ -1,0 +1,175 @@
+"""The restitution that a contact law gives, and the damping that gives a restitution.
+
+A contact is looked at alone: two bodies with the reduced mass m close with the speed v₀; no other force acts. With the
+damping ratio ζ = c/(2√(Km)), c = 2D, and φ = arccos ζ,
+
+    e = exp(−πζ/√(1 − ζ²))                                    "kelvin-voigt"                     (28)
+    e = exp(−2ζφ/√(1 − ζ²))                                   "cut"                              (29)
+    e = exp(−ζφ/√(1 − ζ²))                                    "compression"                      (30)
+    e by (28) with ζ = c/√(2(n + 1)Km)                        "constant-restitution"             (31)
+    hv₀ − ln(1 + hv₀) = −hev₀ − ln(1 − hev₀)                  Eq. (18), for any K, n and m       (32)
+
+(31) from arXiv 2603.27764; (32) by separating the variables of mv dv = −Kδⁿ(1 + hv) dδ. The other laws are integrated
+(:mod:`.kernels.event_driven.law_contact`). Where the springs of the bodies act during a contact too, it gives another.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from .drivers.law_driven import restitution_by_steps
+from .laws import RATIO_LAWS, damper_of, restitution_of, restitution_without_pull
+from .methods import HERTZ, ExactPenalty, Newmark, TimeStepping
+from .model import System, require
+
+SPEED_RANGE = (0.0, 1e9)
+SMALL = 1e-5  # hv₀ below which e = 1 − 2hv₀/3 to rounding
+HALVINGS = 100
+LARGEST = 1e6  # damping tried, in units of √(Km)
+
+
+def effective_restitution(
+    system: System, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float | Sequence[float]
+) -> float | np.ndarray:
+    """Return the restitution that a contact of this method gives, at one closing speed or at many.
+
+    Where D is None it is what the law's formula makes of the restitution that it promises, ``system.restitution``.
+
+    Parameters
+    ----------
+    system : System
+    method : ExactPenalty, Newmark or TimeStepping
+        Its law and the numbers of that.
+    closing_speed : float or (n,) array_like
+        v₀ > 0.
+
+    Raises
+    ------
+    ValueError
+        If a closing speed is not positive.
+    """
+    gain, relative = damper_of(system, method)
+    numbers = getattr(method, "exponent", HERTZ), getattr(method, "penetration", None)
+    speeds = [_speed(each) for each in np.atleast_1d(np.asarray(closing_speed, dtype=object))]
+    found = [
+        _given(method.law, method.stiffness, gain / v if relative else gain, numbers, system.mass_share, v)
+        for v in speeds
+    ]
+    return found[0] if np.ndim(closing_speed) == 0 else np.array(found)
+
+
+def restitution_of_damping(
+    law: str,
+    damping: float,
+    stiffness: float,
+    *,
+    mass: float = 1.0,
+    closing_speed: float = 1.0,
+    exponent: float = HERTZ,
+    penetration: float | None = None,
+) -> float:
+    """Return the restitution that a contact law gives.
+
+    Parameters
+    ----------
+    law : str
+        One of :data:`engine.CONTACT_LAWS`.
+    damping, stiffness
+        D and K.
+    mass : float
+        Reduced mass, :attr:`System.mass_share`.
+    closing_speed : float
+        v₀, without effect on the laws of (28) to (31).
+    exponent, penetration
+        As those of :class:`engine.ExactPenalty`.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    """
+    method = ExactPenalty(stiffness, damping, law, exponent, penetration)
+    gain = 2.0 * method.damping / (method.stiffness if law in RATIO_LAWS else 1.0)
+    return _given(
+        law, method.stiffness, gain, (method.exponent, method.penetration), _mass(mass), _speed(closing_speed)
+    )
+
+
+def damping_of_restitution(
+    law: str,
+    restitution: float,
+    stiffness: float,
+    *,
+    mass: float = 1.0,
+    closing_speed: float = 1.0,
+    exponent: float = HERTZ,
+    penetration: float | None = None,
+) -> float:
+    """Return the D with which a contact law really gives a restitution, the inverse of `restitution_of_damping`.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or no D gives so small a restitution.
+    """
+    e = require("restitution", restitution, 0.0, 1.0, "give the restitution that the contact shall have")
+    more = {"closing_speed": closing_speed, "exponent": exponent, "penetration": penetration}
+    unit = math.sqrt(require("K", stiffness, 1e-6, 1e12, "give a contact stiffness") * _mass(mass))
+
+    def given(damping: float) -> float:
+        return restitution_of_damping(law, damping, stiffness, mass=mass, **more)
+
+    if given(0.0) <= e:
+        return 0.0
+    high = unit
+    while given(high) > e:
+        high *= 2.0
+        if high > LARGEST * unit:
+            raise ValueError(f"restitution = {e:g} is less than any damping gives with law {law!r}: take a larger one")
+    return _bisect(lambda damping: given(damping) - e, 0.0, high)
+
+
+def _given(
+    law: str, stiffness: float, gain: float, numbers: tuple[float, float | None], mass: float, closing: float
+) -> float:
+    """E of a law, Eqs. (28) to (32); ``gain``: c or h."""
+    exponent, penetration = numbers
+    ratio = gain / (2.0 * math.sqrt(stiffness * mass))
+    if law == "kelvin-voigt":
+        return restitution_of(ratio)
+    if law == "cut":
+        return restitution_without_pull(ratio)
+    if law == "compression":
+        return math.sqrt(restitution_without_pull(ratio))
+    if law == "constant-restitution":
+        return restitution_of(2.0 * ratio / math.sqrt(2.0 * (exponent + 1.0)))
+    if law in RATIO_LAWS:
+        return _ratio_law(gain * closing)
+    return restitution_by_steps(law, stiffness, gain, exponent, penetration or 0.0, mass, closing)
+
+
+def _ratio_law(x: float) -> float:
+    """E of Eq. (32) with x = hv₀."""
+    if x < SMALL:
+        return 1.0 - 2.0 * x / 3.0
+    wanted = x - math.log1p(x)
+    return _bisect(lambda u: wanted + u + math.log1p(-u), 0.0, min(x, 1.0 - 2.0**-53)) / x
+
+
+def _bisect(f: Callable[[float], float], low: float, high: float) -> float:
+    """Zero of a function that falls from f(low) > 0 to f(high) ≤ 0."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        low, high = (middle, high) if f(middle) > 0.0 else (low, middle)
+    return high
+
+
+def _speed(value: float) -> float:
+    return require("closing_speed", value, *SPEED_RANGE, "give the speed at touch", open_low=True)
+
+
+def _mass(value: float) -> float:
+    return require("mass", value, 1e-12, 1e12, "give the reduced mass, System.mass_share")

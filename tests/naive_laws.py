@@ -1,0 +1,93 @@
+"""Plain twins of the contact laws: λ as its source writes it, and a motion by DOP853 from touch to touch."""
+
+import math
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from tests.naive import drive
+
+TIGHT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}
+
+
+def force(method, gain, depth, speed):
+    """λ of a penetration and its rate; ``gain``: c, or h of the laws that have it."""
+    law, k, n = method.law, method.stiffness, method.exponent
+    if law == "kelvin-voigt":
+        return k * depth + gain * speed
+    if law == "cut":
+        return max(0.0, k * depth + gain * speed)
+    if law == "limited":
+        return k * depth + min(max(gain * speed, -k * depth), k * depth)
+    if law == "compression":
+        return k * depth + (gain * speed if speed > 0 else 0.0)
+    depth = max(depth, 0.0)
+    if law in ("hunt-crossley", "lankarani-nikravesh", "flores"):
+        return k * depth**n * (1 + gain * speed)
+    if law == "jankowski":
+        return k * depth**1.5 + (gain * depth**0.25 * speed if speed > 0 else 0.0)
+    if law == "constant-restitution":
+        return k * depth**n + gain * depth ** ((n - 1) / 2) * speed
+    x = min(depth / method.penetration, 1.0)
+    return max(0.0, k * depth**n + gain * (3 * x**2 - 2 * x**3) * speed)
+
+
+def gain_of(method, e, m, closing):
+    """The damper of a law whose D is None, each formula as in its source; else by D."""
+    law, k, n = method.law, method.stiffness, method.exponent
+    if method.damping is not None:
+        h = law in ("hunt-crossley", "lankarani-nikravesh", "flores")
+        return 2 * method.damping / (k if h else 1.0)
+    if law == "hunt-crossley":
+        return 3 / 2 * (1 - e) / closing
+    if law == "lankarani-nikravesh":
+        return 3 / 4 * (1 - e**2) / closing
+    if law == "flores":
+        return 8 / 5 * (1 - e) / e / closing
+    if law == "jankowski":
+        xi = 9 * math.sqrt(5) / 2 * (1 - e**2) / (e * (e * (9 * math.pi - 16) + 16))
+        return 2 * xi * math.sqrt(k * m)
+    alpha = math.sqrt(2 * (n + 1)) * -math.log(e) / math.sqrt(math.pi**2 + math.log(e) ** 2)
+    return alpha * math.sqrt(m * k)
+
+
+class Motion:
+    """A motion that begins apart, from touch to touch: ξ₁, ξ₁′, ξ₂, ξ₂′; beside a wall the last two stay zero."""
+
+    def __init__(self, system, eta, method):
+        self.system, self.eta, self.method = system, eta, method
+        self.mu = 1.0 if system.wall else system.mass_ratio
+        self.m = 1.0 if system.wall else self.mu / (1 + self.mu)
+        self.contacts, self.impulses = [], []
+
+    def rates(self, t, y, gain):
+        c = self.system
+        x1, v1, x2, v2, _ = y
+        (one, p1), (two, p2) = drive(c, self.eta)
+        cosine, sine = math.cos(self.eta * t), math.sin(self.eta * t)
+        push = 0.0 if gain is None else force(self.method, gain, x1 - x2 - c.clearance, v1 - v2)
+        a1 = one[0] * cosine + one[1] * sine + p1 - 2 * c.d1 * v1 - x1 - push
+        a2 = two[0] * cosine + two[1] * sine + p2 - 2 * c.d2 * c.kappa * v2 - c.kappa**2 * x2 + push / self.mu
+        return [v1, a1, 0.0, 0.0, push] if c.wall else [v1, a1, v2, a2, push]
+
+    def run(self, start, end):
+        """The state at τ = ``end``; contacts and their impulses are noted."""
+        t, y, gain = 0.0, np.array([*start, 0.0]), None
+
+        def gap(t, y, gain):
+            return self.system.clearance + y[2] - y[0]
+
+        gap.terminal = True
+        while True:
+            gap.direction = -1.0 if gain is None else 1.0
+            found = solve_ivp(self.rates, (t, end), y, events=gap, args=(gain,), **TIGHT)
+            t, y = found.t[-1], found.y[:, -1]
+            if found.status == 0:
+                return y[:4]
+            if gain is None:
+                begun, y[4] = t, 0.0
+                gain = gain_of(self.method, self.system.restitution, self.m, y[1] - y[3])
+            else:
+                self.contacts.append((begun, t))
+                self.impulses.append(y[4])
+                gain = None
