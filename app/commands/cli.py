@@ -29,6 +29,7 @@ COMMANDS = (
     "sweep",
     "system",
     "measurement",
+    "export",
     "warm",
 )
 

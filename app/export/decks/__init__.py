@@ -1,0 +1,16 @@
+"""Decks: the input of other codes, with the system and the numbers that are set. One module for each code."""
+
+from vibroscope.app.export.decks import abaqus, ansys, calculix, modelica, opensees
+from vibroscope.app.export.decks.problem import KEEP, PERIODS, Problem
+
+DECKS = {"opensees": opensees, "calculix": calculix, "abaqus": abaqus, "ansys": ansys, "modelica": modelica}
+
+
+def deck(code: str, problem: Problem) -> str:
+    """The text of a deck for a code of :data:`DECKS`; raises ValueError, in one line, for what it cannot express."""
+    return DECKS[code].write(problem)
+
+
+def usual_periods(code: str, steps: int) -> int:
+    """How many periods a deck runs unless it is said: fewer where a table needs a row for each step."""
+    return max(1, min(PERIODS, getattr(DECKS[code], "MOST_STEPS", PERIODS * steps) // steps))
