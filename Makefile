@@ -12,7 +12,7 @@ BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
 
-.PHONY: help run check in-process test bench lint lock snapshots diagram image proxy release clean
+.PHONY: help run check in-process test bench codes lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
@@ -20,6 +20,7 @@ help:
 	@echo "make check      check style, run the tests that need no browser and no process of their own: some two minutes"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
 	@echo "make bench      measure costs and errors"
+	@echo "make codes      run OpenSees and CalculiX beside ours where they are installed, and write the table"
 	@echo "make lint       check style and who may import whom"
 	@echo "make snapshots  renew the pictures and data the tests compare with"
 	@echo "make diagram    renew the results in assets/ that the page opens with"
@@ -51,6 +52,11 @@ test: $(VENV)/test
 
 bench: $(VENV)/test
 	@for script in benchmarks/[!_]*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+# Needs CalculiX (Debian: calculix-ccx), and the libraries of OpenSees (Debian: libblas3 liblapack3).
+codes: $(VENV)/test requirements/codes.txt
+	$(INSTALL) -r requirements/codes.txt
+	$(BIN)/python tools/codes.py --write
 
 lint: $(VENV)/test
 	$(BIN)/ruff check
@@ -114,10 +120,13 @@ $(VENV)/test: $(VENV)/run requirements/test.txt
 LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" build/lock/bin/uv pip compile pyproject.toml --quiet --universal \
   --python-version 3.11 --fork-strategy fewest --generate-hashes --no-emit-index-url --group build $(ARGS)
 
+# Other codes stand apart: the project's own packages are not theirs, and their wheels are for Linux.
 lock: build/lock/bin/uv
 	$(LOCK) --output-file requirements/image.txt
 	$(LOCK) --extra fit --constraint requirements/image.txt --output-file requirements/run.txt
 	$(LOCK) --extra fit --extra cluster --group test --group lint --constraint requirements/run.txt --output-file requirements/test.txt
+	$(subst --universal,--python-platform linux,$(subst --group build,,$(subst pyproject.toml,--group pyproject.toml:codes,$(LOCK)))) \
+	  --constraint requirements/test.txt --output-file requirements/codes.txt
 
 build/lock/bin/uv: $(VENV)/made
 	$(BIN)/python -m venv --clear build/lock

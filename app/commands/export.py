@@ -15,7 +15,8 @@ from vibroscope.app.commands.options import (
     units_of,
 )
 from vibroscope.app.commands.physical_units import add_units_option, wanted_units
-from vibroscope.app.export.decks import DECKS, KEEP, PERIODS, Problem, deck, usual_periods
+from vibroscope.app.export.decks import DECKS, PERIODS, Problem, deck, usual_periods
+from vibroscope.app.export.decks.problem import KEEP
 from vibroscope.engine import CONTACT_STATUSES, Units
 
 

@@ -1,7 +1,7 @@
 """Decks: the input of other codes, with the system and the numbers that are set. One module for each code."""
 
 from vibroscope.app.export.decks import abaqus, ansys, calculix, modelica, opensees
-from vibroscope.app.export.decks.problem import KEEP, PERIODS, Problem
+from vibroscope.app.export.decks.problem import PERIODS, Problem
 
 DECKS = {"opensees": opensees, "calculix": calculix, "abaqus": abaqus, "ansys": ansys, "modelica": modelica}
 

@@ -175,7 +175,7 @@ class Problem:
             (force + sign * push) / b.mass for b, force, sign in zip(self.bodies, own, (-1.0, 1.0), strict=False)
         )
 
-    # --- words ---------------------------------------------------------------------------------------------------------
+    # --- words --------------------------------------------------------------------------------------------------------
 
     @property
     def integrator(self) -> Integrator:
