@@ -56,7 +56,7 @@ bench: $(VENV)/test
 # Needs CalculiX (Debian: calculix-ccx), and the libraries of OpenSees (Debian: libblas3 liblapack3).
 codes: $(VENV)/test requirements/codes.txt
 	$(INSTALL) -r requirements/codes.txt
-	$(BIN)/python tools/codes.py --write
+	$(BIN)/python -m tools.codes --write
 
 lint: $(VENV)/test
 	$(BIN)/ruff check

@@ -1,4 +1,4 @@
-"""Decks describe the system that is set: their text, read back, gives the same forces as the numbers of a data sheet."""
+"""Decks describe the system that is set: their text, read back, gives the forces that a data sheet gives."""
 
 import math
 import subprocess

@@ -1,7 +1,11 @@
 """Decks: the input of other codes, with the system and the numbers that are set. One module for each code."""
 
+from dataclasses import replace
+
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.decks import abaqus, ansys, calculix, modelica, opensees
-from vibroscope.app.export.decks.problem import PERIODS, Problem
+from vibroscope.app.export.decks.problem import KEEP, PERIODS, Problem
+from vibroscope.engine import Newmark
 
 DECKS = {"opensees": opensees, "calculix": calculix, "abaqus": abaqus, "ansys": ansys, "modelica": modelica}
 
@@ -14,3 +18,13 @@ def deck(code: str, problem: Problem) -> str:
 def usual_periods(code: str, steps: int) -> int:
     """How many periods a deck runs unless it is said: fewer where a table needs a row for each step."""
     return max(1, min(PERIODS, getattr(DECKS[code], "MOST_STEPS", PERIODS * steps) // steps))
+
+
+def problem_of(setting: Setting, code: str) -> Problem:
+    """What a deck of the page describes: its setting, the contact status left to the code."""
+    method = setting.penalty
+    if isinstance(method, Newmark):
+        method = replace(method, located=False)
+    initial = None if setting.from_rest else setting.initial
+    periods = usual_periods(code, method.steps)
+    return Problem(setting.system, setting.eta, method, setting.scale, initial, periods, min(KEEP, periods))
