@@ -17,6 +17,7 @@ from pathlib import Path
 
 from vibroscope.app.export.decks import Problem
 
+from tools.hertz_codes import is_offered, law_cells, law_problems
 from tools.other_codes import (
     STEPS,
     TOLERANCE,
@@ -47,6 +48,10 @@ Displacements are in base amplitudes.
 ## OpenSees
 
 {opensees}
+
+### Materials of Hertz
+
+{hertz}
 
 ## CalculiX
 
@@ -102,6 +107,17 @@ default, and by {tight} with 1e-8.
 ("solution seems to diverge"), where its iterations have converged. Shorter steps get over it."""
 
 
+_HERTZ = """\
+Newmark's method at η = 2.76, K = 12000, the damper by the formula of each law with e = 0.5.
+
+{table}
+
+`JankowskiImpact` agrees as long as the motion lets two runs agree at all. `Hertzdamp` takes the closing speed at the
+end of its first step in contact, ours that at touch. Its damper is set to zero where a trial of an iteration opens the
+gap, and stays so for the rest of the contact, which goes on. Such trials are frequent, since the tangents of both
+materials have the wrong sign in their source (`trialTangent = -n*...`)."""
+
+
 def main() -> None:
     """Run all and print the page, or write it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -118,6 +134,7 @@ def main() -> None:
             machine=f"{platform.system()} {platform.machine()}",
             python=platform.python_version(),
             opensees=opensees_text(Path(folder)) if versions["OpenSeesPy"] else "Cannot be imported here.",
+            hertz=hertz_text(Path(folder)) if versions["OpenSeesPy"] else "Not run here.",
             calculix=calculix_text(Path(folder)) if versions["CalculiX"] else "There is no command ccx here.",
         )
     print(text, end="")
@@ -159,6 +176,14 @@ def integrator_words(problem: Problem) -> str:
     """Name and numbers of an integrator."""
     numbers = ", ".join(f"{name} {value:g}" for name, value in vars(problem.integrator).items())
     return " ".join(filter(None, (problem.integrator.name, numbers)))
+
+
+def hertz_text(folder: Path) -> str:
+    """The part of the page on laws that are not linear in contact."""
+    if not is_offered():
+        return "Not compared: this version has not these laws."
+    cells = [law_cells(problem, folder) for problem in law_problems()]
+    return _HERTZ.format(table=table(("law", "material", "steps", "OpenSees beside ours"), cells))
 
 
 def calculix_text(folder: Path) -> str:

@@ -1,9 +1,12 @@
 """A deck for OpenSeesPy: a script that runs, and writes its displacements as CSV."""
 
-from vibroscope.app.export.decks.problem import LINEAR, Problem, check
+from math import sqrt
+
+from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
 
 NAME, SUFFIX, STATUS = "OpenSeesPy", "py", "end"
-LAWS = (LINEAR,)
+BY_SPEED = ("hunt-crossley", "lankarani-nikravesh", "flores")  # Hertzdamp: its damper follows from the closing speed
+LAWS = (LINEAR, *BY_SPEED, "jankowski")
 INTEGRATORS = {  # ours: theirs; all take forces and contact at the interpolated displacement
     "newmark": lambda i: f'"Newmark", {i.gamma!r}, {i.beta!r}',
     "hht-interpolated": lambda i: f'"HHT", {1.0 + i.alpha!r}',
@@ -142,9 +145,26 @@ def _bodies(problem: Problem) -> list[str]:
 
 
 def _contact(problem: Problem) -> str:
-    stiffness, damping = problem.contact
+    """The material; those of Hertz have a force K δⁿ, and so a stiffness in units of force per lengthⁿ."""
+    method, system = problem.method, problem.system
     gap = -problem.clearance if problem.clearance > 0.0 else -_TOUCHING
-    return f'ops.uniaxialMaterial("ViscoelasticGap", 3, {stiffness!r}, {damping!r}, {gap!r})'
+    if method.law == LINEAR:
+        stiffness, damping = problem.contact
+        return f'ops.uniaxialMaterial("ViscoelasticGap", 3, {stiffness!r}, {damping!r}, {gap!r})'
+    if problem.gap() < 0.0:
+        raise refuse(NAME, "a start with overlap for this law", "give a start at which the bodies are apart")
+    from vibroscope.engine.laws import damper_of
+
+    damper, by_speed = damper_of(system, method)
+    power = 1.5 if method.law == "jankowski" else method.exponent
+    stiffness = method.stiffness * problem.scale.factor("force") / problem.length**power
+    if method.law == "jankowski":
+        ratio = damper / (2.0 * sqrt(method.stiffness * system.mass_share))
+        mass = problem.scale.physical("mass", system.mass_share)
+        return f'ops.uniaxialMaterial("JankowskiImpact", 3, {stiffness!r}, {ratio!r}, {mass!r}, {gap!r})'
+    if not by_speed:
+        raise refuse(NAME, f"law = {method.law!r} with a damper of its own", "leave out D: restitution gives it")
+    return f'ops.uniaxialMaterial("Hertzdamp", 3, {stiffness!r}, {damper!r}, {gap!r}, {power!r})'
 
 
 def _loads(problem: Problem, shift: float) -> list[str]:

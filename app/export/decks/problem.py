@@ -165,9 +165,10 @@ class Problem:
         """Of the bodies at the start, by the equations of motion, or zero where the method says so."""
         if getattr(self.method, "initial_acceleration", "equation") == "zero":
             return (0.0,) * len(self.bodies)
-        (k, c), gap = self.contact, self.gap()
-        speeds = [body.velocity for body in self.bodies] + [0.0]
-        push = -k * gap - c * (speeds[1] - speeds[0]) if gap <= 0.0 else 0.0
+        gap, push = self.gap(), 0.0
+        if gap <= 0.0 and self.method.law == LINEAR:  # another one is zero at touch
+            (k, c), speeds = self.contact, [*(body.velocity for body in self.bodies), 0.0]
+            push = -k * gap - c * (speeds[1] - speeds[0])
         own = [
             b.load.cosine + b.load.constant - b.stiffness * b.displacement - b.damping * b.velocity for b in self.bodies
         ]
@@ -220,7 +221,7 @@ class Problem:
         own = " --system FILE.toml" if self.system != System() or self.units is not None else ""
         return (
             f"vibroscope compare --measured {self.name}.csv --eta {self.eta!r} --K {method.stiffness!r} "
-            f"--D {method.damping!r} --steps {method.steps}{own}"
+            f"{'' if method.damping is None else f'--D {method.damping!r} '}--steps {method.steps}{own}"
         )
 
 
