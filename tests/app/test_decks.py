@@ -7,6 +7,7 @@ from itertools import product
 import pytest
 from vibroscope.app.export.decks import DECKS, Problem, deck, usual_periods
 from vibroscope.engine import (
+    CONTACT_LAWS,
     HHT,
     Excitation,
     Newmark,
@@ -184,6 +185,32 @@ def test_what_a_code_cannot_express_is_refused(kind):
     with pytest.raises(ValueError, match=words) as refused:
         deck(code, Problem(System(), ETA, method, periods=1, keep=1))
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.skipif("flores" not in CONTACT_LAWS, reason="this version has not the laws of Hertz")
+@pytest.mark.parametrize("law", ["flores", "jankowski", "hunt-crossley", "lankarani-nikravesh"])
+def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
+    from vibroscope.engine.kernels.equations.contact_law import LAWS, law_force
+    from vibroscope.engine.laws import damper_of
+
+    method = TimeStepping(12000, None, STEPS, status="end", law=law)
+    problem = Problem(System(clearance=0.1), ETA, method, MM, periods=1, keep=1)
+    fake = run_fake(deck("opensees", problem), monkeypatch, tmp_path)
+    kind, _, *numbers = fake.found("uniaxialMaterial")[2]
+    depth, speed, touch = 0.03, 0.7, 1.3  # without dimension; the last: closing speed at touch
+    length, velocity = MM.physical("displacement", 1.0), MM.physical("velocity", 1.0)
+    if law == "jankowski":  # JankowskiImpact.cpp
+        stiffness, ratio, mass, gap = numbers
+        spring = stiffness * (depth * length) ** 1.5
+        found = spring + 2 * ratio * math.sqrt(stiffness * math.sqrt(depth * length) * mass) * speed * velocity
+    else:  # Hertzdamp.cpp
+        stiffness, ratio, gap, power = numbers
+        found = stiffness * (depth * length) ** power * (1 + ratio * speed / touch)
+    gain, by_speed = damper_of(problem.system, method)
+    ours = law_force(LAWS.index(law), 12000.0, gain / touch if by_speed else gain, 1.5, 0.0, depth, speed)
+    assert kind == ("JankowskiImpact" if law == "jankowski" else "Hertzdamp")
+    assert gap == pytest.approx(-0.1 * length)
+    assert found == pytest.approx(MM.physical("force", ours), rel=1e-12)
 
 
 def test_periods_that_fit_into_a_table():

@@ -1,10 +1,12 @@
 """`vibroscope export` and the menu "Take away" write decks of what is set, and say what a code cannot express."""
 
+from concurrent.futures import Future
+
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import DECKS
 from vibroscope.app.page.tabs import TABS
-from vibroscope.app.page.take_away import file_writer
+from vibroscope.app.page.take_away import TakeAway, file_writer
 
 from .fakes import FakeHost
 from .filled_tabs import ADDRESS, SETTING
@@ -40,9 +42,9 @@ def test_numbers_have_units_where_the_system_has_them(code, capsys, tmp_path):
     own = [word for word in NUMBERS if word not in ("--eta", "2.76")]
     texts = []
     for more in ([], ["--units", "mm-t-s"]):
-        assert export("--to", code, *own, "--system", str(file), *more) == 0
+        assert export("--to", code, *own, "--periods", "1", "--system", str(file), *more) == 0
         texts.append(capsys.readouterr().out)
-    assert export("--to", code, *NUMBERS) == 0
+    assert export("--to", code, *NUMBERS, "--periods", "1") == 0
     texts.append(capsys.readouterr().out)
     for text, words in zip(texts, ("Units: s, m, kg, N.", "Units: s, mm, t, N.", "omega1 = 1 rad/s"), strict=True):
         assert words in text
@@ -73,12 +75,19 @@ def test_modelica_has_the_laws_that_are_piecewise_linear(capsys):
     assert "max(0, stiffness*depth + damping*der(depth))" in capsys.readouterr().out
 
 
-def test_each_tab_offers_each_deck():
-    for key, tab in TABS.items():
-        shown = tab(FakeHost())
-        for code, module in DECKS.items():
-            file = file_writer(shown, f"deck:{code}", SETTING, ADDRESS)()
-            assert file["name"] == f"two_bodies.{module.SUFFIX}", key
-            assert "12000" in file["text"]
-        assert file_writer(shown, "deck:", SETTING, ADDRESS) is None
-        assert file_writer(shown, "deck:nastran", SETTING, ADDRESS) is None
+@pytest.mark.parametrize("code", DECKS)
+def test_the_page_offers_each_deck(code):
+    tab = TABS["help"](FakeHost())
+    file = file_writer(tab, f"deck:{code}", SETTING._replace(steps=5000), ADDRESS)()
+    assert file["name"] == f"two_bodies.{DECKS[code].SUFFIX}"
+    assert "eta = 2.76, K = 12000.0, D = 18.0, 5000 steps" in file["text"]
+    assert file_writer(tab, "deck:", SETTING, ADDRESS) is file_writer(tab, "deck:nastran", SETTING, ADDRESS) is None
+
+
+def test_the_page_says_what_it_cannot_write():
+    host = FakeHost()
+    files = TakeAway(host, lambda *_: None)
+    done = Future()
+    done.set_exception(ValueError("Modelica cannot express this"))
+    files._written("deck:modelica", done)
+    assert host.errors == ["This file was not written: Modelica cannot express this."]
