@@ -21,17 +21,7 @@ def is_offered() -> bool:
 
 def law_problems() -> list[Problem]:
     """Newmark's method at η = 2.76, K = 12000, the damper by the formula of each law."""
-    return [
-        Problem(
-            System(),
-            2.76,
-            TimeStepping(12000, None, n, status="end", law=law, initial_acceleration="zero"),
-            keep=1,
-            periods=PERIODS,
-        )
-        for law in MATERIALS
-        for n in STEPS
-    ]
+    return [Problem(System(), 2.76, method_of(law, n), periods=PERIODS, keep=1) for law in MATERIALS for n in STEPS]
 
 
 def method_of(law: str, steps: int) -> TimeStepping:

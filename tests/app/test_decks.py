@@ -108,16 +108,20 @@ def test_without_damper_calculix_has_a_spring(monkeypatch, tmp_path):
     assert forces(0.0, *state) == pytest.approx(true(0.0, *state), rel=1e-10)
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_opensees_begins_at_rest_with_the_accelerations_of_the_equations(name, monkeypatch, tmp_path):
-    problem = problem_of(name)
-    _, fake = read_opensees(deck("opensees", problem), monkeypatch, tmp_path)
+@pytest.mark.parametrize(("name", "initial"), [*product(SYSTEMS, (None, (0.9, 0.2, 0.0, 0.0)))])
+def test_opensees_begins_with_the_accelerations_of_the_equations(name, initial, monkeypatch, tmp_path):
+    problem = problem_of(name, initial=initial)
+    model, fake = read_opensees(deck("opensees", problem), monkeypatch, tmp_path)
     masses, forces = expected(problem)
-    x = [problem.scale.physical("displacement", problem.system.rest[place]) for place in (0, 2)]
-    given = {node: value for node, _, value, _ in fake.found("setNodeAccel")}
-    wanted = [force / mass for force, mass in zip(forces(0.0, x, [0.0, 0.0]), masses, strict=True)]
-    found = [given.get(i, 0.0) for i in range(1, len(masses) + 1)]
-    assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9 * max(map(abs, wanted)))
+    start = problem.start
+    x = [problem.scale.physical("displacement", start[place]) for place in (0, 2)]
+    v = [problem.scale.physical("velocity", start[place]) for place in (1, 3)]
+    wanted = [force / mass for force, mass in zip(forces(0.0, x, v), masses, strict=True)]
+    bodies = range(1, len(masses) + 1)
+    for kind, values in {"Accel": wanted, "Vel": v, "Disp": [x[0] - model.shifts[0], x[1]]}.items():
+        given = {node: value for node, _, value, _ in fake.found(f"setNode{kind}")}
+        size = max(map(abs, values)) or 1.0
+        assert [given.get(i, 0.0) for i in bodies] == pytest.approx(values[: len(masses)], rel=1e-9, abs=1e-9 * size)
 
 
 def test_opensees_writes_what_compare_reads(monkeypatch, tmp_path):
