@@ -64,7 +64,11 @@ def run_fake(text, monkeypatch, folder, fails=math.inf):
     package.opensees = fake
     monkeypatch.setitem(sys.modules, "openseespy", package)
     monkeypatch.setitem(sys.modules, "openseespy.opensees", fake)
-    exec(compile(text, "deck", "exec"), {"__file__": str(folder / "deck.py"), "__name__": "deck"})
+    try:
+        exec(compile(text, "deck", "exec"), {"__file__": str(folder / "deck.py"), "__name__": "deck"})
+    except SystemExit as end:
+        if end.code:
+            raise
     return fake
 
 

@@ -135,6 +135,7 @@ def test_opensees_writes_what_compare_reads(monkeypatch, tmp_path):
 def test_opensees_says_which_step_has_no_solution(monkeypatch, tmp_path):
     with pytest.raises(SystemExit, match=r"step 44 \(period 2\) has no solution"):
         run_fake(deck("opensees", problem_of("paper")), monkeypatch, tmp_path, fails=44)
+    assert len((tmp_path / "deck.csv").read_text().splitlines()) == 1 + STEPS + 1  # a period, and the header
 
 
 def test_calculix_has_a_command_that_makes_a_csv_file_of_its_result(tmp_path):
