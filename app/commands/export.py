@@ -10,7 +10,7 @@ from vibroscope.app.commands.options import (
     add_penalty_options,
     add_system_option,
     eta_of,
-    stepping_of,
+    method_of,
     system_of,
     units_of,
 )
@@ -35,7 +35,7 @@ def add(commands) -> None:
     add = command.add_argument
     add("--to", required=True, choices=tuple(DECKS), metavar="CODE", help=f"one of {', '.join(DECKS)}")
     add("--eta", **ETA)
-    add_penalty_options(command, required=True)
+    add_penalty_options(command)
     add_integrator_options(command)
     usual = f"default {PERIODS}, calculix: as many as its table of loads has room for"
     add("--periods", type=float, metavar="N", help=f"excitation periods to run ({usual})")
@@ -44,7 +44,7 @@ def add(commands) -> None:
     add_system_option(command)
     add_units_option(command)
     add("--out", type=Path, metavar="FILE", help="where to write the deck (default: print it)")
-    command.set_defaults(run=run, every_step=False)
+    command.set_defaults(run=run, solver="newmark", every_step=False)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> None:
         raise ValueError(
             f"{code.NAME} cannot express status = {options.status!r}: it has {code.STATUS!r}; give that, or none"
         )
-    method, own = stepping_of(options), units_of(options)
+    method, own = method_of(options), units_of(options)
     periods = usual_periods(options.to, method.steps) if options.periods is None else options.periods
     problem = Problem(
         system_of(options),
