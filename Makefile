@@ -12,7 +12,7 @@ BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
 
-.PHONY: help run check in-process test bench docs dist lint lock snapshots diagram image proxy release clean
+.PHONY: help run check in-process test bench codes docs dist lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
@@ -22,6 +22,7 @@ help:
 	@echo "make docs       build the documentation, which the explorer serves under /docs: a minute or two"
 	@echo "make dist       build wheel and source archive into dist/, the documentation in them"
 	@echo "make bench      measure costs and errors"
+	@echo "make codes      run OpenSees and CalculiX beside ours where they are installed, and write the table"
 	@echo "make lint       check style and who may import whom"
 	@echo "make snapshots  renew the pictures and data the tests compare with"
 	@echo "make diagram    renew the results in assets/ that the page opens with"
@@ -64,6 +65,11 @@ docs: $(VENV)/test
 dist: docs
 	rm -rf dist
 	$(BIN)/python -m build --no-isolation --outdir dist
+
+# Needs CalculiX (Debian: calculix-ccx), and the libraries of OpenSees (Debian: libblas3 liblapack3).
+codes: $(VENV)/test requirements/codes.txt
+	$(INSTALL) -r requirements/codes.txt
+	$(BIN)/python -m tools.codes --write
 
 lint: $(VENV)/test
 	$(BIN)/ruff check
@@ -127,11 +133,14 @@ $(VENV)/test: $(VENV)/run requirements/test.txt
 LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" build/lock/bin/uv pip compile pyproject.toml --quiet --universal \
   --python-version 3.11 --fork-strategy fewest --generate-hashes --no-emit-index-url --group build $(ARGS)
 
+# Other codes stand apart: the project's own packages are not theirs, and their wheels are for Linux.
 lock: build/lock/bin/uv
 	$(LOCK) --output-file requirements/image.txt
 	$(LOCK) --extra fit --constraint requirements/image.txt --output-file requirements/run.txt
 	$(LOCK) --extra fit --extra cluster --group test --group lint --group docs --constraint requirements/run.txt --output-file requirements/test.txt
 	$(LOCK) --group docs --constraint requirements/test.txt --output-file requirements/docs.txt
+	$(subst --universal,--python-platform linux,$(subst --group build,,$(subst pyproject.toml,--group pyproject.toml:codes,$(LOCK)))) \
+	  --constraint requirements/test.txt --output-file requirements/codes.txt
 
 build/lock/bin/uv: $(VENV)/made
 	$(BIN)/python -m venv --clear build/lock

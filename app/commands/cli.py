@@ -31,6 +31,7 @@ COMMANDS = (
     "sweep",
     "system",
     "measurement",
+    "export",
     "warm",
 )
 

@@ -10,6 +10,7 @@ from functools import partial
 
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.decks import DECKS, deck, problem_of
 from vibroscope.app.export.formats import Figure, as_csv, as_json, as_toml, join_parts, program, texts_from_toml
 from vibroscope.app.export.label import figure_label
 from vibroscope.app.export.plots import plot_script
@@ -64,6 +65,8 @@ class TakeAway:
             return
         if done.exception() is None:
             self._send(what, done.result())
+        elif isinstance(done.exception(), ValueError):
+            self._host.report_error(f"This file was not written: {done.exception()}.")
         else:
             logs.event("not written", logging.ERROR, error=done.exception(), what=what)
             self._host.report_error(f"This file could not be written ({error_text(done.exception())}): try again.")
@@ -89,8 +92,9 @@ def file_writer(tab: Tab, what: str, setting: Setting, address: str) -> Callable
     tab : Tab
         The open tab.
     what : str
-        ``"toml"``, ``"python"``, ``"command"``; where there are figures also ``"json"``, ``"report"``, and of each
-        figure ``"csv:NAME"``, ``"plot:NAME"`` (a script that draws it), ``"png:NAME"``, ``"svg:NAME"``, ``"pdf:NAME"``.
+        ``"toml"``, ``"python"``, ``"command"``, ``"deck:CODE"``; where there are figures also ``"json"``,
+        ``"report"``, and of each figure ``"csv:NAME"``, ``"plot:NAME"`` (a script that draws it), ``"png:NAME"``,
+        ``"svg:NAME"``, ``"pdf:NAME"``.
     setting : Setting
         The present setting, for the parameter file. The other files are of the setting that the tab shows, if any.
     address : str
@@ -105,6 +109,8 @@ def file_writer(tab: Tab, what: str, setting: Setting, address: str) -> Callable
         return partial(_write, "vibroscope.sh", "text/x-shellscript", str, tab.command(setting))
     figures = {figure.name: figure for figure in tab.figures()}
     kind, _, name = what.partition(":")
+    if kind == "deck" and name in DECKS:
+        return partial(_write_deck, name, setting)
     if name in figures:
         return _figure_writer(tab, kind, figures[name], setting, address)
     if what == "json" and figures:
@@ -129,6 +135,11 @@ def _figure_writer(tab: Tab, kind: str, figure: Figure, setting: Setting, addres
     if kind == "plot" and figure.tabled and figure.drawn:
         return partial(_write, f"{name}.py", "text/x-python", plot_script, name, table, label)
     return None
+
+
+def _write_deck(code: str, setting: Setting) -> File:
+    problem = problem_of(setting, code)
+    return _write(f"{problem.name}.{DECKS[code].SUFFIX}", "text/plain", deck, code, problem)
 
 
 def _content(tab: Tab, address: str) -> dict[str, object]:

@@ -105,7 +105,8 @@ def test_each_tab_offers_files_of_each_kind(visit, tab):
     assert taken(explorer, "Save the commands")[1].startswith(b"vibroscope ")
     if tab == "help":
         assert set(offered) == {
-            "Link to this view", "Parameters (TOML)", "Parameters from a file", "Python", "Command line"
+            "Link to this view", "Parameters (TOML)", "Parameters from a file", "Python", "Command line",
+            "Deck for another code"
         }  # fmt: skip
         return
     figures = {title: kinds for title, kinds in offered.items() if "CSV" in kinds}

@@ -1,0 +1,73 @@
+"""``vibroscope export``: a deck for another code, with the system and the numbers that are set."""
+
+import argparse
+from pathlib import Path
+
+from vibroscope.app.commands.options import (
+    ETA,
+    add_initial_option,
+    add_integrator_options,
+    add_penalty_options,
+    add_system_option,
+    eta_of,
+    method_of,
+    system_of,
+    units_of,
+)
+from vibroscope.app.commands.physical_units import add_units_option, wanted_units
+from vibroscope.app.export.decks import DECKS, PERIODS, Problem, deck, usual_periods
+from vibroscope.app.export.decks.problem import KEEP
+from vibroscope.engine import CONTACT_STATUSES, Units
+
+
+def add(commands) -> None:
+    """Describe ``vibroscope export``."""
+    command = commands.add_parser(
+        "export",
+        allow_abbrev=False,
+        help="write a deck for OpenSees, CalculiX, Abaqus, Ansys or Modelica",
+        description="Write the input of another code, with the system and the numbers that are set, ready to run. Its "
+        "result comes back by `vibroscope compare --measured FILE.csv`; how is said in the deck. What the code cannot "
+        "express is refused.",
+        epilog="Numbers are in physical units with --units, or where --system has units of its own; else without "
+        "dimension, with omega1 = 1 rad/s.",
+    )
+    add = command.add_argument
+    add("--to", required=True, choices=tuple(DECKS), metavar="CODE", help=f"one of {', '.join(DECKS)}")
+    add("--eta", **ETA)
+    add_penalty_options(command)
+    add_integrator_options(command)
+    usual = f"default {PERIODS}, calculix: as many as its table of loads has room for"
+    add("--periods", type=float, metavar="N", help=f"excitation periods to run ({usual})")
+    add("--keep", type=float, metavar="N", help=f"last periods to write (default {KEEP}, or all if fewer are run)")
+    add_initial_option(command)
+    add_system_option(command)
+    add_units_option(command)
+    add("--out", type=Path, metavar="FILE", help="where to write the deck (default: print it)")
+    command.set_defaults(run=run, solver="newmark", every_step=False)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Write the deck."""
+    code = DECKS[options.to]
+    if options.status == CONTACT_STATUSES[0]:
+        raise ValueError(
+            f"{code.NAME} cannot express status = {options.status!r}: it has {code.STATUS!r}; give that, or none"
+        )
+    method, own = method_of(options), units_of(options)
+    periods = usual_periods(options.to, method.steps) if options.periods is None else options.periods
+    problem = Problem(
+        system_of(options),
+        eta_of(options),
+        method,
+        wanted_units(options) or (None if own == Units() else own),
+        options.initial,
+        periods,
+        min(KEEP, periods) if options.keep is None else options.keep,
+        options.out.stem if options.out else Problem.name,
+    )
+    text = deck(options.to, problem)
+    if options.out:
+        options.out.write_text(text, encoding="utf-8")
+    else:
+        print(text, end="")

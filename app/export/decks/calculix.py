@@ -1,0 +1,191 @@
+"""A deck for CalculiX: two blocks that move along x alone, springs and dampers, and a contact pair.
+
+Each block is one element whose nodes follow one node, so that it is rigid along x and its density gives the mass. The
+contact is of the type surface to surface, whose law is exactly bilinear (node to surface has a smooth one). Without a
+damper a nonlinear spring takes its place, SPRINGA: CalculiX then does not check the energy of an impact.
+"""
+
+from math import cos, pi, sin
+
+from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
+
+NAME, SUFFIX, STATUS = "CalculiX", "inp", "end"
+LAWS = (LINEAR,)
+INTEGRATORS = ("newmark", "hht")  # Newmark's method with alpha = 0
+MOST_STEPS = 100_000  # a table has a row for each, since its amplitudes do not repeat
+_FAR = 1e3  # depth of a block and between ends of springs, in units of length
+_NARROW = 0.9  # side of the slave face
+
+_DECK = """\
+** {words}
+**
+** Run it with: ccx {name}. It writes displacements with seven digits to {name}.dat; this makes a CSV file of them:
+** {convert}
+** then
+** {compare}
+**
+** The contact status is iterated until it agrees with the end of the step: compare with --status end. CalculiX checks
+** the energy of a step with contact, too, and may stop ("solution seems to diverge") where the iterations converged.
+*NODE, NSET=ALL
+{nodes}
+*ELEMENT, TYPE=C3D8, ELSET=BODY1
+101, 11, 12, 13, 14, 15, 16, 17, 18
+*ELEMENT, TYPE=C3D8, ELSET=BODY2
+102, 21, 22, 23, 24, 25, 26, 27, 28
+*NSET, NSET=NODES1, GENERATE
+11, 18
+*NSET, NSET=NODES2, GENERATE
+21, 28
+*NSET, NSET=OUT
+2, 3
+{bodies}
+*EQUATION
+{ties}
+*BOUNDARY
+1, 1, 3
+2, 2, 3
+3, {free}, 3
+4, 1, 3
+NODES1, 2, 3
+NODES2, 2, 3
+{contact}
+{start}{amplitudes}
+*STEP, INC={most}
+*CONTROLS, PARAMETERS=FIELD
+1.E-8, 1.E-8
+*DYNAMIC, DIRECT, ALPHA={alpha}
+{step}, {end}
+*CLOAD, AMPLITUDE=LOAD1
+2, 1, 1.
+{load2}*NODE PRINT, NSET=OUT, FREQUENCY={every}
+U
+*END STEP
+"""
+
+_PAIR = """\
+*SURFACE, NAME=SLAVE, TYPE=ELEMENT
+101, S2
+*SURFACE, NAME=MASTER, TYPE=ELEMENT
+102, S1
+*SURFACE INTERACTION, NAME=CONTACT
+*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
+{stiffness}
+*CONTACT DAMPING
+{damping}
+*CONTACT PAIR, INTERACTION=CONTACT, TYPE=SURFACE TO SURFACE
+SLAVE, MASTER"""
+_SPRING = """\
+*ELEMENT, TYPE=SPRINGA, ELSET=TOUCH
+7, 2, 3
+*SPRING, ELSET=TOUCH, NONLINEAR
+{push}, {deep}
+0., {touch}
+0., {apart}"""
+
+
+def write(problem: Problem) -> str:
+    """The deck; raises ValueError for what CalculiX has not."""
+    check(problem, NAME, LAWS, INTEGRATORS, STATUS)
+    integrator, wall = problem.integrator, problem.system.wall
+    if integrator.name == "newmark" and (integrator.beta, integrator.gamma) != (0.25, 0.5):
+        raise refuse(NAME, "other numbers of Newmark's method", "leave out --beta and --gamma, or take hht")
+    if problem.steps > MOST_STEPS:
+        fewer = f"give at most {MOST_STEPS // problem.method.steps} --periods"
+        raise refuse(NAME, f"{problem.steps} steps in a table of at most {MOST_STEPS} rows", fewer)
+    return _DECK.format(
+        words="\n** ".join(problem.words(NAME)),
+        convert=_convert(problem),
+        name=problem.name,
+        compare=problem.compare,
+        nodes="\n".join(_nodes(problem)),
+        bodies="\n".join(_bodies(problem)),
+        ties="\n".join(
+            f"2\n{first + i}, 1, 1., {node}, 1, -1." for node, first in ((2, 11), (3, 21)) for i in range(8)
+        ),
+        free=1 if wall else 2,
+        contact=_contact(problem),
+        start=_start(problem),
+        amplitudes="\n".join(_amplitudes(problem)),
+        most=problem.steps + 10,
+        alpha=number(getattr(integrator, "alpha", 0.0)),
+        step=number(problem.step),
+        end=number(problem.periods * problem.period),
+        load2="" if wall else "*CLOAD, AMPLITUDE=LOAD2\n3, 1, 1.\n",
+        every=problem.every,
+    )
+
+
+def number(value: float) -> str:
+    """With as many digits as a field of 20 characters holds."""
+    return f"{value:.13E}"
+
+
+def _convert(problem: Problem) -> str:
+    """A command that writes the samples to be kept."""
+    x1, x2 = (problem.scale.physical("displacement", problem.start[place]) for place in (0, 2))
+    first = (problem.periods - problem.keep) * problem.period - 0.5 * problem.step
+    return (
+        f"""awk 'BEGIN {{print "{problem.header}"}} / time /{{t=$NF}} NF==4 && $1=="2" {{a=$2}} """
+        f"""NF==4 && $1=="3" && t>{first:.9g} {{printf "%s, %.10g, %.10g\\n", t, a+{x1!r}, $2+{x2!r}}}' """
+        f"{problem.name}.dat > {problem.name}.csv"
+    ).replace("+-", "-")
+
+
+def _nodes(problem: Problem) -> list[str]:
+    """The blocks as they are at the start; the nodes that they follow, and where the dampers hold, lie in a row."""
+    side, far, gap = problem.length / 2.0, _FAR * problem.length, problem.gap()
+    rows = [(1 + i, (2 * i - 2) * far, 0.0, 0.0) for i in range(4)]
+    for first, ends, half in ((11, (-far, 0.0), _NARROW * side), (21, (gap, gap + far), side)):
+        corners = [(-half, -half), (half, -half), (half, half), (-half, half)]
+        rows += [(first + i, ends[i // 4], *corners[i % 4]) for i in range(8)]
+    return [", ".join([str(node), *map(number, place)]) for node, *place in rows]
+
+
+def _contact(problem: Problem) -> str:
+    """A contact pair; without a damper a spring, whose table goes as far as its nodes are apart."""
+    (stiffness, damping), far, gap = problem.contact, _FAR * problem.length, problem.gap()
+    if damping:
+        area = (_NARROW * problem.length) ** 2
+        return _PAIR.format(stiffness=number(stiffness / area), damping=number(damping / area))
+    push, deep, touch, apart = -stiffness * far, -gap - far, -gap, -gap + far
+    return _SPRING.format(push=number(push), deep=number(deep), touch=number(touch), apart=number(apart))
+
+
+def _bodies(problem: Problem) -> list[str]:
+    """Material, spring and damper of each body; the wall's material does not matter."""
+    lines, bodies = [], problem.bodies
+    for i in (1, 2):
+        side = problem.length * (_NARROW if i == 1 else 1.0)
+        mass = bodies[i - 1].mass if i <= len(bodies) else bodies[0].mass
+        density = number(mass / (_FAR * problem.length * side**2))
+        lines += [f"*MATERIAL, NAME=BODY{i}", "*ELASTIC", "1., 0.", "*DENSITY", density]
+        lines += [f"*SOLID SECTION, ELSET=BODY{i}, MATERIAL=BODY{i}"]
+    for i, body in enumerate(bodies, 1):
+        ends = "1, 2" if i == 1 else "3, 4"
+        lines += [f"*ELEMENT, TYPE=SPRING1, ELSET=SPRING{i}", f"{i}, {i + 1}", f"*SPRING, ELSET=SPRING{i}"]
+        lines += ["1", number(body.stiffness)]
+        if body.damping:
+            lines += [f"*ELEMENT, TYPE=DASHPOTA, ELSET=DAMPER{i}", f"{i + 2}, {ends}", f"*DASHPOT, ELSET=DAMPER{i}"]
+            lines += ["", number(body.damping)]
+    return lines
+
+
+def _start(problem: Problem) -> str:
+    """Velocities; displacements are counted from the start."""
+    sets = (("2", "NODES1"), ("3", "NODES2"))
+    moving = [(name, body.velocity) for names, body in zip(sets, problem.bodies, strict=False) for name in names]
+    rows = [f"{name}, 1, {number(velocity)}" for name, velocity in moving if velocity]
+    return "\n".join(["*INITIAL CONDITIONS, TYPE=VELOCITY", *rows, ""]) if rows else ""
+
+
+def _amplitudes(problem: Problem) -> list[str]:
+    """The force on each body at the end of every step, its spring's at the start taken off."""
+    lines, n = [], problem.method.steps
+    for i, body in enumerate(problem.bodies, 1):
+        lines.append(f"*AMPLITUDE, NAME=LOAD{i}")
+        cosine, sine, constant = body.load
+        rest = constant - body.stiffness * body.displacement
+        angles = [2.0 * pi * k / n for k in range(n)]
+        cycle = [number(cosine * cos(angle) + sine * sin(angle) + rest) for angle in angles]
+        lines += [f"{number(k * problem.step)}, {cycle[k % n]}" for k in range(problem.steps + 1)]
+    return lines

@@ -1,0 +1,88 @@
+"""A deck in Modelica: the equations of motion with the contact law, whose events the tool locates itself.
+
+Not run by this project. It needs no library.
+"""
+
+from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
+
+NAME, SUFFIX, STATUS = "Modelica", "mo", "located"
+LAWS = {  # force while the bodies overlap, with the penetration and its rate
+    LINEAR: "stiffness*depth + damping*der(depth)",
+    "cut": "max(0, stiffness*depth + damping*der(depth))",
+    "limited": "stiffness*depth + min(max(damping*der(depth), -stiffness*depth), stiffness*depth)",
+    "compression": "stiffness*depth + damping*max(der(depth), 0)",
+}
+
+_DECK = """\
+// {words}
+// Not run by Vibroscope, which has no tool for this language: look at the first results before you trust them.
+//
+// The tool locates each contact change: compare with --status located, or with the solver exact. With OpenModelica:
+//   omc {name}.mos, where {name}.mos holds
+//     loadFile("{name}.mo"); simulate(TwoBodies, outputFormat="csv", variableFilter="xi1|xi2");
+// and this makes a CSV file of its result:
+//   awk -F, 'NR==1 {{print "{header}"}} NR>1 && $1>{first!r} && $1>t {{print $1", "$2", "$3; t=$1}}' \\
+//     TwoBodies_res.csv > {name}.csv
+// then
+//   {compare}
+model TwoBodies "Displacements relative to the base"
+  parameter Real stiffness = {stiffness!r} "of the contact";
+  parameter Real damping = {damping!r} "of the contact, force per speed";
+  parameter Real clearance = {clearance!r} "gap where both springs are relaxed";
+  parameter Real Omega = {frequency!r} "angular frequency of the excitation";
+  Real xi1(start = {x1!r}, fixed = true);
+  Real v1(start = {v1!r}, fixed = true);
+  {second}
+  Real depth "penetration";
+  Real force "of the contact, pushing where it is positive";
+equation
+  depth = xi1 - xi2 - clearance;
+  force = if depth >= 0 then {law} else 0;
+  v1 = der(xi1);
+  {motion1}
+  {motion2}
+  annotation(experiment(StartTime = 0, StopTime = {end!r}, Interval = {interval!r}, Tolerance = 1e-10));
+end TwoBodies;
+"""
+
+
+def write(problem: Problem) -> str:
+    """The model; raises ValueError for what it has not."""
+    if hasattr(problem.method, "integrator"):
+        raise refuse(NAME, "the integrator and the status of a step", "its tools choose their own, leave them out")
+    check(problem, NAME, tuple(LAWS), ("newmark",), STATUS)
+    stiffness, damping = problem.contact
+    one, *others = problem.bodies
+    second, motion2 = 'parameter Real xi2 = 0 "the wall";', ""
+    if others:
+        (two,) = others
+        second = (
+            f"Real xi2(start = {two.displacement!r}, fixed = true);\n  Real v2(start = {two.velocity!r}, fixed = true);"
+        )
+        motion2 = f"v2 = der(xi2);\n  {_motion(2, two, '+ force')}"
+    return _DECK.format(
+        words="\n// ".join(problem.words(NAME)),
+        header=problem.header,
+        first=problem.first * problem.step - 0.5 * problem.step,
+        name=problem.name,
+        compare=problem.compare,
+        stiffness=stiffness,
+        damping=damping,
+        clearance=problem.clearance,
+        frequency=problem.angular_frequency,
+        x1=one.displacement,
+        v1=one.velocity,
+        second=second,
+        law=LAWS[problem.method.law],
+        motion1=_motion(1, one, "- force"),
+        motion2=motion2,
+        end=problem.periods * problem.period,
+        interval=problem.every * problem.step,
+    )
+
+
+def _motion(i: int, body, push: str) -> str:
+    """The equation of motion of a body."""
+    cosine, sine, constant = body.load
+    load = f"({cosine!r})*cos(Omega*time) + ({sine!r})*sin(Omega*time) + ({constant!r})"
+    return f"{body.mass!r}*der(v{i}) + {body.damping!r}*v{i} + {body.stiffness!r}*xi{i} = {load} {push};"

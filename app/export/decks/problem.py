@@ -1,0 +1,253 @@
+"""The numbers of a deck in one consistent system of units, whatever code it is for. No solver is needed."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib.metadata import version
+from typing import NamedTuple
+
+from vibroscope.engine import CONTACT_LAWS, Newmark, NewmarkBeta, System, TimeStepping, Units
+from vibroscope.engine.integrators import Integrator
+from vibroscope.engine.model import check_eta, whole
+
+PERIODS, KEEP = 300, 20  # to run, and to write the last of
+PERIODS_RANGE = (1, 1_000_000)
+SAMPLES = 200  # a period, at most
+LINEAR = CONTACT_LAWS[0]  # a spring and a damper
+_PLAIN = Units(omega1=1.0, m1=1.0, base_amplitude=1e3, system="si")  # in which every number stays as it is
+
+
+class Load(NamedTuple):
+    """The force cosine · cos Ωt + sine · sin Ωt + constant."""
+
+    cosine: float
+    sine: float
+    constant: float
+
+    def __add__(self, other: "Load") -> "Load":
+        return Load(*(one + another for one, another in zip(self, other, strict=True)))
+
+
+class Body(NamedTuple):
+    """A mass, its spring and damper to the base, what drives it, and how it starts."""
+
+    mass: float
+    stiffness: float
+    damping: float
+    load: Load
+    displacement: float
+    velocity: float
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What a deck describes.
+
+    Attributes
+    ----------
+    system : System
+    eta : float
+    method : Newmark or TimeStepping
+        The contact's numbers and law, the time step, the integrator and the contact status. :class:`Newmark` without
+        located steps leaves the status to the code.
+    units : Units, optional
+        Units of the deck; None: without dimension, ω₁ = 1 rad/s, the unit of length 1 and m₁ = 1.
+    initial : tuple of float, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0; by default the static equilibrium.
+    periods, keep : int
+        Excitation periods to run, and the last of them to write.
+    name : str
+        Of the deck's file without its suffix, which its comments mention.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    """
+
+    system: System
+    eta: float
+    method: Newmark | TimeStepping
+    units: Units | None = None
+    initial: tuple[float, float, float, float] | None = None
+    periods: int = PERIODS
+    keep: int = KEEP
+    name: str = "two_bodies"
+
+    def __post_init__(self):
+        check_eta(self.eta)
+        advice = "give the excitation periods to run"
+        object.__setattr__(self, "periods", whole("periods", self.periods, *PERIODS_RANGE, advice))
+        advice = "give the last periods to write, at most those that are run"
+        object.__setattr__(self, "keep", whole("keep", self.keep, 1, self.periods, advice))
+
+    # --- numbers in the deck's units ----------------------------------------------------------------------------------
+
+    @property
+    def scale(self) -> Units:
+        """The units that numbers are converted with."""
+        return self.units or _PLAIN
+
+    @property
+    def angular_frequency(self) -> float:
+        """Ω."""
+        return self.scale.physical("angular_frequency", self.eta)
+
+    @property
+    def period(self) -> float:
+        """T."""
+        return self.scale.physical("time", 2.0 * math.pi / self.eta)
+
+    @property
+    def step(self) -> float:
+        """Δt = T/n."""
+        return self.period / self.method.steps
+
+    @property
+    def every(self) -> int:
+        """Steps from one sample of the result to the next."""
+        return max(1, self.method.steps // SAMPLES)
+
+    @property
+    def steps(self) -> int:
+        """Of the whole run."""
+        return self.periods * self.method.steps
+
+    @property
+    def first(self) -> int:
+        """The step that the first sample to be kept belongs to."""
+        return (self.periods - self.keep) * self.method.steps
+
+    @property
+    def length(self) -> float:
+        """The unit of length."""
+        return self.scale.physical("displacement", 1.0)
+
+    @property
+    def clearance(self) -> float:
+        """The gap where both springs are relaxed."""
+        return self.scale.physical("displacement", self.system.clearance)
+
+    @property
+    def contact(self) -> tuple[float, float]:
+        """Stiffness and damper (force per speed) of the contact."""
+        method = self.method
+        return self.scale.physical("stiffness", method.stiffness), self.scale.physical("damping", method.damping)
+
+    @property
+    def start(self) -> tuple[float, float, float, float]:
+        """ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, without dimension."""
+        return self.initial or self.system.rest
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """Both bodies, or one beside a wall."""
+        parts = self.scale.pendulums(replace(self.system, wall=False) if self.system.wall else self.system)
+        count = 1 if self.system.wall else 2
+        return tuple(self._body(i, *(parts[f"{letter}{i}"] for letter in "mkc")) for i in range(1, count + 1))
+
+    def _body(self, i: int, mass: float, stiffness: float, damping: float) -> Body:
+        """Body 1 or 2."""
+        drive, force = self.system.excitation, self.scale.factor("force")
+        share = mass / self.scale.factor("mass")
+        inertia = (share * self.eta**2 * number for number in drive.harmonic("base"))
+        own = Load(*drive.harmonic(f"force{i}"), getattr(drive, f"constant{i}"))
+        load = Load(*(force * number for number in Load(*inertia, 0.0) + own))
+        x, v = self.start[2 * i - 2 : 2 * i]
+        scale = self.scale
+        return Body(mass, stiffness, damping, load, scale.physical("displacement", x), scale.physical("velocity", v))
+
+    def gap(self) -> float:
+        """At the start."""
+        return self.scale.physical("displacement", self.system.gap(self.start[0], self.start[2]))
+
+    def accelerations(self) -> tuple[float, ...]:
+        """Of the bodies at the start, by the equations of motion, or zero where the method says so."""
+        if getattr(self.method, "initial_acceleration", "equation") == "zero":
+            return (0.0,) * len(self.bodies)
+        gap, push = self.gap(), 0.0
+        if gap <= 0.0 and self.method.law == LINEAR:  # another one is zero at touch
+            (k, c), speeds = self.contact, [*(body.velocity for body in self.bodies), 0.0]
+            push = -k * gap - c * (speeds[1] - speeds[0])
+        own = [
+            b.load.cosine + b.load.constant - b.stiffness * b.displacement - b.damping * b.velocity for b in self.bodies
+        ]
+        return tuple(
+            (force + sign * push) / b.mass for b, force, sign in zip(self.bodies, own, (-1.0, 1.0), strict=False)
+        )
+
+    # --- words --------------------------------------------------------------------------------------------------------
+
+    @property
+    def integrator(self) -> Integrator:
+        """Of the method."""
+        return getattr(self.method, "integrator", NewmarkBeta())
+
+    @property
+    def status(self) -> str | None:
+        """The contact status that the method asks for: "start", "end", "located"; None: it is left to the code."""
+        if isinstance(self.method, Newmark):
+            return "located" if self.method.located else None
+        return self.method.status
+
+    @property
+    def header(self) -> str:
+        """First line of the result, as ``vibroscope compare --measured`` reads it."""
+        time, length = ("-", "-") if self.units is None else (self.scale.unit("time"), self.scale.unit("displacement"))
+        return f"time [{time}], xi1 [{length}], xi2 [{length}]"
+
+    def words(self, code: str) -> list[str]:
+        """What a deck says of itself in its first lines, in ASCII."""
+        method, system = self.method, self.system
+        bodies = "A body and a wall" if system.wall else "Two bodies"
+        units = self.scale
+        counted = (
+            "Units: none; omega1 = 1 rad/s, m1 = 1, and displacements in the unit of length of the system."
+            if self.units is None
+            else f"Units: {', '.join(units.unit(name) for name in ('time', 'displacement', 'mass', 'force'))}."
+        )
+        return [
+            f"{bodies} that may touch, for {code}. Written by Vibroscope {version('vibroscope')}.",
+            f"eta = {self.eta!r}, K = {method.stiffness!r}, D = {method.damping!r}, {method.steps} steps per period, "
+            f"contact law {method.law}.",
+            counted,
+            "Displacements are relative to the base, whose motion acts as forces on the masses.",
+        ]
+
+    @property
+    def compare(self) -> str:
+        """The command that lays the result over ours."""
+        method = self.method
+        own = " --system FILE.toml" if self.system != System() or self.units is not None else ""
+        return (
+            f"vibroscope compare --measured {self.name}.csv --eta {self.eta!r} --K {method.stiffness!r} "
+            f"{'' if method.damping is None else f'--D {method.damping!r} '}--steps {method.steps}{own}"
+        )
+
+
+def refuse(code: str, what: str, advice: str) -> ValueError:
+    """The error for what a code cannot express."""
+    return ValueError(f"{code} cannot express {what}: {advice}")
+
+
+def check(problem: Problem, code: str, laws: tuple[str, ...], integrators: tuple[str, ...], status: str) -> None:
+    """Raise ValueError, in one line, for what a code cannot express.
+
+    Parameters
+    ----------
+    code : str
+        Its name in words.
+    laws, integrators : tuple of str
+        Those that it has.
+    status : str
+        Where it takes the contact status from, as in :class:`TimeStepping`, or "located".
+    """
+    law, name = problem.method.law, problem.integrator.name
+    if law not in laws:
+        raise refuse(code, f"law = {law!r}", f"this deck has {', '.join(laws)}")
+    if name not in integrators:
+        raise refuse(code, f"integrator = {name!r}", f"this deck has {', '.join(integrators)}")
+    if problem.status not in (None, status):
+        raise refuse(code, f"status = {problem.status!r}", f"it has {status!r}; give that, or none")
+    if getattr(problem.method, "without_solution", "stop") != "stop":
+        raise refuse(code, f"without_solution = {problem.method.without_solution!r}", "the deck's step is constant")

@@ -1,0 +1,136 @@
+"""The page on other codes is what `make codes` writes; the codes themselves run where they are installed."""
+
+import re
+import subprocess
+import sys
+from importlib.metadata import version
+
+import numpy as np
+import pytest
+from vibroscope.app.commands.cli import main
+from vibroscope.app.export.decks import Problem, deck
+from vibroscope.engine import NewmarkBeta, System, TimeStepping, Units, simulate
+
+from tools.codes import PAGE, opensees_cells, table
+from tools.other_codes import (
+    CASES,
+    INTEGRATORS,
+    STEPS,
+    Row,
+    Steps,
+    Walk,
+    calculix_version,
+    compare_calculix,
+    compare_opensees,
+    opensees_version,
+    problems,
+)
+
+TEXT = PAGE.read_text(encoding="utf-8")
+ROWS = [[cell.strip() for cell in line.split("|")[1:-1]] for line in TEXT.splitlines() if re.match(r"\| \d", line)]
+EXPLAINED = re.compile(
+    r"agree|both stop in step \d+|of two solutions of step \d+|\S+ in a step grows to|\d periods, agree|stops"
+)
+
+
+@pytest.fixture
+def opensees():
+    """Skips where OpenSees cannot be run."""
+    if opensees_version() is None:
+        pytest.skip("openseespy cannot be imported: make codes installs it")
+
+
+@pytest.fixture
+def calculix():
+    """Skips where CalculiX cannot be run."""
+    if calculix_version() is None:
+        pytest.skip("there is no command ccx: Debian has it in calculix-ccx")
+
+
+def test_the_page_has_a_row_for_each_run_and_explains_it():
+    assert re.search(r"Written by `make codes` on \d\d \w+ 20\d\d, with OpenSeesPy [\d.]+ and CalculiX [\d.]+; ", TEXT)
+    found = [row for row in ROWS if row[3] in {f"T/{n}" for n in STEPS}]
+    assert len(found) == len(CASES) * len(STEPS) * len(INTEGRATORS) + 5
+    assert all(EXPLAINED.match(row[-1]) for row in found)
+    assert "unexplained" not in TEXT
+    assert "nan" not in TEXT
+
+
+@pytest.mark.usefixtures("opensees")
+@pytest.mark.parametrize("place", [3, 6, 8])  # a step without a solution; after some periods; two solutions
+def test_the_page_has_what_opensees_does(place, tmp_path):
+    if f"OpenSeesPy {version('openseespy')} " not in TEXT:
+        pytest.skip("the page is of another version of OpenSeesPy: make codes")
+    row = compare_opensees(problems()[place], tmp_path)
+    assert row.cause != "unexplained"
+    assert table(opensees_cells(row), []).splitlines()[0] in TEXT
+
+
+@pytest.mark.usefixtures("opensees")
+def test_a_deck_of_a_system_in_millimetres_runs_and_comes_back(tmp_path, capsys):
+    units = Units(30.0, 5.0, 2.0, "mm-t-s")
+    system = System(wall=True, clearance=-0.3)
+    method = TimeStepping(1200, 1.0, 400, NewmarkBeta(), "end")
+    text = deck("opensees", Problem(system, 1.7, method, units, periods=30, keep=3))
+    (tmp_path / "deck.py").write_text(text)
+    subprocess.run([sys.executable, tmp_path / "deck.py"], check=True, capture_output=True)
+    rows = np.loadtxt(tmp_path / "deck.csv", delimiter=",", skiprows=1)
+    ours = simulate(system, 1.7, method, periods=30, keep=3)
+    assert rows[200::200, 1] / 2.0 == pytest.approx(ours.section[:, 0], abs=1e-9)
+    (tmp_path / "my.toml").write_text(
+        "[system]\nwall = true\nclearance = -0.3\n[units]\nomega1 = 30.0\nm1 = 5.0\nbase_amplitude = 2.0\n"
+    )
+    words = ["--eta", "1.7", "--K", "1200", "--D", "1", "--steps", "400", "--system", str(tmp_path / "my.toml")]
+    assert main(["compare", "--measured", str(tmp_path / "deck.csv"), *words, "--json"]) == 0
+    assert '"frame": "relative"' in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("calculix")
+@pytest.mark.parametrize("damping", [0.0, 18.0])
+def test_calculix_gives_our_displacements(damping, tmp_path):
+    method = TimeStepping(1200.0, damping, 400, NewmarkBeta(), "end")
+    problem = Problem(System(clearance=0.2, mu=0.8), 1.7, method, Units(30.0, 5.0, 2.0), periods=1, keep=1)
+    periods, difference = compare_calculix(problem, tmp_path)
+    assert periods == 1
+    assert difference < 1e-6  # of its seven digits
+
+
+def test_a_difference_is_explained_by_what_is_found_alone():
+    problem = problems()[0]
+
+    def cause(theirs, ours, difference, **found):
+        walk = {
+            "steps": 9,
+            "own": 1e-12,
+            "stops": True,
+            "alike": True,
+            "followed": 1e-12,
+            "disturbed": 1e-6,
+            "other": [],
+        }
+        return Row(problem, theirs, ours, difference, Walk(**(walk | found))).cause
+
+    assert cause(None, None, 1e-9) == "agree"
+    assert cause(None, None, 1e-6).startswith("1e-12 in a step grows to 1e-06")
+    assert cause(None, None, 1e-3) == "unexplained"
+    assert cause(1200, 1200, np.nan) == "both stop in step 1200 (period 3)"
+    assert cause(1200, None, np.nan) == "unexplained"
+    assert cause(1200, 1200, np.nan, stops=False) == "unexplained"
+    assert cause(None, None, 1e-9, own=1e-3) == "unexplained"
+    assert cause(None, None, 0.5, other=[7]).startswith("of two solutions of step 7 (period 1)")
+
+
+def test_our_steps_are_those_of_the_engine():
+    problem = problems()[6]
+    steps, states = Steps(problem), [np.zeros(6)]
+    former = 1
+    for k in range(problem.method.steps):
+        ours = steps.solutions(states[-1], k)
+        chosen = (former,) if (former,) in ours else next(iter(ours))
+        states.append(ours[chosen])
+        former = chosen[-1]
+    run = simulate(problem.system, problem.eta, problem.method, periods=1, keep=1)
+    assert states[-1][[0, 2, 1, 3]] == pytest.approx(run.section[-1], abs=1e-10)
+    walk = steps.walk(np.array(states), None)
+    assert walk.own == 0.0
+    assert walk.followed == 0.0

@@ -1,0 +1,215 @@
+"""What other codes give for the same problems: runs their decks, and prints a table of how far they agree with ours.
+
+    make codes                                           # runs all and writes docs/validation/codes.md
+    .venv/bin/python -m tools.codes                      # runs all, prints the page
+
+OpenSees is run where openseespy can be imported (group `codes` of pyproject.toml), CalculiX where there is a command
+ccx (Debian: calculix-ccx). A code that is not there is left out, with the reason.
+"""
+
+import argparse
+import platform
+import sys
+import tempfile
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+from vibroscope.app.export.decks import Problem
+
+from tools.hertz_codes import is_offered, law_cells, law_problems
+from tools.other_codes import (
+    STEPS,
+    TOLERANCE,
+    Row,
+    as_spring2,
+    calculix_problems,
+    calculix_version,
+    compare_calculix,
+    compare_opensees,
+    default_tolerance,
+    end_inertia,
+    opensees_version,
+    problems,
+    repeated,
+)
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "validation" / "codes.md"
+
+_PAGE = """\
+# Other codes beside ours
+
+Written by `make codes` on {date}, with {codes}; {machine}, Python {python}.
+
+Both run the deck that `vibroscope export` writes: the paper's pendulums, a spring and a damper as contact, from rest.
+Displacements are in base amplitudes.
+
+## OpenSees
+
+{opensees}
+
+### Materials of Hertz
+
+{hertz}
+
+## CalculiX
+
+{calculix}
+
+## Not run
+
+Abaqus and Ansys need licences, and no tool for Modelica is at hand: their decks are written from the manuals, and tests
+check their text alone.
+"""
+
+_OPENSEES = """\
+Ten periods with `ViscoelasticGap`, contact status iterated to the end of the step (`TimeStepping` with the status "end"
+and the initial acceleration "zero", since OpenSees begins with zero accelerations unless they are given), iterations to
+{tolerance}. The difference is the largest of displacements and velocities after ten periods.
+
+{table}
+
+In all {steps} steps of these runs OpenSees' step is one that our step matrices give from the same state, to {own}.
+Where it stops, they give none: it stops in {stops} of {runs} runs, each time in the step that is predicted.
+
+**Two solutions.** Where both contact statuses agree with their own end, ours keeps the former one. OpenSees' choice is
+that of its iterations.
+
+**Steps that have a solution, and Newton's iterations do not find it.** The tangent of `ViscoelasticGap` leaves out its
+damper, so that the iterations may cycle. The deck then tries OpenSees' Krylov-Newton algorithm. Where Newton's alone
+stop, of the runs with T/500:
+
+{repeated}
+
+**Generalised-α.** `HHTGeneralized`, with one number ρ∞, is the method of Chung and Hulbert. `GeneralizedAlpha` is not:
+from the second iteration on its update hands over the acceleration at the end of the step, not the one between (in its
+source: `theModel->setResponse(*Ualpha,*Ualphadot,*Udotdot)`). At η = 2.76, K = 12000, D = 18, T/2000, ρ∞ = 0.8 its
+steps differ from generalised-α by up to {proper}, and by {end} from the same method with the inertia at the end of the
+step. That is no method of its own: it is of first order, and without dampers its spectral radius is {apart} apart
+and {contact} in contact, so that it amplifies with every step. The deck therefore has `HHTGeneralized`.
+
+**TR-BDF2.** OpenSees counts each half as a step; the deck takes two of them. **HHT**: its α is 1 + ours, with forces at
+the interpolated displacement (`hht-interpolated`)."""
+
+_CALCULIX = """\
+Displacements have seven digits in its output. Its HHT method averages the forces of both ends, as `hht` does.
+
+{table}
+
+With a damper a contact pair of the type surface to surface stands for the contact, without one `SPRINGA` with a table.
+
+**Tolerance.** The deck sets 1e-8 for residuals and corrections. With the default, 0.5 % and 1 %, the first row is off
+by {default} after two periods. `SPRING2` with the same table needs the tighter one: it is off by {loose} with the
+default, and by {tight} with 1e-8.
+
+**Energy.** CalculiX checks the energy of an impact, too. At T/500 it stops at the first touch after the start
+("solution seems to diverge"), where its iterations have converged. Shorter steps get over it."""
+
+
+_HERTZ = """\
+Newmark's method at η = 2.76, K = 12000, the damper by the formula of each law with e = 0.5.
+
+{table}
+
+`JankowskiImpact` agrees as long as the motion lets two runs agree at all. `Hertzdamp` takes the closing speed at the
+end of its first step in contact, ours that at touch. Its damper is set to zero where a trial of an iteration opens the
+gap, and stays so for the rest of the contact, which goes on. Such trials are frequent, since the tangents of both
+materials have the wrong sign in their source (`trialTangent = -n*...`)."""
+
+
+def main() -> None:
+    """Run all and print the page, or write it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--write", action="store_true", help=f"write {PAGE.relative_to(ROOT)}")
+    options = parser.parse_args()
+    versions = {"OpenSeesPy": opensees_version(), "CalculiX": calculix_version()}
+    missing = [name for name, found in versions.items() if found is None]
+    if missing and options.write:
+        sys.exit(f"{' and '.join(missing)} cannot be run here: the page is not written")
+    with tempfile.TemporaryDirectory() as folder:
+        text = _PAGE.format(
+            date=datetime.now(UTC).strftime("%d %B %Y"),
+            codes=" and ".join(f"{name} {found}" for name, found in versions.items() if found),
+            machine=f"{platform.system()} {platform.machine()}",
+            python=platform.python_version(),
+            opensees=opensees_text(Path(folder)) if versions["OpenSeesPy"] else "Cannot be imported here.",
+            hertz=hertz_text(Path(folder)) if versions["OpenSeesPy"] else "Not run here.",
+            calculix=calculix_text(Path(folder)) if versions["CalculiX"] else "There is no command ccx here.",
+        )
+    print(text, end="")
+    if options.write:
+        PAGE.parent.mkdir(exist_ok=True)
+        PAGE.write_text(text, encoding="utf-8")
+
+
+def opensees_text(folder: Path) -> str:
+    """The part of the page on OpenSees."""
+    rows = [compare_opensees(problem, folder) for problem in problems()]
+    inertia = end_inertia(folder)
+    found = [(row, repeated(row, folder)) for row in rows if row.problem.method.steps == STEPS[0]]
+    again = [f"- η = {row.problem.eta:g}, {integrator_words(row.problem)}: {place}" for row, place in found if place]
+    return _OPENSEES.format(
+        tolerance=f"{TOLERANCE:.0e}",
+        table=table(("η", "K", "D", "steps", "integrator", "OpenSees beside ours"), map(opensees_cells, rows)),
+        steps=f"{sum(row.walk.steps for row in rows):,}",
+        own=f"{max(row.walk.own for row in rows):.0e}",
+        stops=sum(row.theirs is not None for row in rows),
+        runs=len(rows),
+        repeated="\n".join(again) or "- nowhere else",
+        proper=f"{inertia.proper:.2g}",
+        end=f"{inertia.end:.0e}",
+        apart=f"1 + {inertia.radii[0] - 1:.1e}",
+        contact=f"{inertia.radii[1]:.4f}",
+    )
+
+
+def opensees_cells(row: Row) -> list[str]:
+    """A row of the table."""
+    method = row.problem.method
+    numbers = [f"{number:g}" for number in (row.problem.eta, method.stiffness, method.damping)]
+    words = f"agree to {row.difference:.0e}" if row.cause == "agree" else row.cause
+    return [*numbers, f"T/{method.steps}", integrator_words(row.problem), words]
+
+
+def integrator_words(problem: Problem) -> str:
+    """Name and numbers of an integrator."""
+    numbers = ", ".join(f"{name} {value:g}" for name, value in vars(problem.integrator).items())
+    return " ".join(filter(None, (problem.integrator.name, numbers)))
+
+
+def hertz_text(folder: Path) -> str:
+    """The part of the page on laws that are not linear in contact."""
+    if not is_offered():
+        return "Not compared: this version has not these laws."
+    cells = [law_cells(problem, folder) for problem in law_problems()]
+    return _HERTZ.format(table=table(("law", "material", "steps", "OpenSees beside ours"), cells))
+
+
+def calculix_text(folder: Path) -> str:
+    """The part of the page on CalculiX."""
+    cells = []
+    for problem in calculix_problems():
+        periods, difference = compare_calculix(problem, folder)
+        method = problem.method
+        ran = f"{problem.periods} periods" if periods == problem.periods else f"stops after {periods:.2g} periods"
+        numbers = [f"{number:g}" for number in (problem.eta, method.stiffness, method.damping)]
+        words = f"{ran}, agree to {difference:.0e}"
+        cells.append([*numbers, f"T/{method.steps}", integrator_words(problem), words])
+    two = replace(calculix_problems()[0], periods=2, keep=2)
+    changes = {
+        "default": default_tolerance,
+        "loose": lambda text: as_spring2(default_tolerance(text)),
+        "tight": as_spring2,
+    }
+    found = {name: f"{compare_calculix(two, folder, change)[1]:.0e}" for name, change in changes.items()}
+    return _CALCULIX.format(**found, table=table(("η", "K", "D", "steps", "integrator", "CalculiX beside ours"), cells))
+
+
+def table(head, rows) -> str:
+    """A table in Markdown."""
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *rows))
+
+
+if __name__ == "__main__":
+    main()
