@@ -129,7 +129,7 @@ class Newmark:
 
 @dataclass(frozen=True)
 class TimeStepping:
-    """Penalty contact integrated by a one-step method of FE and physics codes, every step of T/n taken.
+    """Penalty contact integrated by a one-step method of FE and physics codes, constant step T/n.
 
     Attributes
     ----------
@@ -148,6 +148,8 @@ class TimeStepping:
     law : {"kelvin-voigt", "cut"}
     initial_acceleration : {"equation", "zero"}
         ξᵢ″ at τ = 0 from the equations of motion, or zero, as OpenSees has it unless it is given.
+    every_step : bool
+        As that of :class:`Newmark`.
 
     Raises
     ------
@@ -163,6 +165,7 @@ class TimeStepping:
     without_solution: str = WITHOUT_SOLUTION[0]
     law: str = CONTACT_LAWS[0]
     initial_acceleration: str = INITIAL_ACCELERATIONS[0]
+    every_step: bool = False
     name: ClassVar[str] = "time-stepping"
 
     def __post_init__(self):
@@ -174,6 +177,7 @@ class TimeStepping:
         one_of("without_solution", self.without_solution, WITHOUT_SOLUTION)
         one_of("law", self.law, CONTACT_LAWS)
         one_of("initial_acceleration", self.initial_acceleration, INITIAL_ACCELERATIONS)
+        object.__setattr__(self, "every_step", flag("every_step", self.every_step))
         if self.integrator.explicit and self.status != CONTACT_STATUSES[0]:
             name = self.integrator.name
             raise ValueError(f"{name} is explicit and knows the gap before the force: it has status = 'start' alone")

@@ -1,0 +1,260 @@
+"""Skips of the one-step methods whose step is a matrix: the steps of the plain loop, without taking each of them.
+
+A *mode* is a contact status that stays: flight, contact, or the contact of a law that is cut where its force would pull.
+As long as it stays, a step maps
+
+    u = (ξ₁, g, ξ₁′, g′, ξ₁″, g″, λ, cos ητ₀, sin ητ₀, 1)
+
+linearly, u → Φ u. Everything that the plain loop decides a step by (the gap and, with the law that is cut, the force, at
+the end of each stage and with either status, where the status is that of the end) is a row w times the u before the
+step, with the sign that it is positive while the mode stays. So a mode stays as long as all its *watched rows* are
+positive: then no step has another status, none has no solution or two, and contact does not change.
+
+The values of a row at the ends of the next steps, or of every s-th of them, are the rows w Φʲ⁻¹ times one u. Where the
+second differences of single steps, rows w(Φ − 1)²Φʲ⁻², are at most B, a row lies between two entries of the coarser
+level no more than b = B s²/8 below its chord: where it exceeds b at both, the mode stays between them
+(:mod:`.step_map`, with the same condition for the first interval). B is the supremum over all steps of the level, each
+of them formed when the tables are made (:mod:`engine.drivers.skip_tables`).
+
+Single steps are skipped by the sign of the rows. A skip ends before the first step of which a row is not positive, or so
+near to zero that rounding could change its sign; the plain loop's own step follows.
+
+Plain twin: :func:`..time_stepping.linear_step.integrate_linear` (tests/engine/kernels/test_matrix_skip.py).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..compile.record import with_impulse
+from ..status import OK
+from ..time_stepping.linear_step import (
+    COLUMNS,
+    STATE_ROWS,
+    Progress,
+    advance,
+    motion_of,
+    unpack_state,
+    write_first_sample,
+    write_progress,
+)
+from ..time_stepping.newmark import write_output, write_sample
+from .certificate import CERTAIN, CHUNK, FAR
+from .step_map import ENTRIES
+
+FREE, PRESSED, PULLED = range(3)  # modes; PULLED: the gap is closed, and the force would pull
+MODES, LEVELS = 3, 2
+WORK_ROWS = 9  # of the work space: three for a step, five u, and one y
+WORTHWHILE = 2 * CHUNK  # steps that a skip by the coarser level has at least
+
+
+class SkipTables(NamedTuple):
+    """What many steps of each mode do; R is the largest number of watched rows."""
+
+    rows: np.ndarray  # (MODES, R, LEVELS, COLUMNS, ENTRIES) watched rows after 1 … ENTRIES strides
+    bounds: np.ndarray  # (MODES, R, COLUMNS) b between entries of the coarser level
+    sizes: np.ndarray  # (MODES, R) of a row, in units of a displacement
+    counts: np.ndarray  # (MODES,) int64 watched rows; 0 where no step is skipped
+    strides: np.ndarray  # (MODES,) int64 steps from entry to entry of the coarser level, 0 if there is none
+    matrices: np.ndarray  # (MODES, LEVELS, ENTRIES, COLUMNS, COLUMNS) Φ, Φ², … and Φˢ, Φ²ˢ, …
+    impulses: np.ndarray  # (LEVELS, ENTRIES, COLUMNS) Δτ Σλ over the steps up to each entry, in contact
+    period: float  # of the excitation
+
+
+@jit_inlined
+def mode_of(t, at_end, at):
+    """The mode that the next steps may have, by the status of the last one."""
+    if not at.pressed:
+        return FREE if at.status == 0 or not at_end else -1
+    if at.status == 0 and t.counts[PULLED] > 0:
+        return PULLED
+    return PRESSED if at.status == 1 or not at_end else -1
+
+
+@jit_inlined
+def write_relative(m, y, cosine, sine, u):
+    """Write u of a state y."""
+    u[0], u[1], u[2], u[3], u[4], u[5] = y[0], (y[1] - y[0]) - m.system.touch, y[2], y[3] - y[2], y[4], y[5] - y[4]
+    u[6], u[7], u[8], u[9] = y[6], cosine, sine, 1.0
+
+
+@jit_inlined
+def write_state(m, u, y):
+    """Write the y of a u."""
+    y[0], y[1], y[2], y[3], y[4], y[5] = u[0], u[0] + (u[1] + m.system.touch), u[2], u[2] + u[3], u[4], u[4] + u[5]
+    y[6] = u[6]
+
+
+@jit_inlined
+def dot(row, u):
+    """A row, or a column of a table, times u."""
+    value = 0.0
+    for i in range(COLUMNS):
+        value += row[i] * u[i]
+    return value
+
+
+@jit_no_alloc
+def steps_above(rows, u, bound, most):
+    """Entries, at most so many, before the first whose row times u does not exceed the bound."""
+    u0, u1, u2, u3, u4, u5, u6, u7, u8, u9 = u[0], u[1], u[2], u[3], u[4], u[5], u[6], u[7], u[8], u[9]
+    for begin in range(0, most, CHUNK):
+        r = rows[:, begin : begin + CHUNK]
+        r0, r1, r2, r3, r4, r5, r6, r7, r8, r9 = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9]
+        first = CHUNK
+        for j in range(CHUNK):  # without a branch: vector instructions
+            value = (r0[j] * u0 + r1[j] * u1 + r2[j] * u2) + (r3[j] * u3 + r4[j] * u4 + r5[j] * u5)
+            value += (r6[j] * u6 + r7[j] * u7) + (r8[j] * u8 + r9[j] * u9)
+            first = min(first, CHUNK if value > bound else j)
+        if first < CHUNK:
+            return min(most, begin + first)
+    return most
+
+
+@jit_no_alloc
+def coarse_entries(t, mode, u, noise):
+    """Entries of the coarser level up to which the mode certainly stays; 0 where single steps do as well."""
+    stride, entries = t.strides[mode], ENTRIES
+    if stride == 0:
+        return 0
+    for r in range(t.counts[mode]):
+        bound, least = 0.0, noise * t.sizes[mode, r]
+        for i in range(COLUMNS):
+            bound += t.bounds[mode, r, i] * abs(u[i])
+        bound = max(bound, least)
+        # a row that is small at the next step and grows to v at the first entry: the chord lies above its share of v,
+        # and the row at most 4 times this share of the bound below the chord
+        near, first = dot(t.rows[mode, r, 0, :, 0], u), dot(t.rows[mode, r, 1, :, 0], u)
+        if not (near > bound or (near > least and first > 4.0 * bound)):
+            return 0
+        entries = steps_above(t.rows[mode, r, 1], u, bound, entries)
+        if entries * stride < WORTHWHILE:
+            return 0
+    return entries
+
+
+@jit_no_alloc
+def single_entries(t, mode, u, noise):
+    """Single steps before the first that may leave the mode."""
+    entries = ENTRIES
+    for r in range(t.counts[mode]):
+        if entries > 0:
+            entries = steps_above(t.rows[mode, r, 0], u, noise * t.sizes[mode, r], entries)
+    return entries
+
+
+@jit_no_alloc
+def carry(t, mode, level, entries, u, out):
+    """Write u after so many entries of a level."""
+    if entries == 0:
+        for i in range(COLUMNS):
+            out[i] = u[i]
+        return
+    matrix = t.matrices[mode, level, entries - 1]
+    for i in range(COLUMNS):
+        out[i] = dot(matrix[i], u)
+
+
+@jit_inlined
+def reach_of(t, u):
+    """How far the motion may go within a period."""
+    return abs(u[0]) + abs(u[1]) + t.period * (abs(u[2]) + abs(u[3]))
+
+
+@jit_no_alloc
+def find_skip(m, t, mode, us):
+    """Coarse and single entries of the skip from u = us[0]; us[1] and us[2] become u after the former and the latter."""
+    u = us[0]
+    if not reach_of(t, u) < FAR:
+        return 0, 0
+    noise = CERTAIN * (abs(u[0]) + abs(u[1]) + abs(m.system.touch))
+    coarse = coarse_entries(t, mode, u, noise)
+    carry(t, mode, 1, coarse, u, us[1])
+    fine = single_entries(t, mode, us[1], noise) if coarse < ENTRIES else 0
+    carry(t, mode, 0, fine, us[1], us[2])
+    return (coarse, fine) if reach_of(t, us[2]) < FAR else (0, 0)
+
+
+@jit_no_alloc
+def impulse_of(t, coarse, fine, us):
+    """Δτ Σλ over the steps of a skip in contact."""
+    total = dot(t.impulses[1, coarse - 1], us[0]) if coarse > 0 else 0.0
+    return total + (dot(t.impulses[0, fine - 1], us[1]) if fine > 0 else 0.0)
+
+
+@jit_no_alloc
+def write_skipped(m, t, mode, n, at, coarse, end, us, y, window, buffers):
+    """Write the section rows and samples of the steps at.step + 1 … end."""
+    stride, i, sampled = t.strides[mode], at.step, buffers.samples.shape[0] > 0
+    while True:
+        k = i % n
+        after = n - k
+        if sampled and i >= window[1]:
+            after = min(after, window[2] - k % window[2])
+        elif sampled:
+            after = min(after, window[1] - i)
+        i += after
+        if i > end:
+            return
+        if i < window[0] or (i == window[0] and i != window[1]):
+            continue
+        entries = min((i - at.step) // stride, coarse) if coarse > 0 else 0
+        carry(t, mode, 1, entries, us[0], us[3])
+        carry(t, mode, 0, i - at.step - entries * stride, us[3], us[4])
+        write_state(m, us[4], y)
+        if i > window[0]:
+            write_output(m.system, i, i % n, n, motion_of(m, y), at.pressed, window, buffers)
+        elif sampled:
+            write_sample(m.system, buffers.samples[0], motion_of(m, y), at.pressed)
+
+
+@jit_no_alloc
+def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
+    """Integrate to the end of step ``stop`` as :func:`..time_stepping.linear_step.integrate_linear` does.
+
+    Skips do not depend on where a run is cut: one that reaches beyond its end is not made, what is asked for within it
+    is read off, and the next call begins with it.
+
+    Parameters
+    ----------
+    m : LinearScheme
+    t : SkipTables
+    angles, stop, window, buffers
+        As there.
+    state : (STATE.size,) float64
+        A :class:`LinearState`, changed in place. Its ``step`` is the one from which the next call goes on: ``stop`` or,
+        where a skip reaches beyond, the step before that skip.
+    work : (WORK_ROWS, COLUMNS) float64
+        Work space.
+
+    Returns
+    -------
+    int
+        As there.
+    """
+    s, code, n, us = unpack_state(state), OK, angles.shape[1], work[3:8]
+    y, at, recorded = s.y, s.progress, buffers.contacts.shape[0] > 0
+    write_first_sample(m, y, at, window, buffers)
+    while at.step < stop and code == OK:
+        mode, coarse, fine = mode_of(t, m.at_end, at), 0, 0
+        if mode >= 0 and t.counts[mode] > 0:
+            k = at.step % n
+            write_relative(m, y, angles[0, k], angles[1, k], us[0])
+            coarse, fine = find_skip(m, t, mode, us)
+        if coarse + fine == 0:
+            at, code = advance(m, angles, y, at, work, window, buffers)
+            continue
+        reached = at.step + coarse * t.strides[mode] + fine
+        if recorded:
+            write_skipped(m, t, mode, n, at, coarse, min(reached, stop), us, work[8], window, buffers)
+        if reached >= stop:
+            break
+        contact = at.contact
+        if recorded and mode == PRESSED:
+            contact = with_impulse(contact, contact.impulse + impulse_of(t, coarse, fine, us))
+        write_state(m, us[2], y)
+        at = Progress(int(mode == PRESSED), at.pressed, reached, at.none, at.two, contact)
+    write_progress(state, at)
+    return code
+
