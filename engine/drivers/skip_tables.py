@@ -25,11 +25,12 @@ def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
     most = max(len(rows) for rows in watched)
     tables = SkipTables(
         rows=np.zeros((MODES, most, LEVELS, COLUMNS, ENTRIES)),
+        firsts=np.zeros((MODES, most, LEVELS, COLUMNS)),
         bounds=np.zeros((MODES, most, COLUMNS)),
         sizes=np.zeros((MODES, most)),
         counts=np.array([len(rows) for rows in watched]),
         strides=np.zeros(MODES, dtype=np.int64),
-        matrices=np.zeros((MODES, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
+        columns=np.zeros((MODES, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
         impulses=np.zeros((LEVELS, ENTRIES, COLUMNS)),
         period=2 * math.pi / p.eta,
     )
@@ -125,8 +126,9 @@ def _fill_mode(tables: SkipTables, m: LinearScheme, mode: int, watched: np.ndarr
             tables.bounds[mode, : len(rows)] = supremum * (stride**2 / 8)
         tables.strides[mode] = stride
         for level, powers in enumerate(levels):
-            tables.matrices[mode, level] = powers
+            tables.columns[mode, level] = powers.transpose(0, 2, 1)
             first = rows if level == 0 else rows @ single[stride - 2]
+            tables.firsts[mode, : len(rows), level] = first
             after = np.concatenate([first[None], first @ powers[:-1]])
             tables.rows[mode, : len(rows), level] = after.transpose(1, 2, 0)
         if mode == PRESSED:

@@ -53,11 +53,12 @@ class SkipTables(NamedTuple):
     """What many steps of each mode do; R is the largest number of watched rows."""
 
     rows: np.ndarray  # (MODES, R, LEVELS, COLUMNS, ENTRIES) watched rows after 1 … ENTRIES strides
+    firsts: np.ndarray  # (MODES, R, LEVELS, COLUMNS) the same after one stride
     bounds: np.ndarray  # (MODES, R, COLUMNS) b between entries of the coarser level
     sizes: np.ndarray  # (MODES, R) of a row, in units of a displacement
     counts: np.ndarray  # (MODES,) int64 watched rows; 0 where no step is skipped
     strides: np.ndarray  # (MODES,) int64 steps from entry to entry of the coarser level, 0 if there is none
-    matrices: np.ndarray  # (MODES, LEVELS, ENTRIES, COLUMNS, COLUMNS) Φ, Φ², … and Φˢ, Φ²ˢ, …
+    columns: np.ndarray  # (MODES, LEVELS, ENTRIES, COLUMNS, COLUMNS) those of Φ, Φ², … and Φˢ, Φ²ˢ, …
     impulses: np.ndarray  # (LEVELS, ENTRIES, COLUMNS) Δτ Σλ over the steps up to each entry, in contact
     period: float  # of the excitation
 
@@ -100,9 +101,10 @@ def steps_above(rows, u, bound, most):
     """Entries, at most so many, before the first whose row times u does not exceed the bound."""
     u0, u1, u2, u3, u4, u5, u6, u7, u8, u9 = u[0], u[1], u[2], u[3], u[4], u[5], u[6], u[7], u[8], u[9]
     for begin in range(0, most, CHUNK):
-        r = rows[:, begin : begin + CHUNK]
-        r0, r1, r2, r3, r4, r5, r6, r7, r8, r9 = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9]
-        first = CHUNK
+        end, first = begin + CHUNK, CHUNK
+        r0, r1, r2, r3 = rows[0, begin:end], rows[1, begin:end], rows[2, begin:end], rows[3, begin:end]
+        r4, r5, r6, r7 = rows[4, begin:end], rows[5, begin:end], rows[6, begin:end], rows[7, begin:end]
+        r8, r9 = rows[8, begin:end], rows[9, begin:end]
         for j in range(CHUNK):  # without a branch: vector instructions
             value = (r0[j] * u0 + r1[j] * u1 + r2[j] * u2) + (r3[j] * u3 + r4[j] * u4 + r5[j] * u5)
             value += (r6[j] * u6 + r7[j] * u7) + (r8[j] * u8 + r9[j] * u9)
@@ -112,7 +114,7 @@ def steps_above(rows, u, bound, most):
     return most
 
 
-@jit_no_alloc
+@jit_inlined
 def coarse_entries(t, mode, u, noise):
     """Entries of the coarser level up to which the mode certainly stays; 0 where single steps do as well."""
     stride, entries = t.strides[mode], ENTRIES
@@ -125,7 +127,7 @@ def coarse_entries(t, mode, u, noise):
         bound = max(bound, least)
         # a row that is small at the next step and grows to v at the first entry: the chord lies above its share of v,
         # and the row at most 4 times this share of the bound below the chord
-        near, first = dot(t.rows[mode, r, 0, :, 0], u), dot(t.rows[mode, r, 1, :, 0], u)
+        near, first = dot(t.firsts[mode, r, 0], u), dot(t.firsts[mode, r, 1], u)
         if not (near > bound or (near > least and first > 4.0 * bound)):
             return 0
         entries = steps_above(t.rows[mode, r, 1], u, bound, entries)
@@ -134,26 +136,38 @@ def coarse_entries(t, mode, u, noise):
     return entries
 
 
-@jit_no_alloc
+@jit_inlined
 def single_entries(t, mode, u, noise):
     """Single steps before the first that may leave the mode."""
+    for r in range(t.counts[mode]):
+        if not dot(t.firsts[mode, r, 0], u) > noise * t.sizes[mode, r]:
+            return 0
     entries = ENTRIES
     for r in range(t.counts[mode]):
-        if entries > 0:
-            entries = steps_above(t.rows[mode, r, 0], u, noise * t.sizes[mode, r], entries)
+        entries = steps_above(t.rows[mode, r, 0], u, noise * t.sizes[mode, r], entries)
     return entries
 
 
 @jit_no_alloc
+def apply(columns, u, out):
+    """Write the product of a matrix, given by its columns, and u."""
+    v0, v1, v2, v3, v4, v5, v6, v7, v8, v9 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(COLUMNS):
+        c, x = columns[j], u[j]
+        v0, v1, v2, v3, v4 = v0 + c[0] * x, v1 + c[1] * x, v2 + c[2] * x, v3 + c[3] * x, v4 + c[4] * x
+        v5, v6, v7, v8, v9 = v5 + c[5] * x, v6 + c[6] * x, v7 + c[7] * x, v8 + c[8] * x, v9 + c[9] * x
+    out[0], out[1], out[2], out[3], out[4] = v0, v1, v2, v3, v4
+    out[5], out[6], out[7], out[8], out[9] = v5, v6, v7, v8, v9
+
+
+@jit_inlined
 def carry(t, mode, level, entries, u, out):
     """Write u after so many entries of a level."""
-    if entries == 0:
+    if entries > 0:
+        apply(t.columns[mode, level, entries - 1], u, out)
+    else:
         for i in range(COLUMNS):
             out[i] = u[i]
-        return
-    matrix = t.matrices[mode, level, entries - 1]
-    for i in range(COLUMNS):
-        out[i] = dot(matrix[i], u)
 
 
 @jit_inlined
@@ -162,7 +176,7 @@ def reach_of(t, u):
     return abs(u[0]) + abs(u[1]) + t.period * (abs(u[2]) + abs(u[3]))
 
 
-@jit_no_alloc
+@jit_inlined
 def find_skip(m, t, mode, us):
     """Coarse and single entries of the skip from u = us[0]; us[1] and us[2] become u after the former and the latter."""
     u = us[0]
@@ -176,7 +190,7 @@ def find_skip(m, t, mode, us):
     return (coarse, fine) if reach_of(t, us[2]) < FAR else (0, 0)
 
 
-@jit_no_alloc
+@jit_inlined
 def impulse_of(t, coarse, fine, us):
     """Δτ Σλ over the steps of a skip in contact."""
     total = dot(t.impulses[1, coarse - 1], us[0]) if coarse > 0 else 0.0
@@ -242,19 +256,19 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
             k = at.step % n
             write_relative(m, y, angles[0, k], angles[1, k], us[0])
             coarse, fine = find_skip(m, t, mode, us)
-        if coarse + fine == 0:
+        if coarse + fine > 0:
+            reached = at.step + coarse * t.strides[mode] + fine
+            if recorded:
+                write_skipped(m, t, mode, n, at, coarse, min(reached, stop), us, work[8], window, buffers)
+            if reached >= stop:
+                break
+            contact = at.contact
+            if recorded and mode == PRESSED:
+                contact = with_impulse(contact, contact.impulse + impulse_of(t, coarse, fine, us))
+            write_state(m, us[2], y)
+            at = Progress(int(mode == PRESSED), at.pressed, reached, at.none, at.two, contact)
+        if max(coarse, fine) < ENTRIES:  # else the table has ended, and not the mode
             at, code = advance(m, angles, y, at, work, window, buffers)
-            continue
-        reached = at.step + coarse * t.strides[mode] + fine
-        if recorded:
-            write_skipped(m, t, mode, n, at, coarse, min(reached, stop), us, work[8], window, buffers)
-        if reached >= stop:
-            break
-        contact = at.contact
-        if recorded and mode == PRESSED:
-            contact = with_impulse(contact, contact.impulse + impulse_of(t, coarse, fine, us))
-        write_state(m, us[2], y)
-        at = Progress(int(mode == PRESSED), at.pressed, reached, at.none, at.two, contact)
     write_progress(state, at)
     return code
 
