@@ -8,10 +8,11 @@ from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
 from ..kernels.equations.coordinates import contact_coordinates
 from ..kernels.equations.motion import accelerations, coefficients
 from ..kernels.equations.rates import free_rate
+from ..kernels.parameters import Parameters
 from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import linear_step as kernel
 from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_of
-from ..methods import WITHOUT_SOLUTION
+from ..methods import WITHOUT_SOLUTION, TimeStepping
 from ..result import Checkpoint, Cost, Status
 from .newmark import has_strides
 from .parameters import parameters_of
@@ -22,24 +23,29 @@ from .stepping import SteppingDriver
 STEPS_PER_CALL = 1_000_000
 
 
+def linear_scheme(p: Parameters, method: TimeStepping) -> kernel.LinearScheme:
+    """The matrices of a method, and of its parts of steps if it may cut them."""
+    bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
+    levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
+    maps = np.array([step_maps(bodies, method.integrator, system.h / 2**level) for level in levels])
+    weights = [stage.weight for stage in method.integrator.stages]
+    return kernel.LinearScheme(
+        maps,
+        (weights[0], float(sum(weights[1:]))),
+        method.status == "end" or method.integrator.explicit,
+        WITHOUT_SOLUTION.index(method.without_solution),
+        p.eta * system.h,
+        system,
+    )
+
+
 class TimeSteppingDriver(SteppingDriver):
     """One run of :class:`engine.TimeStepping`."""
 
     def begin(self, start: Checkpoint) -> None:
         method, p = self._method, parameters_of(*self.run)
         self.solution = f"the solution by {method.integrator.name}"
-        self._bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
-        levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
-        maps = np.array([step_maps(self._bodies, method.integrator, system.h / 2**level) for level in levels])
-        weights = [stage.weight for stage in method.integrator.stages]
-        self._scheme = kernel.LinearScheme(
-            maps,
-            (weights[0], float(sum(weights[1:]))),
-            method.status == "end" or method.integrator.explicit,
-            WITHOUT_SOLUTION.index(method.without_solution),
-            p.eta * system.h,
-            system,
-        )
+        self._bodies, self._scheme = bodies_of(p), linear_scheme(p, method)
         angle = self.angles_of_steps()[:-1]
         self._angles = np.array([np.cos(angle), np.sin(angle)])
         self._work = np.zeros((matrix_skip.WORK_ROWS, kernel.COLUMNS))

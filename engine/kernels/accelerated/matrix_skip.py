@@ -1,23 +1,23 @@
 """Skips of the one-step methods whose step is a matrix: the steps of the plain loop, without taking each of them.
 
-A *mode* is a contact status that stays: flight, contact, or the contact of a law that is cut where its force would pull.
-As long as it stays, a step maps
+A *mode* is a contact status that stays: flight, contact, or the contact of a law that is cut where its force would
+pull. As long as it stays, a step maps
 
     u = (ξ₁, g, ξ₁′, g′, ξ₁″, g″, λ, cos ητ₀, sin ητ₀, 1)
 
-linearly, u → Φ u. Everything that the plain loop decides a step by (the gap and, with the law that is cut, the force, at
-the end of each stage and with either status, where the status is that of the end) is a row w times the u before the
-step, with the sign that it is positive while the mode stays. So a mode stays as long as all its *watched rows* are
-positive: then no step has another status, none has no solution or two, and contact does not change.
+linearly, u → Φ u. Whatever the plain loop decides a step by is a row w times the u before the step: the gap at its end,
+with the law that is cut the force, and with the status from the end both of them at the end of each stage with either
+status. Given signs by which they are positive, these are the *watched rows* of the mode: while all of them are
+positive, no step has another status, none has no solution or two, and contact does not change.
 
 The values of a row at the ends of the next steps, or of every s-th of them, are the rows w Φʲ⁻¹ times one u. Where the
 second differences of single steps, rows w(Φ − 1)²Φʲ⁻², are at most B, a row lies between two entries of the coarser
 level no more than b = B s²/8 below its chord: where it exceeds b at both, the mode stays between them
 (:mod:`.step_map`, with the same condition for the first interval). B is the supremum over all steps of the level, each
-of them formed when the tables are made (:mod:`engine.drivers.skip_tables`).
+of which is formed when the tables are made (:mod:`engine.drivers.skip_tables`).
 
-Single steps are skipped by the sign of the rows. A skip ends before the first step of which a row is not positive, or so
-near to zero that rounding could change its sign; the plain loop's own step follows.
+Single steps are skipped by the sign of the rows. A skip ends before the first step of which a row is not positive, or
+so near to zero that rounding could change its sign; the plain loop's own step follows.
 
 Plain twin: :func:`..time_stepping.linear_step.integrate_linear` (tests/engine/kernels/test_matrix_skip.py).
 """
@@ -31,7 +31,6 @@ from ..compile.record import with_impulse
 from ..status import OK
 from ..time_stepping.linear_step import (
     COLUMNS,
-    STATE_ROWS,
     Progress,
     advance,
     motion_of,
@@ -178,7 +177,7 @@ def reach_of(t, u):
 
 @jit_inlined
 def find_skip(m, t, mode, us):
-    """Coarse and single entries of the skip from u = us[0]; us[1] and us[2] become u after the former and the latter."""
+    """Coarse and single entries of the skip from us[0]; us[1] and us[2] become u after the former and the latter."""
     u = us[0]
     if not reach_of(t, u) < FAR:
         return 0, 0
@@ -271,4 +270,3 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
             at, code = advance(m, angles, y, at, work, window, buffers)
     write_progress(state, at)
     return code
-
