@@ -13,7 +13,7 @@ THRESHOLD_RANGE = (0.0, 1e3)
 STIFFNESS_RANGE = (1e-6, 1e12)
 DAMPING_RANGE = (0.0, 1e9)
 STEPS_RANGE = (4, 10_000_000)
-CONTACT_STATUSES = ("start", "end")
+CONTACT_STATUSES = ("start", "end", "located")
 WITHOUT_SOLUTION = ("stop", "keep", "halve")
 INITIAL_ACCELERATIONS = ("equation", "zero")
 
@@ -178,9 +178,16 @@ class TimeStepping:
         one_of("law", self.law, CONTACT_LAWS)
         one_of("initial_acceleration", self.initial_acceleration, INITIAL_ACCELERATIONS)
         object.__setattr__(self, "every_step", flag("every_step", self.every_step))
-        if self.integrator.explicit and self.status != CONTACT_STATUSES[0]:
+        if self.integrator.explicit and self.status == "end":
             name = self.integrator.name
-            raise ValueError(f"{name} is explicit and knows the gap before the force: it has status = 'start' alone")
+            raise ValueError(f"{name} is explicit and knows the gap before the force: it has no status = 'end'")
+        if self.located and self.law != CONTACT_LAWS[0]:
+            raise ValueError(f"law = {self.law!r} has no located steps: use status = 'start' or 'end'")
+
+    @property
+    def located(self) -> bool:
+        """Whether steps are cut at contact changes."""
+        return self.status == "located"
 
     @property
     def limit(self) -> ExactPenalty:

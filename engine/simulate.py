@@ -8,7 +8,7 @@ from .drivers.event_driven import EventDriver
 from .drivers.located import LocatedDriver
 from .drivers.newmark import ONE_STEP_DRIVERS
 from .drivers.time_stepping import TimeSteppingDriver
-from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
+from .methods import ExactPenalty, Method, Reference, TimeStepping
 from .model import System, check_eta, require, whole
 from .result import Checkpoint, Record, Response, Status, Trajectory
 
@@ -114,7 +114,7 @@ def sample_run(
 
 
 def _driver(method: Method) -> type[Driver]:
-    if isinstance(method, Newmark) and method.located:
+    if getattr(method, "located", False):
         return LocatedDriver
     return _DRIVERS[type(method)]
 

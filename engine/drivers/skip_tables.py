@@ -4,26 +4,70 @@ import math
 
 import numpy as np
 
+from ..integrators import Integrator
+from ..kernels.accelerated.located_skip import PIECES, WHOLE
 from ..kernels.accelerated.matrix_skip import FREE, LEVELS, MODES, PRESSED, PULLED, SkipTables
 from ..kernels.accelerated.step_map import ENTRIES, REACHES
 from ..kernels.compile.options import uncompiled
 from ..kernels.equations.contact_law import CUT
 from ..kernels.equations.rates import free_rate, pressed_rate
 from ..kernels.parameters import Parameters
+from ..kernels.time_stepping.contact_location import LocatedScheme
 from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, GAP, STATE_ROWS, LinearScheme
+from .step_maps import bodies_of, step_maps
 
+MOST_PIECES = 256  # of a step, so that tables are made in no time
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 SAME = 1e-12  # rows that differ by less, as a share of their size, are watched once
-
-_UNIT = np.eye(COLUMNS)
 
 
 def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
     """The tables of all modes, with the steps of size Δτ of a scheme."""
-    first = m.maps[0]
-    watched = [_watched_rows(first, m, mode) for mode in range(MODES)]
+    maps, touch = m.maps[0], m.system.touch
+    watched = [_watched_rows(maps, m, mode) for mode in range(MODES)]
+    tables = _empty_tables(watched, p)
+    for mode in range(MODES):
+        if watched[mode]:
+            rows, status = np.array(watched[mode]), int(mode == PRESSED)
+            # a gap may be a small difference of rows; a force is as large as its displacements make it
+            tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :2]).max(axis=1))
+            x_of_u, _ = _relative_basis(touch)
+            levels = _fill_mode(tables, mode, status, _step_matrix(maps, status, m.turn, touch), rows @ x_of_u, p)
+            if status:
+                forces = [pair[1][FORCE] for pair in _stages(maps, 1)]
+                row = m.system.h * sum(weight * force for weight, force in zip(m.weights, forces, strict=False))
+                _fill_impulses(tables, mode, row @ x_of_u, levels)
+    return tables
+
+
+def located_tables(m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: int) -> SkipTables:
+    """The tables of located steps of size Δτ, and of the ``pieces`` of a step in which a contact begins."""
+    bodies, unit = bodies_of(p), np.eye(COLUMNS)
+    law = -m.stiffness * unit[1] - 2.0 * m.damper * unit[3]
+    cuts = {FREE: 1, PIECES: pieces if 1 < pieces <= MOST_PIECES else 0, WHOLE: 1}
+    tables = _empty_tables([[None] * (cuts[mode] > 0) for mode in range(MODES)], p)
+    for mode, parts in cuts.items():
+        if parts == 0:
+            continue
+        side, status, h = (1.0, 0, m.h) if mode == FREE else (-1.0, 1, m.h / parts)
+        piece = _step_matrix(step_maps(bodies, integrator, h), status, p.eta * h, -p.free_gap)
+        within = [unit]
+        for _ in range(parts):
+            within.append(within[-1] @ piece)
+        within = np.array(within)
+        tables.sizes[mode] = 1.0
+        levels = _fill_mode(tables, mode, status, within[-1], side * unit[1:2] @ within[-1], p)
+        accelerations = unit[5] @ within[:-1]  # g″ at the beginning of each piece of the first step
+        with np.errstate(all="ignore"):
+            supremum = _supremum(accelerations, levels[0][: max(tables.strides[mode] - 1, 0)], levels[-1])
+        tables.dips[mode] = supremum.max(axis=0) * (m.h**2 / 2)
+        _fill_impulses(tables, mode, 0.5 * h * law @ (within[:-1] + within[1:]).sum(axis=0), levels)
+    return tables
+
+
+def _empty_tables(watched: list[list], p: Parameters) -> SkipTables:
     most = max(len(rows) for rows in watched)
-    tables = SkipTables(
+    return SkipTables(
         rows=np.zeros((MODES, most, LEVELS, COLUMNS, ENTRIES)),
         firsts=np.zeros((MODES, most, LEVELS, COLUMNS)),
         bounds=np.zeros((MODES, most, COLUMNS)),
@@ -31,16 +75,10 @@ def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
         counts=np.array([len(rows) for rows in watched]),
         strides=np.zeros(MODES, dtype=np.int64),
         columns=np.zeros((MODES, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
-        impulses=np.zeros((LEVELS, ENTRIES, COLUMNS)),
+        impulses=np.zeros((MODES, LEVELS, ENTRIES, COLUMNS)),
+        dips=np.zeros((MODES, COLUMNS)),
         period=2 * math.pi / p.eta,
     )
-    rates = uncompiled(free_rate)(p), uncompiled(pressed_rate)(p), uncompiled(free_rate)(p)
-    reaches = REACHES[FREE], REACHES[PRESSED], REACHES[FREE]
-    for mode in range(MODES):
-        if watched[mode]:
-            stride = min(int(reaches[mode] / (rates[mode] * m.system.h)), LONGEST)
-            _fill_mode(tables, m, mode, np.array(watched[mode]), stride if stride > 1 else 0)
-    return tables
 
 
 def _stages(maps: np.ndarray, status: int) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -58,7 +96,7 @@ def _watched_rows(maps: np.ndarray, m: LinearScheme, mode: int) -> list[np.ndarr
         return []
     pairs, side = _stages(maps, status), 1.0 if mode == FREE else -1.0
     end = pairs[-1][status]
-    rows = [side * (end[1] - end[0] - m.system.touch * _UNIT[-1])]
+    rows = [side * (end[1] - end[0] - m.system.touch * np.eye(COLUMNS)[-1])]
     for i, pair in enumerate(pairs):
         if m.at_end:  # either status wants that of the mode
             if mode != PULLED:
@@ -92,14 +130,14 @@ def _relative_basis(touch: float) -> tuple[np.ndarray, np.ndarray]:
     return x_of_u, u_of_x
 
 
-def _step_matrix(m: LinearScheme, status: int) -> np.ndarray:
-    """Φ of x."""
-    matrix = np.eye(COLUMNS)
-    matrix[:STATE_ROWS] = _stages(m.maps[0], status)[-1][status][:STATE_ROWS]
+def _step_matrix(maps: np.ndarray, status: int, turn: float, touch: float) -> np.ndarray:
+    """Φ of a step over which the phase of the excitation grows by ``turn``."""
+    matrix, (x_of_u, u_of_x) = np.eye(COLUMNS), _relative_basis(touch)
+    matrix[:STATE_ROWS] = _stages(maps, status)[-1][status][:STATE_ROWS]
     matrix[FORCE] *= status
-    c, s = math.cos(m.turn), math.sin(m.turn)
+    c, s = math.cos(turn), math.sin(turn)
     matrix[-3:-1, -3:-1] = [[c, -s], [s, c]]
-    return matrix
+    return u_of_x @ matrix @ x_of_u
 
 
 def _powers(matrix: np.ndarray) -> np.ndarray:
@@ -110,45 +148,41 @@ def _powers(matrix: np.ndarray) -> np.ndarray:
     return powers[:ENTRIES]
 
 
-def _fill_mode(tables: SkipTables, m: LinearScheme, mode: int, watched: np.ndarray, stride: int) -> None:
-    x_of_u, u_of_x = _relative_basis(m.system.touch)
-    # a gap may be a small difference of rows; a force is as large as its displacements make it
-    tables.sizes[mode, : len(watched)] = np.maximum(1.0, np.abs(watched[:, :2]).max(axis=1))
-    step, rows = u_of_x @ _step_matrix(m, int(mode == PRESSED)) @ x_of_u, watched @ x_of_u
+def _fill_mode(
+    tables: SkipTables, mode: int, status: int, step: np.ndarray, rows: np.ndarray, p: Parameters
+) -> list[np.ndarray]:
+    """Write the watched rows of a mode and the powers of its step, of each level, and return the powers."""
+    rate, reach = (pressed_rate, REACHES[PRESSED]) if status else (free_rate, REACHES[FREE])
+    stride = min(int(reach / (uncompiled(rate)(p) * 2 * math.pi / p.eta / p.steps)), LONGEST)
     with np.errstate(all="ignore"):  # of a method that is not stable: a number beyond bounds skips nothing
-        single = _powers(step)
-        levels = [single]
-        if stride:
-            levels.append(_powers(single[stride - 1]))
+        levels = [_powers(step)]
+        if stride > 1:
+            tables.strides[mode] = stride
+            levels.append(_powers(levels[0][stride - 1]))
             change = step - np.eye(COLUMNS)
-            curvatures = rows @ change @ change
-            supremum = _supremum(curvatures, single[: stride - 1], levels[1])
+            supremum = _supremum(rows @ change @ change, levels[0][: stride - 1], levels[1][:-1])
             tables.bounds[mode, : len(rows)] = supremum * (stride**2 / 8)
-        tables.strides[mode] = stride
         for level, powers in enumerate(levels):
             tables.columns[mode, level] = powers.transpose(0, 2, 1)
-            first = rows if level == 0 else rows @ single[stride - 2]
+            first = rows if level == 0 else rows @ levels[0][stride - 2]
             tables.firsts[mode, : len(rows), level] = first
             after = np.concatenate([first[None], first @ powers[:-1]])
             tables.rows[mode, : len(rows), level] = after.transpose(1, 2, 0)
-        if mode == PRESSED:
-            _fill_impulses(tables, m, levels, x_of_u, stride)
+    return levels
 
 
 def _supremum(rows: np.ndarray, inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
-    """Largest |element| of the rows, of their products with the matrices of ``inner``, and of all with ``outer``."""
-    begun = np.concatenate([rows[None], rows @ inner])  # (stride, R, COLUMNS)
+    """Largest |element| of the rows and of their products with matrices of ``inner``, of ``outer`` and of both."""
+    begun = np.concatenate([rows[None], rows @ inner])
     largest = np.abs(begun).max(axis=0)
-    for matrix in outer[:-1]:
+    for matrix in outer:
         np.maximum(largest, np.abs(begun @ matrix).max(axis=0), out=largest)
     return largest
 
 
-def _fill_impulses(
-    tables: SkipTables, m: LinearScheme, levels: list[np.ndarray], x_of_u: np.ndarray, stride: int
-) -> None:
-    stages = [pair[1] for pair in _stages(m.maps[0], 1)]
-    row = m.system.h * sum(weight * end[FORCE] for weight, end in zip(m.weights, stages, strict=False)) @ x_of_u
-    for level, powers in enumerate(levels):
-        first = row if level == 0 else tables.impulses[0, stride - 1]
-        tables.impulses[level] = np.cumsum(np.concatenate([first[None], first @ powers[:-1]]), axis=0)
+def _fill_impulses(tables: SkipTables, mode: int, row: np.ndarray, levels: list[np.ndarray]) -> None:
+    """Write the impulses of a mode; ``row``: that of its first step."""
+    with np.errstate(all="ignore"):
+        for level, powers in enumerate(levels):
+            first = row if level == 0 else tables.impulses[mode, 0, tables.strides[mode] - 1]
+            tables.impulses[mode, level] = np.cumsum(np.concatenate([first[None], first @ powers[:-1]]), axis=0)

@@ -45,6 +45,7 @@ from .step_map import ENTRIES
 FREE, PRESSED, PULLED = range(3)  # modes; PULLED: the gap is closed, and the force would pull
 MODES, LEVELS = 3, 2
 WORK_ROWS = 9  # of the work space: three for a step, five u, and one y
+UNLIMITED = 1 << 62
 WORTHWHILE = 2 * CHUNK  # steps that a skip by the coarser level has at least
 
 
@@ -58,7 +59,8 @@ class SkipTables(NamedTuple):
     counts: np.ndarray  # (MODES,) int64 watched rows; 0 where no step is skipped
     strides: np.ndarray  # (MODES,) int64 steps from entry to entry of the coarser level, 0 if there is none
     columns: np.ndarray  # (MODES, LEVELS, ENTRIES, COLUMNS, COLUMNS) those of Φ, Φ², … and Φˢ, Φ²ˢ, …
-    impulses: np.ndarray  # (LEVELS, ENTRIES, COLUMNS) Δτ Σλ over the steps up to each entry, in contact
+    impulses: np.ndarray  # (MODES, LEVELS, ENTRIES, COLUMNS) Δτ Σλ over the steps up to each entry
+    dips: np.ndarray  # (MODES, COLUMNS) how far the gap may fall within a step, where that counts; else 0
     period: float  # of the excitation
 
 
@@ -114,36 +116,42 @@ def steps_above(rows, u, bound, most):
 
 
 @jit_inlined
-def coarse_entries(t, mode, u, noise):
+def bound_of(row, u):
+    """A row of bounds times |u|."""
+    value = 0.0
+    for i in range(COLUMNS):
+        value += row[i] * abs(u[i])
+    return value
+
+
+@jit_inlined
+def coarse_entries(t, mode, u, noise, dip):
     """Entries of the coarser level up to which the mode certainly stays; 0 where single steps do as well."""
     stride, entries = t.strides[mode], ENTRIES
     if stride == 0:
         return 0
     for r in range(t.counts[mode]):
-        bound, least = 0.0, noise * t.sizes[mode, r]
-        for i in range(COLUMNS):
-            bound += t.bounds[mode, r, i] * abs(u[i])
-        bound = max(bound, least)
+        bound, least = bound_of(t.bounds[mode, r], u), noise * t.sizes[mode, r] + dip
         # a row that is small at the next step and grows to v at the first entry: the chord lies above its share of v,
         # and the row at most 4 times this share of the bound below the chord
         near, first = dot(t.firsts[mode, r, 0], u), dot(t.firsts[mode, r, 1], u)
-        if not (near > bound or (near > least and first > 4.0 * bound)):
+        if not (near > bound + least or (near > least and first > 4.0 * bound + least)):
             return 0
-        entries = steps_above(t.rows[mode, r, 1], u, bound, entries)
+        entries = steps_above(t.rows[mode, r, 1], u, bound + least, entries)
         if entries * stride < WORTHWHILE:
             return 0
     return entries
 
 
 @jit_inlined
-def single_entries(t, mode, u, noise):
+def single_entries(t, mode, u, noise, dip):
     """Single steps before the first that may leave the mode."""
     for r in range(t.counts[mode]):
-        if not dot(t.firsts[mode, r, 0], u) > noise * t.sizes[mode, r]:
+        if not dot(t.firsts[mode, r, 0], u) > noise * t.sizes[mode, r] + dip:
             return 0
     entries = ENTRIES
     for r in range(t.counts[mode]):
-        entries = steps_above(t.rows[mode, r, 0], u, noise * t.sizes[mode, r], entries)
+        entries = steps_above(t.rows[mode, r, 0], u, noise * t.sizes[mode, r] + dip, entries)
     return entries
 
 
@@ -176,50 +184,65 @@ def reach_of(t, u):
 
 
 @jit_inlined
-def find_skip(m, t, mode, us):
-    """Coarse and single entries of the skip from us[0]; us[1] and us[2] become u after the former and the latter."""
-    u = us[0]
+def find_skip(t, mode, us, touch, here, most):
+    """Coarse and single entries of the skip from us[0]; us[1] and us[2] become u after the former and the latter.
+
+    ``touch``: ξ₂ − ξ₁ where the bodies touch, by which rounding is judged; ``here``: the signed gap of us[0], inf where
+    dips do not count; ``most``: steps that the mode may last.
+    """
+    u, stride = us[0], t.strides[mode]
     if not reach_of(t, u) < FAR:
         return 0, 0
-    noise = CERTAIN * (abs(u[0]) + abs(u[1]) + abs(m.system.touch))
-    coarse = coarse_entries(t, mode, u, noise)
+    noise, dip = CERTAIN * (abs(u[0]) + abs(u[1]) + abs(touch)), bound_of(t.dips[mode], u)
+    if not here > dip:
+        return 0, 0
+    coarse = coarse_entries(t, mode, u, noise, dip)
+    if coarse * stride > most:
+        coarse = most // stride
     carry(t, mode, 1, coarse, u, us[1])
-    fine = single_entries(t, mode, us[1], noise) if coarse < ENTRIES else 0
+    fine = min(single_entries(t, mode, us[1], noise, dip), most - coarse * stride) if coarse < ENTRIES else 0
     carry(t, mode, 0, fine, us[1], us[2])
     return (coarse, fine) if reach_of(t, us[2]) < FAR else (0, 0)
 
 
 @jit_inlined
-def impulse_of(t, coarse, fine, us):
-    """Δτ Σλ over the steps of a skip in contact."""
-    total = dot(t.impulses[1, coarse - 1], us[0]) if coarse > 0 else 0.0
-    return total + (dot(t.impulses[0, fine - 1], us[1]) if fine > 0 else 0.0)
+def impulse_of(t, mode, coarse, fine, us):
+    """Δτ Σλ over the steps of a skip."""
+    total = dot(t.impulses[mode, 1, coarse - 1], us[0]) if coarse > 0 else 0.0
+    return total + (dot(t.impulses[mode, 0, fine - 1], us[1]) if fine > 0 else 0.0)
+
+
+@jit_inlined
+def next_output(i, n, window, sampled):
+    """The first step after i of which a section row or a sample is asked for."""
+    k = i % n
+    if sampled and i >= window[1]:
+        return i + min(n - k, window[2] - k % window[2])
+    return min(i + n - k, window[1]) if sampled else i + n - k
+
+
+@jit_inlined
+def write_u_at(t, mode, steps, coarse, us):
+    """Write u after so many steps of a skip to us[4]."""
+    entries = min(steps // t.strides[mode], coarse) if coarse > 0 else 0
+    carry(t, mode, 1, entries, us[0], us[3])
+    carry(t, mode, 0, steps - entries * t.strides[mode], us[3], us[4])
 
 
 @jit_no_alloc
 def write_skipped(m, t, mode, n, at, coarse, end, us, y, window, buffers):
     """Write the section rows and samples of the steps at.step + 1 … end."""
-    stride, i, sampled = t.strides[mode], at.step, buffers.samples.shape[0] > 0
-    while True:
-        k = i % n
-        after = n - k
-        if sampled and i >= window[1]:
-            after = min(after, window[2] - k % window[2])
-        elif sampled:
-            after = min(after, window[1] - i)
-        i += after
-        if i > end:
-            return
-        if i < window[0] or (i == window[0] and i != window[1]):
-            continue
-        entries = min((i - at.step) // stride, coarse) if coarse > 0 else 0
-        carry(t, mode, 1, entries, us[0], us[3])
-        carry(t, mode, 0, i - at.step - entries * stride, us[3], us[4])
-        write_state(m, us[4], y)
-        if i > window[0]:
-            write_output(m.system, i, i % n, n, motion_of(m, y), at.pressed, window, buffers)
-        elif sampled:
-            write_sample(m.system, buffers.samples[0], motion_of(m, y), at.pressed)
+    sampled = buffers.samples.shape[0] > 0
+    i = next_output(at.step, n, window, sampled)
+    while i <= end:
+        if i > window[0] or i == window[1]:
+            write_u_at(t, mode, i - at.step, coarse, us)
+            write_state(m, us[4], y)
+            if i > window[0]:
+                write_output(m.system, i, i % n, n, motion_of(m, y), at.pressed, window, buffers)
+            elif sampled:
+                write_sample(m.system, buffers.samples[0], motion_of(m, y), at.pressed)
+        i = next_output(i, n, window, sampled)
 
 
 @jit_no_alloc
@@ -254,7 +277,7 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
         if mode >= 0 and t.counts[mode] > 0:
             k = at.step % n
             write_relative(m, y, angles[0, k], angles[1, k], us[0])
-            coarse, fine = find_skip(m, t, mode, us)
+            coarse, fine = find_skip(t, mode, us, m.system.touch, np.inf, UNLIMITED)
         if coarse + fine > 0:
             reached = at.step + coarse * t.strides[mode] + fine
             if recorded:
@@ -263,7 +286,7 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
                 break
             contact = at.contact
             if recorded and mode == PRESSED:
-                contact = with_impulse(contact, contact.impulse + impulse_of(t, coarse, fine, us))
+                contact = with_impulse(contact, contact.impulse + impulse_of(t, mode, coarse, fine, us))
             write_state(m, us[2], y)
             at = Progress(int(mode == PRESSED), at.pressed, reached, at.none, at.two, contact)
         if max(coarse, fine) < ENTRIES:  # else the table has ended, and not the mode
