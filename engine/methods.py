@@ -93,7 +93,7 @@ class Newmark:
         hundred periods, and in the scatter that a coarse step causes.
     located : bool
         Cut a step at each contact change, located within it, instead of finding contact only at the start of steps;
-        contacts shorter than some steps are resolved by shorter ones. All steps are taken; the cost counts each solve.
+        contacts shorter than some steps are resolved by shorter ones. The cost counts each solve.
     law : {"kelvin-voigt", "cut"}
         Contact law: a spring and a damper, as in the paper, which may pull near the end of a contact; or the same cut
         at zero. With "cut" all steps are taken, none is located, and there is no `limit` yet to compare with.
@@ -137,10 +137,11 @@ class TimeStepping:
         As those of :class:`Newmark`; with a method of two stages, both are within one step.
     integrator : Integrator
         One of :data:`engine.integrators.INTEGRATORS`; by default Newmark's method, α = ½, β = ¼.
-    status : {"start", "end"}
+    status : {"start", "end", "located"}
         Whether a step is with contact is taken from the gap at its start, or iterated until it agrees with the gap at
         its end (where the integrator takes the contact force). Explicit integrators know the gap before the force and
-        have nothing to iterate: they take "start" only.
+        have nothing to iterate: they do not take "end". "located" cuts a step at each contact change, where the
+        acceleration starts anew; other than with :class:`Newmark`, contacts are not resolved by shorter steps.
     without_solution : {"stop", "keep", "halve"}
         With status "end", what a step does in which neither status agrees with its own end: end the run with the status
         ``without-solution``; keep the former status; or be cut into 2, 4, … 1024 parts until all of them have a

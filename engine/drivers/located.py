@@ -21,6 +21,7 @@ from .skip_tables import located_tables
 from .stepping import SteppingDriver
 
 SOLVES_PER_CALL = 2_000_000
+MANY_STEPS = 1000  # a period from which tables are worth their making, for Newmark's method, whose steps take no time
 
 
 def stages_of(integrator: Integrator, p: Parameters) -> Stages:
@@ -47,7 +48,7 @@ class LocatedDriver(SteppingDriver):
             self._scheme = self._scheme._replace(stages=stages_of(integrator, p), shortest_step=self._scheme.h)
         self._forces, angle = self.forces_of_steps(), self.angles_of_steps()[:-1]
         self._tables = None
-        if not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps):
+        if self._can_skip(p):
             pieces = uncompiled(kernel.next_piece)(self._scheme, True, 0.0, self._scheme.h)[0]
             tables, angles = (
                 located_tables(self._scheme, p, integrator, pieces),
@@ -66,6 +67,11 @@ class LocatedDriver(SteppingDriver):
             state, self._state = self._state, self._state.copy()
             self._call(0, 0, self._no_buffers)
             self._state = state
+
+    def _can_skip(self, p: Parameters) -> bool:
+        method = self._method
+        enough = isinstance(method, TimeStepping) or method.steps >= MANY_STEPS
+        return enough and not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
 
     def forces_of_steps(self) -> np.ndarray:
         """f₁ and f at the beginning of each step of a period, and at the end of the last, (n + 1, 2)."""

@@ -43,6 +43,7 @@ def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
 def located_tables(m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: int) -> SkipTables:
     """The tables of located steps of size Δτ, and of the ``pieces`` of a step in which a contact begins."""
     bodies, unit = bodies_of(p), np.eye(COLUMNS)
+    whole = step_maps(bodies, integrator, m.h)
     law = -m.stiffness * unit[1] - 2.0 * m.damper * unit[3]
     cuts = {FREE: 1, PIECES: pieces if 1 < pieces <= MOST_PIECES else 0, WHOLE: 1}
     tables = _empty_tables([[None] * (cuts[mode] > 0) for mode in range(MODES)], p)
@@ -50,7 +51,8 @@ def located_tables(m: LocatedScheme, p: Parameters, integrator: Integrator, piec
         if parts == 0:
             continue
         side, status, h = (1.0, 0, m.h) if mode == FREE else (-1.0, 1, m.h / parts)
-        piece = _step_matrix(step_maps(bodies, integrator, h), status, p.eta * h, -p.free_gap)
+        maps = whole if parts == 1 else step_maps(bodies, integrator, h)
+        piece = _step_matrix(maps, status, p.eta * h, -p.free_gap)
         within = [unit]
         for _ in range(parts):
             within.append(within[-1] @ piece)
@@ -175,8 +177,11 @@ def _supremum(rows: np.ndarray, inner: np.ndarray, outer: np.ndarray) -> np.ndar
     """Largest |element| of the rows and of their products with matrices of ``inner``, of ``outer`` and of both."""
     begun = np.concatenate([rows[None], rows @ inner])
     largest = np.abs(begun).max(axis=0)
-    for matrix in outer:
-        np.maximum(largest, np.abs(begun @ matrix).max(axis=0), out=largest)
+    side_by_side = outer.transpose(1, 0, 2).reshape(COLUMNS, -1)  # one product of matrices instead of many
+    for r in range(largest.shape[0]):
+        for i in range(0, len(begun), ENTRIES):
+            images = np.abs(begun[i : i + ENTRIES, r] @ side_by_side).max(axis=0).reshape(-1, COLUMNS)
+            np.maximum(largest[r], images.max(axis=0), out=largest[r])
     return largest
 
 
