@@ -180,7 +180,7 @@ def motion_of(m, y):
     return displaced(m.system, y[0], y[2], y[1], y[3])
 
 
-@jit_no_alloc
+@jit_inlined
 def advance(m, angles, y, at, work, window, buffers):
     """Take one step and record it; y is changed in place unless the step ends the run.
 
