@@ -227,5 +227,5 @@ def grid_steps(method: Method) -> int:
 def refuse_time_stepping(method: Method, what: str) -> None:
     """Raise ValueError if ``what`` is asked of :class:`TimeStepping`, for which it does not exist yet."""
     if isinstance(method, TimeStepping):
-        name = method.integrator.name
-        raise ValueError(f"{what} is not available with {name}, contact at the {method.status} of steps: use Newmark")
+        where = "contact changes located" if method.located else f"contact at the {method.status} of steps"
+        raise ValueError(f"{what} is not available with {method.integrator.name}, {where}: use Newmark")

@@ -63,7 +63,7 @@ def counts_of(response):
 def test_the_same_steps_wherever_rounding_does_not_decide(kind):
     """The plain loop shows how much rounding grows, at an η that differs by 1e-12."""
     rng, compared, changes = np.random.default_rng(7), 0, 0
-    for _ in range(25):
+    for _ in range(18):
         system, eta, method = random_run(rng, kind)
         plain = replace(method, every_step=True)
         options, start = {"periods": 3, "keep": 3}, np.array(system.rest)
@@ -80,7 +80,7 @@ def test_the_same_steps_wherever_rounding_does_not_decide(kind):
         assert counts_of(skipped) == counts_of(one), (system, eta, method)
         np.testing.assert_array_equal(steps_of(skipped), steps_of(one))
         assert np.abs(one.section - skipped.section).max() < 1e-9 + 10 * sensitivity
-    assert compared > 12
+    assert compared > 8
     assert changes > 100
 
 
