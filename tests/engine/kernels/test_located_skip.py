@@ -58,8 +58,8 @@ def same(one, other, tolerance):
     assert other.cost.steps == pytest.approx(one.cost.steps, abs=5)  # rounding may spare a solve to locate a change
     np.testing.assert_allclose(other.contacts, one.contacts, rtol=0, atol=tolerance)
     np.testing.assert_allclose(other.section, one.section, rtol=0, atol=tolerance)
-    pairs = [(getattr(run.impacts, name) for run in (one, other)) for name in FIELDS]
-    pairs += [(getattr(run.trajectory, name) for run in (one, other)) for name in ("displacement", "velocity", "force")]
+    pairs = [[getattr(run.impacts, name) for run in (one, other)] for name in FIELDS]
+    pairs += [[getattr(run.trajectory, name) for run in (one, other)] for name in ("displacement", "velocity", "force")]
     for plain, skipped in pairs:
         np.testing.assert_allclose(skipped, plain, rtol=0, atol=1e4 * tolerance * max(1, np.abs(plain).max()))
 

@@ -80,8 +80,8 @@ def test_the_same_steps_wherever_rounding_does_not_decide(kind):
         assert counts_of(skipped) == counts_of(one), (system, eta, method)
         np.testing.assert_array_equal(steps_of(skipped), steps_of(one))
         assert np.abs(one.section - skipped.section).max() < 1e-9 + 10 * sensitivity
-    assert compared > 8
-    assert changes > 100
+    assert compared > 10
+    assert changes > 60
 
 
 CASES = [  # integrator, status, law
@@ -101,8 +101,8 @@ def test_what_is_recorded(system, integrator, status, law):
     np.testing.assert_array_equal(steps_of(other), steps_of(one))
     assert len(one.impacts) > 2
     np.testing.assert_allclose(other.section, one.section, rtol=0, atol=1e-7)
-    pairs = [(getattr(run.impacts, name) for run in (one, other)) for name in IMPACTS]
-    pairs += [(getattr(run.trajectory, name) for run in (one, other)) for name in TRAJECTORY]
+    pairs = [[getattr(run.impacts, name) for run in (one, other)] for name in IMPACTS]
+    pairs += [[getattr(run.trajectory, name) for run in (one, other)] for name in TRAJECTORY]
     for plain, skipped in pairs:
         np.testing.assert_allclose(skipped, plain, rtol=0, atol=1e-6 * max(1, np.abs(plain).max()))
 
