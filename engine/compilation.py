@@ -41,7 +41,9 @@ _RUNS = {  # what is called, by what it solves; the solvers that the explorer op
     "exact penalty": ExactPenalty(2500.0, 8.0),
     "Newmark, located": replace(_NEWMARK, located=True),
     "Newmark, every step": replace(_NEWMARK, every_step=True),
+    "Newmark, located, every step": replace(_NEWMARK, located=True, every_step=True),
     "other integrators": TimeStepping(2500.0, 8.0, 2000),
+    "other integrators, every step": TimeStepping(2500.0, 8.0, 2000, every_step=True),
     "other contact laws": ExactPenalty(2500.0, 8.0, "cut"),
 }
 _SYSTEMS = System(), System(wall=True)  # each with machine code of its own

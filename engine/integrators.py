@@ -15,6 +15,7 @@ same but for the loads. An explicit method has β = 0 and leaves out γa from th
 """
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -41,7 +42,7 @@ class Stage(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Integrator:
+class Integrator(ABC):
     """A one-step method; its numbers are the attributes of a subclass.
 
     Raises
@@ -56,9 +57,9 @@ class Integrator:
     always_unstable: ClassVar[bool] = False  # whether undamped motion grows with every step, however small
 
     @property
+    @abstractmethod
     def stages(self) -> tuple[Stage, ...]:
         """One stage, or two that follow each other."""
-        raise NotImplementedError
 
     def _check(self, name: str, span: tuple[float, float], advice: str) -> None:
         object.__setattr__(self, name, require(name, getattr(self, name), *span, advice))

@@ -13,7 +13,7 @@ THRESHOLD_RANGE = (0.0, 1e3)
 STIFFNESS_RANGE = (1e-6, 1e12)
 DAMPING_RANGE = (0.0, 1e9)
 STEPS_RANGE = (4, 10_000_000)
-CONTACT_STATUSES = ("start", "end")
+CONTACT_STATUSES = ("start", "end", "located")
 EXPONENT_RANGE = (1.0, 10.0)
 PENETRATION_RANGE = (0.0, 1e9)
 PIECEWISE_LINEAR = CONTACT_LAWS[:4]  # closed form in contact
@@ -116,7 +116,7 @@ class Newmark:
         hundred periods, and in the scatter that a coarse step causes.
     located : bool
         Cut a step at each contact change, located within it, instead of finding contact only at the start of steps;
-        contacts shorter than some steps are resolved by shorter ones. All steps are taken; the cost counts each solve.
+        contacts shorter than some steps are resolved by shorter ones. The cost counts each solve.
     law : {"kelvin-voigt", "cut"}
         Contact law: a spring and a damper, as in the paper, which may pull near the end of a contact; or the same cut
         at zero. With "cut" all steps are taken and none is located. :class:`TimeStepping` has more laws.
@@ -153,7 +153,7 @@ class Newmark:
 
 @dataclass(frozen=True)
 class TimeStepping:
-    """Penalty contact integrated by a one-step method of FE and physics codes, every step of T/n taken.
+    """Penalty contact integrated by a one-step method of FE and physics codes, constant step T/n.
 
     Attributes
     ----------
@@ -161,10 +161,11 @@ class TimeStepping:
         As those of :class:`Newmark`; with a method of two stages, both are within one step.
     integrator : Integrator
         One of :data:`engine.integrators.INTEGRATORS`; by default Newmark's method, α = ½, β = ¼.
-    status : {"start", "end"}
+    status : {"start", "end", "located"}
         Whether a step is with contact is taken from the gap at its start, or iterated until it agrees with the gap at
         its end (where the integrator takes the contact force). Explicit integrators know the gap before the force and
-        have nothing to iterate: they take "start" only.
+        have nothing to iterate: they do not take "end". "located" cuts a step at each contact change, where the
+        acceleration starts anew; other than with :class:`Newmark`, contacts are not resolved by shorter steps.
     without_solution : {"stop", "keep", "halve"}
         With status "end", what a step does in which neither status agrees with its own end: end the run with the status
         ``without-solution``; keep the former status; or be cut into 2, 4, … 1024 parts until all of them have a
@@ -174,6 +175,8 @@ class TimeStepping:
         for within each step.
     initial_acceleration : {"equation", "zero"}
         ξᵢ″ at τ = 0 from the equations of motion, or zero, as OpenSees has it unless it is given.
+    every_step : bool
+        As that of :class:`Newmark`.
 
     Raises
     ------
@@ -191,6 +194,7 @@ class TimeStepping:
     initial_acceleration: str = INITIAL_ACCELERATIONS[0]
     exponent: float = HERTZ
     penetration: float | None = None
+    every_step: bool = False
     name: ClassVar[str] = "time-stepping"
 
     def __post_init__(self):
@@ -201,9 +205,17 @@ class TimeStepping:
         one_of("status", self.status, CONTACT_STATUSES)
         one_of("without_solution", self.without_solution, WITHOUT_SOLUTION)
         one_of("initial_acceleration", self.initial_acceleration, INITIAL_ACCELERATIONS)
-        if self.integrator.explicit and self.status != CONTACT_STATUSES[0]:
+        object.__setattr__(self, "every_step", flag("every_step", self.every_step))
+        if self.integrator.explicit and self.status == "end":
             name = self.integrator.name
-            raise ValueError(f"{name} is explicit and knows the gap before the force: it has status = 'start' alone")
+            raise ValueError(f"{name} is explicit and knows the gap before the force: it has no status = 'end'")
+        if self.located and self.law != CONTACT_LAWS[0]:
+            raise ValueError(f"law = {self.law!r} has no located steps: use status = 'start' or 'end'")
+
+    @property
+    def located(self) -> bool:
+        """Whether steps are cut at contact changes."""
+        return self.status == "located"
 
     def __repr__(self) -> str:
         return _shown_numbers(self, "exponent", "penetration")
@@ -269,5 +281,5 @@ def grid_steps(method: Method) -> int:
 def refuse_time_stepping(method: Method, what: str) -> None:
     """Raise ValueError if ``what`` is asked of :class:`TimeStepping`, for which it does not exist yet."""
     if isinstance(method, TimeStepping):
-        name = method.integrator.name
-        raise ValueError(f"{what} is not available with {name}, contact at the {method.status} of steps: use Newmark")
+        where = "contact changes located" if method.located else f"contact at the {method.status} of steps"
+        raise ValueError(f"{what} is not available with {method.integrator.name}, {where}: use Newmark")

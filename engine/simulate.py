@@ -9,7 +9,7 @@ from .drivers.law_driven import LawDriver, needs_law
 from .drivers.located import LocatedDriver
 from .drivers.newmark import ONE_STEP_DRIVERS
 from .drivers.time_stepping import TimeSteppingDriver
-from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
+from .methods import ExactPenalty, Method, Reference, TimeStepping
 from .model import System, check_eta, require, whole
 from .result import Checkpoint, Record, Response, Status, Trajectory
 
@@ -115,7 +115,7 @@ def sample_run(
 
 
 def _driver(method: Method) -> type[Driver]:
-    if isinstance(method, Newmark) and method.located:
+    if getattr(method, "located", False):
         return LocatedDriver
     if needs_law(method):
         return LawDriver

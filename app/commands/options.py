@@ -192,7 +192,7 @@ def add_integrator_options(command: argparse.ArgumentParser) -> None:
         add(option, type=float, metavar="F", help=f"integrator {text}")
     add(
         "--status",
-        choices=(*CONTACT_STATUSES, "located"),
+        choices=CONTACT_STATUSES,
         help="newmark: contact status of a step from the gap at its start, iterated until it agrees with the gap at "
         f"its end, or located within the step, as --located (default {CONTACT_STATUSES[0]})",
     )
@@ -286,12 +286,9 @@ def stepping_of(options: argparse.Namespace, law: dict) -> Newmark | TimeSteppin
     linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS and len(law) < 2
     if not given and linear and (located or status == CONTACT_STATUSES[0]):
         return Newmark(options.K, options.D, options.steps, options.every_step, located, **law)
-    if located:
-        raise ValueError(
-            f"--{next(iter(given or law)).replace('_', '-')} goes with --status start or end, not with located"
-        )
-    if options.every_step:
-        note("--every-step has no effect: with this integrator or status every step is taken")
+    if located and status not in (CONTACT_STATUSES[0], "located"):
+        raise ValueError(f"--located is --status located, and goes with no --status {status}")
+    status = "located" if located else status
     kind = INTEGRATORS[given.pop("integrator", NewmarkBeta.name)]
     more = {name: given.pop(name) for name in ("without_solution", "initial_acceleration") if name in given}
     if "without_solution" in more and status != "end":
@@ -300,6 +297,7 @@ def stepping_of(options: argparse.Namespace, law: dict) -> Newmark | TimeSteppin
     if unknown := [name for name in given if name not in own]:
         has = f"it has {' and '.join(f'--{name}' for name in own)}" if own else "it has no numbers"
         raise ValueError(f"--{unknown[0]} is no number of the integrator {kind.name}: {has}")
+    more["every_step"] = options.every_step
     return TimeStepping(options.K, options.D, options.steps, kind(**given), status, **law, **more)
 
 

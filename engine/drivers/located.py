@@ -1,34 +1,77 @@
-"""Driver of Newmark's method with its step cut at each contact change."""
+"""Driver of one-step methods with their step cut at each contact change."""
 
 import numpy as np
 
+from ..integrators import Integrator, NewmarkBeta
+from ..kernels.accelerated import located_skip
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
+from ..kernels.equations.motion import coefficients
+from ..kernels.equations.rates import free_rate
+from ..kernels.parameters import Parameters
 from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import located as kernel
-from ..kernels.time_stepping.contact_location import forcing_with
+from ..kernels.time_stepping.contact_location import Stages, forcing_with
+from ..kernels.time_stepping.linear_step import COLUMNS
+from ..methods import TimeStepping
 from ..result import Checkpoint, Cost, Status
+from .newmark import has_strides
 from .parameters import parameters_of
+from .skip_tables import located_tables
 from .stepping import SteppingDriver
 
 SOLVES_PER_CALL = 2_000_000
+MANY_STEPS = 1000  # a period from which tables are worth their making, for Newmark's method, whose steps take no time
+
+
+def stages_of(integrator: Integrator, p: Parameters) -> Stages:
+    """The stages of an integrator for compiled code, at most two."""
+    c, numbers = uncompiled(coefficients)(p), []
+    for stage in integrator.stages:
+        pairs = (*stage.velocities, 0.0)[:2], (*stage.accelerations, 0.0)[:2], (*stage.rates, 0.0)[:2]
+        d, e, f = pairs
+        numbers.append((stage.end, *d, *e, stage.beta, *f, stage.gamma, stage.alpha_m, stage.alpha_f))
+    numbers = tuple(tuple(map(float, row)) for row in (*numbers, numbers[0])[:2])
+    kind = integrator.averaged, integrator.explicit
+    return Stages(len(integrator.stages), *kind, float(c.react1), float(c.inverse_mass), numbers)
 
 
 class LocatedDriver(SteppingDriver):
-    """One run of Newmark's method with located contact changes."""
+    """One run of a one-step method with located contact changes."""
 
     def begin(self, start: Checkpoint) -> None:
-        self._scheme = kernel.located_scheme(parameters_of(*self.run))
-        self._forces = self.forces_of_steps()
+        method, p = self._method, parameters_of(*self.run)
+        self._scheme, integrator = kernel.located_scheme(p), NewmarkBeta()
+        if isinstance(method, TimeStepping):
+            integrator = method.integrator
+            self.solution = f"the solution by {integrator.name}"
+            self._scheme = self._scheme._replace(stages=stages_of(integrator, p), shortest_step=self._scheme.h)
+        self._forces, angle = self.forces_of_steps(), self.angles_of_steps()[:-1]
+        self._tables = None
+        if self._can_skip(p):
+            pieces = uncompiled(kernel.next_piece)(self._scheme, True, 0.0, self._scheme.h)[0]
+            tables, angles = (
+                located_tables(self._scheme, p, integrator, pieces),
+                np.array([np.cos(angle), np.sin(angle)]),
+            )
+            self._tables, self._us = (tables, pieces, p.free_position, angles), np.zeros((5, COLUMNS))
         if len(start.state) == kernel.STATE.size:
             self._state = np.array(start.state)
         else:
-            self._state = kernel.STATE.pack(kernel.start_state(self._scheme, start.state, self.kept_from == 0))
+            state = kernel.start_state(self._scheme, start.state, self.kept_from == 0)
+            if getattr(method, "initial_acceleration", "") == "zero":
+                state = state._replace(a=0.0, b=0.0)
+            self._state = kernel.STATE.pack(state)
         self._started = self._now.solves
-        if not getattr(kernel.integrate_located, "signatures", True):  # compile or load outside the measured seconds
+        if not getattr(self._kernel, "signatures", True):  # compile or load outside the measured seconds
             state, self._state = self._state, self._state.copy()
             self._call(0, 0, self._no_buffers)
             self._state = state
+
+    def _can_skip(self, p: Parameters) -> bool:
+        method = self._method
+        enough = isinstance(method, TimeStepping) or method.steps >= MANY_STEPS
+        return enough and not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
 
     def forces_of_steps(self) -> np.ndarray:
         """f₁ and f at the beginning of each step of a period, and at the end of the last, (n + 1, 2)."""
@@ -42,10 +85,19 @@ class LocatedDriver(SteppingDriver):
     def periods_per_call(self) -> int:
         return max(1, SOLVES_PER_CALL // self._method.steps)
 
+    @property
+    def _kernel(self):
+        return kernel.integrate_located if self._tables is None else located_skip.integrate_skipping
+
     def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        return kernel.integrate_located(
-            self._scheme, self._forces, self._state, last, most, self._window, buffers.views
-        )
+        if self._tables is None:
+            return self._take_every_step(last, most, buffers)
+        arrays = self._forces, self._state, self._us, last, most, self._window, buffers.views
+        return located_skip.integrate_skipping(self._scheme, *self._tables, *arrays)
+
+    def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
+        arrays = self._forces, self._state, last, most, self._window, buffers.views
+        return kernel.integrate_located(self._scheme, *arrays)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         code = self._call(stop * self._method.steps, SOLVES_PER_CALL, buffers)
@@ -60,6 +112,12 @@ class LocatedDriver(SteppingDriver):
             f"more than {kernel.SOLVES_PER_STEP:,} solves within step {step} (period {step / n:.2f}): contacts follow "
             "each other far faster than the excitation; take a smaller K, or a D that ends them"
         )
+
+    def results(self) -> dict:
+        last = self.periods * self._method.steps
+        while self._now.step < last and self._take_every_step(last, SOLVES_PER_CALL, self._no_buffers) == PAUSED:
+            pass  # a skip stops short of where a run is cut
+        return super().results()
 
     def record_open_contact(self, buffers: Buffers) -> None:
         now = self._now

@@ -24,9 +24,13 @@ SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; w
 
 def can_skip(eta: float, rate, steps, method: Newmark):
     """Whether skipping is possible and worth it; η, the rate of free motion and the steps may be arrays."""
-    strides = SHORTEST_STRIDE * rate * 2 * np.pi / eta / steps
     accelerated = method.law == CONTACT_LAWS[0] and not (method.every_step or method.located)
-    return accelerated & (strides <= REACHES[FREE])
+    return accelerated & has_strides(eta, rate, steps)
+
+
+def has_strides(eta: float, rate, steps):
+    """Whether a flight's coarser tables have a stride with which skipping is quicker than every step."""
+    return SHORTEST_STRIDE * rate * 2 * np.pi / eta / steps <= REACHES[FREE]
 
 
 class NewmarkDriver(SteppingDriver):

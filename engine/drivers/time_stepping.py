@@ -2,21 +2,43 @@
 
 import numpy as np
 
+from ..kernels.accelerated import matrix_skip
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
 from ..kernels.equations.contact_law import gain_at, law_force
 from ..kernels.equations.coordinates import contact_coordinates
 from ..kernels.equations.motion import accelerations, coefficients
+from ..kernels.equations.rates import free_rate
+from ..kernels.parameters import Parameters
 from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import linear_step as kernel
 from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_of
-from ..methods import NEWMARK_LAWS, WITHOUT_SOLUTION
+from ..methods import NEWMARK_LAWS, WITHOUT_SOLUTION, TimeStepping
 from ..result import Checkpoint, Cost, Status
+from .newmark import has_strides
 from .parameters import parameters_of
+from .skip_tables import skip_tables
 from .step_maps import bodies_of, is_stable, law_maps, step_maps
 from .stepping import SteppingDriver
 
 STEPS_PER_CALL = 1_000_000
+
+
+def linear_scheme(p: Parameters, method: TimeStepping) -> kernel.LinearScheme:
+    """The matrices of a method, and of its parts of steps if it may cut them."""
+    bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
+    levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
+    of_step = step_maps if method.law in NEWMARK_LAWS else law_maps
+    maps = np.array([of_step(bodies, method.integrator, system.h / 2**level) for level in levels])
+    weights = [stage.weight for stage in method.integrator.stages]
+    return kernel.LinearScheme(
+        maps,
+        (weights[0], float(sum(weights[1:]))),
+        method.status == "end" or method.integrator.explicit,
+        WITHOUT_SOLUTION.index(method.without_solution),
+        p.eta * system.h,
+        system,
+    )
 
 
 class TimeSteppingDriver(SteppingDriver):
@@ -25,27 +47,18 @@ class TimeSteppingDriver(SteppingDriver):
     def begin(self, start: Checkpoint) -> None:
         method, p = self._method, parameters_of(*self.run)
         self.solution = f"the solution by {method.integrator.name}"
-        self._bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
-        levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
+        self._bodies, self._scheme = bodies_of(p), linear_scheme(p, method)
         self._linear = method.law in NEWMARK_LAWS
-        of_step = step_maps if self._linear else law_maps
-        maps = np.array([of_step(self._bodies, method.integrator, system.h / 2**level) for level in levels])
-        weights = [stage.weight for stage in method.integrator.stages]
-        self._scheme = kernel.LinearScheme(
-            maps,
-            (weights[0], float(sum(weights[1:]))),
-            method.status == "end" or method.integrator.explicit,
-            WITHOUT_SOLUTION.index(method.without_solution),
-            p.eta * system.h,
-            system,
-        )
         angle = self.angles_of_steps()[:-1]
         self._angles = np.array([np.cos(angle), np.sin(angle)])
-        self._work = np.zeros((3, kernel.WORK))
+        self._work = np.zeros((matrix_skip.WORK_ROWS, kernel.WORK))
+        skips = self._linear and not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
+        self._tables = skip_tables(self._scheme, p) if skips else None
         own = len(start.state) == kernel.STATE.size
         self._state = np.array(start.state) if own else kernel.STATE.pack(self._start_state(p, start.state))
         self._started = start.periods * method.steps
-        if not getattr(kernel.integrate_linear, "signatures", True):  # compile or load outside the measured seconds
+        used = kernel.integrate_linear if self._tables is None else matrix_skip.integrate_skipping
+        if not getattr(used, "signatures", True):  # compile or load outside the measured seconds
             state, self._state = self._state, self._state.copy()
             self.integrate(0, self._no_buffers)
             self._state = state
@@ -64,7 +77,7 @@ class TimeSteppingDriver(SteppingDriver):
             found = 0.0, 0.0
         y = np.array([x1, x2, v1, v2, *found, push])
         contact = uncompiled(no_contact)()._replace(speed1=closing)  # of which only the difference of speeds is used
-        return kernel.LinearState(y, int(pressed), pressed, 0, 0, 0, contact)
+        return kernel.LinearState(y, kernel.Progress(int(pressed), pressed, 0, 0, 0, contact))
 
     def _force(self, m, start: tuple[float, ...], gap: float, rate: float, closing: float) -> float:
         """λ at the start."""
@@ -74,16 +87,23 @@ class TimeSteppingDriver(SteppingDriver):
         return uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
 
     @property
-    def _now(self) -> kernel.LinearState:
-        return kernel.STATE.read(self._state)
+    def _now(self) -> kernel.Progress:
+        return kernel.STATE.read(self._state).progress
+
+    def _steps_done(self) -> int:
+        # a skip stops short of where a run is cut; a run that ended early stands where it did
+        return max(self._now.step, self.periods * self._method.steps)
 
     def periods_per_call(self) -> int:
         return max(1, STEPS_PER_CALL // self._method.steps)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         last = stop * self._method.steps
-        arrays = self._angles, self._state, self._work
-        code = kernel.integrate_linear(self._scheme, *arrays, last, self._window, buffers.views)
+        arrays = self._angles, self._state, self._work, last, self._window, buffers.views
+        if self._tables is None:
+            code = kernel.integrate_linear(self._scheme, *arrays)
+        else:
+            code = matrix_skip.integrate_skipping(self._scheme, self._tables, *arrays)
         return Status.OK if code == FULL else STATUSES[code], code == FULL
 
     def explain(self, status: Status) -> str:
@@ -125,17 +145,21 @@ class TimeSteppingDriver(SteppingDriver):
         return f"{method.integrator.name} is unstable {where[found[-1]]} with fewer than {high} steps per period"
 
     def record_open_contact(self, buffers: Buffers) -> None:
-        now = self._now
-        if now.pressed and now.step > self._window[0]:
-            motion = uncompiled(kernel.motion_of)(self._scheme, now.y)
-            end_contact(self._scheme.system, now.contact, now.step, motion, buffers)
+        last = self._steps_done()
+        if not self._now.pressed or last <= self._window[0]:
+            return
+        arrays = self._angles, self._state, self._work, last, self._window, self._no_buffers.views
+        kernel.integrate_linear(self._scheme, *arrays)  # what a skip has left
+        y, now = kernel.STATE.read(self._state)
+        motion = uncompiled(kernel.motion_of)(self._scheme, y)
+        end_contact(self._scheme.system, now.contact, now.step, motion, buffers)
 
     def section_rows_done(self) -> int:
-        return max(0, (self._now.step - self._window[0]) // self._method.steps)
+        return max(0, (self._steps_done() - self._window[0]) // self._method.steps)
 
     def results(self) -> dict:
         now = self._now
         return super().results() | {"steps_without_solution": now.none, "steps_with_two": now.two}
 
     def cost(self) -> Cost:
-        return Cost(self.seconds, steps=self._now.step - self._started)
+        return Cost(self.seconds, steps=self._steps_done() - self._started)

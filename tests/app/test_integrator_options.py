@@ -83,8 +83,8 @@ def test_a_step_without_a_solution_ends_the_run_and_says_what_to_change(capsys):
         ("--integrator bathe --alpha 0", "--alpha is no number of the integrator bathe: it has --rho"),
         ("--integrator tr-bdf2 --rho 0", "--rho is no number of the integrator tr-bdf2: it has no numbers"),
         ("--beta 2", "beta = 2.0 is outside"),
-        ("--integrator hht --status located", "--integrator goes with --status start or end"),
-        ("--gamma 0.6 --located", "--gamma goes with --status start or end"),
+        ("--integrator hht --status end --located", "--located is --status located, and goes with no --status end"),
+        ("--integrator hht --status located --law cut", "law = 'cut' has no located steps"),
         ("--integrator central-difference --status end", "central-difference is explicit"),
         ("--status middle", "invalid choice: 'middle'"),
         ("--without-solution guess", "invalid choice: 'guess'"),
@@ -97,9 +97,8 @@ def test_bad_options_are_one_line(capsys, arguments, words):
 
 
 def test_options_without_effect_are_noted(capsys):
-    _, _, err = run(capsys, "--integrator", "hht", "--without-solution", "keep", "--every-step", *FEW)
+    _, _, err = run(capsys, "--integrator", "hht", "--without-solution", "keep", *FEW)
     assert "--without-solution has no effect unless --status is end" in err
-    assert "--every-step has no effect" in err
     arguments = ["simulate", "--solver", "exact", "--eta", "2.76", "--K", "1", "--D", "1", "--rho", "1", *FEW]
     main(arguments)
     assert "--rho has no effect on the exact solver" in capsys.readouterr().err

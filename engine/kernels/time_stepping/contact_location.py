@@ -20,7 +20,7 @@ beyond the surface, the step that ends at the vertex decides.
 import math
 from typing import NamedTuple
 
-from ..compile.options import jit, jit_inlined
+from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..equations.contact_law import force
 from ..linear.cos_sin import cos_sin
 
@@ -42,6 +42,21 @@ class Side(NamedTuple):
     alone: bool  # whether body 1 is a wall: x, v and a are zero
 
 
+class Stages(NamedTuple):
+    """The stages of a one-step method (:mod:`engine.integrators`), of any length; none of Newmark's own step above."""
+
+    count: int
+    averaged: bool
+    explicit: bool
+    react1: float  # acceleration of body 1 by a unit of contact force
+    inverse_mass: float  # … and of the gap
+    numbers: tuple  # of each of two stages: c, d₀, d₁, e₀, e₁, β, f₀, f₁, γ, α_m, α_f
+
+
+NUMBERS = 11
+NO_STAGES = Stages(0, False, False, 0.0, 0.0, ((0.0,) * NUMBERS,) * 2)
+
+
 class LocatedScheme(NamedTuple):
     """Both sides, the contact's spring and damper, and the time grid."""
 
@@ -58,6 +73,7 @@ class LocatedScheme(NamedTuple):
     steps: int  # n
     shortest_step: float  # Δτ T_c/T_f, the step with which a contact begins (see located.py)
     step_per_age: float  # 2Δτ/T_f, by how much the next ones grow with the time since then
+    stages: Stages
 
 
 @jit
@@ -126,6 +142,53 @@ def forcing_at(m, k, s):
     return forcing_with(m, cosine, sine)
 
 
+@jit_no_alloc
+def step_of_stages(m, pressed, z, s, k, offset):
+    """The motion after a step of length ``s``, the time ``offset`` after step k of a period, Eqs. (14) and (15).
+
+    (15) divided by the masses is (12) without contact, with λ felt by both.
+    """
+    x, v, a, g, u, b = z
+    t, e, begun, acts = m.stages, m.separated, contact_force(m, pressed, z), 1.0 if pressed else 0.0
+    v1, a1, u1, b1 = v, a, u, b  # of the stage before
+    for i in range(t.count):
+        end, d0, d1, e0, e1, beta, f0, f1, gamma, alpha_m, alpha_f = t.numbers[i]
+        by_q, by_v, now = s * s * beta, s * gamma, 1.0 - alpha_f
+        # what is known of the motion at the end
+        xk, vk = x + s * (d0 * v + d1 * v1) + s * s * (e0 * a + e1 * a1), v + s * (f0 * a + f1 * a1)
+        gk, uk = g + s * (d0 * u + d1 * u1) + s * s * (e0 * b + e1 * b1), u + s * (f0 * b + f1 * b1)
+        # what is felt of it, and by how much the unknown accelerations add to that
+        felt = now * xk + alpha_f * x, now * vk + alpha_f * v, 0.0, now * gk + alpha_f * g, now * uk + alpha_f * u, 0.0
+        felt_q, felt_v = now * by_q, 0.0 if t.explicit else now * by_v
+        if t.averaged:
+            ended, started = forcing_at(m, k, offset + s * end), forcing_at(m, k, offset)
+            forcing = now * ended[0] + alpha_f * started[0], now * ended[1] + alpha_f * started[1]
+            push = now * acts * force(m.stiffness, m.damper, gk, uk) + alpha_f * begun
+            slope = now * acts * force(m.stiffness, m.damper, by_q, by_v)
+        else:
+            forcing = forcing_at(m, k, offset + s * end * now)
+            push = acts * force(m.stiffness, m.damper, felt[3], felt[4])
+            slope = acts * force(m.stiffness, m.damper, felt_q, felt_v)
+        _, _, p, _, _, q = with_accelerations(e, felt, forcing)
+        p, q = p - t.react1 * push - alpha_m * a, q + t.inverse_mass * push - alpha_m * b
+        m11, m12 = 1.0 - alpha_m - e.ax * felt_q - e.av * felt_v, t.react1 * slope - e.ag * felt_q - e.au * felt_v
+        m21, m22 = -e.bx * felt_q - e.bv * felt_v, 1.0 - alpha_m - e.bg * felt_q - e.bu * felt_v
+        m22 -= t.inverse_mass * slope
+        over = 1.0 / (m11 * m22 - m12 * m21)
+        a1, b1 = (m22 * p - m12 * q) * over, (m11 * q - m21 * p) * over
+        v1, u1 = vk + by_v * a1, uk + by_v * b1
+        x1, g1 = xk + by_q * a1, gk + by_q * b1
+    return x1, v1, a1, g1, u1, b1
+
+
+@jit_inlined
+def step_from(m, pressed, z, s, k, offset):
+    """The motion after a step of length ``s``, the time ``offset`` after step k of a period."""
+    if m.stages.count > 0:
+        return step_of_stages(m, pressed, z, s, k, offset)
+    return step(side(m, pressed), z, s, forcing_at(m, k, offset + s))
+
+
 @jit_inlined
 def locate_change(m, pressed, z, end, length, k, s):
     """Where contact changes within a step, the motion there, and how many steps were solved to find it.
@@ -133,7 +196,7 @@ def locate_change(m, pressed, z, end, length, k, s):
     ``z`` and ``end`` are the motions at the beginning of the step, the time s after step k of the period, and
     ``length`` later. inf stands for a step without change.
     """
-    e, sign = side(m, pressed), -1.0 if pressed else 1.0
+    sign = -1.0 if pressed else 1.0
     gap, rate = sign * z[3], sign * z[4]
     solves, reach, there = 0, length, end
     if (end[3] <= 0.0) == pressed:
@@ -142,7 +205,7 @@ def locate_change(m, pressed, z, end, length, k, s):
         if not (approaches and 2.0 * gap * curvature <= rate * rate):
             return math.inf, end, 0
         reach, solves = -rate / curvature, 1
-        there = step(e, z, reach, forcing_at(m, k, s + reach))
+        there = step_from(m, pressed, z, reach, k, s)
         if (there[3] <= 0.0) == pressed:
             return math.inf, end, 1
     elif gap <= 0.0 and rate <= 0.0:
@@ -160,7 +223,7 @@ def locate_change(m, pressed, z, end, length, k, s):
         if not low < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         before, passed = there[3], better - theta
-        there = step(e, z, better, forcing_at(m, k, s + better))
+        there = step_from(m, pressed, z, better, k, s)
         theta, slope, solves = better, (there[3] - before) / passed, solves + 1
     return theta, (there[0], there[1], there[2], 0.0, there[4], there[5]), solves
 

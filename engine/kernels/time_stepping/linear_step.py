@@ -46,9 +46,8 @@ NONE, TWO = -1, 2  # of a step: it has no solution, or two
 class LinearScheme(NamedTuple):
     """The matrices of a method and the contact; of ``system`` only what the contact and the coordinates need."""
 
-    maps: (
-        np.ndarray
-    )  # (1 or HALVINGS + 1, 2 or 6, STATE_ROWS + 1, COLUMNS) or (…, 1 or 2, RATE + 1, CLOSING): of Δτ, Δτ/2, …
+    # (1 or HALVINGS + 1, 2 or 6, STATE_ROWS + 1, COLUMNS) or (…, 1 or 2, RATE + 1, CLOSING): of steps of Δτ, Δτ/2, …
+    maps: np.ndarray
     weights: tuple  # share of the impulse that each of two stages gives; the second is 0 if there is one
     at_end: bool  # whether the status is that of the end
     without: int  # STOP, KEEP or HALVE
@@ -56,10 +55,9 @@ class LinearScheme(NamedTuple):
     system: Scheme
 
 
-class LinearState(NamedTuple):
-    """The discrete solution at the end of a step."""
+class Progress(NamedTuple):
+    """What has been done, and what the next step goes on from beside the motion."""
 
-    y: np.ndarray  # (STATE_ROWS,)
     status: int  # of the last stage
     pressed: bool  # whether the gap is not positive
     step: int  # steps done
@@ -68,9 +66,16 @@ class LinearState(NamedTuple):
     contact: OpenContact
 
 
-STATE = Layout(LinearState, y=(STATE_ROWS,), contact=Layout(OpenContact))
+class LinearState(NamedTuple):
+    """The discrete solution at the end of a step."""
+
+    y: np.ndarray  # (STATE_ROWS,)
+    progress: Progress
+
+
+STATE = Layout(LinearState, y=(STATE_ROWS,), progress=Layout(Progress, contact=Layout(OpenContact)))
 unpack_state = STATE.unpack
-write_state = STATE.writer("status", "pressed", "step", "none", "two", "contact")  # y is written in place
+write_progress = STATE.writer("progress")  # y is written in place
 
 
 @jit_inlined
@@ -241,6 +246,59 @@ def motion_of(m, y):
     return displaced(m.system, y[0], y[2], y[1], y[3])
 
 
+@jit_inlined
+def advance(m, angles, y, at, work, window, buffers):
+    """Take one step and record it; y is changed in place unless the step ends the run.
+
+    Returns
+    -------
+    tuple
+        :class:`Progress`; OK, DIVERGED, FULL, or WITHOUT_SOLUTION: then y is that before the step that has none.
+    """
+    n, recorded, x, ends = angles.shape[1], buffers.contacts.shape[0] > 0, work[0], work[1:]
+    k, code = at.step % n, OK
+    begin_step(x, y, angles[0, k], angles[1, k])
+    former = at.status if m.at_end else int(at.pressed)
+    if m.system.law > CUT:
+        x[CLOSING] = closing_speed(y, at.pressed, at.contact)
+    after, solutions, push = take_step(m, 0, former, x, ends)
+    none, two = at.none + (solutions == NONE), at.two + (solutions == TWO)
+    if solutions == NONE and m.without == HALVE:
+        after, solutions, push = take_parts(m, former, k * m.turn, x, ends)
+    if solutions == NONE and m.without != KEEP:
+        return Progress(at.status, at.pressed, at.step, none, two, at.contact), WITHOUT_SOLUTION
+    before, was = y[1] - y[0], motion_of(m, y)
+    for j in range(STATE_ROWS):
+        y[j] = ends[after, j]
+    i, k = at.step + 1, (k + 1 if k + 1 < n else 0)
+    impulse, gap, pressed = m.system.h * push, y[1] - y[0], is_pressed(m, y)
+    contact = with_impulse(at.contact, at.contact.impulse + impulse)
+    if pressed != at.pressed:
+        now = motion_of(m, y)
+        if pressed:
+            if push != 0.0:  # the force has acted in this step already: the speeds are those before it
+                now = now[0], was[1], now[2], was[3]
+            closing = (before - gap) / m.system.h if recorded else 0.0
+            contact = with_impulse(begin_contact(m.system, i, now, closing), impulse)
+        elif recorded:
+            end_contact(m.system, contact, i, now, buffers)
+            code = FULL if no_room(buffers) else OK
+    if recorded and (k == 0 or (i >= window[1] and k % window[2] == 0)):
+        write_output(m.system, i, k, n, motion_of(m, y), pressed, window, buffers)
+        if m.system.law > CUT:
+            write_law_force(m, i, k, n, y, pressed, contact, window, buffers)
+    if not abs(gap) < LIMIT:
+        code = DIVERGED
+    return Progress(after, pressed, i, none, two, contact), code
+
+
+@jit_inlined
+def write_first_sample(m, y, at, window, buffers):
+    """Write the sample at the step with which sampling begins, if the run stands there."""
+    if at.step == window[1] and buffers.samples.shape[0] > 0:
+        write_sample(m.system, buffers.samples[0], motion_of(m, y), at.pressed)
+
+
 @jit_no_alloc
 def integrate_linear(m, angles, state, work, stop, window, buffers):
     """Integrate to the end of step ``stop``, and fill the buffers if they have room for contacts.
@@ -252,7 +310,7 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
         cos ητ and sin ητ at the beginning of each step of a period.
     state : (STATE.size,) float64
         A :class:`LinearState`, changed in place.
-    work : (3, WORK) float64
+    work : (3 or more, WORK) float64
         Work space.
     stop : int
     window : (3,) int64
@@ -262,49 +320,14 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
     Returns
     -------
     int
-        OK, DIVERGED, FULL, or WITHOUT_SOLUTION: then the state is that before the step that has none.
+        What :func:`advance` returns.
     """
-    s, n, status = unpack_state(state), angles.shape[1], OK
-    y, acting, pressed, i, none, two, contact = s.y, s.status, s.pressed, s.step, s.none, s.two, s.contact
-    recorded, x, ends = buffers.contacts.shape[0] > 0, work[0], work[1:]
-    k, impulse = i % n, contact.impulse
-    if recorded and i == window[1] and buffers.samples.shape[0] > 0:
-        write_sample(m.system, buffers.samples[0], motion_of(m, y), pressed)
-        if m.system.law > CUT:
-            write_law_force(m, i, k, n, y, pressed, contact, window, buffers)
-    while i < stop and status == OK:
-        begin_step(x, y, angles[0, k], angles[1, k])
-        former = acting if m.at_end else int(pressed)
-        x[CLOSING] = closing_speed(y, pressed, contact)
-        after, solutions, push = take_step(m, 0, former, x, ends)
-        none, two = none + (solutions == NONE), two + (solutions == TWO)
-        if solutions == NONE and m.without == HALVE:
-            after, solutions, push = take_parts(m, former, k * m.turn, x, ends)
-        if solutions == NONE and m.without != KEEP:
-            status = WITHOUT_SOLUTION
-            break
-        before, was, acting = y[1] - y[0], motion_of(m, y), after
-        for j in range(STATE_ROWS):
-            y[j] = ends[after, j]
-        i, k = i + 1, (k + 1 if k + 1 < n else 0)
-        impulse += m.system.h * push
-        gap = y[1] - y[0]
-        if is_pressed(m, y) != pressed:
-            pressed = not pressed
-            now = motion_of(m, y)
-            if pressed:
-                if push != 0.0:  # the force has acted in this step already: the speeds are those before it
-                    now = now[0], was[1], now[2], was[3]
-                closing = (before - gap) / m.system.h if recorded else 0.0
-                contact, impulse = begin_contact(m.system, i, now, closing), m.system.h * push
-            elif recorded:
-                end_contact(m.system, with_impulse(contact, impulse), i, now, buffers)
-                status = FULL if no_room(buffers) else OK
-        if recorded and (k == 0 or (i >= window[1] and k % window[2] == 0)):
-            write_output(m.system, i, k, n, motion_of(m, y), pressed, window, buffers)
-            if m.system.law > CUT:
-                write_law_force(m, i, k, n, y, pressed, contact, window, buffers)
-        if not abs(gap) < LIMIT:
-            status = DIVERGED
-    write_state(state, acting, pressed, i, none, two, with_impulse(contact, impulse))
-    return status
+    s, code = unpack_state(state), OK
+    y, at, n = s.y, s.progress, angles.shape[1]
+    write_first_sample(m, y, at, window, buffers)
+    if m.system.law > CUT and at.step == window[1]:
+        write_law_force(m, at.step, at.step % n, n, y, at.pressed, at.contact, window, buffers)
+    while at.step < stop and code == OK:
+        at, code = advance(m, angles, y, at, work, window, buffers)
+    write_progress(state, at)
+    return code

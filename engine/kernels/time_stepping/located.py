@@ -20,7 +20,7 @@ is. (In an FE code a step of another length costs another factorisation too.)
 import math
 from typing import NamedTuple
 
-from ..compile.options import jit, jit_inlined
+from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_contact, no_room, record_contact, with_impulse
 from ..equations.contact_law import contact_rate
@@ -34,6 +34,7 @@ from ..equations.motion import (
 from ..equations.rates import free_rate
 from ..status import DIVERGED, OK, PAUSED, UNRESOLVED
 from .contact_location import (
+    NO_STAGES,
     LocatedScheme,
     contact_force,
     forcing_at,
@@ -43,6 +44,7 @@ from .contact_location import (
     side,
     side_of,
     step,
+    step_from,
     with_accelerations,
 )
 from .newmark import LIMIT
@@ -97,6 +99,7 @@ def located_scheme(p):
         int(p.steps),
         shortest,
         per_age,
+        NO_STAGES,
     )
 
 
@@ -164,7 +167,58 @@ def next_piece(m, pressed, since, left):
     return pieces, left / pieces
 
 
-@jit
+@jit_inlined
+def advance(m, forces, s, window, buffers):
+    """Solve one step, or the piece of it up to a change, and record it.
+
+    Returns
+    -------
+    tuple
+        :class:`LocatedState`; OK, PAUSED for want of room, DIVERGED or UNRESOLVED.
+    """
+    z, pressed, i, offset, since, contact = motion_of(s), s.pressed, s.step, s.offset, s.since, s.contact
+    solves, before, status, k = s.solves, s.solves_before, OK, s.step % m.steps
+    pieces, length = next_piece(m, pressed, since, m.h - offset)
+    if m.stages.count == 0 and pieces == 1:
+        end = step(side(m, pressed), z, length, (forces[k + 1, 0], forces[k + 1, 1]))
+    else:
+        end = step_from(m, pressed, z, length, k, offset)
+    theta, there, more = locate_change(m, pressed, z, end, length, k, offset)
+    changed = theta < math.inf
+    if changed:
+        length, end = theta, there
+    if pressed:
+        since += length
+        twice = contact_force(m, pressed, z) + contact_force(m, pressed, end)
+        contact = with_impulse(contact, contact.impulse + 0.5 * length * twice)
+    solves += 1 + more
+    offset += length
+    z = end
+    if changed:
+        pressed, since, now = not pressed, 0.0, i * m.h + offset
+        if pressed:
+            contact = begin_contact(m, now, z, buffers.contacts.shape[0] > 0)
+        else:
+            if buffers.contacts.shape[0] > 0:
+                end_contact(m, contact, now, z, buffers)
+            contact = no_contact()
+        z = with_accelerations(side(m, pressed), z, forcing_at(m, k, offset))
+        if no_room(buffers):
+            status = PAUSED
+    elif pieces == 1:
+        i, offset, before = i + 1, 0.0, solves
+        k = k + 1 if k + 1 < m.steps else 0
+        if k == 0 or i >= window[1]:
+            write_output(m, i, k, z, pressed, window, buffers)
+    if not abs(z[3]) < LIMIT:
+        status = DIVERGED
+    elif solves - before > SOLVES_PER_STEP:
+        status = UNRESOLVED
+    x, v, a, g, u, b = z
+    return LocatedState(x, v, a, g, u, b, pressed, i, offset, solves, before, since, contact), status
+
+
+@jit_no_alloc
 def integrate_located(m, forces, state, stop, most, window, buffers):
     """Integrate to the end of step ``stop`` of the grid.
 
@@ -190,49 +244,13 @@ def integrate_located(m, forces, state, stop, most, window, buffers):
         OK; PAUSED (call again), after ``most`` solves or for want of room; DIVERGED; UNRESOLVED if a step took more
         than SOLVES_PER_STEP solves.
     """
-    s = unpack_state(state)
-    z, pressed, i, offset, since, contact = motion_of(s), s.pressed, s.step, s.offset, s.since, s.contact
-    solves, before, status = s.solves, s.solves_before, OK
-    pause, k = solves + most, i % m.steps
-    if offset == 0.0:
-        write_output(m, i, k, z, pressed, window, buffers)
-    while i < stop and status == OK:
-        pieces, length = next_piece(m, pressed, since, m.h - offset)
-        forcing = (forces[k + 1, 0], forces[k + 1, 1]) if pieces == 1 else forcing_at(m, k, offset + length)
-        end = step(side(m, pressed), z, length, forcing)
-        theta, there, more = locate_change(m, pressed, z, end, length, k, offset)
-        changed = theta < math.inf
-        if changed:
-            length, end = theta, there
-        if pressed:
-            since += length
-            twice = contact_force(m, pressed, z) + contact_force(m, pressed, end)
-            contact = with_impulse(contact, contact.impulse + 0.5 * length * twice)
-        solves += 1 + more
-        offset += length
-        z = end
-        if changed:
-            pressed, since, now = not pressed, 0.0, i * m.h + offset
-            if pressed:
-                contact = begin_contact(m, now, z, buffers.contacts.shape[0] > 0)
-            else:
-                if buffers.contacts.shape[0] > 0:
-                    end_contact(m, contact, now, z, buffers)
-                contact = no_contact()
-            z = with_accelerations(side(m, pressed), z, forcing_at(m, k, offset))
-            if no_room(buffers):
-                status = PAUSED
-        elif pieces == 1:
-            i, offset, before = i + 1, 0.0, solves
-            k = k + 1 if k + 1 < m.steps else 0
-            if k == 0 or i >= window[1]:
-                write_output(m, i, k, z, pressed, window, buffers)
-            if solves > pause and i < stop:
-                status = PAUSED
-        if not abs(z[3]) < LIMIT:
-            status = DIVERGED
-        elif solves - before > SOLVES_PER_STEP:
-            status = UNRESOLVED
-    x, v, a, g, u, b = z
-    write_state(state, LocatedState(x, v, a, g, u, b, pressed, i, offset, solves, before, since, contact))
+    s, status = unpack_state(state), OK
+    pause = s.solves + most
+    if s.offset == 0.0:
+        write_output(m, s.step, s.step % m.steps, motion_of(s), s.pressed, window, buffers)
+    while s.step < stop and status == OK:
+        s, status = advance(m, forces, s, window, buffers)
+        if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:
+            status = PAUSED
+    write_state(state, s)
     return status

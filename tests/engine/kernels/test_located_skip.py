@@ -1,0 +1,124 @@
+"""Located steps of every integrator: a step of any length is its matrix, and skips are the plain loop's solution."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from vibroscope.engine import (
+    INTEGRATORS,
+    Bathe,
+    ExactPenalty,
+    Excitation,
+    Newmark,
+    NewmarkBeta,
+    Record,
+    System,
+    TimeStepping,
+    simulate,
+)
+from vibroscope.engine.drivers.located import stages_of
+from vibroscope.engine.drivers.parameters import parameters_of
+from vibroscope.engine.drivers.skip_tables import located_tables
+from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
+from vibroscope.engine.kernels.accelerated.located_skip import FREE, PIECES, WHOLE
+from vibroscope.engine.kernels.time_stepping.contact_location import contact_force, step_of_stages
+from vibroscope.engine.kernels.time_stepping.located import located_scheme
+
+SYSTEMS = System(mu=0.7, clearance=-0.2), System(wall=True, clearance=0.2, excitation=Excitation(constant1=0.3))
+FIELDS = ("time", "position", "velocity_before", "velocity_after", "impulse", "closing_speed")
+
+
+@pytest.mark.parametrize("kind", INTEGRATORS.values(), ids=INTEGRATORS)
+@pytest.mark.parametrize("system", SYSTEMS, ids=["two", "wall"])
+def test_a_step_of_any_length_is_its_matrix(system, kind):
+    eta, k, part = 1.3, 7, 0.37
+    method = TimeStepping(300.0, 5.0, 200, kind(), "located")
+    p = parameters_of(system, eta, method)
+    m = located_scheme(p)._replace(stages=stages_of(kind(), p))
+    s, angle = part * m.h, 2 * math.pi * (k + 0.2) / 200
+    maps = step_maps(bodies_of(p), kind(), s)
+    one = (0.0, 0.0, 0.0) if system.wall else (0.4, -0.3, 0.2)
+    for pressed in (False, True):
+        gap = -0.02 if pressed else 0.3
+        z = (*one, gap, 0.5, -1.5)
+        x, g = z[0] - p.free_position, gap - p.free_gap
+        begun = contact_force(m, pressed, z)
+        y = (x, x + g, z[1], z[1] + z[4], z[2], z[2] + z[5], begun, math.cos(angle), math.sin(angle), 1.0)
+        end = maps[int(pressed) if len(maps) == 2 else 2 + 3 * pressed] @ y
+        found = step_of_stages(m, pressed, z, s, k, 0.2 * m.h)
+        displaced = found[0] - p.free_position, found[1], found[2], *(np.add(found[3:], found[:3]))
+        expected = end[[0, 2, 4, 1, 3, 5]] + (0, 0, 0, p.free_position + p.free_gap, 0, 0)
+        np.testing.assert_allclose(displaced, expected, rtol=0, atol=1e-11)
+
+
+def same(one, other, tolerance):
+    """Compare what two runs keep."""
+    assert (one.status, len(one.contacts)) == (other.status, len(other.contacts))
+    assert other.cost.steps == pytest.approx(one.cost.steps, abs=5)  # rounding may spare a solve to locate a change
+    np.testing.assert_allclose(other.contacts, one.contacts, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(other.section, one.section, rtol=0, atol=tolerance)
+    pairs = [[getattr(run.impacts, name) for run in (one, other)] for name in FIELDS]
+    pairs += [[getattr(run.trajectory, name) for run in (one, other)] for name in ("displacement", "velocity", "force")]
+    for plain, skipped in pairs:
+        np.testing.assert_allclose(skipped, plain, rtol=0, atol=1e4 * tolerance * max(1, np.abs(plain).max()))
+
+
+METHODS = [TimeStepping(2500.0, 8.0, 1000, kind(), "located") for kind in INTEGRATORS.values()]
+METHODS += [Newmark(stiffness, 8.0, steps, located=True) for stiffness in (50.0, 2500.0) for steps in (1000, 3000)]
+
+
+@pytest.mark.parametrize("method", METHODS, ids=repr)
+@pytest.mark.parametrize("eta", [1.08, 2.76])
+@pytest.mark.parametrize("system", [System(), *SYSTEMS], ids=["paper", "preload", "wall"])
+def test_skips_are_the_plain_loop(system, eta, method):
+    options = {"periods": 4, "keep": 4, "record": Record(2, 300)}
+    one, other = (simulate(system, eta, replace(method, every_step=every), **options) for every in (True, False))
+    same(one, other, 1e-10)
+
+
+@pytest.mark.parametrize("method", [METHODS[0], METHODS[4], METHODS[-1]], ids=repr)
+def test_skips_do_not_depend_on_where_a_run_is_cut(method):
+    """Chaotic motion: the last bit would show."""
+    method = replace(method, stiffness=12000.0, damping=18.0)
+    whole = simulate(System(), 1.70, method, periods=60, keep=20, record=Record(7, 300))
+    begun = simulate(System(), 1.70, method, periods=31, keep=1).checkpoint
+    rest = simulate(System(), 1.70, method, periods=30, keep=3, initial=begun)
+    np.testing.assert_array_equal(whole.section[-3:], rest.section)
+    again = simulate(System(), 1.70, method, periods=60, keep=60)
+    np.testing.assert_array_equal(whole.section, again.section[-20:])
+    assert whole.cost.steps == again.cost.steps
+
+
+@pytest.mark.parametrize(("integrator", "order"), [(NewmarkBeta(), 2), (Bathe(0.5), 2)], ids=repr)
+def test_located_steps_have_the_order_of_the_integrator(integrator, order):
+    options = {"periods": 2, "keep": 2}
+    exact = simulate(System(), 1.08, ExactPenalty(100.0, 5.0), **options).section
+    errors = []
+    for steps in (500, 2000):
+        method = TimeStepping(100.0, 5.0, steps, integrator, "located")
+        errors.append(np.abs(simulate(System(), 1.08, method, **options).section - exact).max())
+    assert math.log(errors[0] / errors[1], 4) == pytest.approx(order, abs=0.2)
+
+
+def test_no_gap_dips_within_a_step_by_more_than_its_bound():
+    """The largest |g″| over all pieces of both levels, formed piece by piece."""
+    method = Newmark(2500.0, 8.0, 1000, located=True)
+    p = parameters_of(System(), 1.08, method)
+    m, pieces = located_scheme(p), 9
+    tables = located_tables(m, p, NewmarkBeta(), pieces)
+    bodies = bodies_of(p)
+    for mode, parts in ((FREE, 1), (PIECES, pieces), (WHOLE, 1)):
+        x_of_u = np.eye(10)
+        x_of_u[[1, 3, 5], [0, 2, 4]] = 1.0
+        step = np.eye(10)
+        step[:7] = step_maps(bodies, NewmarkBeta(), m.h / parts)[int(mode != FREE), :7]
+        c, s = math.cos(1.08 * m.h / parts), math.sin(1.08 * m.h / parts)
+        step[7:9, 7:9] = [[c, -s], [s, c]]
+        step[6] *= mode != FREE
+        step = np.linalg.solve(x_of_u, step @ x_of_u)
+        row, largest = np.eye(10)[5], 0.0
+        for _ in range(129 * int(max(tables.strides[mode], 1)) * parts):
+            largest, row = np.maximum(largest, np.abs(row)), row @ step
+        assert (tables.dips[mode] >= largest * m.h**2 / 2 * (1 - 1e-9)).all()
+        assert (tables.dips[mode] <= 1.01 * largest * m.h**2 / 2 + 1e-18).all()
