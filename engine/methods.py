@@ -207,9 +207,14 @@ Method = Reference | ExactPenalty | Newmark | TimeStepping
 STEPPING = Newmark, TimeStepping  # methods with a time step
 
 
+def is_located(method: Method) -> bool:
+    """Whether a method cuts its steps where contact changes."""
+    return getattr(method, "located", False) or getattr(method, "status", "") == "located"
+
+
 def grid_steps(method: Method) -> int:
     """n of a method whose solution exists at the steps of its constant grid alone; 0 of the others."""
-    return method.steps if isinstance(method, STEPPING) and not getattr(method, "located", False) else 0
+    return method.steps if isinstance(method, STEPPING) and not is_located(method) else 0
 
 
 def refuse_time_stepping(method: Method, what: str) -> None:

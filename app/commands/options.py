@@ -24,7 +24,7 @@ from vibroscope.engine import (
     read_system,
 )
 
-# What `vibroscope simulate` alone can ask of a method with a time step
+# What can be asked of a method with a time step, beside its numbers
 INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
 STEPPING_OPTIONS = "integrator", "status", "without_solution", "initial_acceleration", "law", *INTEGRATOR_NUMBERS
 # The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
@@ -156,7 +156,7 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
 
 
 def add_integrator_options(command: argparse.ArgumentParser) -> None:
-    """Add the integrator, its numbers, the contact status and the contact law, for :func:`method_of`."""
+    """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`."""
     add = command.add_argument
     add(
         "--law",
@@ -244,21 +244,22 @@ def method_of(options: argparse.Namespace) -> Method:
     return stepping_of(options)
 
 
-def stepping_of(options: argparse.Namespace) -> Newmark | TimeStepping:
+def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | TimeStepping:
     """The method with a time step: Newmark's with skipped or located steps, unless more is asked for.
 
-    Only `vibroscope simulate` has the options of :func:`add_integrator_options`.
+    ``numbers``: K, D and steps, in place of those that the options give.
     """
+    K, D, n = (numbers.get(name, getattr(options, name, None)) for name in ("K", "D", "steps"))
     given = {name: value for name in STEPPING_OPTIONS if (value := getattr(options, name, None)) is not None}
     law, status = given.pop("law", CONTACT_LAWS[0]), given.pop("status", CONTACT_STATUSES[0])
     located = options.located or status == "located"
     if given.get("integrator") == NewmarkBeta.name:
         del given["integrator"]
     if not given and (located or status == CONTACT_STATUSES[0]):
-        return Newmark(options.K, options.D, options.steps, options.every_step, located, law)
+        return Newmark(K, D, n, getattr(options, "every_step", False), located, law)
     if located:
         raise ValueError(f"--{next(iter(given)).replace('_', '-')} goes with --status start or end, not with located")
-    if options.every_step:
+    if getattr(options, "every_step", False):
         note("--every-step has no effect: with this integrator or status every step is taken")
     kind = INTEGRATORS[given.pop("integrator", NewmarkBeta.name)]
     more = {name: given.pop(name) for name in ("without_solution", "initial_acceleration") if name in given}
@@ -268,7 +269,7 @@ def stepping_of(options: argparse.Namespace) -> Newmark | TimeStepping:
     if unknown := [name for name in given if name not in own]:
         has = f"it has {' and '.join(f'--{name}' for name in own)}" if own else "it has no numbers"
         raise ValueError(f"--{unknown[0]} is no number of the integrator {kind.name}: {has}")
-    return TimeStepping(options.K, options.D, options.steps, kind(**given), status, law=law, **more)
+    return TimeStepping(K, D, n, kind(**given), status, law=law, **more)
 
 
 def reference_of(options: argparse.Namespace) -> Reference:

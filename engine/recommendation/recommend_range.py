@@ -269,7 +269,7 @@ class _RangeSearch:
         )
         if difference is not None and difference.parts:
             name = difference.largest
-            return f"{where}, the largest part by {PART_NAMES[name]} ({percent(difference.parts[name])})"
+            return f"{where}, the largest part by {difference.name(name)} ({percent(difference.parts[name])})"
         part = next(part for part in parts if part.eta == worst.eta)  # the steps scatter the motion: no exact split
         left = error_without_time_step(part.target, method.stiffness, method.damping, self._cancelled)
         name = "time_step" if left < worst.error / 2 else "regularisation"

@@ -20,12 +20,9 @@ from vibroscope.engine import (
     Reference,
     System,
     TimeStepping,
-    attractors,
     compare,
-    motion,
     simulate,
     sweep_eta,
-    verdict,
 )
 
 from tests.naive_stepping import Twin
@@ -204,8 +201,6 @@ def test_bad_numbers_are_one_clear_line(make, words):
 def test_what_does_not_know_integrators_says_so():
     method = TimeStepping(2500.0, 8.0, 200, HHT(), "end", "keep")
     for ask in (
-        lambda: motion(System(), 1.08, method),
-        lambda: attractors(System(), 1.08, method),
         lambda: sweep_eta(System(), method, [1.08]),
         lambda: Cells(System(), [1.08], method),
     ):
@@ -218,5 +213,3 @@ def test_a_comparison_has_its_parts():
     found = compare(System(), 1.08, method, reference=Reference(), periods=300, keep=10)
     assert found.residual < 1e-9
     assert 0 < found.time_step < found.total
-    with pytest.raises(ValueError, match="a verdict is not available"):
-        verdict(found)
