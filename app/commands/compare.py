@@ -32,7 +32,6 @@ from vibroscope.app.commands.physical_units import (
 )
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.engine import (
-    CONTACT_STATUSES,
     FREE_PERIODS,
     PARTS,
     Comparison,
@@ -41,13 +40,14 @@ from vibroscope.engine import (
     Status,
     System,
     TimeStepParts,
-    TimeStepping,
     Units,
     Verdict,
     compare,
+    integrator_name,
     is_located,
     percent,
     repetition,
+    status_of,
     verdict,
 )
 
@@ -151,16 +151,16 @@ def as_json(
 ) -> dict:
     """The comparison as JSON; None for what is not known."""
     run = comparison.runs.penalty
-    method, located = run.method, is_located(run.method)
+    method = run.method
     words = judgement.as_dict()
     return {
         "eta": comparison.runs.penalty.eta,
         "K": method.stiffness,
         "D": method.damping,
         "steps": method.steps,
-        "located": located,
-        "integrator": method.integrator.name if isinstance(method, TimeStepping) else method.name,
-        "status": "located" if located else getattr(method, "status", CONTACT_STATUSES[0]),
+        "located": is_located(method),
+        "integrator": integrator_name(method),
+        "status": status_of(method),
         "law": method.law,
         "steps_without_solution": run.steps_without_solution,
         "steps_with_two": run.steps_with_two,
