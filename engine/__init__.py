@@ -70,7 +70,16 @@ _LATER = {
     "recommendation.range_trials": ("steps_at",),
     "recommendation.recommend": ("Recommendation", "design_curve", "recommend"),
     "recommendation.recommend_range": ("RangeRecommendation", "Served", "recommend_range"),
-    "sweeps": ("COORDINATES", "DIRECTIONS", "OVER", "Progress", "sweep_eta", "sweep_plane", "sweep_step"),
+    "sweeps": (
+        "COORDINATES",
+        "DIRECTIONS",
+        "OVER",
+        "Progress",
+        "sweep_eta",
+        "sweep_no_solution",
+        "sweep_plane",
+        "sweep_step",
+    ),
     "sweeps.axis": ("spaced",),
     "sweeps.diagrams": ("Diagram", "diagram", "ship_diagrams", "shipped_diagram"),
     "system_file": (
