@@ -261,7 +261,9 @@ def as_text(
     )
 
 
-def _part_lines(comparison: Comparison, split: Regularisation | None, of_step: TimeStepParts | None) -> list[str]:
+def _part_lines(
+    comparison: Comparison, split: Regularisation | None, of_step: TimeStepParts | None = None
+) -> list[str]:
     """The difference and its parts as the verdict takes them, one a line."""
     if comparison.parts is None:
         return [f"{'difference':22}not known: a run ended early"]
