@@ -117,9 +117,12 @@ def test_numerical_damping_is_to_blame_where_the_undamped_step_leaves_less():
 
 def test_a_choice_is_blamed_only_if_it_does_nearly_as_much_as_no_time_step():
     compared = compare(SYSTEM, 2.76, TimeStepping(12000, 18, 500), **SHORT)
-    steps, status = Experiment("steps", 0.03), Experiment("status", 0.2, TimeStepping(12000, 18, 500, status="end"))
-    assert compared.total > 0.05
-    assert best_experiment(compared, [steps, status], 0.0) is steps
+    steps = Experiment("steps", 0.03)
+    halfway = Experiment("status", compared.total / 2, TimeStepping(12000, 18, 500, status="end"))
+    nearly = Experiment("status", 0.035, halfway.method)
+    assert halfway.remaining > 0.05
+    assert best_experiment(compared, [steps, halfway], 0.0) is steps
+    assert best_experiment(compared, [steps, nearly, halfway], 0.0) is nearly
 
 
 def test_every_choice_is_changed_alone():
