@@ -147,7 +147,7 @@ def _set_length(options: argparse.Namespace, system: System) -> None:
 
 
 def as_json(
-    comparison: Comparison, judgement: Verdict, split: Regularisation | None, of_step: TimeStepParts | None
+    comparison: Comparison, judgement: Verdict, split: Regularisation | None, of_step: TimeStepParts | None = None
 ) -> dict:
     """The comparison as JSON; None for what is not known."""
     run = comparison.runs.penalty
@@ -241,7 +241,7 @@ def _physical_json(comparison: Comparison, units: Units) -> dict:
 
 
 def as_text(
-    comparison: Comparison, judgement: Verdict, split: Regularisation | None, of_step: TimeStepParts | None
+    comparison: Comparison, judgement: Verdict, split: Regularisation | None, of_step: TimeStepParts | None = None
 ) -> str:
     """The comparison as text: the verdict, the parts of the difference, both motions, and the evidence."""
     penalty, reference = comparison.runs.penalty, comparison.runs.reference
