@@ -55,7 +55,7 @@ def fewest(found):
     motion = steady(SYSTEM, found.eta, Reference())
     best = found.best.setting.steps
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        trials = Trials(motion, found.located, pool)
+        trials = Trials(motion, found.scheme, pool)
         for i in range(1, TRIES + 1):
             n = round(found.best.setting.steps * FEWER**i)
             if brute(trials, found.eta, found.tolerance, n, 1e6):

@@ -11,7 +11,7 @@ from .cells import STATUSES, CellResults, Cells
 from .drivers import batch as driver
 from .drivers.section import describe_section, name_numbers
 from .drivers.threads import GRAIN, Worker, share_out, thread_count
-from .methods import Newmark, Reference
+from .methods import STEPPING, Reference, is_located
 from .model import require, whole
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
@@ -69,18 +69,19 @@ def run_cells(
     )
     threads = thread_count(threads)
     results = driver.empty_results(len(cells), task)
+    solutions = np.zeros((len(cells), 3), dtype=np.int64)
     if len(cells) > 0:
         most = (task.transient + task.sample) * cells.steps_each().max()
         require("periods × steps", most, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
         order, chained = _in_chains(cells)
         start = cells.starts()
-        run_cell = _single_runs(cells, task, results)
+        run_cell = _single_runs(cells, task, results, solutions)
         worker = driver.make_worker(cells.method, cells.parameters(), start, order, chained, task, results, run_cell)
         ends = np.append(np.flatnonzero(~chained)[1:], len(order))
         if len(ends) <= FEW * threads:
             worker, ends = _one_by_one(worker), GRAIN * ends
         share_out(ends, threads, worker, progress, cancelled)
-    return cell_results(cells, results)
+    return cell_results(cells, results, solutions)
 
 
 def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
@@ -105,14 +106,17 @@ def _one_by_one(worker: Callable[[], Worker]) -> Callable[[], Worker]:
     return make
 
 
-def _single_runs(cells: Cells, task: driver.Task, results) -> Callable[[int, np.ndarray, np.ndarray], bool]:
+def _single_runs(
+    cells: Cells, task: driver.Task, results, solutions: np.ndarray
+) -> Callable[[int, np.ndarray, np.ndarray], bool]:
     """A function that runs one cell by :func:`engine.simulate`; false if it was cancelled."""
-    located = isinstance(cells.method, Newmark) and cells.method.located
+    located = is_located(cells.method)
     lengths = driver.lengths(task) if located else [task.transient + task.sample]
 
     def run_cell(i: int, start: np.ndarray, signals: np.ndarray) -> bool:
         done = 0  # periods
         for length in lengths:
+            begun = done
             try:
                 response = simulate(
                     cells.system_of(i),
@@ -129,6 +133,8 @@ def _single_runs(cells: Cells, task: driver.Task, results) -> Callable[[int, np.
                 break
             start, done = response.checkpoint, response.checkpoint.periods
         write_response(response, task, results, i)
+        taken = begun * int(cells.steps_each()[i]) + response.cost.steps
+        solutions[i] = response.steps_without_solution, response.steps_with_two, taken
         return True
 
     return run_cell
@@ -147,12 +153,12 @@ def write_response(response: Response, task: driver.Task, results, i: int) -> No
         results.end[i, 2] = max(results.end[i, 0], results.end[i, 2])
 
 
-def cell_results(cells: Cells, results) -> CellResults:
-    """The results as named columns."""
+def cell_results(cells: Cells, results, solutions: np.ndarray) -> CellResults:
+    """The results as named columns; ``solutions``: steps without a solution, with two, and all of them, (n, 3)."""
     numbers = name_numbers(results.numbers)
     periods = {name: np.nan_to_num(numbers.pop(name)).astype(np.int32) for name in ("period", "near_period")}
     share, phase = numbers.pop("longest_contact"), numbers.pop("impact_phase")
-    n = cells.steps_each() if isinstance(cells.method, Newmark) else np.nan
+    n = cells.steps_each() if isinstance(cells.method, STEPPING) else np.nan
     return CellResults(
         status=results.status.astype(np.int8),
         section=results.section,
@@ -163,4 +169,7 @@ def cell_results(cells: Cells, results) -> CellResults:
         phase=phase,
         end=results.end,
         periods=results.periods,
+        steps_without_solution=solutions[:, 0],
+        steps_with_two=solutions[:, 1],
+        steps_taken=solutions[:, 2],
     )

@@ -9,11 +9,12 @@ import numpy as np
 from .arguments import shown
 from .drivers.event_driven import overlap_message
 from .drivers.parameters import parameter_rows, parameters_of
-from .methods import ExactPenalty, Method, Newmark, Reference, refuse_time_stepping
+from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from .model import System, check_eta, require
 from .result import STATUSES, Status
 
-_OWN = {"stiffness": ExactPenalty | Newmark, "damping": ExactPenalty | Newmark, "steps": Newmark}
+_STEPPING = Newmark | TimeStepping
+_OWN = {"stiffness": ExactPenalty | _STEPPING, "damping": ExactPenalty | _STEPPING, "steps": _STEPPING}
 
 
 @dataclass(frozen=True)
@@ -25,10 +26,10 @@ class Cells:
     system : System or sequence of System
         One for all cells, or one a cell.
     eta : (n,) array_like
-    method : Reference, ExactPenalty or Newmark
+    method : Reference, ExactPenalty, Newmark or TimeStepping
         Holds for all cells but where one of the next three says otherwise.
     stiffness, damping, steps : (n,) array_like, optional
-        K, D (penalty methods) and n (Newmark) of each cell.
+        K, D (penalty methods) and n (methods with a time step) of each cell.
     initial : (n, 4) array_like, optional
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0 of each cell; rest, if not given.
     chain : (n,) array_like of int, optional
@@ -54,7 +55,6 @@ class Cells:
         self._keep("eta", self.eta, float)
         if not isinstance(self.method, Method):
             raise ValueError(f"method = {shown(self.method)} is no method: give Reference, ExactPenalty or Newmark")
-        refuse_time_stepping(self.method, "a study of many cells")
         if not isinstance(self.system, System):
             try:
                 systems = tuple(self.system)
@@ -176,6 +176,8 @@ class CellResults:
         ξ₁, ξ₁′, ξ₂, ξ₂′ at the end, from which a neighbouring cell can go on.
     periods : (n,) ndarray of int64
         Periods that were run; fewer than asked for where the motion was found to be periodic before.
+    steps_without_solution, steps_with_two, steps_taken : (n,) ndarray of int64
+        As in :class:`.result.Response`, and all steps of the run; zeros for cells that a kernel runs.
     """
 
     status: np.ndarray
@@ -192,6 +194,9 @@ class CellResults:
     phase: np.ndarray
     end: np.ndarray
     periods: np.ndarray
+    steps_without_solution: np.ndarray
+    steps_with_two: np.ndarray
+    steps_taken: np.ndarray
 
     @property
     def ok(self) -> np.ndarray:

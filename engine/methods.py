@@ -273,9 +273,24 @@ Method = Reference | ExactPenalty | Newmark | TimeStepping
 STEPPING = Newmark, TimeStepping  # methods with a time step
 
 
+def is_located(method: Method) -> bool:
+    """Whether a method cuts its steps where contact changes."""
+    return getattr(method, "located", False)
+
+
+def integrator_name(method: Newmark | TimeStepping) -> str:
+    """The name of the integrator of a method with a time step."""
+    return method.integrator.name if isinstance(method, TimeStepping) else NewmarkBeta.name
+
+
+def status_of(method: Newmark | TimeStepping) -> str:
+    """Where a method with a time step takes the contact status of its steps: "start", "end" or "located"."""
+    return "located" if is_located(method) else getattr(method, "status", CONTACT_STATUSES[0])
+
+
 def grid_steps(method: Method) -> int:
     """n of a method whose solution exists at the steps of its constant grid alone; 0 of the others."""
-    return method.steps if isinstance(method, STEPPING) and not getattr(method, "located", False) else 0
+    return method.steps if isinstance(method, STEPPING) and not is_located(method) else 0
 
 
 def refuse_time_stepping(method: Method, what: str) -> None:

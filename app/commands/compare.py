@@ -10,6 +10,7 @@ from vibroscope.app.commands.compare_measured import add_measured_options, run_m
 from vibroscope.app.commands.options import (
     ETA,
     add_initial_option,
+    add_integrator_options,
     add_joint_damping_option,
     add_penalty_options,
     add_system_option,
@@ -17,6 +18,7 @@ from vibroscope.app.commands.options import (
     default_of,
     eta_of,
     reference_of,
+    stepping_of,
     system_of,
 )
 from vibroscope.app.commands.output import finite_or_none
@@ -31,23 +33,27 @@ from vibroscope.app.commands.physical_units import (
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.engine import (
     FREE_PERIODS,
-    PART_NAMES,
     PARTS,
     Comparison,
     Motion,
-    Newmark,
     Regularisation,
+    Status,
     System,
+    TimeStepParts,
     Units,
     Verdict,
     compare,
+    integrator_name,
+    is_located,
     percent,
     repetition,
+    status_of,
     verdict,
 )
 
 # The parts of the regularisation's part; the last two add up to the one before.
 SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")
+TIME_STEP_PARTS = ("status", "integrator")
 _KEEP = default_of(compare, "keep")
 
 
@@ -57,8 +63,8 @@ def add(commands) -> None:
         "compare",
         allow_abbrev=False,
         help="difference from the reference in three parts, and which number is to blame",
-        description="Run Newmark's penalty solution and the reference from rest (or --initial), split their difference "
-        "into what the time step, K and D, and the joint damping do, and say in words what to change first.",
+        description="Run the penalty solution and the reference from rest (or --initial), split their difference into "
+        "what the time step, K and D, and the joint damping do, and say in words what to change first.",
         epilog="The difference is the rms of the displacements over the kept periods, relative to the reference, in "
         "parts where all motions repeat (pointwise: true). If the reference does not repeat, it is the distance of the "
         "Poincare sections (measure: sections).",
@@ -66,6 +72,7 @@ def add(commands) -> None:
     add = command.add_argument
     add("--eta", **ETA)
     add_penalty_options(command, required=True)
+    add_integrator_options(command)
     usual = f"default {default_of(compare, 'periods')}; where nothing drives the bodies {FREE_PERIODS}"
     add("--periods", type=float, metavar="N", help=f"excitation periods to run ({usual})")
     add("--keep", type=float, metavar="N", help=f"last periods to compare (default {_KEEP}, or all if fewer are run)")
@@ -92,7 +99,7 @@ def run(options: argparse.Namespace) -> None:
     comparison = compare(
         system,
         eta,
-        Newmark(options.K, options.D, options.steps, located=options.located),
+        stepping_of(options),
         reference=reference_of(options),
         periods=options.periods,
         keep=options.keep,
@@ -101,19 +108,30 @@ def run(options: argparse.Namespace) -> None:
     if not comparison.is_free:
         comparison = comparison.with_evidence()
     judgement = verdict(comparison)
-    split = comparison.split() if comparison.complete else None
+    split, of_step = _splits(comparison)
     units = wanted_units(options)
     if options.json:
-        report = as_json(comparison, judgement, split)
+        report = as_json(comparison, judgement, split, of_step)
         if options.series:
             report["series"] = _series_json(comparison)
         if units:
             report["physical"] = _physical_json(comparison, units)
         print(json.dumps(report, allow_nan=False))
     else:
-        print(as_text(comparison, judgement, split))
+        print(as_text(comparison, judgement, split, of_step))
         if units:
             print("\n".join(_physical_lines(comparison, units)))
+
+
+def _splits(comparison: Comparison) -> tuple[Regularisation | None, TimeStepParts | None]:
+    """The parts of K and D, and of the time step, each where it has some."""
+    found = []
+    for split in (comparison.split, comparison.split_time_step):
+        try:
+            found.append(split())
+        except ValueError:  # a run ended early, or the contact law has no such parts
+            found.append(None)
+    return tuple(found)
 
 
 def _set_length(options: argparse.Namespace, system: System) -> None:
@@ -128,20 +146,29 @@ def _set_length(options: argparse.Namespace, system: System) -> None:
 # --- for scripts ------------------------------------------------------------------------------------------------------
 
 
-def as_json(comparison: Comparison, judgement: Verdict, split: Regularisation | None) -> dict:
+def as_json(
+    comparison: Comparison, judgement: Verdict, split: Regularisation | None, of_step: TimeStepParts | None = None
+) -> dict:
     """The comparison as JSON; None for what is not known."""
-    method = comparison.runs.penalty.method
+    run = comparison.runs.penalty
+    method = run.method
     words = judgement.as_dict()
     return {
         "eta": comparison.runs.penalty.eta,
         "K": method.stiffness,
         "D": method.damping,
         "steps": method.steps,
-        "located": method.located,
+        "located": is_located(method),
+        "integrator": integrator_name(method),
+        "status": status_of(method),
+        "law": method.law,
+        "steps_without_solution": run.steps_without_solution,
+        "steps_with_two": run.steps_with_two,
         "pointwise": comparison.pointwise,
         **_difference_json(comparison),
         "residual": finite_or_none(comparison.residual),
         "split": split and _split_json(comparison, split),
+        "split_time_step": of_step and _time_step_json(comparison, of_step),
         "impacts": _numbers(comparison.encounters),
         "statistics": _numbers(comparison.statistics),
         "reference": plain_motion(comparison.reference),
@@ -172,6 +199,12 @@ def _split_json(comparison: Comparison, split: Regularisation) -> dict:
         "restitution": split.restitution,
         "restitution_without_pull": split.without_pull,
     }
+
+
+def _time_step_json(comparison: Comparison, parts: TimeStepParts) -> dict:
+    """The parts of the time step's part, and whose steps were located for them."""
+    sizes = {name: finite_or_none(comparison.parts.relative(getattr(parts, name))) for name in TIME_STEP_PARTS}
+    return {**sizes, "in_step": parts.in_step, "own": parts.own}
 
 
 def _numbers(record) -> dict | None:
@@ -207,7 +240,9 @@ def _physical_json(comparison: Comparison, units: Units) -> dict:
 # --- for people -------------------------------------------------------------------------------------------------------
 
 
-def as_text(comparison: Comparison, judgement: Verdict, split: Regularisation | None) -> str:
+def as_text(
+    comparison: Comparison, judgement: Verdict, split: Regularisation | None, of_step: TimeStepParts | None = None
+) -> str:
     """The comparison as text: the verdict, the parts of the difference, both motions, and the evidence."""
     penalty, reference = comparison.runs.penalty, comparison.runs.reference
     details = (line for text in judgement.details for line in wrap(text, 100, subsequent_indent="  "))
@@ -218,7 +253,7 @@ def as_text(comparison: Comparison, judgement: Verdict, split: Regularisation | 
             "",
             *wrap(judgement.headline, 100),
             "",
-            *_part_lines(comparison, split),
+            *_part_lines(comparison, split, of_step),
             *_motion_lines(comparison),
             "",
             *details,
@@ -226,7 +261,9 @@ def as_text(comparison: Comparison, judgement: Verdict, split: Regularisation | 
     )
 
 
-def _part_lines(comparison: Comparison, split: Regularisation | None) -> list[str]:
+def _part_lines(
+    comparison: Comparison, split: Regularisation | None, of_step: TimeStepParts | None = None
+) -> list[str]:
     """The difference and its parts as the verdict takes them, one a line."""
     if comparison.parts is None:
         return [f"{'difference':22}not known: a run ended early"]
@@ -234,13 +271,13 @@ def _part_lines(comparison: Comparison, split: Regularisation | None) -> list[st
     head = {"displacements": "difference (rms)", "sections": "sections differ by"}[found.measure]
     chance = f" (chance explains up to {percent(found.chance)})" if found.chance and math.isfinite(found.total) else ""
     lines = [f"{head:22}{percent(found.total)}{chance}"]
+    own = {"time_step": (of_step, TIME_STEP_PARTS), "regularisation": (split, SPLIT)}
     for name, share in found.parts.items():
-        lines.append(f"{'  ' + PART_NAMES[name]:22}{percent(share)}")
-        if name == "regularisation" and split is not None and split.in_step and found.measure == "displacements":
-            lines += [
-                f"{'    ' + part.replace('_', ' '):22}{percent(comparison.parts.relative(getattr(split, part)))}"
-                for part in SPLIT
-            ]
+        lines.append(f"{'  ' + found.name(name):22}{percent(share)}")
+        parts, names = own.get(name, (None, ()))
+        if parts is not None and parts.in_step and found.measure == "displacements":
+            sizes = ((part, percent(comparison.parts.relative(getattr(parts, part)))) for part in names)
+            lines += [f"{'    ' + part.replace('_', ' '):22}{size}" for part, size in sizes]
     return lines
 
 
@@ -248,6 +285,8 @@ def _motion_lines(comparison: Comparison) -> list[str]:
     """Both motions, which a free vibration does not repeat."""
     motions = {"reference": comparison.reference, "penalty": comparison.penalty}
     texts = {name: "free vibration" if comparison.is_free else _motion_text(each) for name, each in motions.items()}
+    if comparison.runs.penalty.status is Status.WITHOUT_SOLUTION:
+        texts["penalty"] = "not known: stopped at a step without a solution"
     return [f"{name:22}{text}" for name, text in texts.items()]
 
 

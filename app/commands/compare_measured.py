@@ -4,7 +4,7 @@ import argparse
 import json
 import math
 
-from vibroscope.app.commands.options import reference_of, system_of, units_of
+from vibroscope.app.commands.options import reference_of, stepping_of, system_of, units_of
 from vibroscope.app.commands.output import finite_or_none
 from vibroscope.app.commands.physical_units import wanted_units
 from vibroscope.app.explorer.measured import comparison_rows, fit_rows, headline, measured_words
@@ -12,7 +12,6 @@ from vibroscope.engine import (
     FITTED,
     Fit,
     MeasuredComparison,
-    Newmark,
     Solved,
     Units,
     compare_measured,
@@ -57,7 +56,7 @@ def run_measured(options: argparse.Namespace) -> None:
     if options.fit:
         fitted = fit(system, options.eta, measurement, names=None if options.fit is True else options.fit)
         system = fitted.system
-    penalty = Newmark(options.K, options.D, options.steps, located=options.located)
+    penalty = stepping_of(options)
     reference = reference_of(options)
     chosen = {"reference": reference, "periods": options.periods, "initial": options.initial}
     comparison = compare_measured(system, options.eta, measurement, penalty, **chosen)

@@ -27,7 +27,7 @@ from vibroscope.engine import (
     stiffness_of_step,
 )
 
-# What `vibroscope simulate` alone can ask of a method with a time step
+# What can be asked of a method with a time step, beside its numbers
 INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
 STEPPING_OPTIONS = "integrator", "status", "without_solution", "initial_acceleration", *INTEGRATOR_NUMBERS
 LAW_OPTIONS = "law", "exponent", "penetration"
@@ -160,7 +160,7 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
 
 
 def add_integrator_options(command: argparse.ArgumentParser) -> None:
-    """Add the integrator, its numbers, the contact status and the contact law, for :func:`method_of`."""
+    """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`."""
     add = command.add_argument
     add(
         "--law",
@@ -256,7 +256,7 @@ def _own_options(options: argparse.Namespace) -> tuple[str, ...]:
 def method_of(options: argparse.Namespace) -> Method:
     """The method that the options describe; options of other solvers get a note on stderr."""
     note_unused(options)
-    law = {name: value for name in LAW_OPTIONS if (value := getattr(options, name, None)) is not None}
+    law = _law_of(options)
     needed = [name for name in NEEDED[options.solver] if name != "D" or law.get("law") not in LAWS_BY_RESTITUTION]
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if missing:
@@ -268,24 +268,29 @@ def method_of(options: argparse.Namespace) -> Method:
         return reference_of(options)
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D, **law)
-    return stepping_of(options, law)
+    return stepping_of(options)
 
 
-def stepping_of(options: argparse.Namespace, law: dict) -> Newmark | TimeStepping:
+def _law_of(options: argparse.Namespace) -> dict[str, str | float]:
+    """The options of the contact law that are given."""
+    return {name: value for name in LAW_OPTIONS if (value := getattr(options, name, None)) is not None}
+
+
+def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | TimeStepping:
     """The method with a time step: Newmark's with skipped or located steps, unless more is asked for.
 
-    ``law``: the options of the contact law that are given.
-
-    Only `vibroscope simulate` has the options of :func:`add_integrator_options`.
+    ``numbers``: K, D and steps, in place of those that the options give.
     """
+    K, D, n = (numbers.get(name, getattr(options, name, None)) for name in ("K", "D", "steps"))
     given = {name: value for name in STEPPING_OPTIONS if (value := getattr(options, name, None)) is not None}
     status = given.pop("status", CONTACT_STATUSES[0])
     located = options.located or status == "located"
     if given.get("integrator") == NewmarkBeta.name:
         del given["integrator"]
+    law, every_step = _law_of(options), getattr(options, "every_step", False)
     linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS and len(law) < 2
     if not given and linear and (located or status == CONTACT_STATUSES[0]):
-        return Newmark(options.K, options.D, options.steps, options.every_step, located, **law)
+        return Newmark(K, D, n, every_step, located, **law)
     if located and status not in (CONTACT_STATUSES[0], "located"):
         raise ValueError(f"--located is --status located, and goes with no --status {status}")
     status = "located" if located else status
@@ -297,8 +302,7 @@ def stepping_of(options: argparse.Namespace, law: dict) -> Newmark | TimeSteppin
     if unknown := [name for name in given if name not in own]:
         has = f"it has {' and '.join(f'--{name}' for name in own)}" if own else "it has no numbers"
         raise ValueError(f"--{unknown[0]} is no number of the integrator {kind.name}: {has}")
-    more["every_step"] = options.every_step
-    return TimeStepping(options.K, options.D, options.steps, kind(**given), status, **law, **more)
+    return TimeStepping(K, D, n, kind(**given), status, **law, **more, every_step=every_step)
 
 
 def reference_of(options: argparse.Namespace) -> Reference:

@@ -6,25 +6,32 @@ import math
 
 from vibroscope.app.commands.options import (
     ETA,
+    add_integrator_options,
     add_joint_damping_option,
     add_system_option,
     default_of,
     eta_of,
     reference_of,
+    stepping_of,
     system_of,
 )
 from vibroscope.app.commands.output import progress_line
 from vibroscope.app.commands.physical_units import add_units_option, settings_text, unit_names, wanted_units
 from vibroscope.engine import (
+    CONTACT_LAWS,
     Limits,
     Newmark,
     RangeRecommendation,
     Recommendation,
+    TimeStepping,
     Units,
     design_curve,
+    integrator_name,
     percent,
     recommend,
     recommend_range,
+    status_of,
+    with_located_steps,
     written,
 )
 
@@ -54,6 +61,7 @@ def add(commands) -> None:
     )
     add("--tolerance", type=float, metavar="F", help="largest relative error (default %(default)s)")
     add("--located", action="store_true", help="steps cut at contact changes only; the least solves per period")
+    add_integrator_options(command)
     add_joint_damping_option(command)
     add("--K", type=float, metavar="F", help="hold K and look for the rest")
     add("--D", type=float, metavar="F", help="hold D and look for the rest")
@@ -91,23 +99,28 @@ def run(options: argparse.Namespace) -> None:
         "damping": options.D,
         "progress": progress_line(lambda share: f"searching {100 * share:3.0f} %", 1),
     }
+    scheme = stepping_of(options, K=1.0, D=0.0, steps=1000)
+    chosen = scheme not in (Newmark(1.0, 0.0, 1000), Newmark(1.0, 0.0, 1000, located=True))
+    schemes = [scheme]
+    if not chosen and not options.located and options.status is None:
+        schemes.append(with_located_steps(scheme))
     system, units = system_of(options), wanted_units(options)
     if options.one_setting:
         if not options.eta_range:
             raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")
-        found = recommend_range(system, options.eta_range, located=options.located, **search)
+        found = recommend_range(system, options.eta_range, scheme=scheme, **search)
         print(json.dumps(range_json(found, units), allow_nan=False) if options.json else range_text(found, units))
     elif options.eta_range:
-        curve = design_curve(system, options.eta_range, located=options.located, **search)
+        curve = design_curve(system, options.eta_range, scheme=scheme, **search)
         rows = [as_json(found, units) for found in curve]
         print(json.dumps(rows, allow_nan=False) if options.json else _curve_text(curve))
     elif options.json:
-        found = recommend(system, eta_of(options), located=options.located, **search)
+        found = recommend(system, eta_of(options), scheme=scheme, **search)
         print(json.dumps(as_json(found, units), allow_nan=False))
     else:
         eta = eta_of(options)
-        for located in (True,) if options.located else (False, True):
-            print(as_text(recommend(system, eta, located=located, **search), units), flush=True)
+        for each in schemes:
+            print(as_text(recommend(system, eta, scheme=each, **search), units), flush=True)
 
 
 def as_json(found: Recommendation, units: Units | None = None) -> dict:
@@ -118,6 +131,7 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
         "eta": found.eta,
         "tolerance": found.tolerance,
         "located": found.located,
+        **_scheme_json(found.scheme),
         "K": k,
         "D": d,
         "steps": n,
@@ -144,6 +158,7 @@ def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
     report = {
         "tolerance": found.tolerance,
         "located": found.located,
+        **_scheme_json(found.scheme),
         "K": k,
         "D": d,
         "steps": n,
@@ -164,7 +179,12 @@ def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
     return report
 
 
-def _physical(units: Units, found: Recommendation | RangeRecommendation, method: Newmark) -> dict:
+def _scheme_json(scheme: Newmark | TimeStepping) -> dict:
+    """Integrator, contact status and law of the settings."""
+    return {"integrator": integrator_name(scheme), "status": status_of(scheme), "law": scheme.law}
+
+
+def _physical(units: Units, found: Recommendation | RangeRecommendation, method: Newmark | TimeStepping) -> dict:
     """Setting and front in the units of an FE input file."""
     front = [
         [n, error, units.physical("stiffness", k), units.physical("damping", d)]
@@ -180,7 +200,7 @@ def _front_row(trial) -> list[float]:
 
 def as_text(found: Recommendation, units: Units | None = None) -> str:
     """A recommendation as text: the setting, its error and cost, and the front."""
-    kind = "steps cut at contact changes" if found.located else "constant step"
+    kind = _kind_of_steps(found)
     lines = [f"eta = {found.eta:g}, {kind}, tolerance {percent(found.tolerance)}"]
     if not found.met:
         lines.append(f"not met           {found.reason}")
@@ -207,9 +227,17 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     return "\n".join([*lines, *_front_lines(found, units)])
 
 
+def _kind_of_steps(found: Recommendation | RangeRecommendation) -> str:
+    """What the settings were tried with, in words."""
+    steps, scheme = "steps cut at contact changes" if found.located else "constant step", found.scheme
+    if not isinstance(scheme, TimeStepping):
+        return steps if scheme.law == CONTACT_LAWS[0] else f"{steps}, law {scheme.law}"
+    return f"{steps}, {scheme.integrator}, contact at the {scheme.status} of steps, law {scheme.law}"
+
+
 def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
     """One setting for a range as text: the setting, what it does at each eta, what limits it, and the front."""
-    kind = "steps cut at contact changes" if found.located else "constant step"
+    kind = _kind_of_steps(found)
     lines = [f"one setting for a range of eta, {kind}, tolerance {percent(found.tolerance)}"]
     if not found.met:
         lines.append(f"not met           {found.reason}")

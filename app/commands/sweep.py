@@ -12,12 +12,14 @@ from dataclasses import replace
 from vibroscope.app.commands.options import (
     ETA,
     SOLVER_OPTIONS,
+    add_integrator_options,
     add_system_option,
     default_of,
     eta_of,
     note_unused,
     numbers,
     reference_of,
+    stepping_of,
     system_of,
 )
 from vibroscope.engine import (
@@ -30,8 +32,10 @@ from vibroscope.engine import (
     Newmark,
     Progress,
     Reference,
+    TimeStepping,
     spaced,
     sweep_eta,
+    sweep_no_solution,
     sweep_plane,
     sweep_step,
 )
@@ -40,7 +44,7 @@ _REDRAW_SECONDS = 0.2  # between two lines of progress
 
 
 def add(commands) -> None:
-    """``vibroscope sweep eta|plane|step``."""
+    """``vibroscope sweep eta|plane|step|no-solution``."""
     command = commands.add_parser(
         "sweep",
         allow_abbrev=False,
@@ -52,6 +56,7 @@ def add(commands) -> None:
     _add_eta(studies)
     _add_plane(studies)
     _add_step(studies)
+    _add_no_solution(studies)
     _add_check(studies)
 
 
@@ -72,7 +77,8 @@ def _study(studies, name: str, run: Callable, sweep: Callable, text: str) -> arg
 
 def _add_eta(studies) -> None:
     text = "bifurcation diagram: sections over eta, or over another parameter"
-    add = _study(studies, "eta", _eta, sweep_eta, text).add_argument
+    command = _study(studies, "eta", _eta, sweep_eta, text)
+    add = command.add_argument
     add("--from", required=True, type=float, metavar="F", dest="low", help="smallest value")
     add("--to", required=True, type=float, metavar="F", dest="high", help="largest value")
     add("--count", required=True, type=float, metavar="N", help="how many values, evenly spaced")
@@ -84,6 +90,7 @@ def _add_eta(studies) -> None:
     add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
     add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
+    add_integrator_options(command)
     usual = Reference()
     add("--joint-damping", choices=("table", "derived"), help=f"reference (default {usual.joint_damping})")
     add("--threshold", type=float, metavar="F", help=f"reference (default {usual.threshold:g})")
@@ -97,24 +104,41 @@ def _add_eta(studies) -> None:
 
 def _add_plane(studies) -> None:
     text = "K-D plane of the penalty model at one eta, with logarithmic axes"
-    add = _study(studies, "plane", _plane, sweep_plane, text).add_argument
+    command = _study(studies, "plane", _plane, sweep_plane, text)
+    add = command.add_argument
     add("--eta", **ETA)
     add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
     add("--D", required=True, type=_span, metavar="a:b:n", help="contact damping, n values from a to b")
     add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
     add("--solver", choices=("newmark", "exact"), default="newmark", help="with or without a time step (newmark)")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
+    add_integrator_options(command)
     add("--no-error", action="store_true", help="without error, its parts and the exact penalty model beside: faster")
 
 
 def _add_step(studies) -> None:
     text = "time-step study of Newmark at one eta, K and D, fixed and located step"
-    add = _study(studies, "step", _step, sweep_step, text).add_argument
+    command = _study(studies, "step", _step, sweep_step, text)
+    command.set_defaults(located=False)
+    add = command.add_argument
     add("--eta", **ETA)
     add("--K", required=True, type=float, metavar="F", help="contact stiffness")
     add("--D", required=True, type=float, metavar="F", help="contact damping")
     add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
     add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each run starts, in place of rest")
+    add_integrator_options(command)
+
+
+def _add_no_solution(studies) -> None:
+    text = "plane of steps without a solution over K and steps per period, contact at the end of steps"
+    command = _study(studies, "no-solution", _no_solution, sweep_no_solution, text)
+    command.set_defaults(located=False)
+    add = command.add_argument
+    add("--eta", **ETA)
+    add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
+    add("--D", required=True, type=float, metavar="F", help="contact damping")
+    add("--steps", required=True, type=_span, metavar="a:b:n", help="steps per period, n values from a to b")
+    add_integrator_options(command)
 
 
 def _add_check(studies) -> None:
@@ -193,7 +217,7 @@ def _method(options: argparse.Namespace) -> Method:
         )
     if options.solver == "exact":
         return ExactPenalty(given["K"], given["D"])
-    return Newmark(given["K"], given["D"], given["steps"], located=options.located)
+    return stepping_of(options, **given)
 
 
 def _plane(options: argparse.Namespace, **how):
@@ -202,13 +226,25 @@ def _plane(options: argparse.Namespace, **how):
         raise ValueError("the newmark solver needs --steps; the paper takes --steps 2000")
     axes = [spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")]
     steps = None if exact else options.steps
-    more = {"located": options.located, "parts": not options.no_error}
+    more = {"parts": not options.no_error}
+    more |= {"located": options.located} if exact else {"scheme": _scheme(options)}
     return sweep_plane(system_of(options), eta_of(options), *axes, steps=steps, **more, **how)
 
 
 def _step(options: argparse.Namespace, **how):
-    how["initial"] = options.initial
-    return sweep_step(system_of(options), eta_of(options), options.K, options.D, options.steps, **how)
+    problem = system_of(options), eta_of(options), options.K, options.D, options.steps
+    return sweep_step(*problem, scheme=_scheme(options), initial=options.initial, **how)
+
+
+def _no_solution(options: argparse.Namespace, **how):
+    options.status = options.status or "end"
+    K, steps = (spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "steps"))
+    return sweep_no_solution(system_of(options), eta_of(options), K, options.D, steps, scheme=_scheme(options), **how)
+
+
+def _scheme(options: argparse.Namespace) -> Newmark | TimeStepping:
+    """What the cells are run with, but for its numbers."""
+    return stepping_of(options, K=1.0, D=0.0, steps=1000)
 
 
 def _run(options: argparse.Namespace, run: Callable) -> int:

@@ -2,18 +2,22 @@
 
 import numpy as np
 
-from ..methods import STEPS_RANGE
+from ..drivers.step_maps import damps
+from ..methods import STEPS_RANGE, TimeStepping, is_located
 from ..wording import percent
 from .agreement import SAME, is_visible
 from .compare import Comparison
-from .difference import PART_NAMES, Difference
-from .experiments import Experiment
+from .difference import Difference
+from .experiments import Experiment, has_equal_restitution
 
 HELPS = 0.75  # an experiment that leaves more than this of the difference is no help
 NEARLY = 1.3  # times as much may remain without the time step, if the step scatters the section
 STEPS_FACTOR = 3.0  # a time-step part of a third of the rest adds 5 % to the root of the sum of squares
 PART_OF = {"steps": "time_step", "K": "regularisation", "D": "regularisation", "joint damping": "joint_damping"}
-_NAMES = {"steps": "The time step", "joint damping": "The joint damping"}
+PART_OF |= {"status": "time_step", "integrator": "time_step", "law": "regularisation"}
+_OF_STEPS = "status", "integrator"  # what a time step consists of
+_NAMES = {"steps": "The time step", "joint damping": "The joint damping", "law": "The damper's jump at touch"}
+_STATUSES = {"located": "steps cut where contact changes", "end": "that at the end", "start": "that at the start"}
 
 
 def best_experiment(comparison: Comparison, experiments: list[Experiment], scatter: float) -> Experiment | None:
@@ -29,11 +33,19 @@ def best_experiment(comparison: Comparison, experiments: list[Experiment], scatt
     if difference.total <= SAME:
         return next((each for each in experiments if PART_OF[each.changed] == difference.largest), None)
     helpful = [each for each in experiments if each.remaining <= HELPS * difference.total]
-    if is_visible(scatter, comparison):
-        without_step = [each for each in helpful if each.changed == "steps"]
-        if without_step and without_step[0].remaining <= NEARLY * helpful[0].remaining:
-            return without_step[0]
-    return helpful[0] if helpful else None
+    without_step = [each for each in helpful if each.changed == "steps"]
+    best = helpful[0] if helpful else None
+    if without_step and is_visible(scatter, comparison) and without_step[0].remaining <= NEARLY * best.remaining:
+        best = without_step[0]
+    return _narrowed(best, helpful)
+
+
+def _narrowed(best: Experiment | None, helpful: list[Experiment]) -> Experiment | None:
+    """Return the choice within the time step that does nearly as much as no time step at all, if there is one."""
+    if best is None or best.changed != "steps":
+        return best
+    enough = max(NEARLY * best.remaining, SAME)
+    return next((each for each in helpful if each.changed in _OF_STEPS and each.remaining <= enough), best)
 
 
 def blame_sentence(comparison: Comparison, experiments: list[Experiment], best: Experiment | None) -> tuple[str, dict]:
@@ -51,10 +63,42 @@ def blame_sentence(comparison: Comparison, experiments: list[Experiment], best: 
         "joint damping": _joint_damping_sentence,
         "K": _stiffness_sentence,
         "D": _damping_sentence,
+        "status": _status_sentence,
+        "integrator": _integrator_sentence,
+        "law": _law_sentence,
     }
-    name = _NAMES.get(best.changed, best.changed)
+    name = blamed(comparison, best.changed)
     rest, change = sentences[best.changed](comparison, best)
     return f"{name} {_role(difference, best)}: {rest}", change
+
+
+def blamed(comparison: Comparison, changed: str) -> str:
+    """Return the words for a number or a choice as the beginning of a sentence."""
+    method = comparison.runs.penalty.method
+    if changed == "status":
+        return f"The contact status at the {method.status} of the step"
+    if changed == "integrator":
+        of = method.integrator
+        return f"The numerical damping of {of.name}" if damps(of) else f"The integrator {of.name}"
+    return _NAMES.get(changed, changed)
+
+
+def _status_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
+    status = "located" if is_located(best.method) else best.method.status
+    return f"{_STATUSES[status]} would leave {percent(best.remaining)}.", {"status": status}
+
+
+def _integrator_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
+    new = best.method.integrator
+    change = {"integrator": new.name}
+    if comparison.runs.penalty.method.integrator.name == new.name:
+        change |= {"beta": new.beta, "gamma": new.gamma}
+    return f"Newmark's ¼ and ½, which damp nothing, leave {percent(best.remaining)}.", change
+
+
+def _law_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
+    law = best.method.law
+    return f"the law {law}, which has none, leaves {percent(best.remaining)}.", {"law": law}
 
 
 def _largest_sentence(difference: Difference) -> str:
@@ -71,7 +115,7 @@ def _role(difference: Difference, best: Experiment) -> str:
 
 
 def _part_text(difference: Difference) -> str:
-    return f"{PART_NAMES[difference.largest]} ({percent(difference.parts[difference.largest])})"
+    return f"{difference.name(difference.largest)} ({percent(difference.parts[difference.largest])})"
 
 
 def _time_step_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
@@ -79,9 +123,10 @@ def _time_step_sentence(comparison: Comparison, best: Experiment) -> tuple[str, 
     part = comparison.difference.parts.get("time_step", comparison.difference.total)
     steps = _rounded_up(method.steps * max(2.0, STEPS_FACTOR * part / max(best.remaining, 1e-6)))
     many = f"about {steps:,} steps a period"
-    way = many if method.located else f"cut the steps where contact changes, or take {many}"
-    change = {"steps": steps} if method.located else {"located": True}
-    return f"without it {percent(best.remaining)} would be left; {'take ' if method.located else ''}{way}.", change
+    only_more = is_located(method) or isinstance(method, TimeStepping)  # what else there is has been tried alone
+    way = f"take {many}" if only_more else f"cut the steps where contact changes, or take {many}"
+    change = {"steps": steps} if only_more else {"located": True}
+    return f"without it {percent(best.remaining)} would be left; {way}.", change
 
 
 def _joint_damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
@@ -98,7 +143,8 @@ def _stiffness_sentence(comparison: Comparison, best: Experiment) -> tuple[str, 
 
 def _damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     value = best.method.damping
-    return f"D = {value:g}, which restores the right rebound, leaves {percent(best.remaining)}.", {"D": value}
+    why = ", which restores the right rebound," if has_equal_restitution(best.method) else ""
+    return f"D = {value:g}{why} leaves {percent(best.remaining)}.", {"D": value}
 
 
 def _rounded_up(steps: float) -> int:

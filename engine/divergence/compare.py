@@ -23,13 +23,16 @@ from .grid import PER_PERIOD
 from .parts import PARTS, DifferenceSeries, PerSolution, difference_series
 from .regularisation import Regularisation, split_regularisation
 from .statistics import Statistics, statistics
+from .time_step import TimeStepParts, split_time_step
 
 FREE_PERIODS = 2  # that are compared where nothing drives the bodies: a free vibration decays
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Newmark's penalty solution beside the reference. Numbers are nan where a run that they need ended early.
+    """A penalty solution beside the reference. Numbers are nan where a run that they need ended early.
+
+    Newmark stands for whatever method with a time step was asked for.
 
     Attributes
     ----------
@@ -135,10 +138,10 @@ class Comparison:
             raise ValueError("a run ended early, so that there is no difference: see the runs' messages")
         if self.motions.reference.period or self.is_free:
             parts = known({name: getattr(self, name) for name in self.part_names}) if self.pointwise else {}
-            return Difference("displacements", self.total, parts)
+            return Difference("displacements", self.total, parts, law=self.runs.penalty.method.law)
         found = self.statistics
         parts = known({name: getattr(found, name) for name in self.part_names})
-        return Difference("sections", found.total, parts, found.chance)
+        return Difference("sections", found.total, parts, found.chance, self.runs.penalty.method.law)
 
     def decided(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
         """Add evidence to the motions of which the kept periods alone do not show what they are.
@@ -206,6 +209,18 @@ class Comparison:
         exact = self.runs.exact.method
         return split_regularisation(self.parts, exact, self.runs.derived, self.grid, self.start, cancelled)
 
+    def split_time_step(self, cancelled: Callable[[], bool] | None = None) -> TimeStepParts:
+        """Split the part of the time step into those of the contact status and of the integrator, by one or two runs.
+
+        Raises
+        ------
+        ValueError
+            If a run ended early, or if no steps with the contact law can be located.
+        """
+        if not (self.runs.penalty.ok and self.runs.exact.ok and self.parts):
+            raise ValueError("a run ended early, so that there is no time step to split: see the runs' messages")
+        return split_time_step(self.parts, self.runs.penalty, self.grid, self.start, cancelled)
+
 
 def compare(
     system: System,
@@ -228,7 +243,7 @@ def compare(
     eta : float
         Excitation frequency η = Ω/ω₁.
     penalty : Newmark or TimeStepping
-        Of the latter there are the difference and its parts; no evidence of its motion, and no verdict.
+        With a contact law that is solved without a time step, too (``limit``).
     reference : Reference, optional
         By default the paper's. With derived joint damping the part of the joint damping vanishes.
     periods, keep : int

@@ -4,34 +4,25 @@ import math
 
 import numpy as np
 
+from ..methods import is_located
 from ..motions.words import touching
 from ..wording import percent, rounded
 from .compare import Comparison
 from .contact import contact_frequency, damping_ratio, restitution_of
-from .difference import PART_NAMES
 from .encounters import delivered_restitution
-from .experiments import Experiment, equal_damping
+from .experiments import Experiment, equal_damping, has_equal_restitution
 
 
 def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> tuple[str, ...]:
     """Return the numbers behind the headline of a verdict as sentences."""
-    method, system = comparison.runs.penalty.method, comparison.runs.reference.system
-    ratio = damping_ratio(system, method.stiffness, method.damping)
-    delivered = delivered_restitution(comparison.runs.penalty)
-    bounce = restitution_of(ratio) if np.isnan(delivered) else delivered
     difference, lines = comparison.difference, []
     if comparison.pointwise:
-        parts = ", ".join(f"{PART_NAMES[name]} {percent(value)}" for name, value in difference.parts.items())
+        parts = ", ".join(f"{difference.name(name)} {percent(value)}" for name, value in difference.parts.items())
         lines.append(f"Of the {percent(difference.total)}: {parts}; these add up at each instant, not as numbers.")
     elif difference.measure == "displacements":
         lines.append("Not all four motions repeat, so that the difference, an average, has no parts.")
     if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
-        lines.append(
-            f"The bodies part with {rounded(bounce, 2)} of the speed at which they meet; the restitution e asks for "
-            f"{rounded(system.restitution, 2)}, which D = {equal_damping(comparison, method.stiffness):.3g} would give "
-            f"(damping ratio of the contact ζ = {rounded(ratio, 2)})."
-        )
-        lines += duration_sentences(comparison)
+        lines += [*_restitution_sentences(comparison), *duration_sentences(comparison)]
     if comparison.encounters is not None:
         matches = comparison.encounters
         late = "" if np.isnan(matches.phase_error) else f", {percent(matches.phase_error)} of a period apart"
@@ -47,9 +38,29 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
     return tuple(lines)
 
 
+def _restitution_sentences(comparison: Comparison) -> tuple[str, ...]:
+    """Return how fast the bodies part, measured or by the formula of a spring and a damper; nothing if unknown."""
+    run = comparison.runs.penalty
+    method, system, bounce = run.method, run.system, delivered_restitution(run)
+    closed = has_equal_restitution(method)
+    if not closed and np.isnan(bounce):
+        return ()
+    asked = f"the restitution e asks for {rounded(system.restitution, 2)}"
+    if closed:
+        ratio = damping_ratio(system, method.stiffness, method.damping)
+        bounce = restitution_of(ratio) if np.isnan(bounce) else bounce
+        asked += (
+            f", which D = {equal_damping(comparison, method.stiffness):.3g} would give "
+            f"(damping ratio of the contact ζ = {rounded(ratio, 2)})"
+        )
+    return (f"The bodies part with {rounded(bounce, 2)} of the speed at which they meet; {asked}.",)
+
+
 def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
     """Return how long a contact lasts, half an oscillation of its mode, and how many steps; nothing if it creeps."""
     run = comparison.runs.penalty
+    if not has_equal_restitution(run.method):
+        return ()
     ratio = damping_ratio(run.system, run.method.stiffness, run.method.damping)
     if ratio >= 1:
         return ()
@@ -61,4 +72,8 @@ def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
 def _name(experiment: Experiment) -> str:
     if experiment.method is None:
         return f"no {'time step' if experiment.changed == 'steps' else 'joint damping'}"
+    if experiment.changed in ("status", "integrator", "law"):
+        name = "status" if is_located(experiment.method) else experiment.changed
+        value = "located" if is_located(experiment.method) else getattr(experiment.method, experiment.changed)
+        return f"{name} {getattr(value, 'name', value)}"
     return f"K = {experiment.method.stiffness:g}, D = {experiment.method.damping:.3g}"

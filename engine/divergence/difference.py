@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..methods import CONTACT_LAWS
+
 PART_NAMES = {"time_step": "time step", "regularisation": "K and D", "joint_damping": "joint damping"}
 
 
@@ -24,12 +26,20 @@ class Difference:
         instant, not as numbers.
     chance : float
         The largest distance of sections that may be chance; 0 for displacements.
+    law : str
+        The contact law of the penalty solution.
     """
 
     measure: str
     total: float
     parts: dict[str, float]
     chance: float = 0.0
+    law: str = CONTACT_LAWS[0]
+
+    def name(self, part: str) -> str:
+        """Return the words for a part; of K and D with a law that is another one than the spring and the damper."""
+        named = part == "regularisation" and self.law != CONTACT_LAWS[0]
+        return f"{PART_NAMES[part]} (law {self.law})" if named else PART_NAMES[part]
 
     @property
     def largest(self) -> str:

@@ -5,29 +5,41 @@ and the parts do not separate K from D. So experiments decide which number is to
 
 - no time step: the exact penalty solution, which has been run already;
 - no joint damping of its own, where it has one: the reference with derived joint damping, which has been run already;
-- D of equal restitution, D = ζ(e) √(Kμ/(1 + μ)): Newmark is run again;
+- D of equal restitution, D = ζ(e) √(Kμ/(1 + μ)), or with another law than the spring and the damper half D and twice D:
+  Newmark is run again;
 - ten times K, once with D kept, and once with D growing as √K, which keeps the restitution: Newmark is run twice more.
+
+Of :class:`engine.TimeStepping` the choices of a code are tried, too, each alone:
+
+- its contact status: steps that are located, and the other one of start and end;
+- its integrator: Newmark's method, α = ½, β = ¼, which damps nothing;
+- a contact law without the damper's jump where the bodies touch.
 
 What remains is the error of :class:`.error.Target`, or if the reference does not repeat itself, the distance between
 sections (:mod:`.statistics`).
 """
 
+import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..methods import STIFFNESS_RANGE, Newmark
+from ..integrators import NewmarkBeta
+from ..methods import CONTACT_LAWS, CONTACT_STATUSES, STIFFNESS_RANGE, Newmark, TimeStepping, is_located
 from ..result import Record
 from ..simulate import simulate
 from .compare import Comparison
 from .contact import equal_restitution_damping
 from .error import Target
 from .statistics import long_section, wasserstein_distance
+from .time_step import with_located_steps
 
 STIFFER = 10.0
 EQUAL = 0.01  # relative: D as close as this to equal restitution is not changed
 SAMPLES = 100  # per period
+JUMPS = "kelvin-voigt", "cut", "compression"  # laws whose damper pushes as soon as the bodies touch
+WITHOUT_JUMP = "limited"  # the law of the same spring and damper without that
 
 
 @dataclass(frozen=True)
@@ -36,20 +48,20 @@ class Experiment:
 
     Attributes
     ----------
-    changed : {"steps", "K", "D", "joint damping"}
+    changed : {"steps", "K", "D", "joint damping", "status", "integrator", "law"}
     remaining : float
         What remains of the difference, relative to the reference.
-    method : Newmark or None
+    method : Newmark, TimeStepping or None
         What was run; None for the limits without a time step, and without a joint damping of its own.
     """
 
     changed: str
     remaining: float
-    method: Newmark | None = None
+    method: Newmark | TimeStepping | None = None
 
 
 def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> list[Experiment]:
-    """Change every number alone, by three runs of Newmark; the experiment that leaves least comes first.
+    """Change every number alone, by three runs or more; the experiment that leaves least comes first.
 
     Parameters
     ----------
@@ -64,10 +76,15 @@ def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None
     ]
     experiments += [
         Experiment(name, _remaining_with(comparison, method, cancelled), method)
-        for name, method in _changed_methods(comparison)
+        for name, method in [*_changed_methods(comparison), *changed_choices(comparison.runs.penalty.method)]
     ]
     known = [experiment for experiment in experiments if np.isfinite(experiment.remaining)]
     return sorted(known, key=lambda experiment: experiment.remaining)
+
+
+def has_equal_restitution(method: Newmark | TimeStepping) -> bool:
+    """Whether the D of equal restitution is known in closed form: that of a spring and a damper."""
+    return method.law == CONTACT_LAWS[0]
 
 
 def equal_damping(comparison: Comparison, stiffness: float) -> float:
@@ -88,21 +105,51 @@ def _remaining_without(comparison: Comparison, part: str) -> float:
     return wasserstein_distance(*pairs[part]) / statistics.size
 
 
-def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark]]:
-    """Yield the name of a number, and Newmark's method with this number changed, to one of three digits."""
+def without_jump(method: Newmark | TimeStepping) -> Newmark | TimeStepping | None:
+    """Return a method with a contact law whose damper does not jump where the bodies touch; None if there is none."""
+    if method.law not in JUMPS or not method.damping or WITHOUT_JUMP not in CONTACT_LAWS:
+        return None
+    try:
+        return replace(method, law=WITHOUT_JUMP)
+    except ValueError:
+        return None
+
+
+def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newmark | TimeStepping]]:
+    """Yield the name of a choice that codes differ in, and the method with this choice changed."""
+    if isinstance(method, Newmark):
+        return
+    if not is_located(method):
+        with contextlib.suppress(ValueError):
+            yield "status", with_located_steps(method)
+        if not method.integrator.explicit:
+            (other,) = (status for status in CONTACT_STATUSES if status not in (method.status, "located"))
+            yield "status", replace(method, status=other)
+    if method.integrator != NewmarkBeta():
+        yield "integrator", replace(method, integrator=NewmarkBeta())
+    if (smooth := without_jump(method)) is not None:
+        yield "law", smooth
+
+
+def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark | TimeStepping]]:
+    """Yield the name of a number, and the method with this number changed, to one of three digits."""
     method = comparison.runs.penalty.method
-    equal = equal_damping(comparison, method.stiffness)
-    if abs(method.damping - equal) > EQUAL * equal:
-        yield "D", replace(method, damping=round_to_three_digits(equal))
+    if has_equal_restitution(method):
+        equal = equal_damping(comparison, method.stiffness)
+        if abs(method.damping - equal) > EQUAL * equal:
+            yield "D", replace(method, damping=round_to_three_digits(equal))
+    elif method.damping:
+        for factor in (0.5, 2.0):
+            yield "D", replace(method, damping=round_to_three_digits(factor * method.damping))
     stiffer = round_to_three_digits(STIFFER * method.stiffness)
     if stiffer <= STIFFNESS_RANGE[1]:
         yield "K", replace(method, stiffness=stiffer)
-        if method.damping > 0:
+        if method.damping:
             damping = round_to_three_digits(STIFFER**0.5 * method.damping)
             yield "K", replace(method, stiffness=stiffer, damping=damping)
 
 
-def _remaining_with(comparison: Comparison, method: Newmark, cancelled) -> float:
+def _remaining_with(comparison: Comparison, method: Newmark | TimeStepping, cancelled) -> float:
     """What remains with another method; nan or inf if its run ends early."""
     run, period = comparison.runs.penalty, comparison.motions.reference.period
     record = Record(run.keep, SAMPLES) if period else None

@@ -4,12 +4,12 @@ Every sentence follows from computed numbers: :mod:`.agreement` says what agrees
 at a time, and :mod:`.blame` names the number whose change helps most.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..methods import STEPS_RANGE, refuse_time_stepping
+from ..methods import STEPS_RANGE, WITHOUT_SOLUTION, Newmark, TimeStepping
 from ..motions.description import Motion
 from ..motions.words import SYMBOLS, repetition, touching
 from ..result import Status
@@ -19,12 +19,11 @@ from .agreement import CLOSE, SAME, agreement, is_visible, time_step_scatter
 from .blame import best_experiment, blame_sentence
 from .compare import Comparison, error_from_penalty_state
 from .details import detail_sentences, duration_sentences
-from .difference import PART_NAMES
-from .experiments import run_experiments
+from .experiments import run_experiments, without_jump
 from .grid import rms
 from .statistics import SECTION
 
-DOUBLINGS = 6  # of the steps, tried for a run that diverged
+DOUBLINGS = 6  # of the steps, tried for a run that diverged, or that had no solution; and halvings of D then
 
 
 @dataclass(frozen=True)
@@ -36,10 +35,11 @@ class Verdict:
     headline : str
         At most three short sentences.
     agree : {"yes", "partly", "no", "unknown"}
-    blame : {"steps", "K", "D", "joint damping", ""}
-        The number whose change alone removes most of the difference; "" if there is none.
-    change : dict of str to float or bool
-        What to set first: some of ``K``, ``D``, ``steps`` and ``located``; empty if no setting helps.
+    blame : {"steps", "K", "D", "joint damping", "status", "integrator", "law", ""}
+        The number or choice whose change alone removes most of the difference; "" if there is none.
+    change : dict of str to float, bool or str
+        What to set first: some of ``K``, ``D``, ``steps`` and ``located``; of :class:`engine.TimeStepping` also of
+        ``status``, ``integrator``, ``law`` and ``without_solution``; empty if no setting helps.
     left : float
         What remains of the difference without the number that is to blame; nan if none is.
     scatter : float
@@ -54,7 +54,7 @@ class Verdict:
     headline: str
     agree: str
     blame: str = ""
-    change: dict[str, float | bool] = field(default_factory=dict)
+    change: dict[str, float | bool | str] = field(default_factory=dict)
     left: float = np.nan
     scatter: float = 0.0
     details: tuple[str, ...] = ()
@@ -69,16 +69,13 @@ class Verdict:
 
 
 def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = None) -> Verdict:
-    """Say what a comparison means, by some more runs of Newmark and the reference.
+    """Say what a comparison means, by some more runs of the penalty solution and the reference.
 
     Raises
     ------
-    ValueError
-        If the penalty solution is by :class:`engine.TimeStepping`.
     Cancelled
         If ``cancelled`` returned true.
     """
-    refuse_time_stepping(comparison.runs.penalty.method, "a verdict")
     if comparison.parts is None:
         return _of_early_end(comparison, cancelled)
     if comparison.is_free:
@@ -135,7 +132,7 @@ def _of_free_vibration(comparison: Comparison) -> Verdict:
     run, difference = comparison.runs.penalty, comparison.difference
     total, sizes = (
         difference.total,
-        (f"{PART_NAMES[name]} {percent(share)}" for name, share in difference.parts.items()),
+        (f"{difference.name(name)} {percent(share)}" for name, share in difference.parts.items()),
     )
     which = (
         f"first {run.periods} periods T" if run.keep == run.periods else f"last {run.keep} of {run.periods} periods T"
@@ -193,6 +190,8 @@ def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
     if not runs.reference.ok:
         message = runs.reference.message
         return Verdict(f"The reference ended early, so there is nothing to compare: {message}.", "unknown")
+    if runs.penalty.status is Status.WITHOUT_SOLUTION:
+        return _of_no_solution(comparison, cancelled)
     fact = "The penalty solution blew up, so there is nothing to compare."
     if runs.penalty.status is not Status.DIVERGED or not runs.exact.ok:
         return Verdict(f"{fact} K and D are to blame: take a smaller K.", "unknown", "K")
@@ -203,12 +202,54 @@ def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
 
 def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
     """Find by trying with how many steps the run reaches its end."""
+    found = _first_that_finishes(comparison, _more_steps(comparison.runs.penalty.method), cancelled)
+    if found is not None:
+        return f"{found.steps:,} steps are enough for that.", {"steps": found.steps}
+    return "Take a smaller K, or the located step.", {}
+
+
+def _more_steps(method: Newmark | TimeStepping) -> list[Newmark | TimeStepping]:
+    """The method with doubled numbers of steps."""
+    doubled = (method.steps * 2**doubling for doubling in range(1, DOUBLINGS + 1))
+    return [replace(method, steps=steps) for steps in doubled if steps <= STEPS_RANGE[1]]
+
+
+def _first_that_finishes(comparison: Comparison, methods: Iterable, cancelled) -> Newmark | TimeStepping | None:
+    """Return the first of some methods whose run reaches its end; None if none does."""
     run = comparison.runs.penalty
     options = {"periods": run.periods, "keep": 1, "initial": comparison.start, "cancelled": cancelled}
-    for doubling in range(1, DOUBLINGS + 1):
-        steps = run.method.steps * 2**doubling
-        if steps > STEPS_RANGE[1]:
-            break
-        if simulate(run.system, run.eta, replace(run.method, steps=steps), **options).ok:
-            return f"{steps:,} steps are enough for that.", {"steps": steps}
-    return "Take a smaller K, or the located step.", {}
+    return next((each for each in methods if simulate(run.system, run.eta, each, **options).ok), None)
+
+
+def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
+    """Return the verdict where a step had no solution: when, why, and which changes finish, each of them tried."""
+    run = comparison.runs.penalty
+    method, cause = run.method, replace(run.method, damping=0.0)
+    jumps = _first_that_finishes(comparison, (cause,), cancelled) is not None
+    why = "The damper's jump at touch" if jumps else f"The contact status at the {method.status} of the step"
+    tried = {
+        "without_solution": [
+            replace(method, without_solution=each)
+            for each in reversed(WITHOUT_SOLUTION[1:])
+            if each != method.without_solution
+        ],
+        "steps": _more_steps(method),
+        "damping": [replace(method, damping=float(f"{method.damping / 2**i:.3g}")) for i in range(1, DOUBLINGS + 1)],
+        "law": [smooth] if (smooth := without_jump(method)) is not None else [],
+        "status": [replace(method, status="start")],
+    }
+    found = {name: _first_that_finishes(comparison, methods, cancelled) for name, methods in tried.items()}
+    change = {name: getattr(each, name) for name, each in found.items() if each is not None}
+    words = {"without_solution": "without-solution {}", "steps": "{:,} steps", "damping": "D = {:g}"}
+    ways = [words.get(name, name + " {}").format(value) for name, value in change.items()]
+    first = {"damping": "D"}
+    step = run.cost.steps + 1
+    when = f"step {step} (period {(step - 1) // method.steps + 1})"
+    return Verdict(
+        f"The penalty solution stopped at {when}, which has no solution. {why} is to blame. "
+        + (f"What finishes, each tried alone: {', or '.join(ways)}." if ways else "Nothing tried finishes."),
+        "unknown",
+        "law" if jumps else "status",
+        {first.get(name, name): value for name, value in list(change.items())[:1]},
+        details=(run.message,),
+    )

@@ -21,7 +21,7 @@ from ..kernels.event_driven.state import STATE as EVENT_STATE
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import Parameters, no_keys
 from ..kernels.time_stepping.newmark import STATE as STEP_STATE
-from ..methods import CONTACT_LAWS, ExactPenalty, Method, Newmark, Reference
+from ..methods import CONTACT_LAWS, ExactPenalty, Method, Newmark, Reference, TimeStepping
 from .base import CAPACITY
 from .event_driven import COMPLETION
 from .newmark import can_skip
@@ -30,7 +30,7 @@ from .threads import Worker
 
 # Transient after which it is first seen whether a cell that the kernel does not run is periodic; how much later again.
 SHORTEST, LATER = 96, (0, 10 * CYCLE, 40 * CYCLE, 80 * CYCLE)
-_KINDS = {Reference: REFERENCE, ExactPenalty: EXACT, Newmark: SKIPPING}
+_KINDS = {Reference: REFERENCE, ExactPenalty: EXACT, Newmark: SKIPPING, TimeStepping: SKIPPING}
 
 
 class Task(NamedTuple):
@@ -43,7 +43,12 @@ class Task(NamedTuple):
 
 
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
-    """Which cells the kernel runs, (n,) of bool: all but those of other contact laws, or whose every step is taken."""
+    """Which cells the kernel runs, (n,) of bool: none of other contact laws, none whose every step is taken.
+
+    It runs none of :class:`engine.TimeStepping`.
+    """
+    if isinstance(method, TimeStepping):
+        return np.zeros(len(rows), dtype=bool)
     if not isinstance(method, Newmark):
         return np.full(len(rows), getattr(method, "law", CONTACT_LAWS[0]) == CONTACT_LAWS[0])
     p = Parameters(*rows.T)

@@ -164,6 +164,13 @@ def spectral_radius(maps: np.ndarray, status: int) -> float:
     return float(np.abs(np.linalg.eigvals(matrix)).max())
 
 
+def damps(integrator: Integrator) -> bool:
+    """Whether an undamped oscillator loses energy in a step of one radian: numerical damping."""
+    none, unit = np.zeros((2, 2)), np.eye(2)
+    oscillator = Bodies(unit, none, unit, none, np.zeros(2), (0.0, 0.0), 0.0, 1.0)
+    return spectral_radius(step_maps(oscillator, integrator, 1.0), 0) < 1 / AMPLIFYING
+
+
 def is_stable(b: Bodies, integrator: Integrator, h: float, status: int) -> bool:
     """Whether a step of this size, repeated with this status, amplifies no motion, be there dampers or not."""
     undamped = b._replace(damping=0.0 * b.damping, contact=(b.contact[0], 0.0))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.section import LONGEST_NEAR_PERIOD, near_period_of
-from ..methods import Newmark, Reference
+from ..methods import Newmark, Reference, TimeStepping
 from ..model import System
 from ..motions.steady import REST, steady
 from ..result import Record, Response
@@ -115,7 +115,7 @@ def reference_cycle(
 def penalty_cycle(
     system: System,
     eta: float,
-    method: Newmark,
+    method: Newmark | TimeStepping,
     *,
     periods: int = 2050,
     initial: Sequence[float] | None = REST,

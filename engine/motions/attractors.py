@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..drivers.section import TOLERANCE, period_of
-from ..methods import Method, Newmark, refuse_time_stepping
+from ..methods import STEPPING, Method
 from ..model import System, whole
 from ..result import Response
 from ..simulate import simulate
@@ -111,7 +111,6 @@ def search_attractors(
 
     Parameters and exceptions are those of :func:`attractors`, which returns the last of them.
     """
-    refuse_time_stepping(method, "a search of coexisting motions")
     starts = whole("starts", starts, 1, 100_000, "give the number of starts")
     groups: list[_Group] = []
     states = _starts(system, eta, method, starts, seed, cancelled)
@@ -146,7 +145,7 @@ def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
 
 def _long_term_response(system, eta, method, start, cancelled) -> Response:
     """Return one cycle of the steady motion of a closed-form solver, or else the last periods of a long run."""
-    if not isinstance(method, Newmark):
+    if not isinstance(method, STEPPING):
         found = steady(system, eta, method, initial=start, max_period=LONGEST, cancelled=cancelled)
         if found.periodic or not found.response.ok:
             return found.response

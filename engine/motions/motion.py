@@ -11,7 +11,8 @@ For the closed-form solvers (reference, exact penalty) the motion is
 - *undecided* otherwise: a transient, or a case for a longer run. A motion that settles to a cycle while it is followed
   is periodic.
 
-A Newmark motion is judged by its limit without a time step (:mod:`.time_step_scatter`).
+A motion of Newmark's method, or of another one with a time step, is judged by its limit without one
+(:mod:`.time_step_scatter`).
 """
 
 from collections.abc import Callable, Sequence
@@ -22,7 +23,7 @@ import numpy as np
 from ..drivers.law_driven import remembers
 from ..drivers.section import period_of
 from ..energy.balance import energy_balance
-from ..methods import ExactPenalty, Method, Newmark, Reference, refuse_time_stepping
+from ..methods import STEPPING, ExactPenalty, Method, Newmark, Reference, TimeStepping, is_located
 from ..model import System
 from ..result import Record, Response
 from ..simulate import simulate
@@ -66,8 +67,8 @@ def motion(
     subject : Response or System
     eta : float
         Excitation frequency η = Ω/ω₁; with a system.
-    method : Reference, ExactPenalty or Newmark
-        With a system.
+    method : Reference, ExactPenalty, Newmark or TimeStepping
+        With a system. Of a law that has no closed form the section alone says what the motion is.
     initial : (4,) sequence
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest; with a system.
     cancelled : callable, optional
@@ -88,8 +89,7 @@ def motion(
         return describe(subject)
     if eta is None or method is None:
         raise ValueError("a system alone has no motion: give motion(system, eta, method), or a response")
-    refuse_time_stepping(method, "the type of a motion")
-    find = _newmark_motion if isinstance(method, Newmark) else _closed_form_motion
+    find = _stepped_motion if isinstance(method, STEPPING) else _closed_form_motion
     if remembers(subject, method):
         find = _remembering_motion
     return find(subject, eta, method, initial, cancelled)
@@ -213,22 +213,29 @@ def _with_multipliers(described: Motion, values: np.ndarray) -> Motion:
 
 
 def _with_energy(described: Motion, run: Response, cancelled) -> Motion:
-    """Add the energy lost per period, averaged over the last cycle or all periods of the balance."""
-    if run.trajectory is None:
+    """Add the energy lost per period, averaged over the last cycle or all periods of a balance that exists."""
+    if run.trajectory is None or isinstance(run.method, TimeStepping):
         return described
     balance = energy_balance(run, cancelled=cancelled)
     # the balance follows located steps in closed form; coarse steps deviate from it, and the balance does not close
-    located = isinstance(run.method, Newmark) and run.method.located
-    if located and not np.abs(balance.residual).max() <= UNBALANCED * balance.size:
+    if is_located(run.method) and not np.abs(balance.residual).max() <= UNBALANCED * balance.size:
         return described
     return replace(described, energy_lost=float(balance.lost[-described.period :].mean()))
 
 
-# ------------------------------------------------------------------------------------------------------------- Newmark
+# --------------------------------------------------------------------------------------------- methods with a time step
 
 
-def _newmark_motion(system: System, eta, method: Newmark, initial, cancelled) -> Motion:
-    without_step = method.limit  # raises for a law that has none
+def _limit_of(method: Newmark | TimeStepping) -> ExactPenalty | None:
+    """The method without a time step; None if the law has no closed form."""
+    try:
+        return method.limit
+    except ValueError:
+        return None
+
+
+def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial, cancelled) -> Motion:
+    without_step = _limit_of(method)
     sampled = max(1, min(SAMPLED, MOST_SAMPLES // method.steps))
     record = Record(sampled, method.steps) if method.steps <= MOST_STEPS else None
     run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, record=record, cancelled=cancelled)
@@ -237,6 +244,8 @@ def _newmark_motion(system: System, eta, method: Newmark, initial, cancelled) ->
     state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
+    if without_step is None:
+        return describe(run)
     limit = _closed_form_motion(system, eta, without_step, state, cancelled)
     judged = judge_newmark_section(run, limit, cancelled)
     while judged.bands and limit.period and (later := later_run(run, limit, record, cancelled)) is not None:

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.section import TOLERANCE, period_of
-from ..methods import STEPS_RANGE, Newmark
+from ..methods import STEPS_RANGE, is_located
 from ..result import Record, Response
 from ..simulate import simulate
 from ..wording import counted, every
@@ -54,7 +54,7 @@ def judge_newmark_section(
     Parameters
     ----------
     run : Response
-        Of Newmark.
+        Of Newmark, or of another method with a time step.
     limit : Motion
         The exact penalty motion that begins where the run ends, with its evidence.
     """
@@ -162,11 +162,12 @@ def type_of_band(own_period: int, limit: Kind, limit_period: int, shrinks: bool)
 def _finer_bands(run: Response, period: int, width: float, cancelled) -> list[tuple[int, float]]:
     """Widths of the band with more and more steps, until one is clearly smaller than ``width``."""
     bands = []
-    for factor in FINER_LOCATED if run.method.located else FINER:
+    for factor in FINER_LOCATED if is_located(run.method) else FINER:
         steps = factor * run.method.steps
         if steps > STEPS_RANGE[1]:
             break
-        method: Newmark = replace(run.method, steps=steps, every_step=False)
+        skipping = {"every_step": False} if hasattr(run.method, "every_step") else {}
+        method = replace(run.method, steps=steps, **skipping)
         options = {"periods": TRANSIENT + KEEP, "keep": KEEP, "initial": run.section[-1], "cancelled": cancelled}
         finer = simulate(run.system, run.eta, method, **options)
         if not finer.ok:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from ..divergence.contact import equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
-from ..methods import ExactPenalty, Reference
+from ..methods import Newmark, Reference, TimeStepping
 from ..motions.description import describe
 from ..motions.steady import KEEP, LONG, Steady, steady
 from ..motions.words import touching
@@ -55,10 +55,14 @@ def joint_damping_error(target: Target, reference: Reference, cancelled: Callabl
 
 
 def error_without_time_step(
-    target: Target, stiffness: float, damping: float, cancelled: Callable[[], bool] | None = None
+    target: Target, method: Newmark | TimeStepping, cancelled: Callable[[], bool] | None = None
 ) -> float:
-    """Return the error of the exact penalty solution, which K and D alone cause."""
-    run, method = target.reference, ExactPenalty(stiffness, damping)
+    """Return the error of the limit of a method without a time step, which K and D alone cause; nan if it has none."""
+    run = target.reference
+    try:
+        method = method.limit
+    except ValueError:
+        return math.nan
     options = {"periods": LONG, "keep": KEEP, "record": Record(KEEP, PER_PERIOD), "cancelled": cancelled}
     return target.error(simulate(run.system, run.eta, method, **options), cancelled)
 
@@ -86,10 +90,12 @@ def unmet_tolerance_reason(
     target = trials.target
     stiffness_max = limits.stiffness_max if limits.stiffness is None else limits.stiffness
     if not front:
-        return (
-            f"no K up to {stiffness_max:g} gave a run that reached its end within {limits.steps_max} steps: allow more "
-            "steps"
-        )
+        none = f"no K up to {stiffness_max:g} gave a run that reached its end within {limits.steps_max} steps"
+        if getattr(trials.scheme, "without_solution", "") == "stop" and trials.scheme.status == "end":
+            return (
+                f"{none}: with contact at the end, a step has no solution sooner or later; keep its status or halve it"
+            )
+        return f"{none}: allow more steps"
     system, least = target.reference.system, front[-1]
     error = percent(least.robust, beside=tolerance)
     found = f"the least error found is {error}, with {least.setting.steps} steps per period"
@@ -105,9 +111,13 @@ def unmet_tolerance_reason(
         damping = float(equal_restitution_damping(system, stiffness_max))
     stiffest = stiffness_max, damping
     pairs = (least.setting.stiffness, least.setting.damping), stiffest
-    if min(error_without_time_step(target, *pair, cancelled) for pair in pairs) <= tolerance:
+    methods = (replace(trials.scheme, stiffness=stiffness, damping=d) for stiffness, d in pairs)
+    if min(error_without_time_step(target, method, cancelled) for method in methods) <= tolerance:
         advice = "allow more steps" if trials.located else "allow more steps, or cut them where contact changes"
         return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
+    law = trials.scheme.law
+    if math.isnan(error_without_time_step(target, trials.scheme, cancelled)):
+        return f"{found}; the law {law} is not solved without a time step, to see why: allow more steps, or a larger K"
     held = [
         f"{name} = {value:g}" for name, value in (("K", limits.stiffness), ("D", limits.damping)) if value is not None
     ]

@@ -12,8 +12,9 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
+from ..arguments import shown
 from ..drivers.threads import thread_count
-from ..methods import Newmark, Reference
+from ..methods import STEPPING, Newmark, Reference, TimeStepping, is_located
 from ..model import System, check_eta, require
 from ..motions.description import describe
 from ..motions.motion import motion
@@ -26,7 +27,7 @@ from .limits import Limits
 from .range_trials import steps_at
 from .reasons import aperiodic_reference_reason, idle_reason, joint_damping_error, unmet_tolerance_reason
 from .step_search import StepSearch
-from .trials import Trial, Trials
+from .trials import NewmarkSetting, Trial, Trials, with_setting
 
 TOLERANCE_RANGE = (1e-6, 1.0)
 KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes some tenths of a second
@@ -58,6 +59,8 @@ class Recommendation:
     kind : str
         How the motion of ``best`` and the reference's differ in kind, in words; empty if they do not. Of the settings
         that meet the tolerance one of the reference's kind is preferred.
+    scheme : Newmark or TimeStepping
+        What the settings were tried with; its own K, D and n have no effect.
     """
 
     system: System
@@ -71,6 +74,7 @@ class Recommendation:
     joint_damping: float
     reason: str
     kind: str = ""
+    scheme: Newmark | TimeStepping | None = None
 
     @property
     def possible(self) -> float:
@@ -78,9 +82,11 @@ class Recommendation:
         return math.nan if self.best is None else rounded_up(self.best.robust)
 
     @property
-    def method(self) -> Newmark | None:
+    def method(self) -> Newmark | TimeStepping | None:
         """The recommended setting as a method to simulate with; None if there is none."""
-        return None if self.best is None else Newmark(*self.best.setting, located=self.located)
+        if self.best is None:
+            return None
+        return with_setting(self.scheme or scheme_of(None, self.located), self.best.setting)
 
     @property
     def compensated(self) -> bool:
@@ -94,6 +100,7 @@ def recommend(
     *,
     tolerance: float = 0.05,
     located: bool = False,
+    scheme: Newmark | TimeStepping | None = None,
     reference: Reference | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -112,6 +119,9 @@ def recommend(
         Largest rms error of the displacements, relative to the reference's.
     located : bool
         Cut the steps at contact changes; the cost counts solves per period. Otherwise the paper's constant step.
+    scheme : Newmark or TimeStepping, optional
+        What the user's code has: integrator, contact status and law, in place of the paper's or of ``located``. Its K,
+        D and n have no effect. A setting whose run stops at a step without a solution is never recommended.
     reference : Reference, optional
         The reference that errors are measured from; by default the paper's.
     threads : int, optional
@@ -146,26 +156,42 @@ def recommend(
     reference = reference or Reference()
     progress, partial = progress or no_progress, partial or no_progress
     found = steady(system, eta, reference, cancelled=cancelled)
-    asked = (system, eta, reference, tolerance, located)
+    scheme = scheme_of(scheme, located)
+    asked = (system, eta, reference, tolerance, is_located(scheme))
     if not found.periodic:
-        return Recommendation(*asked, False, None, (), math.nan, aperiodic_reference_reason(found))
+        return Recommendation(*asked, False, None, (), math.nan, aperiodic_reference_reason(found), "", scheme)
     idle = idle_reason(found)
     if idle:
-        return Recommendation(*asked, False, None, (), math.nan, idle)
+        return Recommendation(*asked, False, None, (), math.nan, idle, "", scheme)
     with ThreadPoolExecutor(threads) as pool:
-        trials = Trials(found, located, pool, cancelled)
+        trials = Trials(found, scheme, pool, cancelled)
         contact = ContactSearch(trials, system, limited, tolerance)
         search = StepSearch(contact, tolerance, limited.steps_max, progress, partial)
         search.run()
         front, met = search.front(), search.met
-    best, kind = of_same_kind([found], met or [cheapest_near_least(front)], located, cancelled)
+    best, kind = of_same_kind([found], met or [cheapest_near_least(front)], scheme, cancelled)
     joint_damping, reason = joint_damping_error(trials.target, reference, cancelled), ""
     if not met:
         reason = unmet_tolerance_reason(trials, front, joint_damping, tolerance, limited, cancelled)
     if best is not None:
         front = monotone_front(front, best)
     progress(1.0)
-    return Recommendation(*asked, bool(met), best, tuple(front), joint_damping, reason, kind)
+    return Recommendation(*asked, bool(met), best, tuple(front), joint_damping, reason, kind, scheme)
+
+
+def scheme_of(scheme: Newmark | TimeStepping | None, located: bool) -> Newmark | TimeStepping:
+    """Return the method that settings are tried with: the one that is given, or the paper's, located or not.
+
+    Raises
+    ------
+    ValueError
+        If it is no method with a time step.
+    """
+    if scheme is None:
+        return Newmark(*NewmarkSetting(1.0, 0.0, 1000), located=located)
+    if not isinstance(scheme, STEPPING):
+        raise ValueError(f"scheme = {shown(scheme)} has no time step: give a Newmark or a TimeStepping")
+    return scheme
 
 
 def design_curve(
@@ -192,7 +218,7 @@ def check_tolerance(tolerance: float) -> float:
 def of_same_kind(
     found: Sequence[Steady],
     trials: Sequence[Trial | None],
-    located: bool,
+    scheme: Newmark | TimeStepping,
     cancelled: Callable[[], bool] | None,
 ) -> tuple[Trial | None, str]:
     """Return the first of a few trials whose motion is of the reference's kind, and ""; else the first, and why not.
@@ -205,7 +231,7 @@ def of_same_kind(
             return None, ""
         setting = trial.setting
         methods = (
-            Newmark(*setting._replace(steps=steps_at(one.response.eta, highest, setting.steps)), located=located)
+            with_setting(scheme, setting._replace(steps=steps_at(one.response.eta, highest, setting.steps)))
             for one in found
         )
         kinds.append([_kind(one, method, cancelled) for one, method in zip(found, methods, strict=True)])
@@ -215,7 +241,7 @@ def of_same_kind(
     return trials[0], "; ".join(kind if len(found) == 1 else f"at eta = {eta:.4g} {kind}" for eta, kind in different)
 
 
-def _kind(found: Steady, method: Newmark, cancelled: Callable[[], bool] | None) -> str:
+def _kind(found: Steady, method: Newmark | TimeStepping, cancelled: Callable[[], bool] | None) -> str:
     """How the motion of a setting differs from the reference's in kind, in words; empty if it does not."""
     reference, run = describe(found.response, found.period), found.response
     penalty = describe(simulate(run.system, run.eta, method, cancelled=cancelled))

@@ -14,7 +14,7 @@ from itertools import pairwise
 from ..divergence.compare import compare
 from ..divergence.difference import PART_NAMES
 from ..drivers.threads import thread_count
-from ..methods import Newmark, Reference
+from ..methods import Newmark, Reference, TimeStepping, is_located
 from ..model import System, check_eta
 from ..motions.steady import Steady, steady
 from ..wording import percent
@@ -23,9 +23,9 @@ from .front import monotone_front
 from .limits import STEPS_MAX_RANGE, Limits
 from .range_trials import RangeTrials, steps_at
 from .reasons import error_without_time_step, idle_reason, joint_damping_error, unmet_tolerance_reason
-from .recommend import cheapest_near_least, check_tolerance, no_progress, of_same_kind, rounded_up
+from .recommend import cheapest_near_least, check_tolerance, no_progress, of_same_kind, rounded_up, scheme_of
 from .step_search import StepSearch
-from .trials import NewmarkSetting, Trial, Trials
+from .trials import NewmarkSetting, Trial, Trials, with_setting
 
 MOST_ETAS = 50
 SEARCHES = 3  # at most: after each but the last, an η between the others that misses the tolerance joins them
@@ -78,6 +78,8 @@ class RangeRecommendation:
         Why nothing meets the tolerance and what to do; empty if ``met``.
     kind : str
         At which η the motion of ``best`` and the reference's differ in kind, in words; empty if they do not.
+    scheme : Newmark or TimeStepping
+        What the settings were tried with; its own K, D and n have no effect.
     """
 
     system: System
@@ -93,6 +95,7 @@ class RangeRecommendation:
     limit: str
     reason: str
     kind: str
+    scheme: Newmark | TimeStepping | None = None
 
     @property
     def possible(self) -> float:
@@ -104,12 +107,13 @@ class RangeRecommendation:
         """Δτ, in units of 1/ω₁; nan if there is no setting."""
         return math.nan if self.best is None else 2 * math.pi / (self.eta * self.best.setting.steps)
 
-    def method(self, eta: float) -> Newmark | None:
+    def method(self, eta: float) -> Newmark | TimeStepping | None:
         """Return the recommended setting at an η as a method to simulate with; None if there is none."""
         if self.best is None:
             return None
         setting = self.best.setting
-        return Newmark(*setting._replace(steps=steps_at(eta, self.eta, setting.steps)), located=self.located)
+        scheme = self.scheme or scheme_of(None, self.located)
+        return with_setting(scheme, setting._replace(steps=steps_at(eta, self.eta, setting.steps)))
 
 
 def recommend_range(
@@ -118,6 +122,7 @@ def recommend_range(
     *,
     tolerance: float = 0.05,
     located: bool = False,
+    scheme: Newmark | TimeStepping | None = None,
     reference: Reference | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -131,7 +136,7 @@ def recommend_range(
     system : System
     etas : sequence of float
         Excitation frequencies at which settings are tried, at least two.
-    tolerance, located, reference, threads, progress, cancelled, **limits
+    tolerance, located, scheme, reference, threads, progress, cancelled, **limits
         As for :func:`.recommend.recommend`; ``steps_max`` holds for the lowest η, where a period has the most steps.
 
     Returns
@@ -150,16 +155,16 @@ def recommend_range(
         raise ValueError(
             f"{len(etas)} different eta are outside [2, {MOST_ETAS}]: give the ends of the range and some between"
         )
-    asked = system, reference or Reference(), check_tolerance(tolerance), located
+    scheme = scheme_of(scheme, located)
+    asked = system, reference or Reference(), check_tolerance(tolerance), is_located(scheme)
     limited, progress = Limits(**limits), progress or no_progress
     with ThreadPoolExecutor(thread_count(threads)) as pool:
-        search = _RangeSearch(asked, limited, pool, cancelled)
+        search = _RangeSearch(asked, scheme, limited, pool, cancelled)
         search.add(etas)
         if not search.parts:
             reason = "" if len(search.idle) < len(etas) else search.idle[etas[0]]
-            return RangeRecommendation(
-                *asked, math.nan, False, None, (), (), tuple(search.left_out), "", reason or _nowhere_periodic(etas), ""
-            )
+            reason, left_out = reason or _nowhere_periodic(etas), tuple(search.left_out)
+            return RangeRecommendation(*asked, math.nan, False, None, (), (), left_out, "", reason, "", scheme)
         for begin, end in pairwise(_SHARES):
             met = search.run(lambda done, b=begin, e=end: progress(b + done * (e - b)))
             if not met or not (missed := search.missed_between(met[0])):
@@ -173,7 +178,8 @@ def recommend_range(
 class _RangeSearch:
     """A search over the settings for a list of η that may grow."""
 
-    def __init__(self, asked: tuple, limits: Limits, pool: ThreadPoolExecutor, cancelled: Callable[[], bool] | None):
+    def __init__(self, asked: tuple, scheme, limits: Limits, pool: ThreadPoolExecutor, cancelled):
+        self.scheme = scheme
         self.system, self.reference, self.tolerance, self.located = self._asked = asked
         self.limits, self._pool, self._cancelled = limits, pool, cancelled
         self.parts: list[Trials] = []
@@ -207,7 +213,7 @@ class _RangeSearch:
         """Return what is recommended, with the η that limits it."""
         candidates = met or [cheapest_near_least(self._front)]
         founds = [self._found[part.eta] for part in self.parts]
-        best, kind = of_same_kind(founds, candidates, self.located, self._cancelled)
+        best, kind = of_same_kind(founds, candidates, self.scheme, self._cancelled)
         if best is None:
             reason = unmet_tolerance_reason(self.parts[0], [], math.nan, self.tolerance, self.limits)
             return self._recommendation(False, None, (), (), "", reason, "")
@@ -239,6 +245,7 @@ class _RangeSearch:
             limit,
             reason,
             kind,
+            self.scheme,
         )
 
     def _trials(self, etas: Sequence[float]) -> list[Trials]:
@@ -249,7 +256,7 @@ class _RangeSearch:
         self.idle |= {eta: reason for eta, reason in reasons.items() if reason}
         self.left_out += [eta for eta in new if eta not in reasons or eta in self.idle]
         tried = [self._found[eta] for eta in etas if eta not in self.left_out]
-        return [Trials(one, self.located, self._pool, self._cancelled) for one in tried]
+        return [Trials(one, self.scheme, self._pool, self._cancelled) for one in tried]
 
     def _served(self, setting: NewmarkSetting, parts: Sequence[Trials]) -> list[Served]:
         def serve(part: Trials) -> Served:
@@ -261,17 +268,20 @@ class _RangeSearch:
 
     def _limit(self, worst: Served, parts: Sequence[Trials], best: Trial) -> str:
         """Say at which η the error is largest, and what makes most of it."""
-        method = Newmark(*best.setting._replace(steps=worst.steps), located=self.located)
-        compared = compare(self.system, worst.eta, method, reference=self.reference, cancelled=self._cancelled)
-        difference = compared.difference if compared.parts is not None else None
+        method = with_setting(self.scheme, best.setting._replace(steps=worst.steps))
         where = (
             f"the range is limited at eta = {worst.eta:.6g}: an error of {percent(worst.error, self.tolerance)} there"
         )
+        part = next(part for part in parts if part.eta == worst.eta)
+        left = error_without_time_step(part.target, method, self._cancelled)
+        if math.isnan(left):  # the contact law is not solved without a time step
+            return where
+        compared = compare(self.system, worst.eta, method, reference=self.reference, cancelled=self._cancelled)
+        difference = compared.difference if compared.parts is not None else None
         if difference is not None and difference.parts:
             name = difference.largest
-            return f"{where}, the largest part by {PART_NAMES[name]} ({percent(difference.parts[name])})"
-        part = next(part for part in parts if part.eta == worst.eta)  # the steps scatter the motion: no exact split
-        left = error_without_time_step(part.target, method.stiffness, method.damping, self._cancelled)
+            return f"{where}, the largest part by {difference.name(name)} ({percent(difference.parts[name])})"
+        # the steps scatter the motion: no exact split
         name = "time_step" if left < worst.error / 2 else "regularisation"
         return f"{where}, most of it by {PART_NAMES[name]}: {percent(left)} are left without a time step"
 

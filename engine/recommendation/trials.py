@@ -1,4 +1,7 @@
-"""Trial runs of Newmark's method with a setting K, D and n: its error, and whether that error is robust.
+"""Trial runs of a method with a setting K, D and n: its error, and whether that error is robust.
+
+The method is the paper's, or what a code has (:class:`engine.TimeStepping`); its K, D and n are those of the setting. A
+run that stops at a step without a solution has an infinite error, as one that diverges.
 
 With a constant step the error is partly a matter of chance. Where in a step a contact begins and ends decides how much
 of it is missed, and one more step per period, or another last digit of K, changes that (paper, Figure 14). A search
@@ -22,6 +25,7 @@ import math
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +33,7 @@ import numpy as np
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..drivers.skipped_samples import SkippedSamples
-from ..methods import STEPS_RANGE, Newmark
+from ..methods import CONTACT_LAWS, STEPS_RANGE, Newmark, TimeStepping, is_located
 from ..motions.steady import KEEP, LONG, Steady
 from ..result import Checkpoint, Record
 from ..simulate import sample_run
@@ -78,29 +82,32 @@ class Trial(NamedTuple):
 
 
 class Trials:
-    """Runs of Newmark's method against one target, in a pool of threads (kernels release the GIL).
+    """Runs of a method against one target, in a pool of threads (kernels release the GIL).
 
     Parameters
     ----------
     found : Steady
         The reference's motion; periodic.
-    located : bool
-        Whether steps are cut at contact changes.
+    scheme : Newmark or TimeStepping
+        The method; its own K, D and n have no effect.
     pool : Executor
     cancelled : callable, optional
         Polled by every run; when it returns true, Cancelled is raised.
     """
 
-    def __init__(self, found: Steady, located: bool, pool: Executor, cancelled: Callable[[], bool] | None = None):
+    def __init__(
+        self, found: Steady, scheme: Newmark | TimeStepping, pool: Executor, cancelled: Callable[[], bool] | None = None
+    ):
         self.target = Target(found.response, found.period)
         self.eta = found.response.eta
         self._system = found.response.system
-        self.located = located
+        self.scheme, self.located = scheme, is_located(scheme)
+        self._skips = isinstance(scheme, Newmark) and not self.located and scheme.law == CONTACT_LAWS[0]
         self._pool = pool
         self._cancelled = cancelled
         self._start = tuple(found.state.tolist())
         self._transient = transient_of(found)
-        self._keep = KEEP_LOCATED if located else KEEP
+        self._keep = KEEP_LOCATED if self.located else KEEP
         self._of_thread = threading.local()  # what makes its runs by skips
         self._short: dict[tuple, tuple[float, float]] = {}  # what short runs gave, of which many are asked for again
 
@@ -167,7 +174,7 @@ class Trials:
     ) -> tuple[float, float]:
         """Return error and solves per period."""
         record = Record(keep, per_period, setting.steps)
-        if every_step or self.located or not self._skipping.can_run(setting.steps):
+        if every_step or not self._skips or not self._skipping.can_run(setting.steps):
             displacement, steps = self._run_alone(setting, start, periods, record, every_step)
         else:
             displacement, steps = self._skipping.run(*setting, start, periods, record)
@@ -187,13 +194,20 @@ class Trials:
         self, setting: NewmarkSetting, start: tuple, periods: int, record: Record, every_step: bool
     ) -> tuple[np.ndarray | None, int]:
         """Return what `SkippedSamples.run` returns, of a run whose every step is taken."""
-        method = Newmark(*setting, located=self.located, every_step=every_step)
+        method = with_setting(self.scheme, setting)
+        if every_step and hasattr(method, "every_step"):
+            method = replace(method, every_step=True)
         checkpoint = Checkpoint(self._system, self.eta, method, 0, start)
         options = {"periods": periods, "record": record, "cancelled": self._cancelled}
         samples, steps = sample_run(self._system, self.eta, method, checkpoint, **options)
         if samples is None:
             return None, steps
         return samples.displacement[:, :-1].reshape(2, record.periods, -1), steps
+
+
+def with_setting(scheme: Newmark | TimeStepping, setting: NewmarkSetting) -> Newmark | TimeStepping:
+    """Return the method with K, D and n of a setting."""
+    return replace(scheme, **setting._asdict())
 
 
 def neighbourhood(setting: NewmarkSetting, numbers: Iterable[int]) -> Iterator[NewmarkSetting]:

@@ -1,22 +1,24 @@
-"""Studies over many cells: the bifurcation diagram, the K–D plane, the time step.
+"""Studies over many cells: the bifurcation diagram, the K–D plane, the time step, steps without a solution.
 
-`study` defines a study, and `eta_study`, `plane_study` and `step_study` are the three. `growth` runs a study batch by
-batch (`batches`), on this machine or on a `cluster`, and holds the results in `memory` or in a `store` at a `place`;
-`cache` keeps studies for the explorer. `digest` and `provenance` identify the code and the numbers that a result comes
-from. Results are xarray Datasets.
+`study` defines a study, and `eta_study`, `plane_study`, `step_study` and `no_solution_study` are the four. `growth`
+runs a study batch by batch (`batches`), on this machine or on a `cluster`, and holds the results in `memory` or in a
+`store` at a `place`; `cache` keeps studies for the explorer. `digest` and `provenance` identify the code and the
+numbers that a result comes from. Results are xarray Datasets.
 
-All three functions take further keywords that do not change the result: those of `RunOptions`, for where to keep the
+All four functions take further keywords that do not change the result: those of `RunOptions`, for where to keep the
 result and on which machines to run the study. With ``keep=True`` it goes to the user's cache, under every number and
 the digest of the engine's code; the least recently used result is dropped, and the only further keywords are
 ``progress`` and ``cancelled``. The functions raise what :func:`.growth.grow` raises.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..methods import ExactPenalty, Method, Newmark
+from ..arguments import shown
+from ..methods import ExactPenalty, Method, Newmark, TimeStepping
 from ..model import System
 from .axis import ascending_values, start_of
 from .batches import COARSEST, nearest_known
@@ -27,6 +29,7 @@ from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
 from .growth import Partial, RunOptions, grow, run
 from .memory import empty_values
 from .motion_kinds import CellKind, judge_cells, judge_runs, kind_words, known_kinds, unknown_kinds
+from .no_solution_study import NoSolutionStudy
 from .plane_study import PlaneStudy
 from .progress import Progress
 from .step_study import SCHEMES, StepStudy
@@ -45,6 +48,7 @@ __all__ = [
     "SCHEMES",
     "CellKind",
     "EtaStudy",
+    "NoSolutionStudy",
     "Partial",
     "PlaneStudy",
     "Progress",
@@ -62,6 +66,7 @@ __all__ = [
     "known_kinds",
     "nearest_known",
     "sweep_eta",
+    "sweep_no_solution",
     "sweep_plane",
     "sweep_step",
     "unknown_kinds",
@@ -89,7 +94,7 @@ def sweep_eta(
     Parameters
     ----------
     system : System
-    method : Reference, ExactPenalty or Newmark
+    method : Reference, ExactPenalty, Newmark or TimeStepping
     values : (n,) sequence
         Of the swept parameter, ascending.
     over : str
@@ -133,6 +138,7 @@ def sweep_plane(
     *,
     steps: int | None = 2000,
     located: bool = False,
+    scheme: Newmark | TimeStepping | None = None,
     transient: int = 450,
     sample: int = 50,
     parts: bool = True,
@@ -151,6 +157,8 @@ def sweep_plane(
         Newmark's steps per period; None for the exact penalty method, which has none.
     located : bool
         Cut Newmark's steps at the contact changes.
+    scheme : Newmark or TimeStepping, optional
+        What a code has (integrator, contact status, law), in place of ``located``; its K, D and n have no effect.
     transient, sample : int
         Periods before the motion is described, and periods described.
     parts : bool
@@ -168,7 +176,7 @@ def sweep_plane(
     if steps is None and located:
         raise ValueError("the exact penalty method has no step that could be located: give steps, or leave located out")
     first = float(K[0]), float(D[0])
-    method = ExactPenalty(*first) if steps is None else Newmark(*first, steps, located=located)
+    method = ExactPenalty(*first) if steps is None else _with_numbers(scheme, *first, steps, located)
     return _run(PlaneStudy(system, method, eta, transient, sample, K=K, D=D, parts=parts), **how)
 
 
@@ -179,6 +187,7 @@ def sweep_step(
     D: float,
     steps: Sequence[int],
     *,
+    scheme: Newmark | TimeStepping | None = None,
     transient: int = 2000,
     sample: int = 50,
     initial: Sequence[float] | None = None,
@@ -192,6 +201,8 @@ def sweep_step(
     eta, K, D : float
     steps : (n,) sequence of int
         Steps per period, ascending.
+    scheme : Newmark or TimeStepping, optional
+        What a code has (integrator, contact status, law); its K, D and n have no effect.
     transient, sample : int
         Periods before the section is taken, and points of it.
     initial : (4,) sequence, optional
@@ -206,8 +217,56 @@ def sweep_step(
         :mod:`.sweeps.step_study` for the variables.
     """
     steps = ascending_values("steps", steps)
-    method = Newmark(K, D, int(steps[0]))
+    method = _with_numbers(scheme, K, D, int(steps[0]))
     return _run(StepStudy(system, method, eta, transient, sample, steps=steps, initial=initial), **how)
+
+
+def sweep_no_solution(
+    system: System,
+    eta: float,
+    K: Sequence[float],
+    D: float,
+    steps: Sequence[int],
+    *,
+    scheme: TimeStepping | None = None,
+    transient: int = 150,
+    sample: int = 50,
+    **how,
+) -> "xarray.Dataset":
+    """Steps without a solution over K and the steps per period, with the contact status at the end of steps.
+
+    Parameters
+    ----------
+    system : System
+    eta, D : float
+    K, steps : (n,), (m,) sequence
+        Contact stiffness and steps per period, ascending.
+    scheme : TimeStepping, optional
+        Integrator, law, and what is done without a solution; its K, D and n have no effect. By default Newmark's method
+        that stops.
+    transient, sample : int
+        Their sum is the number of periods that are run; the motion is described by the sample.
+    **how
+        Where to keep the result and how to run it: see :mod:`engine.sweeps`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions (``K``, ``steps``); see :mod:`.sweeps.no_solution_study` for the variables.
+    """
+    K, steps = ascending_values("K", K), ascending_values("steps", steps)
+    scheme = TimeStepping(1.0, 0.0, 1000, status="end") if scheme is None else scheme
+    method = _with_numbers(scheme, float(K[0]), D, int(steps[0]))
+    return _run(NoSolutionStudy(system, method, eta, transient, sample, K=K, steps=steps), **how)
+
+
+def _with_numbers(
+    scheme: Newmark | TimeStepping | None, K: float, D: float, steps: int, located: bool = False
+) -> Newmark | TimeStepping:
+    """A method with these numbers: the scheme, or Newmark's."""
+    if scheme is None:
+        return Newmark(K, D, steps, located=located)
+    return replace(scheme, stiffness=K, damping=D, steps=steps)
 
 
 def _run(study: Study, *, keep: bool = False, **how) -> "xarray.Dataset":

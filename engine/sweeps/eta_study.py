@@ -17,7 +17,7 @@ import numpy as np
 from ..arguments import shown
 from ..batch import run_cells
 from ..cells import CellResults, Cells
-from ..methods import ExactPenalty, Newmark, Reference
+from ..methods import STEPPING, ExactPenalty, Reference
 from ..model import require, whole
 from ..motions.lyapunov import PERIODS_RANGE, Lyapunov, lyapunov
 from ..motions.motion import FARTHEST
@@ -80,7 +80,9 @@ class EtaStudy(Study):
         over, method = self.over, self.method
         if over not in OVER:
             raise ValueError(f"over = {shown(over)} is no parameter that can be swept: give one of {', '.join(OVER)}")
-        if over in CELL_PARAMETERS and not isinstance(method, Newmark if over == "steps" else (Newmark, ExactPenalty)):
+        if over in CELL_PARAMETERS and not isinstance(
+            method, STEPPING if over == "steps" else (*STEPPING, ExactPenalty)
+        ):
             raise ValueError(f"the {method.name} method has no {over}: sweep another parameter, or give another solver")
         if over == "restitution" and not isinstance(method, Reference):
             raise ValueError(f"the {method.name} method has no impact law and so no restitution: sweep D instead")
@@ -121,7 +123,7 @@ class EtaStudy(Study):
         """What is computed of each cell."""
         cell = (self.over,)
         found = variables_of(vocabulary.MOTION, cell)
-        if not isinstance(self.method, Newmark):
+        if not isinstance(self.method, STEPPING):
             del found["longest_contact_steps"]
         found |= {name: Variable((*cell, "sample"), "f8", vocabulary.SECTION.format(name)) for name in self.coordinates}
         if self.lyapunov:
@@ -206,7 +208,7 @@ class EtaStudy(Study):
         """
         super().check()
         require("cells after refinement", self.cells * 2.0**self.refine, 1, CELLS_LIMIT, "refine less")
-        if self.lyapunov and isinstance(self.method, Newmark):
+        if self.lyapunov and isinstance(self.method, STEPPING):
             raise ValueError("a Lyapunov exponent needs a closed form: sweep with the reference or exact solver")
 
     def refined(self, found: dict[str, np.ndarray]) -> "EtaStudy | None":

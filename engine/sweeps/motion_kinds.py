@@ -23,7 +23,7 @@ from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..drivers.section import TOLERANCE
 from ..drivers.threads import thread_count
-from ..methods import STEPS_RANGE, Method, Newmark
+from ..methods import STEPPING, STEPS_RANGE, Method, is_located
 from ..model import System
 from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
@@ -83,7 +83,7 @@ def known_kinds(study: EtaStudy, values: dict[str, np.ndarray]) -> dict[str, np.
 
 def _known_kinds(method: Method, status: np.ndarray, period: np.ndarray) -> dict[str, np.ndarray]:
     found = unknown_kinds(len(status))
-    clear = (status == 0) & ((period == 1) if isinstance(method, Newmark) else (period > 0))
+    clear = (status == 0) & ((period == 1) if isinstance(method, STEPPING) else (period > 0))
     found["kind"][clear] = CellKind.PERIODIC
     found["kind_period"][clear] = period[clear]
     found["kind"][(status != 0) & (status != MISSING)] = CellKind.ENDED_EARLY
@@ -202,7 +202,7 @@ def _judge(cells: Cells, period, end, sections, run: dict, how: dict) -> dict[st
     found["kind"][:] = CellKind.UNDECIDED
     near = np.flatnonzero((np.abs(end) <= FARTHEST).all(axis=1))
     some = replace(_selected(cells, near), initial=end[near])
-    if isinstance(cells.method, Newmark):
+    if isinstance(cells.method, STEPPING):
         judged = _judge_newmark(some, period[near], sections[near], run, how)
     else:
         judged = _follow(some, period[near], end[near], how)
@@ -299,12 +299,13 @@ def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, is_
     """
     shrinks = np.zeros(len(cells), bool)
     open_cells = np.flatnonzero(is_band & (limit["kind"] != CellKind.UNDECIDED))
-    for factor in FINER_LOCATED if cells.method.located else FINER:
+    skipping = {"every_step": False} if hasattr(cells.method, "every_step") else {}
+    for factor in FINER_LOCATED if is_located(cells.method) else FINER:
         steps = factor * cells.steps_each()[open_cells]
         open_cells, steps = open_cells[steps <= STEPS_RANGE[1]], steps[steps <= STEPS_RANGE[1]]
         if not len(open_cells):
             break
-        some = replace(_selected(cells, open_cells), method=replace(cells.method, every_step=False), steps=steps)
+        some = replace(_selected(cells, open_cells), method=replace(cells.method, **skipping), steps=steps)
         runs = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
         finer = _widths(runs.section, limit["kind_period"][open_cells])
         shrinks[open_cells] = runs.ok & (finer < SHRUNK * widths[open_cells])

@@ -16,7 +16,7 @@ import numpy as np
 from ..batch import run_cells
 from ..cells import CellResults
 from ..divergence.contact import equal_restitution_damping
-from ..methods import ExactPenalty, Newmark
+from ..methods import STEPPING
 from . import variables as vocabulary
 from .axis import ascending_values
 from .errors import reference_motion
@@ -47,6 +47,8 @@ class PlaneStudy(Study):
     def __post_init__(self):
         super().__post_init__()
         self._set(K=ascending_values("K", self.K), D=ascending_values("D", self.D))
+        if self.parts and isinstance(self.method, STEPPING):
+            _ = self.method.limit  # raises for a law that has none
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
@@ -64,11 +66,11 @@ class PlaneStudy(Study):
         dims = ("K", "D")
         own = variables_of(vocabulary.PENALTY_MOTION | vocabulary.IMPACT_PHASE | vocabulary.PHASE_ERROR, dims)
         found = dict(own)
-        if not isinstance(self.method, Newmark):
+        if not isinstance(self.method, STEPPING):
             del found["longest_contact_steps"]
         if self.parts:
             found |= variables_of(vocabulary.ERRORS, dims)
-        if self.parts and isinstance(self.method, Newmark):
+        if self.parts and isinstance(self.method, STEPPING):
             del own["longest_contact_steps"]
             if "exact_error" in self.only:
                 own["error"] = found["error"]
@@ -118,7 +120,7 @@ class PlaneStudy(Study):
         found = exact = run_cells(cells, **periods, **common, progress=passes.next())
         values = self._described(found)
         if beside:
-            without_step = replace(cells, method=ExactPenalty(1.0, 0.0), steps=None)
+            without_step = replace(cells, method=self.method.limit, steps=None)
             exact = run_cells(without_step, **periods, **common, progress=passes.next())
             values |= {f"exact_{name}": column for name, column in self._described(exact).items()}
         if "error" in names:

@@ -2,7 +2,8 @@
 
 A constant step misses each contact change by a part of a step, so that the section scatters. How fast that fades is
 the observed order p in spread ∝ n⁻ᵖ, the slope of a least-squares line through log spread over log n. Beside each run
-stands the one whose steps are cut at the contact changes; and the error by the time step, Newmark − exact penalty, has
+stands the one whose steps are cut at the contact changes (of Newmark's method, where those of the integrator cannot be
+located: :func:`..divergence.time_step.status_pair`); and the error by the time step, Newmark − exact penalty, has
 an order too.
 """
 
@@ -14,6 +15,8 @@ import numpy as np
 
 from ..batch import run_cells
 from ..cells import CellResults, Cells
+from ..divergence.time_step import status_pair
+from ..methods import Method
 from ..result import Record
 from ..simulate import simulate
 from . import variables as vocabulary
@@ -30,7 +33,7 @@ SCHEMES = {"fixed": 0, "located": 1}
 
 @dataclass(frozen=True, eq=False)
 class StepStudy(Study):
-    """Newmark over n, the step fixed and located.
+    """A method with a time step over n, the step fixed and located.
 
     Attributes
     ----------
@@ -47,6 +50,12 @@ class StepStudy(Study):
     def __post_init__(self):
         super().__post_init__()
         self._set(steps=ascending_values("steps", self.steps), initial=start_of(self.initial))
+        _ = self._schemes, self.method.limit  # raise for a law that has none
+
+    @property
+    def _schemes(self) -> tuple[Method, Method]:
+        """The method with its own steps, and with located ones."""
+        return self.method, status_pair(self.method)[1]
 
     @property
     def options(self) -> dict[str, object]:
@@ -132,8 +141,8 @@ class StepStudy(Study):
         exact = run_cells(Cells(self.system, [self.eta], penalty, initial=start), **periods, **common)
         exact = _repeated(exact, len(points["steps"]))
         columns = []
-        for done, located in enumerate((False, True), start=1):
-            scheme = replace(self, method=replace(self.method, located=located))
+        for done, method in enumerate(self._schemes, start=1):
+            scheme = replace(self, method=method)
             cells = scheme.cells_at(points)
             found = run_cells(cells, **periods, **common)
             values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, "status")}

@@ -1,6 +1,6 @@
 """What a study is: parameters that are swept, cells at the points of their grid, and the variables of each cell.
 
-The three studies differ in what they sweep and in what they compute. Batches, stores, resuming and the cluster are the
+The four studies differ in what they sweep and in what they compute. Batches, stores, resuming and the cluster are the
 same for all of them and use no more of a study than stands here.
 """
 
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..cells import Cells
-from ..methods import Method, refuse_time_stepping
+from ..methods import Method, TimeStepping
 from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta, require, whole
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
 from .digest import engine_digest
@@ -36,7 +36,7 @@ SYSTEM_PARAMETERS = tuple(name for name in SWEPT if name not in ("eta", *CELL_PA
 
 @dataclass(frozen=True, eq=False)
 class Study(abc.ABC):
-    """Base of the three studies.
+    """Base of the four studies.
 
     Attributes
     ----------
@@ -64,7 +64,6 @@ class Study(abc.ABC):
     backwards: ClassVar[bool] = False  # whether the last batch comes first
 
     def __post_init__(self):
-        refuse_time_stepping(self.method, "a study")
         transient = whole("transient", self.transient, 0, PERIODS_LIMIT, "give the periods before the sample")
         sample = whole("sample", self.sample, 1, KEEP_LIMIT, "give the periods to describe")
         self._set(transient=transient, sample=sample)
@@ -228,4 +227,7 @@ class Study(abc.ABC):
 
 
 def _method_numbers(method: Method) -> dict[str, object]:
-    return {"name": method.name} | asdict(method)
+    numbers = {"name": method.name} | asdict(method)
+    if isinstance(method, TimeStepping):  # its class names the integrator, not its numbers
+        numbers["integrator"] = {"name": method.integrator.name} | numbers["integrator"]
+    return numbers

@@ -40,6 +40,12 @@ PENALTY_MOTION = {name: described for name, described in MOTION.items() if name 
 PENALTY_MOTION["impacts_per_period"] = ("f8", "contacts that begin per excitation period")
 IMPACT_PHASE = {"impact_phase": ("f8", "instant of the first impact in the last cycle, as a share of T")}
 PHASE_ERROR = {"impact_phase_error": ("f8", "the same less the reference's, between -1/2 and 1/2")}
+SOLUTIONS = {
+    "steps_without_solution": ("i4", "steps of the run in which neither contact status agreed with its own end"),
+    "steps_with_two": ("i4", "steps of the run in which both did"),
+    "periods_until_stopped": ("f8", "excitation periods until the run stopped for want of a solution; nan: it did not"),
+    "period": MOTION["period"],
+}
 EXPONENT = {
     "lyapunov": ("f8", "largest Lyapunov exponent per excitation period"),
     "lyapunov_error": ("f8", "standard error of that"),

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import Newmark, Reference, System, compare, motion, verdict
+from vibroscope.engine import HHT, Newmark, Reference, System, TimeStepping, compare, motion, verdict
 
 NUMBERS = ("total", "time_step", "regularisation", "joint_damping")
 
@@ -52,6 +52,28 @@ def test_options_reach_the_engine(capsys, tmp_path):
     assert np.abs(sum(series[name] for name in NUMBERS[1:]) - series["total"]).max() < 1e-10
 
 
+def test_what_a_code_chooses_reaches_the_engine(capsys):
+    setting = "--eta 1.08 --K 2500 --D 8 --steps 500 --integrator hht --alpha -0.2 --status end --without-solution keep"
+    found = json.loads(run(capsys, f"{setting} --periods 100 --keep 10 --json")[1])
+    method = TimeStepping(2500, 8, 500, HHT(-0.2), "end", "keep")
+    expected = compare(System(), 1.08, method, periods=100, keep=10)
+    assert (found["integrator"], found["status"], found["law"]) == ("hht", "end", "kelvin-voigt")
+    assert found["total"] == expected.total
+    assert found["steps_without_solution"] == expected.runs.penalty.steps_without_solution > 0
+    assert found["steps_with_two"] == expected.runs.penalty.steps_with_two
+    parts = expected.split_time_step()
+    assert found["split_time_step"]["status"] == expected.parts.relative(parts.status)
+    assert found["split_time_step"]["integrator"] == expected.parts.relative(parts.integrator)
+
+
+def test_a_run_without_a_solution_is_a_result(capsys):
+    setting = "--eta 2.76 --K 12000 --D 18 --steps 500 --status end --periods 100 --keep 10"
+    found = json.loads(run(capsys, f"{setting} --json")[1])
+    assert (found["total"], found["split_time_step"], found["steps_without_solution"]) == (None, None, 1)
+    assert found["change"] == {"without_solution": "halve"}
+    assert "stopped at a step without a solution" in run(capsys, setting)[1]
+
+
 def test_irregular_motion_says_that_statistics_are_compared(capsys):
     found = json.loads(run(capsys, "--eta 1.7 --K 12000 --D 18 --steps 2000 --json")[1])
     assert not found["pointwise"]
@@ -74,7 +96,17 @@ def test_text_holds_the_verdict_and_the_parts(capsys):
     _, out, _ = run(capsys, "--eta 1.08 --K 2500 --D 8 --steps 2000")
     assert "The joint damping is to blame" in " ".join(out.split())
     lines = [line.split("  ")[0] or line.strip().split("  ")[0] for line in out.splitlines()]
-    for name in ("difference (rms)", "time step", "contact time", "pulling", "joint damping", "reference", "penalty"):
+    for name in (
+        "difference (rms)",
+        "time step",
+        "status",
+        "integrator",
+        "contact time",
+        "pulling",
+        "joint damping",
+        "reference",
+        "penalty",
+    ):
         assert name in lines
     assert "nan" not in out
 

@@ -1,7 +1,7 @@
 """Whether a recommended setting shows the reference's kind of motion, and what is possible where none is found."""
 
 import pytest
-from vibroscope.engine import Reference, System, steady
+from vibroscope.engine import Newmark, Reference, System, steady
 from vibroscope.engine.recommendation.recommend import of_same_kind, rounded_up
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 
@@ -12,9 +12,9 @@ def test_a_setting_of_the_same_kind_is_preferred_and_another_kind_is_named():
     """The first two settings repeat after two periods, the reference after one."""
     found = steady(SYSTEM, 2.76, Reference())
     trials = [Trial(NewmarkSetting(12000.0, damping, 8000), 0.01, 0.02, 8000) for damping in (2.0, 2.1, 16.1)]
-    best, kind = of_same_kind([found], trials, False, None)
+    best, kind = of_same_kind([found], trials, Newmark(1, 0, 1000), None)
     assert (best, kind) == (trials[2], "")
-    best, kind = of_same_kind([found], trials[:2], False, None)
+    best, kind = of_same_kind([found], trials[:2], Newmark(1, 0, 1000), None)
     assert best == trials[0]
     assert "the penalty solution repeats every 2 periods" in kind
     assert kind.endswith("the reference repeats every period")

@@ -16,7 +16,7 @@ ETA = 2.76
 def trials():
     """Trials from the reference's motion, with constant steps."""
     with ThreadPoolExecutor(2) as pool:
-        yield Trials(steady(System(), ETA, Reference()), False, pool)
+        yield Trials(steady(System(), ETA, Reference()), Newmark(1, 0, 1000), pool)
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def test_the_error_of_a_trial_is_that_of_a_single_run(system, eta, located):
     found = steady(system, eta, Reference())
     rng = np.random.default_rng(6)
     with ThreadPoolExecutor(1) as pool:
-        trials = Trials(found, located, pool)
+        trials = Trials(found, Newmark(1, 0, 1000, located=located), pool)
         for _ in range(6):
             K, steps = np.exp(rng.uniform(np.log(20), np.log(20_000))), int(rng.integers(16, 300))
             setting = NewmarkSetting(K, 0.15 * np.sqrt(K), steps)
@@ -49,7 +49,7 @@ def test_contacts_that_fill_their_buffer_change_no_trial(trials, monkeypatch):
     usual = trials.screen_one(setting)
     monkeypatch.setattr(skipped_samples, "CAPACITY", 3)
     with ThreadPoolExecutor(1) as pool:
-        again = Trials(steady(System(), ETA, Reference()), False, pool).screen_one(setting)
+        again = Trials(steady(System(), ETA, Reference()), Newmark(1, 0, 1000), pool).screen_one(setting)
     assert again == usual
 
 

@@ -1,0 +1,76 @@
+"""Steps without a solution over K and Δτ: where "contact does not converge" in a code that iterates the contact status.
+
+With the contact status from the end of the step, neither status may agree with its own end, since the damper's force
+jumps where the bodies touch (docs/theory/penalty.md). A cell counts such steps over its whole run, and those with two
+solutions; a run that stops at the first one says after how many periods.
+"""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from ..batch import run_cells
+from ..methods import TimeStepping
+from ..result import STATUSES, Status
+from . import variables as vocabulary
+from .axis import ascending_values
+from .study import Study
+from .variables import Variable, status_variable, variables_of
+
+_STOPPED = STATUSES.index(Status.WITHOUT_SOLUTION)
+
+
+@dataclass(frozen=True, eq=False)
+class NoSolutionStudy(Study):
+    """Cells over K and the steps per period n, at one η and one D.
+
+    Attributes
+    ----------
+    K, steps : (n,), (m,) ndarray
+        Ascending.
+    """
+
+    K: np.ndarray = None
+    steps: np.ndarray = None
+    kind: ClassVar[str] = "no-solution"
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._set(K=ascending_values("K", self.K), steps=ascending_values("steps", self.steps))
+        if not isinstance(self.method, TimeStepping) or self.method.status != "end":
+            raise ValueError(
+                "each step has one solution: give a TimeStepping that iterates the status to the end of steps"
+            )
+
+    @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """The swept parameters."""
+        return {"K": self.K, "steps": self.steps}
+
+    @property
+    def periods_per_cell(self) -> int:
+        """Time goes by steps here: chunks hold fewer cells."""
+        return 10 * super().periods_per_cell
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """What is computed of each cell."""
+        dims = tuple(self.axes)
+        return variables_of(vocabulary.SOLUTIONS, dims) | {"status": status_variable(dims)}
+
+    def cut(self, chunk):
+        """The same study of the cells of a chunk."""
+        rows, columns = chunk
+        return replace(self, K=self.K[rows], steps=self.steps[columns])
+
+    def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
+        """The variables of a batch of cells."""
+        points = self.points(batch)
+        cells = self.cells_at(points)
+        how = {"threads": threads, "progress": progress, "cancelled": cancelled}
+        found = run_cells(cells, transient=self.transient, sample=self.sample, coordinates=(2,), **how)
+        values = {name: getattr(found, name) for name in self.variables if hasattr(found, name)}
+        periods = found.steps_taken / cells.steps_each()
+        values["periods_until_stopped"] = np.where(found.status == _STOPPED, periods, np.nan)
+        return {name: values[name].reshape(points["K"].shape) for name in self.variables}

@@ -1,0 +1,72 @@
+"""Recommendations for what a code has: integrator, contact status and law."""
+
+import json
+
+import pytest
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import (
+    HHT,
+    ExactPenalty,
+    Newmark,
+    System,
+    TimeStepping,
+    compare,
+    recommend,
+    recommend_range,
+    simulate,
+)
+
+FEW = {"stiffness": 100.0, "damping": 3.68, "steps_max": 32}
+KEEP = TimeStepping(1, 0, 1000, HHT(-0.1), "end", "keep")
+
+
+def test_every_setting_on_the_front_was_run_with_the_method():
+    found = recommend(System(), 1.08, tolerance=0.3, scheme=KEEP, **FEW)
+    assert found.met
+    k, d, n = found.best.setting
+    assert found.method == TimeStepping(k, d, n, HHT(-0.1), "end", "keep")
+    assert compare(System(), 1.08, found.method).total == pytest.approx(found.best.error, rel=1e-9)
+
+
+def test_a_setting_that_stops_without_a_solution_is_not_offered():
+    """With this K and D every run stops sooner or later, whatever its number of steps."""
+    assert simulate(System(), 1.08, TimeStepping(100, 3.68, 32, HHT(-0.1), "end")).status == "without-solution"
+    found = recommend(System(), 1.08, tolerance=1.0, scheme=TimeStepping(1, 0, 1000, HHT(-0.1), "end"), **FEW)
+    assert (found.met, found.best, found.front) == (False, None, ())
+    assert "a step has no solution sooner or later" in found.reason
+
+
+def test_a_range_is_served_by_the_method():
+    found = recommend_range(System(), [1.07, 1.09], tolerance=0.5, scheme=KEEP, **FEW)
+    assert found.met
+    assert found.method(1.07).integrator == HHT(-0.1)
+
+
+def test_what_has_no_time_step_is_refused():
+    with pytest.raises(ValueError, match="has no time step"):
+        recommend(System(), 1.08, scheme=ExactPenalty(1, 0))
+
+
+def test_newmarks_method_is_found_as_without_a_scheme():
+    options = {"tolerance": 0.3, **FEW}
+    one, other = (recommend(System(), 1.08, scheme=each, **options) for each in (None, Newmark(1, 0, 1000)))
+    assert one.best == other.best
+
+
+def test_the_reason_names_a_law_that_has_no_limit_to_compare_with(monkeypatch):
+    def unknown(_):
+        raise ValueError("not solved in closed form")
+
+    monkeypatch.setattr(Newmark, "limit", property(unknown))
+    found = recommend(System(), 2.76, tolerance=1e-4, **FEW)
+    assert "the law kelvin-voigt is not solved without a time step" in found.reason
+
+
+def test_the_command_takes_what_a_code_has(capsys):
+    problem = "recommend --eta 1.08 --tolerance 0.3 --K 100 --D 3.68 --steps-max 32"
+    choice = "--integrator hht --alpha -0.1 --status end --without-solution keep"
+    main([*problem.split(), *choice.split(), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert (found["integrator"], found["status"], found["law"], found["met"]) == ("hht", "end", "kelvin-voigt", True)
+    main([*problem.split(), *choice.split()])
+    assert "contact at the end of steps, law kelvin-voigt" in capsys.readouterr().out

@@ -1,0 +1,119 @@
+"""Studies with integrators, contact statuses and laws of codes, and the plane of steps without a solution."""
+
+import json
+
+import numpy as np
+import pytest
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import (
+    HHT,
+    Cells,
+    HHTInterpolated,
+    Newmark,
+    System,
+    TimeStepping,
+    run_cells,
+    simulate,
+    sweep_eta,
+    sweep_no_solution,
+    sweep_plane,
+    sweep_step,
+)
+from vibroscope.engine.sweeps import EtaStudy, NoSolutionStudy
+
+SYSTEM = System()
+KEEP = TimeStepping(1, 0, 1000, HHT(-0.1), "end", "keep")
+FEW = {"transient": 60, "sample": 20}
+
+
+def test_each_cell_is_a_single_run():
+    method = TimeStepping(1000, 5, 100, HHT(-0.1), "end", "keep")
+    found = run_cells(Cells(SYSTEM, [1.0, 1.08], method, stiffness=[500, 1000], steps=[80, 120]), **FEW)
+    for i, (eta, k, n) in enumerate([(1.0, 500, 80), (1.08, 1000, 120)]):
+        run = simulate(SYSTEM, eta, TimeStepping(k, 5, n, HHT(-0.1), "end", "keep"), periods=80, keep=20)
+        np.testing.assert_array_equal(found.section[i], run.section)
+        assert found.steps_without_solution[i] == run.steps_without_solution
+        assert found.steps_with_two[i] == run.steps_with_two
+        assert found.steps_taken[i] == 80 * n
+    assert found.steps_without_solution.sum() > 0
+
+
+def test_a_diagram_has_the_section_of_single_runs():
+    method = TimeStepping(1000, 5, 100, HHT(-0.1), "end", "keep")
+    found = sweep_eta(SYSTEM, method, [1.0, 1.08], **FEW)
+    run = simulate(SYSTEM, 1.08, method, periods=80, keep=20)
+    np.testing.assert_array_equal(found.xi2[1], run.section[:, 2])
+
+
+def test_a_plane_and_a_step_study_take_what_a_code_has():
+    plane = sweep_plane(SYSTEM, 1.08, [500, 1000], [5], steps=100, scheme=KEEP, **FEW)
+    paper = sweep_plane(SYSTEM, 1.08, [500, 1000], [5], steps=100, **FEW)
+    assert (plane.error != paper.error).all()
+    np.testing.assert_array_equal(plane.exact_period, paper.exact_period)
+    found = sweep_step(SYSTEM, 1.08, 1000, 5, [100], scheme=KEEP, **FEW)
+    assert found.error[0, 0] == plane.error[1, 0]
+    located = run_cells(Cells(SYSTEM, [1.08], Newmark(1000, 5, 100, located=True)), **FEW)
+    assert (
+        np.abs(found.xi2_section[0, 1] - located.section[0, :, 2]).max() < 0.2
+    )  # located steps of one scheme or another
+
+
+def test_the_plane_of_steps_without_a_solution_counts_those_of_single_runs(tmp_path):
+    K, steps = [1000.0, 12000.0], [200, 500, 1000]
+    for choice in ("stop", "keep"):
+        scheme = TimeStepping(1, 0, 1000, status="end", without_solution=choice)
+        found = sweep_no_solution(SYSTEM, 2.76, K, 18, steps, scheme=scheme, **FEW, out=tmp_path / choice)
+        for i, k in enumerate(K):
+            for j, n in enumerate(steps):
+                method = TimeStepping(k, 18, n, status="end", without_solution=choice)
+                run = simulate(SYSTEM, 2.76, method, periods=80, keep=20)
+                assert found.steps_without_solution[i, j] == run.steps_without_solution
+                stopped = found.periods_until_stopped[i, j]
+                assert (stopped == run.cost.steps / n) if not run.ok else np.isnan(stopped)
+    assert found.steps_without_solution.values.max() > 3
+    again = sweep_no_solution(SYSTEM, 2.76, K, 18, steps, scheme=scheme, **FEW, out=tmp_path / choice)
+    assert (again.attrs["computed"], again.attrs["reused"]) == (0, 6)
+
+
+def test_every_choice_of_a_code_has_a_store_of_its_own():
+    def key(method):
+        return EtaStudy(SYSTEM, method, None, 10, 5, values=[1.0, 1.1]).key
+
+    methods = [
+        Newmark(100, 1, 100),
+        TimeStepping(100, 1, 100),
+        TimeStepping(100, 1, 100, status="end"),
+        TimeStepping(100, 1, 100, status="end", without_solution="keep"),
+        TimeStepping(100, 1, 100, law="cut"),
+        TimeStepping(100, 1, 100, HHT(-0.1)),
+        TimeStepping(100, 1, 100, HHTInterpolated(-0.1)),
+    ]
+    assert len({key(method) for method in methods}) == len(methods)
+
+
+def test_steps_that_have_one_solution_are_one_clear_line():
+    with pytest.raises(ValueError, match="each step has one solution"):
+        sweep_no_solution(SYSTEM, 2.76, [100], 1, [100], scheme=TimeStepping(1, 0, 1000))
+    with pytest.raises(ValueError, match="each step has one solution"):
+        NoSolutionStudy(SYSTEM, Newmark(100, 1, 100), 2.76, 10, 5, K=[1.0], steps=[100])
+
+
+def test_the_command_computes_a_plane_of_steps_without_a_solution(capsys, tmp_path):
+    numbers = "--eta 2.76 --K 1000:12000:2 --D 18 --steps 200:500:2 --transient 10 --sample 5 --json"
+    main(["sweep", "no-solution", *numbers.split(), "--without-solution", "keep", "--out", str(tmp_path / "plane")])
+    found = json.loads(capsys.readouterr().out)
+    assert (found["cells"], found["computed"], found["failed"]) == (4, 4, 0)
+
+
+def test_the_commands_of_the_other_studies_take_an_integrator(capsys, tmp_path):
+    choice = "--integrator hht --status end --without-solution keep --transient 10 --sample 5 --json"
+    studies = {
+        "eta": "--from 1 --to 1.1 --count 2 --solver newmark --K 500 --D 2 --steps 60",
+        "plane": "--eta 1.08 --K 100:500:2 --D 1:2:2 --steps 60",
+        "step": "--eta 1.08 --K 500 --D 2 --steps 60,120",
+    }
+    for name, numbers in studies.items():
+        main(["sweep", name, *numbers.split(), *choice.split(), "--out", str(tmp_path / name)])
+        assert json.loads(capsys.readouterr().out)["failed"] == 0
+        origin = json.loads((tmp_path / name / "zarr.json").read_text())["attributes"]
+        assert "hht" in json.dumps(origin)

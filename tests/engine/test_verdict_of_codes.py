@@ -1,0 +1,151 @@
+"""Parts and verdict of what codes choose: contact status, integrator, law, and steps without a solution."""
+
+import math
+
+import numpy as np
+import pytest
+from vibroscope.engine import (
+    HHT,
+    CentralDifference,
+    Newmark,
+    NewmarkBeta,
+    System,
+    TimeStepping,
+    attractors,
+    compare,
+    motion,
+    simulate,
+    verdict,
+)
+from vibroscope.engine.divergence.blame import best_experiment, blame_sentence
+from vibroscope.engine.divergence.experiments import Experiment, changed_choices, run_experiments
+from vibroscope.engine.divergence.time_step import status_pair, with_located_steps
+
+SYSTEM = System()
+SHORT = {"periods": 300, "keep": 10}
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        TimeStepping(2500, 8, 500, HHT(-0.1), "end", "keep"),
+        TimeStepping(2500, 8, 500, CentralDifference()),
+        TimeStepping(2500, 8, 500, status="end", without_solution="keep"),
+        Newmark(2500, 8, 500),
+    ],
+    ids=repr,
+)
+def test_status_and_integrator_add_up_to_the_time_step_at_every_instant(method):
+    found = compare(SYSTEM, 1.08, method, **SHORT)
+    parts = found.split_time_step()
+    rest = parts.status + parts.integrator - found.parts.time_step
+    assert np.abs(rest).max() < 1e-12
+    assert found.parts.relative(parts.status) > 1e-5
+
+
+def test_each_part_of_the_time_step_responds_to_its_own_choice_alone():
+    """A located step has no part of the status; the rest of Newmark's is of second order, the status is not."""
+    located = compare(SYSTEM, 1.08, Newmark(2500, 8, 500, located=True), **SHORT).split_time_step()
+    assert np.abs(located.status).max() == 0
+
+    def sizes(n):
+        found = compare(SYSTEM, 1.08, TimeStepping(2500, 8, n), **SHORT)
+        parts = found.split_time_step()
+        assert parts.own
+        assert parts.in_step
+        return [found.parts.relative(part) for part in (parts.status, parts.integrator)]
+
+    coarse, fine = np.array([sizes(n) for n in (1000, 4000)])
+    order = np.log(coarse / fine) / math.log(4)
+    assert order[1] == pytest.approx(2, abs=0.3)
+    assert order[0] < 1.6
+
+
+def test_the_integrators_part_is_the_rest_of_what_the_status_alone_changes():
+    method = TimeStepping(2500, 8, 500, HHT(-0.3))
+    found = compare(SYSTEM, 1.08, method, **SHORT)
+    parts = found.split_time_step()
+    one, other = status_pair(method)
+    runs = [compare(SYSTEM, 1.08, each, **SHORT).parts.runs.penalty for each in (one, other)]
+    np.testing.assert_allclose(parts.status, runs[0] - runs[1], atol=1e-12)
+
+
+def test_a_law_without_located_steps_has_no_split():
+    with pytest.raises(ValueError, match="located"):
+        with_located_steps(Newmark(2500, 8, 500, law="cut"))
+
+
+def test_the_same_method_under_both_names_has_the_same_parts_and_motion():
+    """The contact steps are the same, so that both differ by rounding alone."""
+    newmark, stepping = (compare(SYSTEM, 1.08, kind(2500, 8, 500), **SHORT) for kind in (Newmark, TimeStepping))
+    assert stepping.total == pytest.approx(newmark.total, rel=1e-6)
+    found = [motion(SYSTEM, 1.08, each.runs.penalty.method) for each in (newmark, stepping)]
+    assert [each.type for each in found] == ["periodic"] * 2
+    np.testing.assert_allclose(found[1].multipliers, found[0].multipliers, atol=1e-5)
+
+
+def test_scatter_by_the_status_is_an_artefact_of_the_step():
+    found = motion(SYSTEM, 2.76, TimeStepping(12000, 18, 500, status="end", without_solution="keep"))
+    assert found.type == "periodic"
+    assert "artefact of the time step" in found.reason
+
+
+@pytest.mark.parametrize("status", ["start", "end"])
+def test_the_contact_status_is_to_blame_and_what_is_advised_leaves_what_it_says(status):
+    method = TimeStepping(12000, 18, 500, status=status, without_solution="keep")
+    compared = compare(SYSTEM, 2.76, method, periods=200)
+    found = verdict(compared)
+    assert f"The contact status at the {status} of the step is to blame" in found.headline
+    assert (found.blame, found.change) == ("status", {"status": "located"})
+    advised = compare(SYSTEM, 2.76, with_located_steps(method), periods=200)
+    assert advised.total == pytest.approx(found.left, rel=0.05)
+    assert advised.total < compared.total
+
+
+def test_numerical_damping_is_to_blame_where_the_undamped_step_leaves_less():
+    method = TimeStepping(12000, 16.1, 1000, NewmarkBeta(0.49, 0.9))
+    compared = compare(SYSTEM, 2.76, method, **SHORT)
+    experiments = run_experiments(compared)
+    best = best_experiment(compared, experiments, 0.0)
+    assert best.changed == "integrator"
+    left = compare(SYSTEM, 2.76, TimeStepping(12000, 16.1, 1000), **SHORT).total
+    assert best.remaining == pytest.approx(left, rel=0.05)
+    sentence, change = blame_sentence(compared, experiments, best)
+    assert sentence.startswith("The numerical damping of newmark ")
+    assert change == {"integrator": "newmark", "beta": 0.25, "gamma": 0.5}
+
+
+def test_a_choice_is_blamed_only_if_it_does_nearly_as_much_as_no_time_step():
+    compared = compare(SYSTEM, 2.76, TimeStepping(12000, 18, 500), **SHORT)
+    steps = Experiment("steps", 0.03)
+    halfway = Experiment("status", compared.total / 2, TimeStepping(12000, 18, 500, status="end"))
+    nearly = Experiment("status", 0.035, halfway.method)
+    assert halfway.remaining > 0.05
+    assert best_experiment(compared, [steps, halfway], 0.0) is steps
+    assert best_experiment(compared, [steps, nearly, halfway], 0.0) is nearly
+
+
+def test_every_choice_is_changed_alone():
+    method = TimeStepping(100.0, 1.0, 200, HHT(-0.2), "end", "keep")
+    for name, changed in changed_choices(method):
+        differing = [each for each in vars(method) if getattr(changed, each) != getattr(method, each)]
+        assert differing == [name]
+    assert dict(changed_choices(method))["integrator"].integrator == NewmarkBeta()
+
+
+def test_a_run_without_a_solution_says_when_why_and_what_finishes():
+    compared = compare(SYSTEM, 2.76, TimeStepping(12000, 18, 500, status="end"), periods=100, keep=10)
+    found = verdict(compared)
+    assert (found.agree, found.blame) == ("unknown", "law")
+    stopped = compared.runs.penalty
+    assert f"stopped at step {stopped.cost.steps + 1} (period 58), which has no solution" in found.headline
+    assert "The damper's jump at touch is to blame" in found.headline
+    assert found.change == {"without_solution": "halve"}
+    for changes in ({"without_solution": "halve"}, {"status": "start"}):
+        finished = simulate(SYSTEM, 2.76, TimeStepping(12000, 18, 500, **{"status": "end"} | changes), periods=100)
+        assert finished.ok
+
+
+def test_coexisting_motions_are_found_with_every_integrator():
+    found = attractors(SYSTEM, 1.08, TimeStepping(2500, 8, 100, HHT(-0.05)), starts=2)
+    assert sum(each.share for each in found) == 1
