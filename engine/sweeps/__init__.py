@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arguments import shown
 from ..methods import ExactPenalty, Method, Newmark, TimeStepping
 from ..model import System
 from .axis import ascending_values, start_of
