@@ -127,7 +127,8 @@ def test_what_nginx_answers_itself_has_the_headers_of_the_application():
 def test_every_image_that_others_make_is_checked(compose):
     foreign = {service["image"] for service in compose["services"].values() if "build" not in service}
     base = re.search(r"^ARG BASE=(\S+)$", (ROOT / "Dockerfile").read_text(), re.MULTILINE)[1]
-    assert set(re.findall(r"^FROM (\S+)", (ROOT / "Dockerfile").read_text(), re.MULTILINE)) == {"${BASE}"}
+    stages = re.findall(r"^FROM (\S+)(?: AS (\S+))?", (ROOT / "Dockerfile").read_text(), re.MULTILINE)
+    assert {begun for begun, _ in stages} - {name for _, name in stages} == {"${BASE}"}
     found = {f"{each.tag}@{each.digest}".rstrip("@") for each in images.images()}
     assert found == foreign | {base}
 

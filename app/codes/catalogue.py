@@ -42,6 +42,7 @@ LAW_NAMES = (
 )
 INSTEAD = "cut"  # of a law that the engine does not have: it pushes alone, as the others do
 _STATUSES = (*dict.fromkeys((*CONTACT_STATUSES, "located")),)
+_PENETRATION = 0.01  # of full damping where no source says one, in units of length
 _KEPT = {each.name for each in fields(TimeStepping)}
 
 
@@ -130,14 +131,18 @@ class Code:
         }
         status = self.status or CONTACT_STATUSES[0]
         law = self.law_here or CONTACT_LAWS[0]
+        if law == "impact":
+            more.setdefault("penetration", _PENETRATION)
         return TimeStepping(stiffness, damping, steps, integrator, status, law=law, **more)
 
     def texts(self) -> dict[str, str]:
         """What choosing this code sets beside K, D and the step, as texts by the names of `engine.TimeStepping`."""
         found = self.method(1.0, 1.0, 4)
         names = ("status", "without_solution", "law", "initial_acceleration")
+        of_law = ("exponent", "penetration")
+        numbers = {name: repr(value) for name in of_law if (value := getattr(found, name)) is not None}
         own = {each.name: repr(getattr(found.integrator, each.name)) for each in fields(found.integrator)}
-        return {"integrator": found.integrator.name, **own, **{name: getattr(found, name) for name in names}}
+        return {"integrator": found.integrator.name, **own, **numbers, **{name: getattr(found, name) for name in names}}
 
     def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
         """Its input for the numbers of `input_numbers`, with its words for the integrator that is set."""

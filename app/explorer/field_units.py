@@ -15,7 +15,7 @@ from vibroscope.engine import Units, written
 
 _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
 _QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity", **_STARTS}
-_QUANTITIES |= dict.fromkeys(("clearance", "base"), "displacement")
+_QUANTITIES |= dict.fromkeys(("clearance", "base", "penetration"), "displacement")
 _QUANTITIES |= dict.fromkeys(("force1", "force2", "constant1", "constant2"), "force")
 # In units: other quantities than η and D, and other symbols than those without dimension.
 _LABELS = {"eta": ("f", "excitation frequency"), "D": ("2D", "penalty damper")}

@@ -33,7 +33,15 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
-from vibroscope.engine.methods import DAMPING_RANGE, STEPS_RANGE, STIFFNESS_RANGE, THRESHOLD_RANGE
+from vibroscope.engine.methods import (
+    DAMPING_RANGE,
+    EXPONENT_RANGE,
+    LAWS_WITH_EXPONENT,
+    PENETRATION_RANGE,
+    STEPS_RANGE,
+    STIFFNESS_RANGE,
+    THRESHOLD_RANGE,
+)
 from vibroscope.engine.model import (
     AMPLITUDE_RANGE,
     CLEARANCE_RANGE,
@@ -102,6 +110,14 @@ class Explorer(param.Parameterized):
     )
     law = param.Selector(
         default=CONTACT_LAWS[0], objects=list(CONTACT_LAWS), label="Contact law", doc="Force of the penalty contact"
+    )
+    exponent = param.Number(1.5, bounds=EXPONENT_RANGE, label="n", doc="of the penetration in the law; 1.5: Hertz")
+    penetration = param.Number(
+        0.01,
+        bounds=PENETRATION_RANGE,
+        inclusive_bounds=(False, True),
+        label="δ_d",
+        doc="penetration from which on the damper of IMPACT acts in full",
     )
     initial_acceleration = param.Selector(
         default=INITIAL_ACCELERATIONS[0],
@@ -202,7 +218,7 @@ SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 _FORMER_CHOICES = {("units", "physical"): "si"}  # in older links and files
 # What the penalty solution is computed with, beside K, D and the step.
 STEPPING_FIELDS = ("integrator", "beta", "gamma", "alpha", "rho", "status", "without_solution", "law")
-STEPPING_FIELDS += ("initial_acceleration",)
+STEPPING_FIELDS += ("exponent", "penetration", "initial_acceleration")
 # A scene of the paper sets them to their defaults.
 PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located", *STEPPING_FIELDS)
 DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them
@@ -251,6 +267,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
             "located" if located else self.status,
             without_solution=self.without_solution,
             law=self.law,
+            **{name: getattr(self, name) for name in law_numbers(self)},
             initial_acceleration=self.initial_acceleration,
         )
 
@@ -300,6 +317,12 @@ _CHOSEN = ("integrator", "status", "law", "initial_acceleration")  # of `STEPPIN
 def integrator_numbers(setting: Setting) -> tuple[str, ...]:
     """Names of the numbers that the integrator of a setting has."""
     return tuple(each.name for each in fields(INTEGRATORS[setting.integrator]))
+
+
+def law_numbers(setting: Setting) -> tuple[str, ...]:
+    """Names of the numbers that the contact law of a setting has, beside K and D."""
+    own = {"exponent": setting.law in LAWS_WITH_EXPONENT, "penetration": setting.law == "impact"}
+    return tuple(name for name, has in own.items() if has)
 
 
 def is_driven(system: System) -> bool:
@@ -374,9 +397,9 @@ def _read_value(name: str, text: object) -> float | int | str:
 
 
 def bounds_of(name: str) -> tuple[float, float]:
-    """Smallest and largest value that a number may have; where its range is open, the last number below its end."""
-    low, high = Explorer.param[name].bounds
-    return low, high if Explorer.param[name].inclusive_bounds[1] else math.nextafter(high, low)
+    """Smallest and largest value that a number may have; where its range is open, the last number before its end."""
+    (low, high), (has_low, has_high) = Explorer.param[name].bounds, Explorer.param[name].inclusive_bounds
+    return low if has_low else math.nextafter(low, high), high if has_high else math.nextafter(high, low)
 
 
 def _check_cost(setting: Setting) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation, sentence
 from vibroscope.app.explorer.field_units import shown_field, time_text
-from vibroscope.app.explorer.method_words import not_with
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.state import Setting, bounds_of, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
@@ -24,6 +24,7 @@ from vibroscope.engine import (
     Recommendation,
     Reference,
     System,
+    TimeStepping,
     percent,
     recommend,
     recommend_range,
@@ -59,12 +60,15 @@ class Question(NamedTuple):
     steps_max: int
     stiffness: float | None = None
     damping: float | None = None
+    scheme: TimeStepping | None = None  # where it is not Newmark's method; its K, D and n have no effect
 
     def follow(self, setting: Setting) -> Question:
         """The same tolerance, limits and range, asked for another setting."""
         etas = self.etas if len(self.etas) > 1 else (setting.eta,)
         located = setting.located == "yes"
-        return self._replace(system=setting.system, etas=etas, reference=setting.reference, located=located)
+        return self._replace(
+            system=setting.system, etas=etas, reference=setting.reference, located=located, scheme=_scheme(setting)
+        )
 
 
 def default_limits(setting: Setting) -> dict[str, str]:
@@ -96,8 +100,6 @@ def make_question(setting: Setting, typed: object) -> Question:
     if not setting.is_driven:
         raise Refused("eta", "Nothing drives the bodies: a search needs a motion that lasts. Give the base or a body "
                       "an amplitude, under System.")  # fmt: skip
-    if other := not_with("A suggestion", setting.penalty):
-        raise Refused("integrator", f"{other} Set the solver back to Newmark to have one.")
     usual = default_limits(setting)
     asked = usual | dict(typed if isinstance(typed, Mapping) else {})
     percent = {"units": {"": 1.0, "%": 1.0}, "shown": "%"}
@@ -120,7 +122,13 @@ def make_question(setting: Setting, typed: object) -> Question:
         steps_max,
         setting.K if "K" in held else None,
         setting.D if "D" in held else None,
+        _scheme(setting),
     )
+
+
+def _scheme(setting: Setting) -> TimeStepping | None:
+    method = setting.penalty
+    return replace(method, stiffness=1.0, damping=0.0, steps=1000) if isinstance(method, TimeStepping) else None
 
 
 def _largest_stiffness(setting: Setting) -> float:

@@ -88,15 +88,11 @@ def as_command(setting: Setting, measured: str = "") -> str:
     eta = print_number(setting.eta)
     reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
     compared = f"vibroscope compare --eta {eta}{newmark}{reference}{options}"
-    if isinstance(setting.penalty, TimeStepping):  # `vibroscope simulate` alone has its options
-        compared = ""
-    runs = (
+    return (
         f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{options}{periods}\n"
         f"vibroscope simulate --solver newmark --eta {eta}{newmark}{options}{periods}\n"
-    )
-    if not compared:
-        return runs
-    return f"{runs}{compared}\n" + (f"{compared} --measured {quote(measured)}\n" if measured else "")
+        f"{compared}\n"
+    ) + (f"{compared} --measured {quote(measured)}\n" if measured else "")
 
 
 # ---- a study --------------------------------------------------------------------------------------------------------
@@ -169,7 +165,8 @@ def _method_options(method: Method) -> str:
     own, usual = method.integrator, TimeStepping(method.stiffness, method.damping, method.steps)
     numbers += f" --integrator {own.name}"
     numbers += "".join(f" --{each.name} {print_number(getattr(own, each.name))}" for each in fields(own))
-    more = {name: getattr(method, name) for name in ("status", "without_solution", "law", "initial_acceleration")}
+    names = ("status", "without_solution", "law", "exponent", "penetration", "initial_acceleration")
+    more = {name: getattr(method, name) for name in names}
     changed = {name: value for name, value in more.items() if value != getattr(usual, name)}
     return numbers + "".join(f" --{name.replace('_', '-')} {value}" for name, value in changed.items())
 

@@ -28,7 +28,7 @@ def test_a_setting_has_the_parameters_and_the_defaults_of_the_explorer():
 def test_every_number_has_finite_bounds():
     rules = [Explorer.param[name] for name in FIELDS]
     bounds = [end for rule in rules if isinstance(rule, param.Number) for end in rule.bounds]
-    assert len(bounds) == 64
+    assert len(bounds) == 68
     assert all(map(math.isfinite, bounds))
 
 
@@ -41,6 +41,8 @@ def engine_takes(name, value):
         setting = setting._replace(kappa3=(1 + value) / 2)
     if name in ("alpha", "rho"):
         setting = setting._replace(integrator={"alpha": "hht", "rho": "bathe"}[name])
+    if name in ("exponent", "penetration"):
+        setting = setting._replace(law="impact")
     try:
         check_eta(setting.eta)
         starting_checkpoint(setting.initial, setting.system, setting.eta, setting.penalty)

@@ -16,7 +16,7 @@ from vibroscope.app.explorer.method_words import INTEGRATOR_NAMES, LAW_NAMES, ST
 from vibroscope.app.explorer.ranges import slider_range, stiffer_spring
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
-from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting, integrator_numbers
+from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting, integrator_numbers, law_numbers
 from vibroscope.app.page.controls.system import (
     group_spec,
     plain_description,
@@ -40,7 +40,8 @@ _SOLVER_SWITCHES = {
     "initial_acceleration": {"equation": "from the equations", "zero": "zero"},
 }
 _SOLVER_SELECTS = {"integrator": INTEGRATOR_NAMES, "law": LAW_NAMES}
-_SOLVER_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
+_INTEGRATOR_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
+_LAW_NUMBERS = ("exponent", "penetration")  # as far as the law has them
 _VIEW_SWITCHES = {
     "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
     "coordinate": {"xi1": "body 1", "xi2": "body 2"},
@@ -102,6 +103,7 @@ def _other_fields(setting: Setting) -> tuple[str, ...]:
         *MAIN_FIELDS,
         "threshold",
         *integrator_numbers(setting),
+        *law_numbers(setting),
         *(START_FIELDS[:2] if setting.bodies == "wall" else START_FIELDS),
     )
 
@@ -150,7 +152,8 @@ def _spec() -> dict:
         "units": _switch("units", _UNITS),
         "solverNumbers": [_number("threshold")],
         "solverSelects": [_select(name, texts) for name, texts in _SOLVER_SELECTS.items()],
-        "integratorNumbers": [_number(name) for name in _SOLVER_NUMBERS],
+        "integratorNumbers": [_number(name) for name in _INTEGRATOR_NUMBERS],
+        "lawNumbers": [_number(name) for name in _LAW_NUMBERS],
         "starts": [_number(name) for name in START_FIELDS],
         "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],

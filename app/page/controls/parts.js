@@ -109,11 +109,12 @@ function solverDetails(spec, link) {
   const parts = spec.solverNumbers.map((number) => numberRow(number, link));
   const selects = spec.solverSelects.map((choice) => selectRow(choice, link));
   const own = spec.integratorNumbers.map((number) => ownRow(number, link));
+  const ofLaw = spec.lawNumbers.map((number) => ownRow(number, link));
   const switches = spec.solverSwitches.map((choice) => switchRow(choice, link));
   const [integrator, ...others] = selects.map((part) => part.element);
-  grid.append(integrator, ...own.map((part) => part.element), ...others, ...parts.map((part) => part.element));
+  grid.append(integrator, ...own.map((part) => part.element), ...others, ...ofLaw.map((part) => part.element), ...parts.map((part) => part.element));
   box.append(grid, ...switches.map((part) => part.element));
-  const given = [...spec.solverNumbers, ...spec.solverSelects, ...spec.integratorNumbers, ...spec.solverSwitches];
+  const given = [...spec.solverNumbers, ...spec.solverSelects, ...spec.integratorNumbers, ...spec.lawNumbers, ...spec.solverSwitches];
   const names = given.map((part) => part.name);
   let opened = false;
   const draw = (shown) => {
@@ -123,7 +124,7 @@ function solverDetails(spec, link) {
       if (name === "without_solution") element.hidden = shown.texts.status !== "end";
     }
   };
-  return { element: box, parts: [...parts, ...selects, ...own, ...switches, { draw }] };
+  return { element: box, parts: [...parts, ...selects, ...own, ...ofLaw, ...switches, { draw }] };
 }
 
 // A choice of many, with the reason where it was refused.
