@@ -92,8 +92,8 @@ def test_what_is_set_is_said_with_the_steps_that_have_no_solution():
     assert f"{found.steps_without_solution:,} steps without a solution".replace(",", "") in text
     assert words_of_method(Newmark(1.0, 1.0, 8)) == not_with("It", Newmark(1.0, 1.0, 8)) == ""
     assert name_of_method(TimeStepping(1.0, 1.0, 8, HHT(-0.1))) == "HHT-α, forces averaged (α = −0.1)"
-    with pytest.raises(Refused, match="A suggestion is by Newmark"):
-        make_question(setting, {})
+    assert make_question(setting, {"tolerance": "5"}).scheme.status == "end"
+    assert make_question(Setting(), {"tolerance": "5"}).scheme is None
 
 
 @pytest.mark.parametrize("texts", [{"integrator": "hht"}, {"law": "cut"}, {"status": "end"}])
