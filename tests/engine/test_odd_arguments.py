@@ -123,7 +123,7 @@ CALLS = {
     "attractors": (engine.attractors, PROBLEM | {"starts": 1}, ("system", "method", "seed")),
     "recommend": (
         engine.recommend,
-        {"system": SYSTEM, "eta": 2.76, "steps_max": 8},
+        {"system": SYSTEM, "eta": 2.76, "steps_max": 8, "stiffness": 100.0, "damping": 5.0},
         ("system", "tolerance", "reference"),
     ),
     "design_curve": (engine.design_curve, {"system": SYSTEM, "etas": []}, ("system",)),

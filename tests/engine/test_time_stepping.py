@@ -57,9 +57,9 @@ def random_case(seed, integrator, explicit):
 )
 def test_every_step_is_that_of_the_twin(kind, seed):
     system, eta, method = random_case(seed, kind(), kind.explicit)
-    run = simulate(system, eta, method, periods=30, keep=30)
+    run = simulate(system, eta, method, periods=12, keep=12)
     twin = Twin(system, eta, method)
-    expected = twin.run(30)
+    expected = twin.run(12)
     assert run.ok
     assert twin.contacts > 5
     np.testing.assert_allclose(run.section, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
@@ -136,9 +136,9 @@ def test_a_run_goes_on_where_a_step_has_no_solution(choice):
 def test_halved_steps_are_those_of_the_twin(integrator):
     system = System(d1=0.3, d2=0.4, clearance=0.1)
     method = TimeStepping(2000.0, 30.0, 60, integrator, "end", "halve")
-    run = simulate(system, 1.1, method, periods=40, keep=40)
+    run = simulate(system, 1.1, method, periods=15, keep=15)
     twin = Twin(system, 1.1, method)
-    np.testing.assert_allclose(run.section, twin.run(40), rtol=0, atol=1e-11)
+    np.testing.assert_allclose(run.section, twin.run(15), rtol=0, atol=1e-11)
     assert run.steps_without_solution == twin.none > 0
     assert run.steps_with_two == twin.two
 
