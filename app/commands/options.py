@@ -256,7 +256,7 @@ def _own_options(options: argparse.Namespace) -> tuple[str, ...]:
 def method_of(options: argparse.Namespace) -> Method:
     """The method that the options describe; options of other solvers get a note on stderr."""
     note_unused(options)
-    law = _law_of(options)
+    law = law_of(options)
     needed = [name for name in NEEDED[options.solver] if name != "D" or law.get("law") not in LAWS_BY_RESTITUTION]
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if missing:
@@ -271,7 +271,7 @@ def method_of(options: argparse.Namespace) -> Method:
     return stepping_of(options)
 
 
-def _law_of(options: argparse.Namespace) -> dict[str, str | float]:
+def law_of(options: argparse.Namespace) -> dict[str, str | float]:
     """The options of the contact law that are given."""
     return {name: value for name in LAW_OPTIONS if (value := getattr(options, name, None)) is not None}
 
@@ -287,7 +287,7 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | Time
     located = options.located or status == "located"
     if given.get("integrator") == NewmarkBeta.name:
         del given["integrator"]
-    law, every_step = _law_of(options), getattr(options, "every_step", False)
+    law, every_step = law_of(options), getattr(options, "every_step", False)
     linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS and len(law) < 2
     if not given and linear and (located or status == CONTACT_STATUSES[0]):
         return Newmark(K, D, n, every_step, located, **law)

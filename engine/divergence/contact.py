@@ -31,9 +31,11 @@ import numpy as np
 
 from ..arguments import shown
 from ..laws import restitution_of, restitution_without_pull
+from ..methods import HERTZ, PIECEWISE_LINEAR, Method
 from ..model import System
 
 __all__ = [
+    "contact_duration",
     "contact_frequency",
     "damping_for",
     "damping_ratio",
@@ -48,6 +50,17 @@ __all__ = [
 def contact_frequency(system: System, stiffness: float) -> float:
     """Return ω_c = √(K(1 + 1/μ)) of a contact."""
     return math.sqrt(stiffness / system.mass_share)
+
+
+def contact_duration(system: System, method: Method, closing_speed: float | np.ndarray) -> float | np.ndarray:
+    """Return how long a contact would last without its damper: of a force Kδⁿ, and from ½mv₀² = Kδₘⁿ⁺¹/(n + 1),
+
+        2 (δₘ/v₀) √π Γ(1 + 1/(n + 1))/Γ(½ + 1/(n + 1)),        π/ω_c for n = 1.
+    """
+    n = 1.0 if method.law in PIECEWISE_LINEAR else getattr(method, "exponent", HERTZ)
+    part = 1.0 / (n + 1.0)
+    depth = ((n + 1.0) * system.mass_share * closing_speed**2 / (2.0 * method.stiffness)) ** part
+    return 2.0 * depth / closing_speed * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)
 
 
 def stiffness_for(system: System, eta: float, steps: int, contact_steps: float) -> float:

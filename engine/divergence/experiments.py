@@ -5,9 +5,11 @@ and the parts do not separate K from D. So experiments decide which number is to
 
 - no time step: the exact penalty solution, which has been run already;
 - no joint damping of its own, where it has one: the reference with derived joint damping, which has been run already;
-- D of equal restitution, D = ζ(e) √(Kμ/(1 + μ)), or with another law than the spring and the damper half D and twice D:
-  Newmark is run again;
+- D of equal restitution, D = ζ(e) √(Kμ/(1 + μ)), or that of another law at the mean closing speed of the reference;
+  if a law has none half D and twice D: Newmark is run again;
 - ten times K, once with D kept, and once with D growing as √K, which keeps the restitution: Newmark is run twice more.
+
+Where the law takes its damper from the restitution, there is no D to change.
 
 Of :class:`engine.TimeStepping` the choices of a code are tried, too, each alone:
 
@@ -27,10 +29,12 @@ import numpy as np
 
 from ..integrators import NewmarkBeta
 from ..methods import CONTACT_LAWS, CONTACT_STATUSES, STIFFNESS_RANGE, Newmark, TimeStepping, is_located
+from ..restitution import damping_of_restitution
 from ..result import Record
 from ..simulate import simulate
 from .compare import Comparison
 from .contact import equal_restitution_damping
+from .encounters import mean_closing_speed
 from .error import Target
 from .statistics import long_section, wasserstein_distance
 from .time_step import with_located_steps
@@ -82,14 +86,24 @@ def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None
     return sorted(known, key=lambda experiment: experiment.remaining)
 
 
-def has_equal_restitution(method: Newmark | TimeStepping) -> bool:
-    """Whether the D of equal restitution is known in closed form: that of a spring and a damper."""
-    return method.law == CONTACT_LAWS[0]
+def equal_damping(comparison: Comparison, method: Newmark | TimeStepping) -> float:
+    """Return the D with which a contact of a method's K and law delivers the reference's restitution.
 
-
-def equal_damping(comparison: Comparison, stiffness: float) -> float:
-    """Return the D with which a contact of stiffness K delivers the reference's restitution."""
-    return float(equal_restitution_damping(comparison.runs.reference.system, stiffness))
+    With a law that depends on it, at the mean closing speed of the reference. nan where the law takes its damper from
+    the restitution, where nothing collides, and where no D gives so small a restitution.
+    """
+    system = comparison.runs.reference.system
+    if method.law == CONTACT_LAWS[0]:
+        return float(equal_restitution_damping(system, method.stiffness))
+    speed = mean_closing_speed(comparison.runs.reference)
+    if method.damping is None or np.isnan(speed):
+        return np.nan
+    numbers = {name: getattr(method, name) for name in ("exponent", "penetration") if hasattr(method, name)}
+    numbers |= {"mass": system.mass_share, "closing_speed": speed}
+    try:
+        return damping_of_restitution(method.law, system.restitution, method.stiffness, **numbers)
+    except ValueError:
+        return np.nan
 
 
 def _remaining_without(comparison: Comparison, part: str) -> float:
@@ -134,8 +148,8 @@ def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newma
 def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark | TimeStepping]]:
     """Yield the name of a number, and the method with this number changed, to one of three digits."""
     method = comparison.runs.penalty.method
-    if has_equal_restitution(method):
-        equal = equal_damping(comparison, method.stiffness)
+    equal = equal_damping(comparison, method)
+    if np.isfinite(equal):
         if abs(method.damping - equal) > EQUAL * equal:
             yield "D", replace(method, damping=round_to_three_digits(equal))
     elif method.damping:
