@@ -154,7 +154,7 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
     both, newmark = ("", "") if required else ("exact, newmark: ", "newmark: ")
     add, number = command.add_argument, {"required": required, "type": float}
     add("--K", **number, metavar="F", help=f"{both}contact stiffness; the paper uses 100 to 12000")
-    add("--D", **number, metavar="F", help=f"{both}contact damping; the paper uses 8 to 50")
+    add("--D", type=float, metavar="F", help=f"{both}contact damping; the paper uses 8 to 50; some laws need none: --law")
     add("--steps", **number, metavar="N", help=f"{newmark}steps per excitation period, the time step is T/N")
     add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
 
@@ -282,6 +282,9 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | Time
     ``numbers``: K, D and steps, in place of those that the options give.
     """
     K, D, n = (numbers.get(name, getattr(options, name, None)) for name in ("K", "D", "steps"))
+    if D is None and getattr(options, "law", None) not in LAWS_BY_RESTITUTION:
+        laws = ", ".join(LAWS_BY_RESTITUTION)
+        raise ValueError(f"--D is missing: give it, or a --law that takes its damper from the restitution: {laws}")
     given = {name: value for name in STEPPING_OPTIONS if (value := getattr(options, name, None)) is not None}
     status = given.pop("status", CONTACT_STATUSES[0])
     located = options.located or status == "located"

@@ -31,13 +31,15 @@ import numpy as np
 
 from ..arguments import shown
 from ..laws import restitution_of, restitution_without_pull
-from ..methods import HERTZ, PIECEWISE_LINEAR, Method
+from ..methods import CONTACT_LAWS, HERTZ, PIECEWISE_LINEAR, Method
 from ..model import System
+from ..restitution import damping_of_restitution
 
 __all__ = [
     "contact_duration",
     "contact_frequency",
     "damping_for",
+    "damping_of_law",
     "damping_ratio",
     "damping_ratio_for",
     "equal_restitution_damping",
@@ -50,6 +52,23 @@ __all__ = [
 def contact_frequency(system: System, stiffness: float) -> float:
     """Return ω_c = √(K(1 + 1/μ)) of a contact."""
     return math.sqrt(stiffness / system.mass_share)
+
+
+def damping_of_law(system: System, method: Method, stiffness: float, closing_speed: float) -> float:
+    """Return the D with which a contact of K and the method's law has the system's restitution, at a closing speed.
+
+    nan where there is none: no closing speed (nan), or a restitution smaller than any damping gives.
+    """
+    if method.law == CONTACT_LAWS[0]:
+        return float(equal_restitution_damping(system, stiffness))
+    if math.isnan(closing_speed):
+        return math.nan
+    numbers = {name: getattr(method, name) for name in ("exponent", "penetration") if hasattr(method, name)}
+    numbers |= {"mass": system.mass_share, "closing_speed": closing_speed}
+    try:
+        return damping_of_restitution(method.law, system.restitution, stiffness, **numbers)
+    except ValueError:
+        return math.nan
 
 
 def contact_duration(system: System, method: Method, closing_speed: float | np.ndarray) -> float | np.ndarray:

@@ -7,7 +7,8 @@ and the parts do not separate K from D. So experiments decide which number is to
 - no joint damping of its own, where it has one: the reference with derived joint damping, which has been run already;
 - D of equal restitution, D = ζ(e) √(Kμ/(1 + μ)), or that of another law at the mean closing speed of the reference;
   if a law has none half D and twice D: Newmark is run again;
-- ten times K, once with D kept, and once with D growing as √K, which keeps the restitution: Newmark is run twice more.
+- ten times K, once with D kept, and once with D growing as √K (as K where the law's damper is a factor of
+  the spring's force), which keeps the restitution: Newmark is run twice more.
 
 Where the law takes its damper from the restitution, there is no D to change.
 
@@ -28,12 +29,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..integrators import NewmarkBeta
+from ..laws import RATIO_LAWS
 from ..methods import CONTACT_LAWS, CONTACT_STATUSES, STIFFNESS_RANGE, Newmark, TimeStepping, is_located
-from ..restitution import damping_of_restitution
 from ..result import Record
 from ..simulate import simulate
 from .compare import Comparison
-from .contact import equal_restitution_damping
+from .contact import damping_of_law
 from .encounters import mean_closing_speed
 from .error import Target
 from .statistics import long_section, wasserstein_distance
@@ -93,17 +94,9 @@ def equal_damping(comparison: Comparison, method: Newmark | TimeStepping) -> flo
     the restitution, where nothing collides, and where no D gives so small a restitution.
     """
     system = comparison.runs.reference.system
-    if method.law == CONTACT_LAWS[0]:
-        return float(equal_restitution_damping(system, method.stiffness))
-    speed = mean_closing_speed(comparison.runs.reference)
-    if method.damping is None or np.isnan(speed):
+    if method.damping is None:
         return np.nan
-    numbers = {name: getattr(method, name) for name in ("exponent", "penetration") if hasattr(method, name)}
-    numbers |= {"mass": system.mass_share, "closing_speed": speed}
-    try:
-        return damping_of_restitution(method.law, system.restitution, method.stiffness, **numbers)
-    except ValueError:
-        return np.nan
+    return damping_of_law(system, method, method.stiffness, mean_closing_speed(comparison.runs.reference))
 
 
 def _remaining_without(comparison: Comparison, part: str) -> float:
@@ -159,7 +152,8 @@ def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark | Ti
     if stiffer <= STIFFNESS_RANGE[1]:
         yield "K", replace(method, stiffness=stiffer)
         if method.damping:
-            damping = round_to_three_digits(STIFFER**0.5 * method.damping)
+            power = 1.0 if method.law in RATIO_LAWS else 0.5
+            damping = round_to_three_digits(STIFFER**power * method.damping)
             yield "K", replace(method, stiffness=stiffer, damping=damping)
 
 

@@ -2,9 +2,8 @@
 
 A constant step misses each contact change by a part of a step, so that the section scatters. How fast that fades is
 the observed order p in spread ∝ n⁻ᵖ, the slope of a least-squares line through log spread over log n. Beside each run
-stands the one whose steps are cut at the contact changes (of Newmark's method, where those of the integrator cannot be
-located: :func:`..divergence.time_step.with_located_steps`); and the error by the time step, Newmark − exact penalty, has
-an order too.
+stands the one whose steps are cut at the contact changes (:func:`..divergence.time_step.with_located_steps`); and the
+error by the time step, Newmark − exact penalty, has an order too.
 """
 
 from dataclasses import dataclass, replace
