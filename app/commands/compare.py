@@ -195,16 +195,16 @@ def _split_json(comparison: Comparison, split: Regularisation) -> dict:
     return {
         **{name: finite_or_none(comparison.parts.relative(getattr(split, name))) for name in SPLIT},
         "in_step": split.in_step,
-        "damping_ratio": split.ratio,
+        "damping_ratio": finite_or_none(split.ratio),
         "restitution": split.restitution,
-        "restitution_without_pull": split.without_pull,
+        "restitution_without_pull": finite_or_none(split.without_pull),
     }
 
 
 def _time_step_json(comparison: Comparison, parts: TimeStepParts) -> dict:
-    """The parts of the time step's part, and whose steps were located for them."""
+    """The parts of the time step's part, of the status and of the integrator."""
     sizes = {name: finite_or_none(comparison.parts.relative(getattr(parts, name))) for name in TIME_STEP_PARTS}
-    return {**sizes, "in_step": parts.in_step, "own": parts.own}
+    return {**sizes, "in_step": parts.in_step}
 
 
 def _numbers(record) -> dict | None:
@@ -276,8 +276,9 @@ def _part_lines(
         lines.append(f"{'  ' + found.name(name):22}{percent(share)}")
         parts, names = own.get(name, (None, ()))
         if parts is not None and parts.in_step and found.measure == "displacements":
-            sizes = ((part, percent(comparison.parts.relative(getattr(parts, part)))) for part in names)
-            lines += [f"{'    ' + part.replace('_', ' '):22}{size}" for part, size in sizes]
+            sizes = ((part, comparison.parts.relative(getattr(parts, part))) for part in names)
+            known = ((part, size) for part, size in sizes if not math.isnan(size))
+            lines += [f"{'    ' + part.replace('_', ' '):22}{percent(size)}" for part, size in known]
     return lines
 
 

@@ -154,7 +154,12 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
     both, newmark = ("", "") if required else ("exact, newmark: ", "newmark: ")
     add, number = command.add_argument, {"required": required, "type": float}
     add("--K", **number, metavar="F", help=f"{both}contact stiffness; the paper uses 100 to 12000")
-    add("--D", **number, metavar="F", help=f"{both}contact damping; the paper uses 8 to 50")
+    add(
+        "--D",
+        type=float,
+        metavar="F",
+        help=f"{both}contact damping; the paper uses 8 to 50; some laws need none: --law",
+    )
     add("--steps", **number, metavar="N", help=f"{newmark}steps per excitation period, the time step is T/N")
     add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
 
@@ -256,7 +261,7 @@ def _own_options(options: argparse.Namespace) -> tuple[str, ...]:
 def method_of(options: argparse.Namespace) -> Method:
     """The method that the options describe; options of other solvers get a note on stderr."""
     note_unused(options)
-    law = _law_of(options)
+    law = law_of(options)
     needed = [name for name in NEEDED[options.solver] if name != "D" or law.get("law") not in LAWS_BY_RESTITUTION]
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if missing:
@@ -271,7 +276,7 @@ def method_of(options: argparse.Namespace) -> Method:
     return stepping_of(options)
 
 
-def _law_of(options: argparse.Namespace) -> dict[str, str | float]:
+def law_of(options: argparse.Namespace) -> dict[str, str | float]:
     """The options of the contact law that are given."""
     return {name: value for name in LAW_OPTIONS if (value := getattr(options, name, None)) is not None}
 
@@ -282,12 +287,15 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | Time
     ``numbers``: K, D and steps, in place of those that the options give.
     """
     K, D, n = (numbers.get(name, getattr(options, name, None)) for name in ("K", "D", "steps"))
+    if D is None and getattr(options, "law", None) not in LAWS_BY_RESTITUTION:
+        laws = ", ".join(LAWS_BY_RESTITUTION)
+        raise ValueError(f"--D is missing: give it, or a --law that takes its damper from the restitution: {laws}")
     given = {name: value for name in STEPPING_OPTIONS if (value := getattr(options, name, None)) is not None}
     status = given.pop("status", CONTACT_STATUSES[0])
     located = options.located or status == "located"
     if given.get("integrator") == NewmarkBeta.name:
         del given["integrator"]
-    law, every_step = _law_of(options), getattr(options, "every_step", False)
+    law, every_step = law_of(options), getattr(options, "every_step", False)
     linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS and len(law) < 2
     if not given and linear and (located or status == CONTACT_STATUSES[0]):
         return Newmark(K, D, n, every_step, located, **law)

@@ -16,6 +16,7 @@ from vibroscope.app.commands.options import (
     add_system_option,
     default_of,
     eta_of,
+    law_of,
     note_unused,
     numbers,
     reference_of,
@@ -216,7 +217,7 @@ def _method(options: argparse.Namespace) -> Method:
             f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers: --K 12000 --D 18"
         )
     if options.solver == "exact":
-        return ExactPenalty(given["K"], given["D"])
+        return ExactPenalty(given["K"], given["D"], **law_of(options))
     return stepping_of(options, **given)
 
 
@@ -227,7 +228,9 @@ def _plane(options: argparse.Namespace, **how):
     axes = [spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")]
     steps = None if exact else options.steps
     more = {"parts": not options.no_error}
-    more |= {"located": options.located} if exact else {"scheme": _scheme(options)}
+
+    more |= {"located": options.located} if exact else {}
+    more |= {"scheme": _scheme(options)} if law_of(options) or not exact else {}
     return sweep_plane(system_of(options), eta_of(options), *axes, steps=steps, **more, **how)
 
 

@@ -8,7 +8,7 @@ from ..wording import percent
 from .agreement import SAME, is_visible
 from .compare import Comparison
 from .difference import Difference
-from .experiments import Experiment, has_equal_restitution
+from .experiments import Experiment, equal_damping, round_to_three_digits
 
 HELPS = 0.75  # an experiment that leaves more than this of the difference is no help
 NEARLY = 1.3  # times as much may remain without the time step, if the step scatters the section
@@ -143,7 +143,9 @@ def _stiffness_sentence(comparison: Comparison, best: Experiment) -> tuple[str, 
 
 def _damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     value = best.method.damping
-    why = ", which restores the right rebound," if has_equal_restitution(best.method) else ""
+    equal = equal_damping(comparison, best.method)
+    right = np.isfinite(equal) and value == round_to_three_digits(equal)
+    why = ", which restores the right rebound," if right else ""
     return f"D = {value:g}{why} leaves {percent(best.remaining)}.", {"D": value}
 
 

@@ -210,7 +210,7 @@ class Comparison:
         return split_regularisation(self.parts, exact, self.runs.derived, self.grid, self.start, cancelled)
 
     def split_time_step(self, cancelled: Callable[[], bool] | None = None) -> TimeStepParts:
-        """Split the part of the time step into those of the contact status and of the integrator, by one or two runs.
+        """Split the part of the time step into those of the contact status and of the integrator, by one run.
 
         Raises
         ------

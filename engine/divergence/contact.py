@@ -31,11 +31,15 @@ import numpy as np
 
 from ..arguments import shown
 from ..laws import restitution_of, restitution_without_pull
+from ..methods import CONTACT_LAWS, HERTZ, PIECEWISE_LINEAR, Method
 from ..model import System
+from ..restitution import damping_of_restitution
 
 __all__ = [
+    "contact_duration",
     "contact_frequency",
     "damping_for",
+    "damping_of_law",
     "damping_ratio",
     "damping_ratio_for",
     "equal_restitution_damping",
@@ -48,6 +52,34 @@ __all__ = [
 def contact_frequency(system: System, stiffness: float) -> float:
     """Return ω_c = √(K(1 + 1/μ)) of a contact."""
     return math.sqrt(stiffness / system.mass_share)
+
+
+def damping_of_law(system: System, method: Method, stiffness: float, closing_speed: float) -> float:
+    """Return the D with which a contact of K and the method's law has the system's restitution, at a closing speed.
+
+    nan where there is none: no closing speed (nan), or a restitution smaller than any damping gives.
+    """
+    if method.law == CONTACT_LAWS[0]:
+        return float(equal_restitution_damping(system, stiffness))
+    if math.isnan(closing_speed):
+        return math.nan
+    numbers = {name: getattr(method, name) for name in ("exponent", "penetration") if hasattr(method, name)}
+    numbers |= {"mass": system.mass_share, "closing_speed": closing_speed}
+    try:
+        return damping_of_restitution(method.law, system.restitution, stiffness, **numbers)
+    except ValueError:
+        return math.nan
+
+
+def contact_duration(system: System, method: Method, closing_speed: float | np.ndarray) -> float | np.ndarray:
+    """Return how long a contact would last without its damper: of a force Kδⁿ, and from ½mv₀² = Kδₘⁿ⁺¹/(n + 1),
+
+    2 (δₘ/v₀) √π Γ(1 + 1/(n + 1))/Γ(½ + 1/(n + 1)),        π/ω_c for n = 1.
+    """
+    n = 1.0 if method.law in PIECEWISE_LINEAR else getattr(method, "exponent", HERTZ)
+    part = 1.0 / (n + 1.0)
+    depth = ((n + 1.0) * system.mass_share * closing_speed**2 / (2.0 * method.stiffness)) ** part
+    return 2.0 * depth / closing_speed * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)
 
 
 def stiffness_for(system: System, eta: float, steps: int, contact_steps: float) -> float:

@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 
-from ..methods import is_located
+from ..methods import CONTACT_LAWS, is_located
 from ..motions.words import touching
+from ..restitution import effective_restitution
 from ..wording import percent, rounded
 from .compare import Comparison
 from .contact import contact_frequency, damping_ratio, restitution_of
-from .encounters import delivered_restitution
-from .experiments import Experiment, equal_damping, has_equal_restitution
+from .encounters import delivered_restitution, mean_closing_speed
+from .experiments import Experiment, equal_damping
 
 
 def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> tuple[str, ...]:
@@ -39,27 +40,31 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
 
 
 def _restitution_sentences(comparison: Comparison) -> tuple[str, ...]:
-    """Return how fast the bodies part, measured or by the formula of a spring and a damper; nothing if unknown."""
+    """Return how fast the bodies part, measured or as a contact alone has it; nothing if nothing collides."""
     run = comparison.runs.penalty
     method, system, bounce = run.method, run.system, delivered_restitution(run)
-    closed = has_equal_restitution(method)
-    if not closed and np.isnan(bounce):
-        return ()
     asked = f"the restitution e asks for {rounded(system.restitution, 2)}"
-    if closed:
+    equal = equal_damping(comparison, method)
+    if method.damping is None:
+        asked += f", from which the law {method.law} takes its damper"
+    elif np.isfinite(equal):
+        asked += f", which D = {equal:.3g} would give"
+    if method.law == CONTACT_LAWS[0]:
         ratio = damping_ratio(system, method.stiffness, method.damping)
         bounce = restitution_of(ratio) if np.isnan(bounce) else bounce
-        asked += (
-            f", which D = {equal_damping(comparison, method.stiffness):.3g} would give "
-            f"(damping ratio of the contact ζ = {rounded(ratio, 2)})"
-        )
+        asked += f" (damping ratio of the contact ζ = {rounded(ratio, 2)})"
+    elif np.isnan(bounce):
+        speed = mean_closing_speed(comparison.runs.reference)
+        if np.isnan(speed):
+            return ()
+        bounce = effective_restitution(system, method, speed)
     return (f"The bodies part with {rounded(bounce, 2)} of the speed at which they meet; {asked}.",)
 
 
 def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
     """Return how long a contact lasts, half an oscillation of its mode, and how many steps; nothing if it creeps."""
     run = comparison.runs.penalty
-    if not has_equal_restitution(run.method):
+    if run.method.law != CONTACT_LAWS[0]:
         return ()
     ratio = damping_ratio(run.system, run.method.stiffness, run.method.damping)
     if ratio >= 1:
@@ -76,4 +81,5 @@ def _name(experiment: Experiment) -> str:
         name = "status" if is_located(experiment.method) else experiment.changed
         value = "located" if is_located(experiment.method) else getattr(experiment.method, experiment.changed)
         return f"{name} {getattr(value, 'name', value)}"
-    return f"K = {experiment.method.stiffness:g}, D = {experiment.method.damping:.3g}"
+    damping = experiment.method.damping
+    return f"K = {experiment.method.stiffness:g}" + ("" if damping is None else f", D = {damping:.3g}")

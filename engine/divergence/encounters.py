@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..result import Response
-from .contact import contact_frequency
+from .contact import contact_duration
 
 NEAR = 0.125  # excitation periods
-SHORT = 2.0  # half oscillations of the contact; in longer contacts other forces press the pendulums together
+SHORT = 2.0  # durations of a contact alone; in longer ones other forces press the pendulums together
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Encounters:
     phase_error : float
         Root mean square of the same.
     restitution : float
-        Restitution delivered: Σ parting speed / Σ closing speed over all contacts of at most SHORT half oscillations,
-        matched or not; nan if there are none.
+        Restitution delivered: Σ parting speed / Σ closing speed over all contacts of at most SHORT durations of a
+        contact alone, matched or not; nan if there are none.
     """
 
     matched: float
@@ -81,11 +81,21 @@ def delivered_restitution(penalty: Response) -> float:
     begun = np.isin(penalty.contacts[:, 0], impacts.time)
     durations = np.diff(penalty.contacts[begun], axis=1)[:, 0]
     whole = np.isin(impacts.time, penalty.contacts[:, 0])
-    short = durations <= SHORT * np.pi / contact_frequency(penalty.system, penalty.method.stiffness)
-    before, after = (
-        np.diff(velocity[whole][short], axis=1).sum() for velocity in (impacts.velocity_before, impacts.velocity_after)
+    closing, parting = (
+        np.diff(velocity[whole], axis=1)[:, 0] for velocity in (impacts.velocity_before, impacts.velocity_after)
     )
+    closes = closing < 0.0
+    short = closes.copy()
+    short[closes] = durations[closes] <= SHORT * contact_duration(penalty.system, penalty.method, -closing[closes])
+    before, after = closing[short].sum(), parting[short].sum()
     return float(-after / before) if before < 0 else np.nan
+
+
+def mean_closing_speed(run: Response) -> float:
+    """Return the mean closing speed of the kept impacts of a run, weighted by itself; nan if there are none."""
+    closing = -np.diff(run.impacts.velocity_before, axis=1)
+    closing = closing[closing > 0.0]
+    return float((closing**2).sum() / closing.sum()) if len(closing) else np.nan
 
 
 def _in_periods(time: np.ndarray, response: Response) -> np.ndarray:

@@ -5,9 +5,12 @@ and the parts do not separate K from D. So experiments decide which number is to
 
 - no time step: the exact penalty solution, which has been run already;
 - no joint damping of its own, where it has one: the reference with derived joint damping, which has been run already;
-- D of equal restitution, D = ζ(e) √(Kμ/(1 + μ)), or with another law than the spring and the damper half D and twice D:
-  Newmark is run again;
-- ten times K, once with D kept, and once with D growing as √K, which keeps the restitution: Newmark is run twice more.
+- D of equal restitution, D = ζ(e) √(Kμ/(1 + μ)), or that of another law at the mean closing speed of the reference;
+  if a law has none half D and twice D: Newmark is run again;
+- ten times K, once with D kept, and once with D growing as √K (as K where the law's damper is a factor of
+  the spring's force), which keeps the restitution: Newmark is run twice more.
+
+Where the law takes its damper from the restitution, there is no D to change.
 
 Of :class:`engine.TimeStepping` the choices of a code are tried, too, each alone:
 
@@ -26,11 +29,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..integrators import NewmarkBeta
+from ..laws import RATIO_LAWS
 from ..methods import CONTACT_LAWS, CONTACT_STATUSES, STIFFNESS_RANGE, Newmark, TimeStepping, is_located
 from ..result import Record
 from ..simulate import simulate
 from .compare import Comparison
-from .contact import equal_restitution_damping
+from .contact import damping_of_law
+from .encounters import mean_closing_speed
 from .error import Target
 from .statistics import long_section, wasserstein_distance
 from .time_step import with_located_steps
@@ -82,14 +87,16 @@ def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None
     return sorted(known, key=lambda experiment: experiment.remaining)
 
 
-def has_equal_restitution(method: Newmark | TimeStepping) -> bool:
-    """Whether the D of equal restitution is known in closed form: that of a spring and a damper."""
-    return method.law == CONTACT_LAWS[0]
+def equal_damping(comparison: Comparison, method: Newmark | TimeStepping) -> float:
+    """Return the D with which a contact of a method's K and law delivers the reference's restitution.
 
-
-def equal_damping(comparison: Comparison, stiffness: float) -> float:
-    """Return the D with which a contact of stiffness K delivers the reference's restitution."""
-    return float(equal_restitution_damping(comparison.runs.reference.system, stiffness))
+    With a law that depends on it, at the mean closing speed of the reference. nan where the law takes its damper from
+    the restitution, where nothing collides, and where no D gives so small a restitution.
+    """
+    system = comparison.runs.reference.system
+    if method.damping is None:
+        return np.nan
+    return damping_of_law(system, method, method.stiffness, mean_closing_speed(comparison.runs.reference))
 
 
 def _remaining_without(comparison: Comparison, part: str) -> float:
@@ -134,8 +141,8 @@ def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newma
 def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark | TimeStepping]]:
     """Yield the name of a number, and the method with this number changed, to one of three digits."""
     method = comparison.runs.penalty.method
-    if has_equal_restitution(method):
-        equal = equal_damping(comparison, method.stiffness)
+    equal = equal_damping(comparison, method)
+    if np.isfinite(equal):
         if abs(method.damping - equal) > EQUAL * equal:
             yield "D", replace(method, damping=round_to_three_digits(equal))
     elif method.damping:
@@ -145,7 +152,8 @@ def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark | Ti
     if stiffer <= STIFFNESS_RANGE[1]:
         yield "K", replace(method, stiffness=stiffer)
         if method.damping:
-            damping = round_to_three_digits(STIFFER**0.5 * method.damping)
+            power = 1.0 if method.law in RATIO_LAWS else 0.5
+            damping = round_to_three_digits(STIFFER**power * method.damping)
             yield "K", replace(method, stiffness=stiffer, damping=damping)
 
 

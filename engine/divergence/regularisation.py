@@ -12,6 +12,9 @@ The last two together are the effect of a wrong restitution e(ζ) ≠ e. At equa
 D = ζ(e)√(Kμ/(1 + μ)) takes the pulling into account. The first part is also the remainder: it includes everything that
 has no counterpart in an impact, such as contacts that follow each other before the first has ended, or that the springs
 press together.
+
+Other contact laws have one more reference, with the restitution that the law gives at the mean closing speed of the
+impacts (:func:`engine.effective_restitution`), and two parts: the finite contact time and the wrong restitution.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,10 +23,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..drivers.section import period_of
-from ..methods import ExactPenalty
+from ..methods import CONTACT_LAWS, ExactPenalty
+from ..restitution import effective_restitution
 from ..result import Record, Response
 from ..simulate import simulate
 from .contact import damping_ratio, restitution_of, restitution_without_pull
+from .encounters import mean_closing_speed
 from .grid import samples_beside
 from .parts import DifferenceSeries
 
@@ -35,11 +40,12 @@ class Regularisation:
     Attributes
     ----------
     ratio : float
-        ζ of the contact.
+        ζ of the contact; nan with a law other than the spring and the damper.
     restitution, without_pull : float
-        e(ζ) and e°(ζ).
-    contact_time, pulling, damper : (4, n) ndarray
+        e(ζ) and e°(ζ); of another law the restitution that it gives, and nan.
+    contact_time, wrong_restitution, pulling, damper : (4, n) ndarray
         The parts on the grid of :class:`.parts.DifferenceSeries`: ξ₁, ξ₂, ξ₁′, ξ₂′; nan where a reference ended early.
+        The wrong restitution is pulling and damper together; these are nan with another law.
     in_step : bool
         Whether the two further references repeat after as many periods as the one with e; otherwise the parts are
         hardly meaningful.
@@ -49,14 +55,10 @@ class Regularisation:
     restitution: float
     without_pull: float
     contact_time: np.ndarray
+    wrong_restitution: np.ndarray
     pulling: np.ndarray
     damper: np.ndarray
     in_step: bool
-
-    @property
-    def wrong_restitution(self) -> np.ndarray:
-        """Reference(e(ζ)) − reference(e): pulling and damper together."""
-        return self.pulling + self.damper
 
 
 def split_regularisation(
@@ -79,9 +81,13 @@ def split_regularisation(
         Of one period of the series.
     initial : (4,) sequence, or None for rest
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0 of all runs.
+
+    Raises
+    ------
+    ValueError
+        If nothing collides, so that no closing speed says which restitution another law gives.
     """
-    ratio = damping_ratio(derived.system, exact.stiffness, exact.damping)
-    restitutions = restitution_of(ratio), restitution_without_pull(ratio)
+    ratio, restitutions = _restitutions(exact, derived)
     own = series.runs.derived.reshape(4, derived.keep, -1)
     rows, periods = [], {period_of(derived.section)}
     for restitution in restitutions:
@@ -89,15 +95,28 @@ def split_regularisation(
         period = period_of(run.section) if run.ok else 0
         periods.add(period)
         rows.append(samples_beside(run, period, own, grid, cancelled)[0].reshape(4, -1))
-    delivered, without_pull = rows
+    delivered, without_pull = rows if len(rows) == 2 else (rows[0], np.full_like(rows[0], np.nan))
     return Regularisation(
         ratio,
-        *restitutions,
+        restitutions[0],
+        restitutions[1] if len(rows) == 2 else np.nan,
         contact_time=series.runs.exact - delivered,
+        wrong_restitution=delivered - series.runs.derived,
         pulling=delivered - without_pull,
         damper=without_pull - series.runs.derived,
         in_step=len(periods) == 1 and 0 not in periods,
     )
+
+
+def _restitutions(exact: ExactPenalty, derived: Response) -> tuple[float, tuple[float, ...]]:
+    """Return ζ with e(ζ) and e°(ζ); of another law nan with the restitution that it gives."""
+    if exact.law == CONTACT_LAWS[0]:
+        ratio = damping_ratio(derived.system, exact.stiffness, exact.damping)
+        return ratio, (restitution_of(ratio), restitution_without_pull(ratio))
+    speed = mean_closing_speed(derived)
+    if np.isnan(speed):
+        raise ValueError(f"nothing collides, so that the restitution of the law {exact.law!r} has no closing speed")
+    return np.nan, (effective_restitution(derived.system, exact, speed),)
 
 
 def _with_restitution(derived: Response, restitution: float, initial: Sequence[float] | None, cancelled) -> Response:

@@ -4,8 +4,7 @@
                                              + the rest                                             integrator
 
 A located step is cut where contact changes, so that it has the right status all along. The two runs of the first
-bracket are those of the method itself, if its steps can be located; otherwise those of Newmark's method, α = ½, β = ¼,
-with the same status, law and steps. What remains is the error that the integrator makes with the right status: of
+bracket are those of the method itself. What remains is the error that the integrator makes with the right status: of
 second order or better where the method has it, with its numerical damping. The rest is a difference, so that both add
 up exactly at every instant.
 """
@@ -15,7 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..integrators import NewmarkBeta
 from ..methods import Newmark, TimeStepping
 from ..motions.description import describe
 from ..result import Record, Response
@@ -34,17 +32,14 @@ class TimeStepParts:
         On the grid of :class:`.parts.DifferenceSeries`: ξ₁, ξ₂, ξ₁′, ξ₂′; nan where a run ended early.
     located : Newmark or TimeStepping
         The method of the located steps.
-    own : bool
-        Whether it is the integrator of the penalty solution; otherwise it is Newmark's method.
     in_step : bool
-        Whether both runs repeat after as many periods as the penalty solution; otherwise the parts are hardly
+        Whether that run repeats after as many periods as the penalty solution; otherwise the parts are hardly
         meaningful.
     """
 
     status: np.ndarray
     integrator: np.ndarray
     located: Newmark | TimeStepping
-    own: bool
     in_step: bool
 
 
@@ -58,29 +53,7 @@ def with_located_steps(method: Newmark | TimeStepping) -> Newmark | TimeStepping
     """
     if isinstance(method, Newmark):
         return replace(method, every_step=False, located=True)
-    try:
-        return replace(method, status="located")
-    except ValueError:
-        if method.integrator != NewmarkBeta():
-            raise
-        return Newmark(method.stiffness, method.damping, method.steps, located=True, law=method.law)
-
-
-def status_pair(method: Newmark | TimeStepping) -> tuple[Newmark | TimeStepping, Newmark | TimeStepping]:
-    """Return two methods that differ in the contact status alone: that of the method, and located steps.
-
-    Raises
-    ------
-    ValueError
-        If no steps with its contact law can be located.
-    """
-    try:
-        return method, with_located_steps(method)
-    except ValueError:
-        if isinstance(method, Newmark):
-            raise
-        newmark = replace(method, integrator=NewmarkBeta())
-        return newmark, with_located_steps(newmark)
+    return replace(method, status="located")
 
 
 def split_time_step(
@@ -90,7 +63,7 @@ def split_time_step(
     initial,
     cancelled: Callable[[], bool] | None = None,
 ) -> TimeStepParts:
-    """Split the time step of a comparison, by one or two more runs.
+    """Split the time step of a comparison, by a run with located steps.
 
     Parameters
     ----------
@@ -106,19 +79,14 @@ def split_time_step(
     ValueError
         If no steps with the contact law can be located.
     """
-    pair = status_pair(penalty.method)
-    options = {"periods": penalty.periods, "keep": penalty.keep, "initial": initial, "cancelled": cancelled}
-    runs = [
-        penalty if method == penalty.method else simulate(penalty.system, penalty.eta, method, **options)
-        for method in pair
-    ]
-    motions = [describe(run) for run in (penalty, *runs)]
+    method, run = with_located_steps(penalty.method), penalty
+    if method != penalty.method:
+        options = {"periods": penalty.periods, "keep": penalty.keep, "initial": initial, "cancelled": cancelled}
+        run = simulate(penalty.system, penalty.eta, method, **options)
+    first, found = describe(penalty), describe(run)
     own = series.runs.penalty.reshape(4, penalty.keep, -1)
-    rows = [
-        own if run is penalty else samples_beside(run, found.period, own, grid, cancelled)[0]
-        for run, found in zip(runs, motions[1:], strict=True)
-    ]
-    status = (rows[0] - rows[1]).reshape(4, -1)
-    together = len({found.near_period for found in motions}) == 1 and motions[0].near_period > 0
-    free = not penalty.system.excitation.drives and all(run.ok for run in runs)
-    return TimeStepParts(status, series.time_step - status, pair[1], pair[0] == penalty.method, together or free)
+    located = own if run is penalty else samples_beside(run, found.period, own, grid, cancelled)[0]
+    status = (own - located).reshape(4, -1)
+    together = found.near_period == first.near_period > 0
+    free = not penalty.system.excitation.drives and run.ok
+    return TimeStepParts(status, series.time_step - status, method, together or free)

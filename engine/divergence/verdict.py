@@ -19,7 +19,7 @@ from .agreement import CLOSE, SAME, agreement, is_visible, time_step_scatter
 from .blame import best_experiment, blame_sentence
 from .compare import Comparison, error_from_penalty_state
 from .details import detail_sentences, duration_sentences
-from .experiments import run_experiments, without_jump
+from .experiments import JUMPS, run_experiments, without_jump
 from .grid import rms
 from .statistics import SECTION
 
@@ -226,7 +226,10 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
     run = comparison.runs.penalty
     method, cause = run.method, replace(run.method, damping=0.0)
     jumps = _first_that_finishes(comparison, (cause,), cancelled) is not None
-    why = "The damper's jump at touch" if jumps else f"The contact status at the {method.status} of the step"
+    at_touch = method.law in JUMPS
+    damper = "The damper's jump at touch" if at_touch else "The damper"
+    why = damper if jumps else f"The contact status at the {method.status} of the step"
+    halved = range(1, DOUBLINGS + 1) if method.damping is not None else ()
     tried = {
         "without_solution": [
             replace(method, without_solution=each)
@@ -234,7 +237,7 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
             if each != method.without_solution
         ],
         "steps": _more_steps(method),
-        "damping": [replace(method, damping=float(f"{method.damping / 2**i:.3g}")) for i in range(1, DOUBLINGS + 1)],
+        "damping": [replace(method, damping=float(f"{method.damping / 2**i:.3g}")) for i in halved],
         "law": [smooth] if (smooth := without_jump(method)) is not None else [],
         "status": [replace(method, status="start")],
     }
@@ -243,13 +246,12 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
     words = {"without_solution": "without-solution {}", "steps": "{:,} steps", "damping": "D = {:g}"}
     ways = [words.get(name, name + " {}").format(value) for name, value in change.items()]
     first = {"damping": "D"}
-    step = run.cost.steps + 1
-    when = f"step {step} (period {(step - 1) // method.steps + 1})"
+    when = run.message[: run.message.index(")") + 1]  # its step and period: the cost has no skipped steps
     return Verdict(
         f"The penalty solution stopped at {when}, which has no solution. {why} is to blame. "
         + (f"What finishes, each tried alone: {', or '.join(ways)}." if ways else "Nothing tried finishes."),
         "unknown",
-        "law" if jumps else "status",
+        ("law" if at_touch else "D") if jumps else "status",
         {first.get(name, name): value for name, value in list(change.items())[:1]},
         details=(run.message,),
     )

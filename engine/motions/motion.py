@@ -89,8 +89,9 @@ def motion(
         return describe(subject)
     if eta is None or method is None:
         raise ValueError("a system alone has no motion: give motion(system, eta, method), or a response")
-    find = _stepped_motion if isinstance(method, STEPPING) else _closed_form_motion
-    if remembers(subject, method):
+    stepped = isinstance(method, STEPPING)
+    find = _stepped_motion if stepped else _closed_form_motion
+    if remembers(subject, method.limit if stepped else method):
         find = _remembering_motion
     return find(subject, eta, method, initial, cancelled)
 
@@ -152,9 +153,9 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     )
 
 
-def _remembering_motion(system: System, eta, method: ExactPenalty, initial, cancelled) -> Motion:
+def _remembering_motion(system: System, eta, method, initial, cancelled) -> Motion:
     """Describe a run of a law whose section does not say all of the state: its period alone, no multipliers."""
-    record = Record(SAMPLED, SAMPLES)
+    record = _record_of(method) if isinstance(method, STEPPING) else Record(SAMPLED, SAMPLES)
     options = {"initial": initial, "record": record, "cancelled": cancelled}
     run = simulate(system, eta, method, periods=LONG, keep=KEEP, **options)
     return _with_energy(describe(run), run, cancelled) if run.ok else describe(run)
@@ -234,10 +235,15 @@ def _limit_of(method: Newmark | TimeStepping) -> ExactPenalty | None:
         return None
 
 
+def _record_of(method: Newmark | TimeStepping) -> Record | None:
+    """Every step of as many periods as are sampled; None if a period has too many steps."""
+    sampled = max(1, min(SAMPLED, MOST_SAMPLES // method.steps))
+    return Record(sampled, method.steps) if method.steps <= MOST_STEPS else None
+
+
 def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial, cancelled) -> Motion:
     without_step = _limit_of(method)
-    sampled = max(1, min(SAMPLED, MOST_SAMPLES // method.steps))
-    record = Record(sampled, method.steps) if method.steps <= MOST_STEPS else None
+    record = _record_of(method)
     run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, record=record, cancelled=cancelled)
     if not run.ok:
         return describe(run)

@@ -2,7 +2,8 @@
 
 For each n there is a best K: a softer contact lasts too long, and of a stiffer one a larger fraction is missed by its
 few steps. Formulas say where to look. A contact should take between one and a hundred steps
-(:func:`..divergence.contact.stiffness_for`), and D should be near that of equal restitution, D = ζ(e)√(Kμ/(1 + μ)).
+(:func:`..divergence.contact.stiffness_for`), and D should be near that of equal restitution, D = ζ(e)√(Kμ/(1 + μ)), or
+what another contact law needs for that at the mean closing speed of the reference.
 Less and more damping is tried too, since it can compensate in part for what the model lacks. The best settings of this
 grid are judged with their neighbours (:mod:`.trials`), and the best of these is improved by ever smaller moves in log K
 and log D.
@@ -16,9 +17,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..divergence.contact import damping_for, damping_ratio, damping_ratio_for, stiffness_for
+from ..divergence.contact import damping_for, damping_of_law, damping_ratio, damping_ratio_for, stiffness_for
 from ..divergence.experiments import round_to_three_digits
-from ..methods import STIFFNESS_RANGE
+from ..laws import RATIO_LAWS
+from ..methods import CONTACT_LAWS, STIFFNESS_RANGE
 from ..model import System
 from .limits import Limits
 from .range_trials import RangeTrials
@@ -52,6 +54,7 @@ class ContactSearch:
     tolerance: float
     judged: list[Trial] = field(default_factory=list)
     _best: dict[int, Trial] = field(default_factory=dict)
+    _equal: dict[float, float] = field(default_factory=dict)
 
     @property
     def best(self) -> list[Trial]:
@@ -90,13 +93,22 @@ class ContactSearch:
         return min(good + ([] if best is None else [best]), key=self.by_robust_error, default=None)
 
     def _grid(self, steps: int) -> list[NewmarkSetting]:
-        centre = max(damping_ratio_for(self.system.restitution), LEAST_DAMPING)
         grid = (
-            self._setting(stiffness, factor * centre, steps)
+            self._setting(stiffness, factor * self._centre(stiffness), steps)
             for stiffness in self._stiffnesses(steps)
             for factor in DAMPING_FACTORS
         )
         return list(dict.fromkeys(grid))  # once each, where D is held
+
+    def _centre(self, stiffness: float) -> float:
+        """ζ = D/√(Kμ/(1 + μ)) of equal restitution, which only a spring and a damper have the same of for all K."""
+        equal, scheme = damping_ratio_for(self.system.restitution), self.trials.scheme
+        if scheme.law != CONTACT_LAWS[0]:
+            if stiffness not in self._equal:
+                self._equal[stiffness] = damping_of_law(self.system, scheme, stiffness, self.trials.closing_speed)
+            if math.isfinite(self._equal[stiffness]):
+                equal = damping_ratio(self.system, stiffness, self._equal[stiffness])
+        return max(equal, LEAST_DAMPING)
 
     def _stiffnesses(self, steps: int) -> np.ndarray:
         if self.limits.stiffness is not None:
@@ -121,8 +133,9 @@ class ContactSearch:
         for n in nearest:
             stiffness, damping, _ = self._best[n].setting
             ratio = damping_ratio(self.system, stiffness, damping)
+            power = 0.5 if self.trials.scheme.law in RATIO_LAWS else 0.0  # of K, which ζ grows with
             scales = (1.0, steps / n, (steps / n) ** 2)
-            settings += [self._setting(stiffness * scale, ratio, steps) for scale in scales]
+            settings += [self._setting(stiffness * scale, ratio * scale**power, steps) for scale in scales]
         return list(dict.fromkeys(settings))
 
     def _around(self, setting: NewmarkSetting, stiffness_factor: float, damping_factor: float) -> list[NewmarkSetting]:

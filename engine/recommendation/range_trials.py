@@ -33,6 +33,8 @@ class RangeTrials:
         self.parts = tuple(parts)
         self.located = parts[0].located
         self.eta = max(part.eta for part in parts)
+        self.scheme = parts[0].scheme
+        self.closing_speed = sum(part.closing_speed for part in parts) / len(parts)
         self._pool = pool
         self._order = list(parts)  # the part that a setting failed at last comes first: most fail there again
 

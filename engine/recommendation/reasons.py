@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from ..divergence.contact import equal_restitution_damping
+from ..divergence.contact import damping_of_law, equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
-from ..methods import Newmark, Reference, TimeStepping
+from ..methods import CONTACT_LAWS, Newmark, Reference, TimeStepping
 from ..motions.description import describe
 from ..motions.steady import KEEP, LONG, Steady, steady
 from ..motions.words import touching
@@ -108,12 +108,14 @@ def unmet_tolerance_reason(
         )
     damping = limits.damping
     if damping is None:
-        damping = float(equal_restitution_damping(system, stiffness_max))
+        damping = damping_of_law(system, trials.scheme, stiffness_max, trials.closing_speed)
+        damping = damping if math.isfinite(damping) else float(equal_restitution_damping(system, stiffness_max))
     stiffest = stiffness_max, damping
     pairs = (least.setting.stiffness, least.setting.damping), stiffest
     methods = (replace(trials.scheme, stiffness=stiffness, damping=d) for stiffness, d in pairs)
     if min(error_without_time_step(target, method, cancelled) for method in methods) <= tolerance:
-        advice = "allow more steps" if trials.located else "allow more steps, or cut them where contact changes"
+        cut = not trials.located and trials.scheme.law == CONTACT_LAWS[0]  # other laws have no located steps
+        advice = "allow more steps, or cut them where contact changes" if cut else "allow more steps"
         return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
     law = trials.scheme.law
     if math.isnan(error_without_time_step(target, trials.scheme, cancelled)):

@@ -30,6 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..divergence.encounters import mean_closing_speed
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..drivers.skipped_samples import SkippedSamples
@@ -103,6 +104,7 @@ class Trials:
         self._system = found.response.system
         self.scheme, self.located = scheme, is_located(scheme)
         self._skips = isinstance(scheme, Newmark) and not self.located and scheme.law == CONTACT_LAWS[0]
+        self.closing_speed = mean_closing_speed(found.response)
         self._pool = pool
         self._cancelled = cancelled
         self._start = tuple(found.state.tolist())

@@ -175,7 +175,8 @@ def sweep_plane(
     if steps is None and located:
         raise ValueError("the exact penalty method has no step that could be located: give steps, or leave located out")
     first = float(K[0]), float(D[0])
-    method = ExactPenalty(*first) if steps is None else _with_numbers(scheme, *first, steps, located)
+    method = _with_numbers(scheme, *first, steps or 2000, located)
+    method = method.limit if steps is None else method
     return _run(PlaneStudy(system, method, eta, transient, sample, K=K, D=D, parts=parts), **how)
 
 

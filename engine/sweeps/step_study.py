@@ -2,9 +2,8 @@
 
 A constant step misses each contact change by a part of a step, so that the section scatters. How fast that fades is
 the observed order p in spread ∝ n⁻ᵖ, the slope of a least-squares line through log spread over log n. Beside each run
-stands the one whose steps are cut at the contact changes (of Newmark's method, where those of the integrator cannot be
-located: :func:`..divergence.time_step.status_pair`); and the error by the time step, Newmark − exact penalty, has
-an order too.
+stands the one whose steps are cut at the contact changes (:func:`..divergence.time_step.with_located_steps`); and the
+error by the time step, Newmark − exact penalty, has an order too.
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ import numpy as np
 
 from ..batch import run_cells
 from ..cells import CellResults, Cells
-from ..divergence.time_step import status_pair
+from ..divergence.time_step import with_located_steps
 from ..methods import Method
 from ..result import Record
 from ..simulate import simulate
@@ -55,7 +54,7 @@ class StepStudy(Study):
     @property
     def _schemes(self) -> tuple[Method, Method]:
         """The method with its own steps, and with located ones."""
-        return self.method, status_pair(self.method)[1]
+        return self.method, with_located_steps(self.method)
 
     @property
     def options(self) -> dict[str, object]:

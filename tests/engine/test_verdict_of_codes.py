@@ -19,7 +19,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.divergence.blame import best_experiment, blame_sentence
 from vibroscope.engine.divergence.experiments import Experiment, changed_choices, run_experiments
-from vibroscope.engine.divergence.time_step import status_pair, with_located_steps
+from vibroscope.engine.divergence.time_step import with_located_steps
 
 SYSTEM = System()
 SHORT = {"periods": 300, "keep": 10}
@@ -51,7 +51,6 @@ def test_each_part_of_the_time_step_responds_to_its_own_choice_alone():
     def sizes(n):
         found = compare(SYSTEM, 1.08, TimeStepping(2500, 8, n), **SHORT)
         parts = found.split_time_step()
-        assert parts.own
         assert parts.in_step
         return [found.parts.relative(part) for part in (parts.status, parts.integrator)]
 
@@ -65,8 +64,8 @@ def test_the_integrators_part_is_the_rest_of_what_the_status_alone_changes():
     method = TimeStepping(2500, 8, 500, HHT(-0.3))
     found = compare(SYSTEM, 1.08, method, **SHORT)
     parts = found.split_time_step()
-    one, other = status_pair(method)
-    runs = [compare(SYSTEM, 1.08, each, **SHORT).parts.runs.penalty for each in (one, other)]
+    assert parts.located == TimeStepping(2500, 8, 500, HHT(-0.3), "located")
+    runs = [compare(SYSTEM, 1.08, each, **SHORT).parts.runs.penalty for each in (method, parts.located)]
     np.testing.assert_allclose(parts.status, runs[0] - runs[1], atol=1e-12)
 
 

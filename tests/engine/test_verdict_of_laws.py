@@ -1,0 +1,95 @@
+"""Comparisons, verdicts and sweeps with every contact law, with a D and with a damper that follows from e."""
+
+import json
+
+import numpy as np
+import pytest
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    LAWS_BY_RESTITUTION,
+    System,
+    TimeStepping,
+    compare,
+    effective_restitution,
+    motion,
+    simulate,
+    sweep_plane,
+    verdict,
+)
+from vibroscope.engine.divergence.contact import contact_duration, contact_frequency, damping_of_law
+from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
+from vibroscope.engine.divergence.experiments import equal_damping
+
+SYSTEM, ETA = System(), 1.08
+CASES = [(law, 8.0) for law in CONTACT_LAWS] + [(law, None) for law in LAWS_BY_RESTITUTION]
+
+
+def stepping(law, damping, steps=300, **more):
+    return TimeStepping(2500, damping, steps, law=law, penetration=0.001 if law == "impact" else None, **more)
+
+
+@pytest.mark.parametrize(("law", "damping"), CASES)
+def test_every_law_has_a_verdict_and_parts_that_add_up(law, damping):
+    found = compare(SYSTEM, ETA, stepping(law, damping), periods=40, keep=5)
+    words = verdict(found)
+    text = " ".join((words.headline, *words.details))
+    assert "nan" not in text
+    assert "None" not in text
+    assert ("D = " in text) == (damping is not None)
+    (bounce,) = (line for line in words.details if line.startswith("The bodies part"))
+    delivered = delivered_restitution(found.runs.penalty)
+    assert abs(float(bounce.split("with ")[1].split()[0]) - delivered) < 0.006
+    split = found.split()
+    rest = split.contact_time + split.wrong_restitution - found.parts.regularisation
+    assert np.nanmax(np.abs(rest)) < 1e-10
+    assert np.isnan(split.ratio) == (law != CONTACT_LAWS[0])
+    if law != CONTACT_LAWS[0]:
+        speed = mean_closing_speed(found.runs.derived)
+        assert split.restitution == effective_restitution(SYSTEM, found.runs.exact.method, speed)
+
+
+@pytest.mark.parametrize("law", CONTACT_LAWS)
+def test_the_equal_damping_of_a_law_gives_the_restitution(law):
+    equal = damping_of_law(SYSTEM, stepping(law, 8.0), 2500, 0.7)
+    assert effective_restitution(SYSTEM, stepping(law, equal), 0.7) == pytest.approx(SYSTEM.restitution, abs=1e-6)
+
+
+def test_where_the_damper_follows_from_e_there_is_no_D_to_change():
+    found = compare(SYSTEM, ETA, stepping("flores", None), periods=40, keep=5)
+    assert np.isnan(equal_damping(found, found.runs.penalty.method))
+
+
+@pytest.mark.parametrize("law", ["kelvin-voigt", "hunt-crossley", "impact"])
+def test_an_undamped_contact_lasts_as_long_as_the_formula_says(law):
+    run = simulate(SYSTEM, 2.76, stepping(law, 0.0, 20_000).limit, periods=20, keep=5)
+    starts = np.isin(run.impacts.time, run.contacts[:, 0])
+    speeds = -np.diff(run.impacts.velocity_before, axis=1)[starts, 0]
+    took = np.diff(run.contacts[np.isin(run.contacts[:, 0], run.impacts.time)], axis=1)[:, 0]
+    fast = speeds > 0.3 * speeds.max()
+    expected = contact_duration(SYSTEM, run.method, speeds)
+    np.testing.assert_allclose(took[fast], expected[fast], rtol=0.1)
+    if law == CONTACT_LAWS[0]:
+        np.testing.assert_allclose(expected, np.pi / contact_frequency(SYSTEM, 2500))
+
+
+def test_a_motion_whose_damper_remembers_is_described():
+    assert motion(SYSTEM, ETA, stepping("hunt-crossley", None, 100)).near_period
+
+
+@pytest.mark.parametrize("damping", [["--D", "8"], []])
+def test_compare_writes_a_law_as_strict_json(damping, capsys):
+    numbers = "--K 2500 --steps 300 --law hunt-crossley --periods 40 --keep 5 --json".split()
+    assert not main(["compare", "--eta", str(ETA), *numbers, *damping])
+    report = json.loads(capsys.readouterr().out)
+    assert report["split"]["damping_ratio"] is None
+    assert report["split"]["restitution"] == pytest.approx(0.975 if damping else 0.663, abs=0.02)
+
+
+def test_the_plane_without_a_time_step_has_the_law(tmp_path):
+    options = {"steps": None, "parts": False, "transient": 20, "sample": 5}
+    plain, law = (
+        sweep_plane(SYSTEM, 2.76, [2500.0], [8.0], out=tmp_path / name, scheme=stepping(name, 8.0), **options)
+        for name in ("kelvin-voigt", "flores")
+    )
+    assert not np.array_equal(plain["penetration"].values, law["penetration"].values)
