@@ -79,7 +79,7 @@ def test_a_motion_whose_damper_remembers_is_described():
 
 @pytest.mark.parametrize("damping", [["--D", "8"], []])
 def test_compare_writes_a_law_as_strict_json(damping, capsys):
-    numbers = "--K 2500 --steps 300 --law hunt-crossley --periods 40 --keep 5 --json".split()
+    numbers = ["--K", "2500", "--steps", "300", "--law", "hunt-crossley", "--periods", "40", "--keep", "5", "--json"]
     assert not main(["compare", "--eta", str(ETA), *numbers, *damping])
     report = json.loads(capsys.readouterr().out)
     assert report["split"]["damping_ratio"] is None
