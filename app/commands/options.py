@@ -154,7 +154,12 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
     both, newmark = ("", "") if required else ("exact, newmark: ", "newmark: ")
     add, number = command.add_argument, {"required": required, "type": float}
     add("--K", **number, metavar="F", help=f"{both}contact stiffness; the paper uses 100 to 12000")
-    add("--D", type=float, metavar="F", help=f"{both}contact damping; the paper uses 8 to 50; some laws need none: --law")
+    add(
+        "--D",
+        type=float,
+        metavar="F",
+        help=f"{both}contact damping; the paper uses 8 to 50; some laws need none: --law",
+    )
     add("--steps", **number, metavar="N", help=f"{newmark}steps per excitation period, the time step is T/N")
     add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
 

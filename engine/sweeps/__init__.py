@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..methods import ExactPenalty, Method, Newmark, TimeStepping
+from ..methods import Method, Newmark, TimeStepping
 from ..model import System
 from .axis import ascending_values, start_of
 from .batches import COARSEST, nearest_known
