@@ -228,7 +228,6 @@ def _plane(options: argparse.Namespace, **how):
     axes = [spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")]
     steps = None if exact else options.steps
     more = {"parts": not options.no_error}
-
     more |= {"located": options.located} if exact else {}
     more |= {"scheme": _scheme(options)} if law_of(options) or not exact else {}
     return sweep_plane(system_of(options), eta_of(options), *axes, steps=steps, **more, **how)

@@ -72,9 +72,11 @@ def damping_of_law(system: System, method: Method, stiffness: float, closing_spe
 
 
 def contact_duration(system: System, method: Method, closing_speed: float | np.ndarray) -> float | np.ndarray:
-    """Return how long a contact with the force Kδⁿ would last without its damper.
+    """Return how long a contact would last without its damper.
 
-    2 (δₘ/v₀) √π Γ(1 + 1/(n + 1))/Γ(½ + 1/(n + 1)), where ½mv₀² = Kδₘⁿ⁺¹/(n + 1); it is π/ω_c for n = 1.
+    With a force Kδⁿ, and from ½mv₀² = Kδₘⁿ⁺¹/(n + 1):
+
+    2 (δₘ/v₀) √π Γ(1 + 1/(n + 1))/Γ(½ + 1/(n + 1)),        π/ω_c for n = 1.
     """
     n = 1.0 if method.law in PIECEWISE_LINEAR else getattr(method, "exponent", HERTZ)
     part = 1.0 / (n + 1.0)

@@ -246,7 +246,8 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
     words = {"without_solution": "without-solution {}", "steps": "{:,} steps", "damping": "D = {:g}"}
     ways = [words.get(name, name + " {}").format(value) for name, value in change.items()]
     first = {"damping": "D"}
-    when = run.message[: run.message.index(")") + 1]  # its step and period: the cost has no skipped steps
+    step = run.cost.steps + 1
+    when = f"step {step} (period {(step - 1) // method.steps + 1})"
     return Verdict(
         f"The penalty solution stopped at {when}, which has no solution. {why} is to blame. "
         + (f"What finishes, each tried alone: {', or '.join(ways)}." if ways else "Nothing tried finishes."),

@@ -91,7 +91,7 @@ def motion(
         raise ValueError("a system alone has no motion: give motion(system, eta, method), or a response")
     stepped = isinstance(method, STEPPING)
     find = _stepped_motion if stepped else _closed_form_motion
-    if remembers(subject, method.limit if stepped else method):
+    if remembers(subject, _limit_of(method) if stepped else method):
         find = _remembering_motion
     return find(subject, eta, method, initial, cancelled)
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 
-from ..methods import STEPS_RANGE
+from ..methods import STEPS_RANGE, Newmark, TimeStepping
 from ..model import check_eta, require
 from .trials import NewmarkSetting, Trial, Trials
 
@@ -33,10 +33,18 @@ class RangeTrials:
         self.parts = tuple(parts)
         self.located = parts[0].located
         self.eta = max(part.eta for part in parts)
-        self.scheme = parts[0].scheme
-        self.closing_speed = sum(part.closing_speed for part in parts) / len(parts)
         self._pool = pool
         self._order = list(parts)  # the part that a setting failed at last comes first: most fail there again
+
+    @property
+    def scheme(self) -> Newmark | TimeStepping:
+        """The method, the same at all frequencies."""
+        return self.parts[0].scheme
+
+    @property
+    def closing_speed(self) -> float:
+        """The mean over the frequencies."""
+        return sum(part.closing_speed for part in self.parts) / len(self.parts)
 
     def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
         """See :meth:`.trials.Trials.screen`."""

