@@ -27,6 +27,7 @@ myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
+nb_ipywidgets_js = {}  # by default from another host; no page has a widget
 suppress_warnings = ["mystnb.unknown_mime_type"]  # what HoloViews sends to a live notebook alone
 smartquotes = False  # options have two hyphens
 
