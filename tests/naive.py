@@ -176,7 +176,7 @@ def newmark(system, eta, stiffness, damping, n, steps, cut=False, start=None):
 
     x1, v1, x2, v2 = system.rest if start is None else start
     x, v = np.array([x1, x2]), np.array([v1, v2])
-    contact = bool(g0 + x[1] - x[0] <= 0)
+    contact = bool(system.gap(x[0], x[1]) <= 0)  # pressed together at rest, the gap is zero but for rounding
     c, k = matrices(contact)
     a = solve(mass, load(0, contact) - c @ v - k @ x)
     states, contacts = [[x[0], v[0], x[1], v[1]]], [contact]

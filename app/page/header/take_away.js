@@ -22,7 +22,7 @@ function takeAwayMenu(model) {
     row("Parameters from a file", loadButton(model, status)),
     copyOrSave("Python", "python", "Python script"),
     copyOrSave("Command line", "command", "commands"),
-    row("Deck for another code", ...["OpenSees", "CalculiX", "Abaqus", "Ansys", "Modelica"]
+    row("Deck for", ...["OpenSees", "CalculiX", "Abaqus", "Ansys", "Modelica"]
       .map((code) => button(code, `Save a deck for ${code}`, () => ask(`deck:${code.toLowerCase()}`)))),
     ofFigures,
     status,
