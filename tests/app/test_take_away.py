@@ -12,6 +12,8 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS
 from vibroscope.app.page.take_away import file_writer, offered_figures
 
+from tests.share import every
+
 from .fakes import FakeHost, QueueingHost
 from .filled_tabs import ADDRESS, SETTING, filled  # noqa: F401 - a fixture
 
@@ -19,7 +21,7 @@ SETTING_KINDS = ("toml", "python", "command")
 STUDIES = ["bifurcation", "plane", "step", "speed"]
 
 
-@pytest.mark.parametrize("key", TABS)
+@pytest.mark.parametrize("key", every(TABS))
 def test_an_offered_file_has_its_format(filled, key):  # noqa: F811
     tab = filled(key)
     for kind in SETTING_KINDS:

@@ -23,7 +23,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words
 
-from tests.share import share
+from tests.share import every, share
 
 TRANSIENT, SAMPLE = 104, 16
 RUN = {"periods": TRANSIENT + SAMPLE, "keep": SAMPLE}
@@ -122,7 +122,7 @@ def test_judged_cells_never_contradict_the_judgement_of_single_motions(name):
 
 
 @pytest.mark.parametrize("method", [Newmark(100, 5, 200), ExactPenalty(100, 5)], ids=["Newmark", "exact"])
-@pytest.mark.parametrize(("d1", "eta"), [(0.0033, 1.3), (0.0033, 0.7), (0.001, 1.3), (0.0003, 0.7)])
+@pytest.mark.parametrize(("d1", "eta"), every([(0.0033, 1.3), (0.0033, 0.7), (0.001, 1.3), (0.0003, 0.7)]))
 def test_a_linear_motion_after_a_short_transient_has_the_period_of_its_excitation(d1, eta, method):
     """Nothing touches; the free vibration has not died away when the sample begins, and returns after its own time."""
     cells = Cells(System(clearance=1000.0, d1=d1), [eta], method)

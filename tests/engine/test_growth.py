@@ -7,6 +7,8 @@ from vibroscope.engine import Cancelled, Newmark, Reference, System, sweep_eta, 
 from vibroscope.engine.sweeps import MISSING, EtaStudy, PlaneStudy, RunOptions, grow
 from vibroscope.engine.sweeps.errors import reference_motion
 
+from tests.share import every
+
 ETAS = np.linspace(2.6, 3.3, 40)
 PERIODS = {"transient": 60, "sample": 10}
 DIRECTIONS = pytest.mark.parametrize("direction", ["rest", "up", "down"])
@@ -105,7 +107,7 @@ SWEEPS = {
 }
 
 
-@pytest.mark.parametrize("name", SWEEPS)
+@pytest.mark.parametrize("name", every(SWEEPS))
 def test_results_in_memory_and_in_a_store_are_identical(tmp_path, name):
     memory = SWEEPS[name](cells_per_chunk=3)
     store = SWEEPS[name](out=tmp_path / "a.zarr", cells_per_chunk=2).load()

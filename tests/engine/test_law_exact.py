@@ -22,6 +22,7 @@ from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.motions.contact_force import peak_force
 
 from tests.naive_laws import Motion, force, gain_of
+from tests.share import every
 
 OTHER = CONTACT_LAWS[1:]
 BY_RESTITUTION = CONTACT_LAWS[4:9]
@@ -43,7 +44,7 @@ def near_wall():
 
 
 @pytest.mark.parametrize("wall", [False, True], ids=["two bodies", "wall"])
-@pytest.mark.parametrize("law", CONTACT_LAWS)
+@pytest.mark.parametrize("law", every(CONTACT_LAWS))
 def test_the_motion_is_that_of_the_twin(law, wall):
     system, start, eta = (near_wall(), (0.0, 0.5, 0.0, 0.0), 1.3) if wall else (System(), APART, 2.76)
     method = method_of(law)

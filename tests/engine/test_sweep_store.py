@@ -20,7 +20,7 @@ from vibroscope.engine.sweeps.arrays import DAMAGE
 from vibroscope.engine.sweeps.digest import engine_digest
 from vibroscope.engine.sweeps.store import Store
 
-from tests.share import share
+from tests.share import every, share
 
 from .store_files import files
 
@@ -62,7 +62,7 @@ def test_all_that_is_there_is_reused(whole):
     assert (files(whole), (whole / "zarr.json").read_bytes()) == before
 
 
-@pytest.mark.parametrize("more", [{}, {"direction": "up"}, {"direction": "down"}, {"refine": 2}])
+@pytest.mark.parametrize("more", every([{}, {"direction": "up"}, {"direction": "down"}, {"refine": 2}]))
 def test_a_study_that_was_stopped_goes_on_to_the_very_same_bytes(tmp_path, more):
     swept(tmp_path / "whole.zarr", **more)
     seen = []

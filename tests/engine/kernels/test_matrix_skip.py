@@ -21,6 +21,8 @@ from vibroscope.engine.drivers.skip_tables import skip_tables
 from vibroscope.engine.drivers.time_stepping import linear_scheme
 from vibroscope.engine.kernels.accelerated.matrix_skip import FREE, PRESSED, PULLED
 
+from tests.share import every
+
 IMPACTS = ("time", "position", "velocity_before", "velocity_after", "impulse", "closing_speed")
 TRAJECTORY = ("time", "displacement", "velocity", "force")
 
@@ -59,7 +61,7 @@ def counts_of(response):
     return response.status, response.steps_without_solution, response.steps_with_two, response.cost.steps
 
 
-@pytest.mark.parametrize("kind", INTEGRATORS.values(), ids=INTEGRATORS)
+@pytest.mark.parametrize("kind", every(INTEGRATORS.values()), ids=every(INTEGRATORS))
 def test_the_same_steps_wherever_rounding_does_not_decide(kind):
     """The plain loop shows how much rounding grows, at an η that differs by 1e-12."""
     rng, compared, changes = np.random.default_rng(7), 0, 0
