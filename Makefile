@@ -139,7 +139,8 @@ lock: build/lock/bin/uv
 	$(LOCK) --extra fit --constraint requirements/image.txt --output-file requirements/run.txt
 	$(LOCK) --extra fit --extra cluster --group test --group lint --group docs --constraint requirements/run.txt --output-file requirements/test.txt
 	$(LOCK) --group docs --constraint requirements/test.txt --output-file requirements/docs.txt
-	$(subst --universal,--python-platform linux,$(subst --group build,,$(subst pyproject.toml,--group pyproject.toml:codes,$(LOCK)))) \
+	$(BIN)/python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['optional-dependencies']['codes'], sep='\n')" \
+	  | $(subst --universal,--python-platform linux,$(subst --group build,,$(subst pyproject.toml,-,$(LOCK)))) \
 	  --constraint requirements/test.txt --output-file requirements/codes.txt
 
 build/lock/bin/uv: $(VENV)/made

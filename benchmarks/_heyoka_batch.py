@@ -54,13 +54,7 @@ def reference_batch(system: System, etas: Sequence[float], threshold: float, tol
     )
     state, touching = memoryview(solver.state), memoryview(solver.pars)
 
-    def run(periods):
-        solver.state[:] = 0.0
-        solver.state[4] = frequencies**2
-        solver.pars[0], solver.pars[1] = 1.0, frequencies
-        return _run_lanes(hy, solver, periods * 2 * np.pi / frequencies, periods)
-
-    return run
+    return _from_rest(hy, solver, frequencies)
 
 
 def penalty_batch(
@@ -89,6 +83,12 @@ def penalty_batch(
         **FASTEST,
     )
     touching = memoryview(solver.pars)
+
+    return _from_rest(hy, solver, frequencies)
+
+
+def _from_rest(hy, solver, frequencies: np.ndarray) -> Run:
+    """A function that runs all lanes from rest, in contact."""
 
     def run(periods):
         solver.state[:] = 0.0

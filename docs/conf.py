@@ -13,7 +13,7 @@ os.environ.setdefault("COLUMNS", "100")
 project = "Vibroscope"
 version = release = version_of("vibroscope")
 root_doc = "index"
-exclude_patterns = ["figures"]
+exclude_patterns = ["examples", "figures"]
 extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",

@@ -60,6 +60,14 @@ def run_cells(
         If a number is out of range: the text names it, the range and what to do.
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Cells, Newmark, System, run_cells
+    >>> cells = Cells(System(), [1.08, 2.76], Newmark(1, 1, 2000), stiffness=[2500, 12000], damping=[8, 18])
+    >>> found = run_cells(cells, transient=500, sample=20)
+    >>> found.period.tolist(), found.section.shape
+    ([1, 0], (2, 20, 4))
     """
     task = driver.Task(
         whole("transient", transient, 0, PERIODS_LIMIT, "give the periods before the sample"),

@@ -110,7 +110,10 @@ class Cells:
         for pick in (np.min, np.max):
             require("initial", float(pick(self.initial)), -reach, reach, "start within a million units of length")
         if isinstance(self.method, Reference):
-            overlaps = [self.system_of(i).overlap_of(state) for i, state in enumerate(self.initial.tolist())]
+            if isinstance(self.system, System):
+                overlaps = self.system.overlaps_of(self.initial)
+            else:
+                overlaps = [self.system_of(i).overlap_of(state) for i, state in enumerate(self.initial.tolist())]
             worst = int(np.argmax(overlaps))
             if overlaps[worst] > 0:
                 raise ValueError(overlap_message(self.system_of(worst), -overlaps[worst]))

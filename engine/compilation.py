@@ -10,8 +10,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from .batch import run_cells
 from .cells import Cells
+from .drivers import settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
@@ -78,6 +81,12 @@ def compile_kernels(progress: Callable[[CompileProgress], None] | None = None) -
         mark.touch()
 
 
+def _settle(cells: Cells) -> None:
+    traps = settle.Traps(np.zeros((0, 4)), np.zeros((0, 4, 4)))
+    start = cells.starts(), np.zeros(len(cells))
+    settle.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
+
+
 def _calls(system: System):
     for name in _AT_WALL if system.wall else _RUNS:
         yield name, lambda method=_RUNS[name]: simulate(system, 1.08, method, periods=2, keep=1)
@@ -85,3 +94,4 @@ def _calls(system: System):
     for name in _BATCHES:
         cells = Cells(system, [1.08], _RUNS[name])
         yield f"{name}, for studies", lambda cells=cells: run_cells(cells, transient=1, sample=2)
+    yield "basins of attraction", lambda: _settle(Cells(system, [1.08], Reference()))

@@ -28,14 +28,14 @@ def response_dataset(response: "Response") -> "xr.Dataset":
     impacts, first = response.impacts, response.checkpoint.periods + 1
     found = xr.Dataset(
         {
-            "section": _array(("period", "coordinate"), response.section, "Poincaré section", f"{LENGTH}, {SPEED}"),
-            "impact_time": _array("impact", impacts.time, "instant of the impact", TIME),
-            "impact_position": _array("impact", impacts.position, "displacement of body 1", LENGTH),
-            "velocity_before": _array(("impact", "body"), impacts.velocity_before, "velocities before", SPEED),
-            "velocity_after": _array(("impact", "body"), impacts.velocity_after, "velocities after", SPEED),
-            "impulse": _array("impact", impacts.impulse, "impulse between the bodies", f"m1 times {SPEED}"),
-            "closing_speed": _array("impact", impacts.closing_speed, "closing speed", SPEED),
-            "contact": _array(("contact", "edge"), response.contacts, "beginning and end of each contact", TIME),
+            "section": labelled(("period", "coordinate"), response.section, "Poincaré section", f"{LENGTH}, {SPEED}"),
+            "impact_time": labelled("impact", impacts.time, "instant of the impact", TIME),
+            "impact_position": labelled("impact", impacts.position, "displacement of body 1", LENGTH),
+            "velocity_before": labelled(("impact", "body"), impacts.velocity_before, "velocities before", SPEED),
+            "velocity_after": labelled(("impact", "body"), impacts.velocity_after, "velocities after", SPEED),
+            "impulse": labelled("impact", impacts.impulse, "impulse between the bodies", f"m1 times {SPEED}"),
+            "closing_speed": labelled("impact", impacts.closing_speed, "closing speed", SPEED),
+            "contact": labelled(("contact", "edge"), response.contacts, "beginning and end of each contact", TIME),
         },
         {
             "period": range(first, first + len(response.section)),
@@ -55,9 +55,9 @@ def response_dataset(response: "Response") -> "xr.Dataset":
     if path is None:
         return found
     return found.assign_coords(time=path.time).assign(
-        displacement=_array(("body", "time"), path.displacement, "displacements relative to the base", LENGTH),
-        velocity=_array(("body", "time"), path.velocity, "velocities relative to the base", SPEED),
-        force=_array("time", path.force, "contact force", "k1 times unit of length"),
+        displacement=labelled(("body", "time"), path.displacement, "displacements relative to the base", LENGTH),
+        velocity=labelled(("body", "time"), path.velocity, "velocities relative to the base", SPEED),
+        force=labelled("time", path.force, "contact force", "k1 times unit of length"),
     )
 
 
@@ -82,14 +82,15 @@ def comparison_dataset(comparison: "Comparison") -> "xr.Dataset":
         raise ValueError("a run ended early, so that there are no series: see the runs' messages")
     names = ("total", *comparison.part_names)
     variables = {
-        name: _array(("coordinate", "time"), getattr(series, name), "", f"{LENGTH}, {SPEED}") for name in names
+        name: labelled(("coordinate", "time"), getattr(series, name), "", f"{LENGTH}, {SPEED}") for name in names
     }
     return xr.Dataset(
-        {"solution": _array(("run", "coordinate", "time"), list(series.runs), "", f"{LENGTH}, {SPEED}")} | variables,
+        {"solution": labelled(("run", "coordinate", "time"), list(series.runs), "", f"{LENGTH}, {SPEED}")} | variables,
         {"time": series.time, "run": list(series.runs._fields), "coordinate": ["xi1", "xi2", "v1", "v2"]},
         {name: getattr(comparison, name) for name in names},
     )
 
 
-def _array(dims, values, meaning: str, unit: str) -> tuple:
+def labelled(dims, values, meaning: str, unit: str) -> tuple:
+    """A variable with its meaning and its unit."""
     return dims, values, {"units": unit} | ({"long_name": meaning} if meaning else {})

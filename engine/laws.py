@@ -70,6 +70,12 @@ def stiffness_of_step(system: System, eta: float, steps: float, scale: float) ->
     ------
     ValueError
         If a number is out of range.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, stiffness_of_step
+    >>> round(stiffness_of_step(System(), 2.76, 500, 0.1))
+    2247
     """
     step = 2.0 * math.pi / check_eta(eta) / whole("steps", steps, *STEPS_RANGE, "give steps per excitation period")
     s = require("stiffness_of_step", scale, 0.0, 1e6, "give the share s of m/Δτ², 0.05 to 1 in codes", open_low=True)

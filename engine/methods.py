@@ -43,6 +43,13 @@ class Reference:
     ------
     ValueError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Reference, System, simulate
+    >>> run = simulate(System(), 1.08, Reference(), periods=300, keep=12)
+    >>> len(run.impacts.time) / 12  # in a period
+    10.0
     """
 
     joint_damping: str = "table"
@@ -82,6 +89,14 @@ class ExactPenalty:
     ------
     ValueError
         If a value is out of range, or no number of the law.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import ExactPenalty
+    >>> ExactPenalty(12000, 18)
+    ExactPenalty(stiffness=12000.0, damping=18.0)
+    >>> ExactPenalty(12000, None, law="flores").damping is None  # it follows from the restitution of the system
+    True
     """
 
     stiffness: float
@@ -125,6 +140,16 @@ class Newmark:
     ------
     ValueError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark
+    >>> Newmark(12000, 18, 2000).limit  # as the step tends to zero
+    ExactPenalty(stiffness=12000.0, damping=18.0)
+    >>> Newmark(12000, -1, 2000)
+    Traceback (most recent call last):
+        ...
+    ValueError: D = -1 is outside [0, 1e+09]: give a contact damping; the paper uses 8 to 50
     """
 
     stiffness: float
@@ -182,6 +207,14 @@ class TimeStepping:
     ------
     ValueError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import HHT, System, TimeStepping, simulate
+    >>> method = TimeStepping(2500, 8, 500, integrator=HHT(alpha=-0.1), status="end")
+    >>> run = simulate(System(), 2.76, method, periods=300)
+    >>> print(run.status, run.message.partition(":")[0])
+    without-solution step 2336 (period 5) has no solution
     """
 
     stiffness: float
@@ -271,6 +304,7 @@ def _check_law(method: ExactPenalty | TimeStepping, law: str) -> None:
 
 Method = Reference | ExactPenalty | Newmark | TimeStepping
 STEPPING = Newmark, TimeStepping  # methods with a time step
+METHOD_NUMBERS = {"K": "stiffness", "D": "damping", "steps": "steps"}  # by their symbols: attributes of a method
 
 
 def is_located(method: Method) -> bool:
@@ -288,13 +322,11 @@ def status_of(method: Newmark | TimeStepping) -> str:
     return "located" if is_located(method) else getattr(method, "status", CONTACT_STATUSES[0])
 
 
+def stages_of(method: Newmark | TimeStepping) -> int:
+    """Stages of a step, each of which is solved for."""
+    return len(method.integrator.stages) if isinstance(method, TimeStepping) else 1
+
+
 def grid_steps(method: Method) -> int:
     """n of a method whose solution exists at the steps of its constant grid alone; 0 of the others."""
     return method.steps if isinstance(method, STEPPING) and not is_located(method) else 0
-
-
-def refuse_time_stepping(method: Method, what: str) -> None:
-    """Raise ValueError if ``what`` is asked of :class:`TimeStepping`, for which it does not exist yet."""
-    if isinstance(method, TimeStepping):
-        where = "contact changes located" if method.located else f"contact at the {method.status} of steps"
-        raise ValueError(f"{what} is not available with {method.integrator.name}, {where}: use Newmark")

@@ -178,6 +178,16 @@ class System:
     ------
     ValueError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Excitation, System
+    >>> System().kappa  # the paper's
+    2.41
+    >>> beside_a_wall = System(wall=True, clearance=0.5, d1=0.07, restitution=0.8)
+    >>> driven_by_a_force = System(mu=0.5, excitation=Excitation(base=0, force1=1.5))
+    >>> beside_a_wall.observed_body, driven_by_a_force.mass_ratio
+    (1, 0.5)
     """
 
     kappa: float = 2.41
@@ -330,9 +340,14 @@ class System:
 
     def overlap_of(self, state: Sequence[float]) -> float:
         """How far the bodies overlap in a state ξ₁, ξ₁′, ξ₂, ξ₂′ by more than rounding; 0 if they do not."""
-        gap = self.gap(state[0], state[2])
-        rounding = 4 * 2.0**-52 * (abs(self.clearance) + abs(state[0]) + abs(state[2])) if self.clearance else 0.0
-        return -gap if gap < -rounding else 0.0
+        return float(self.overlaps_of(np.array([state], dtype=float))[0])
+
+    def overlaps_of(self, states: np.ndarray) -> np.ndarray:
+        """The same of many states, (n, 4)."""
+        x1, x2 = states[:, 0], states[:, 2]
+        gap = self.gap(x1, x2)
+        rounding = 4 * 2.0**-52 * (abs(self.clearance) + np.abs(x1) + np.abs(x2)) if self.clearance else 0.0
+        return np.where(gap < -rounding, -gap, 0.0)
 
     def as_dict(self) -> dict[str, float | bool | None]:
         """The constants by name, in one level: those of the paper's system, and whatever else is not the default.

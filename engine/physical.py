@@ -31,6 +31,7 @@ from .model import (
     flag,
 )
 from .units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, Units
+from .wording import end_text
 
 _LARGE = 1e15
 
@@ -58,7 +59,7 @@ class Range(NamedTuple):
 
     def words(self, unit: str) -> str:
         """The range in a sentence, as "above 0, at most 1000 kg"."""
-        low, high = map(_brief, self[:2])
+        low, high = map(end_text, self[:2])
         first = f"above {low}, " if self.open_low else f"from {low} to "
         last = f"below {high}" if self.open_high else f"at most {high}" if self.open_low else high
         return f"{first}{last} {unit}".rstrip()
@@ -126,6 +127,14 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     ------
     ValueError
         If a number is missing, out of range, given twice in different forms, or has no place beside the others.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import system_of_physical
+    >>> sheet = {"mass1_kg": 25.0, "stiffness1_N_per_m": 98696.0, "wall": True, "clearance_mm": 0.5}
+    >>> system, units, eta = system_of_physical(sheet | {"base_acceleration_m_per_s2": 1.0, "frequency_Hz": 10.0})
+    >>> print(f"{eta:.3f} {system.clearance:.3f} {units.model('stiffness', 5.76e7):.0f}")
+    1.000 1.974 584
     """
     wall = flag(WALL, entry.get(WALL, False))
     given = {name: value for name, value in entry.items() if name != WALL}
@@ -218,12 +227,8 @@ def _checked(name: str, value: float, allowed: Range, beside: str = "") -> float
         number = math.nan
     if not allowed.holds(number):
         words = f"{name} must be {allowed.words(KEYS[name].unit)}{beside and f' {beside}'}"
-        raise ValueError(f"{words}; {_brief(number) if math.isfinite(number) else shown(value)} was given")
+        raise ValueError(f"{words}; {end_text(number) if math.isfinite(number) else shown(value)} was given")
     return number
-
-
-def _brief(value: float) -> str:
-    return f"{value:.6g}".replace("e+", "e").replace("e0", "e").replace("e-0", "e-")
 
 
 def _check_given(given: dict, name: str, allowed: Range, beside: str) -> None:

@@ -48,6 +48,13 @@ def effective_restitution(
     ------
     ValueError
         If a closing speed is not positive.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import ExactPenalty, System, effective_restitution
+    >>> asked = System(restitution=0.2)
+    >>> round(effective_restitution(asked, ExactPenalty(1000, None, "lankarani-nikravesh"), closing_speed=1.0), 3)
+    0.672
     """
     gain, relative = damper_of(system, method)
     numbers = getattr(method, "exponent", HERTZ), getattr(method, "penetration", None)
@@ -88,6 +95,12 @@ def restitution_of_damping(
     ------
     ValueError
         If a number is out of range.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import restitution_of_damping
+    >>> round(restitution_of_damping("kelvin-voigt", 1.712, 584.0), 3)
+    0.8
     """
     method = ExactPenalty(stiffness, damping, law, exponent, penetration)
     gain = 2.0 * method.damping / (method.stiffness if law in RATIO_LAWS else 1.0)
@@ -112,6 +125,14 @@ def damping_of_restitution(
     ------
     ValueError
         If a number is out of range, or no D gives so small a restitution.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import damping_of_restitution
+    >>> round(damping_of_restitution("kelvin-voigt", 0.8, 584.0), 3)
+    1.712
+    >>> round(damping_of_restitution("flores", 0.8, 584.0, closing_speed=2.0), 3)
+    54.479
     """
     e = require("restitution", restitution, 0.0, 1.0, "give the restitution that the contact shall have")
     more = {"closing_speed": closing_speed, "exponent": exponent, "penetration": penetration}

@@ -62,6 +62,15 @@ def simulate(
         If a number is out of range: the text names it, the range and what to do.
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import ExactPenalty, Record, System, simulate
+    >>> method = ExactPenalty(stiffness=12000, damping=18)
+    >>> run = simulate(System(), 2.76, method, periods=500, keep=50, record=Record(periods=2, per_period=400))
+    >>> print(run.status, run.section.shape, run.trajectory.displacement.shape)
+    ok (50, 4) (2, 801)
+    >>> further = simulate(System(), 2.76, method, periods=50, initial=run.checkpoint)  # goes on where it ended
     """
     eta = check_eta(eta)
     periods = whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")

@@ -72,13 +72,23 @@ NOT_MEASURED = "derived"  # in place of a number for d3
 _TABLES = ("system", "excitation", "units", "physical")
 
 
+_NO_RESTITUTION = (
+    "[physical] gives no restitution, and {:g} is taken, that of the paper: give it, since it decides how fast the "
+    "bodies part"
+)
+
+
 @dataclass(frozen=True)
 class SystemFile:
-    """Content of a system file: the system, the units to show results in, and η where the file gives it."""
+    """Content of a system file: the system, the units to show results in, and η where the file gives it.
+
+    ``assumed``: in a sentence each, what a description of an own system leaves out and what is taken for it.
+    """
 
     system: System = field(default_factory=System)
     units: Units = field(default_factory=Units)
     eta: float | None = None
+    assumed: tuple[str, ...] = ()
 
 
 def system_text(system: System | None = None, units: Units | None = None) -> str:
@@ -194,7 +204,15 @@ def read_system(path: str | Path) -> SystemFile:
 
 
 def parse_system(content: bytes) -> SystemFile:
-    """Parse the bytes of a system file; raises as :func:`read_system`, without the name of the file."""
+    """Parse the bytes of a system file; raises as :func:`read_system`, without the name of the file.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, parse_system, system_text
+    >>> text = system_text(System(wall=True, clearance=0.5))
+    >>> parse_system(text.encode()).system.clearance
+    0.5
+    """
     if len(content) > SIZE_LIMIT:
         raise ValueError(f"larger than {SIZE_LIMIT} bytes: a system file holds some twenty numbers")
     return system_of_tables(toml_tables(content))
@@ -207,7 +225,9 @@ def system_of_tables(tables: dict) -> SystemFile:
         others = [f"[{name}]" for name in _TABLES[:-1] if name in tables]
         if others:
             raise ValueError(f"gives [physical] and {', '.join(others)}: describe the system in one way, leave one out")
-        return SystemFile(*system_of_physical(_values(tables, "physical", (*KEYS, WALL), flags=(WALL,))))
+        entry = _values(tables, "physical", (*KEYS, WALL), flags=(WALL,))
+        found = system_of_physical(entry)
+        return SystemFile(*found, () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),))
     constants = _values(
         tables, "system", (*SYSTEM_CONSTANTS, MASS_RATIO, WALL), flags=(WALL,), words={"d3": NOT_MEASURED}
     )

@@ -83,6 +83,15 @@ class Units:
     ------
     ValueError
         If a value is out of range, or the system is unknown.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Units
+    >>> units = Units(omega1=62.8, m1=25.0, base_amplitude=0.25)
+    >>> round(units.model("stiffness", 5.76e7)), round(units.physical("damping", 2.0))
+    (584, 6280)
+    >>> units.text("force", 1.0)
+    '24.65 N'
     """
 
     omega1: float = 1.0
@@ -202,7 +211,14 @@ class Units:
 
 
 def written(value: float, digits: int = 4) -> str:
-    """A number with so many significant digits, such as "0.0153", "2400" or "1.2e-5"; with units or without them."""
+    """A number with so many significant digits, such as "0.0153", "2400" or "1.2e-5"; with units or without them.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import written
+    >>> written(12000.0), written(1.5e-7), written(1234567.0)
+    ('12000', '1.5e-7', '1235000')
+    """
     text = f"{value:.{digits}g}"
     size = abs(float(text))
     if size == 0 or _PLAIN[0] <= size < _PLAIN[1]:

@@ -19,8 +19,16 @@ def percent(fraction: float, beside: float | None = None) -> str:
     fraction : float
     beside : float, optional
         A limit that stands beside it: it gets as many digits more as show on which side of the limit it lies.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import percent
+    >>> percent(0.0123456), percent(3e-9)
+    ('1.2 %', '0 %')
+    >>> percent(0.0999), percent(0.0999, beside=0.1)
+    ('10 %', '9.99 %')
     """
-    if not math.isfinite(fraction):
+    if not math.isfinite(100 * fraction):
         return NOT_KNOWN
     if fraction < 1e-7:
         return "0 %"
@@ -33,7 +41,14 @@ def percent(fraction: float, beside: float | None = None) -> str:
 
 
 def rounded(value: float, digits: int) -> str:
-    """A number with so many significant digits, never with an exponent and without zeros at the end."""
+    """A number with so many significant digits, never with an exponent and without zeros at the end.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import rounded
+    >>> rounded(1234.5, 2), rounded(0.000123, 2)
+    ('1234', '0.00012')
+    """
     if not math.isfinite(value):
         return NOT_KNOWN
     if value == 0:
@@ -44,7 +59,14 @@ def rounded(value: float, digits: int) -> str:
 
 
 def counted(count: float, noun: str) -> str:
-    """A count with its noun in the singular or plural, such as "1 period" or "2.5 contacts"."""
+    """A count with its noun in the singular or plural, such as "1 period" or "2.5 contacts".
+
+    Examples
+    --------
+    >>> from vibroscope.engine import counted
+    >>> counted(1, "period"), counted(2.5, "contact")
+    ('1 period', '2.5 contacts')
+    """
     text = rounded(count, 3)
     return f"{text} {noun}{'' if text == '1' else 's'}"
 
@@ -54,6 +76,16 @@ def many(count: int) -> str:
     if not math.isfinite(count):
         return NOT_KNOWN
     return f"{count:,}" if count < WRITTEN_OUT else f"{rounded(count / 1e6, 3)} million"
+
+
+def end_text(value: float) -> str:
+    """A number as the end of a range, such as "0.05" or "1e-9"."""
+    return f"{value:.6g}".replace("e+", "e").replace("e0", "e").replace("e-0", "e-")
+
+
+def finite_or_none(value: float) -> float | None:
+    """The number, or None where it is infinite or not a number, which JSON cannot hold."""
+    return value if math.isfinite(value) else None
 
 
 def every(periods: int) -> str:

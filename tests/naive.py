@@ -43,6 +43,12 @@ def drive(system, eta):
     return (tuple(base + one), e.constant1), (tuple(base + two / mu), e.constant2 / mu)
 
 
+def matrices_of(system):
+    """Masses, dampers and springs without contact, (2, 2) each; a wall has the mass 1, and its row is struck out."""
+    mu, kappa = 1.0 if system.wall else system.mass_ratio, system.kappa
+    return np.diag([1.0, mu]), np.diag([2 * system.d1, mu * 2 * system.d2 * kappa]), np.diag([1.0, mu * kappa**2])
+
+
 def scan(f, begin, end, first=1e-7, coarse=1e-3):
     """First sign change of f after ``begin``: steps that grow from ``first`` to ``coarse``, then bisection."""
     step, before, t = first, begin, begin + first
@@ -153,10 +159,8 @@ def newmark(system, eta, stiffness, damping, n, steps, cut=False, start=None):
     contact would pull is taken without its force. ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′, by default rest.
     """
     h, mu, g0 = 2 * math.pi / eta / n, 1.0 if system.wall else system.mass_ratio, system.clearance
-    kappa, moving = system.kappa, np.array([1.0, 0.0 if system.wall else 1.0])
-    mass = np.diag([1.0, mu])
-    dampers = np.diag([2 * system.d1, mu * 2 * system.d2 * kappa])
-    springs = np.diag([1.0, mu * kappa**2])
+    moving = np.array([1.0, 0.0 if system.wall else 1.0])
+    mass, dampers, springs = matrices_of(system)
     pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
     (load1, constant1), (load2, constant2) = drive(system, eta)
 

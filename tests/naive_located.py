@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from tests.naive import matrices_of
+
 
 def newmark_located(system, eta, stiffness, damping, n, periods, looks=40):
     """Contact changes [(τ, begins)] and the states at the ends of the periods, (periods, 4), from rest.
@@ -13,9 +15,7 @@ def newmark_located(system, eta, stiffness, damping, n, periods, looks=40):
     """
     mu, period = system.mass_ratio, 2 * math.pi / eta
     h, fastest = period / n, 2 * math.pi / max(1.0, system.kappa, eta)
-    mass = np.diag([1.0, mu])
-    dampers = np.diag([2 * system.d1, mu * 2 * system.d2 * system.kappa])
-    springs = np.diag([1.0, mu * system.kappa**2])
+    mass, dampers, springs = matrices_of(system)
     pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
     rates = np.roots([1.0, -2 * damping * (1 + 1 / mu), stiffness * (1 + 1 / mu)])
     cycle = 2 * math.pi / np.abs(rates).max()

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from tests.naive import drive
+from tests.naive import drive, matrices_of
 
 
 class NoSolution(Exception):
@@ -18,9 +18,7 @@ class Twin:
         self.mu = 1.0 if system.wall else system.mass_ratio
         self.system, self.eta, self.method = system, eta, method
         self.h = 2 * math.pi / eta / method.steps
-        self.mass = np.diag([1.0, self.mu])
-        self.dampers = np.diag([2 * system.d1, self.mu * 2 * system.d2 * system.kappa])
-        self.springs = np.diag([1.0, self.mu * system.kappa**2])
+        self.mass, self.dampers, self.springs = matrices_of(system)
         self.free = slice(0, 1) if system.wall else slice(0, 2)
         self.contacts = self.none = self.two = 0
         self.at_end = method.status == "end"

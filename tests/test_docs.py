@@ -22,7 +22,7 @@ DOCUMENTS = {path.relative_to(ROOT).as_posix(): path for path in (ROOT / "README
 SUFFIX = re.compile(r"\.(py|md|toml|js|html|css|npz|csv|sh|json|yaml)$")
 NO_PATH = re.compile(r"[\s(<>=?]|^[./]|:/|[A-Z]{4}|path/to")  # a command, an address, a name that the reader puts in
 ELSEWHERE = {"status/manifest/", "tls/fullchain.pem", "tls/privkey.pem"}  # in a store; given by whoever serves
-COMPOSED = {"v2_section"}  # by the code, of a coordinate and a word
+COMPOSED = {"v2_section", "VIBROSCOPE_METRICS_TOKEN"}  # by the code, of a name and a word
 OTHERS = {"GeneralizedAlpha"}  # names of other codes
 
 
@@ -90,10 +90,11 @@ def test_every_link_leads_somewhere(document):
 
 
 def commands(document):
-    """The calls of the command line that are shown, as lists of words."""
+    """The calls of the command line that are shown or run when the page is built, as lists of words."""
     shown = [line.strip().partition("     #")[0] for line in lines_of(document, shown=True)]
     joined = "\n".join(shown).replace("\\\n", " ")
     calls = re.findall(r"^\.venv/bin/vibroscope ([^>\n]*)", joined, re.MULTILINE)
+    calls += re.findall(r"^`+\{program-output\} vibroscope (.*)", document.read_text(), re.MULTILINE)
     return [shlex.split(call, comments=True) for call in calls]
 
 
@@ -108,11 +109,19 @@ def own_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
+SHOWING = {name: commands(path) for name, path in DOCUMENTS.items() if commands(path)}
+
+
 @pytest.mark.usefixtures("own_files")
-def test_every_command_that_is_shown_has_these_options(document):
+@pytest.mark.parametrize("name", SHOWING)
+def test_every_command_that_is_shown_has_these_options(name):
     parser = build_parser()
-    for words in commands(document):
+    for words in SHOWING[name]:
         parser.parse_args(words)
+
+
+def test_commands_of_the_documents_are_found():
+    assert {"README.md", "docs/choosing.md", "docs/guide.md", "docs/start.md", "docs/sweeps.md"} <= SHOWING.keys()
 
 
 def test_the_readme_is_short():

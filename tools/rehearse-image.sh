@@ -136,6 +136,21 @@ print(len(files))
 count=$(inside python3 -c "$named" http://127.0.0.1:5006/) || { cat "$work/server.log"; fail "the page or a file that it names"; }
 say "page served, and $count files that it names"
 
+documented='
+import sys
+from urllib.request import urlopen
+from vibroscope.app.server.security import HEADERS
+site = sys.argv[1]
+for name in ("docs/", "docs/start.html", "docs/_static/site.css"):
+    answer = urlopen(site + name, timeout=60)
+    assert answer.status == 200, name
+    for header in HEADERS:
+        assert len(answer.headers.get_all(header, [])) == 1, (name, header)
+assert b"Vibroscope" in urlopen(site + "docs/").read()
+'
+inside "${entry[0]}" python3 -c "$documented" http://127.0.0.1:5006/ || { cat "$work/server.log"; fail "the documentation"; }
+say "documentation under /docs, with the headers of the page"
+
 scene=(vibroscope simulate --solver newmark --eta 2.76 --K 12000 --D 18 --steps 2000 --json)
 inside "${entry[0]}" "${scene[@]}" | inside python3 -c 'import json, sys; assert json.load(sys.stdin)["status"] == "ok"' \
     || fail "${scene[*]}"

@@ -104,6 +104,20 @@ headers 404 "$site/nothing"
 headers 400 -H 'Host: a b' "$site/"
 headers 413 --data-binary "$(head -c 5000 /dev/zero | tr '\0' x)" "$site/static/x"
 headers 400 -H 'Content-Length: x' "http://127.0.0.1:$first/"
+headers 404 "$site/docs/no"
+if [ -f assets/site/index.html ]; then
+    headers 301 "$site/docs"
+    headers 200 -L "$site/docs"
+    # one of each kind of file that its first page names
+    for kind in css js; do
+        file=$(curl -s "$site/docs/" | grep -o "_static/[^\"? ]*\.$kind" | head -n 1)
+        headers 200 "$site/docs/$file"
+    done
+    say "the documentation under /docs, with the same headers"
+else
+    curl -s "$site/docs/" | grep -q 'make docs' || fail "/docs/ does not say how to build the documentation"
+    say "NOT TRIED: the documentation, which is not built here (make docs); /docs says so"
+fi
 say "security headers, each once: the page, nginx's own 404, 400 and 413, and a bare 400 of Tornado"
 
 # knocks SITE HOST: who may come in under this name, by page and by websocket, and who may not

@@ -1,7 +1,6 @@
 """The table of codes, read from ``assets/codes.toml`` and validated.
 
-What no source says is empty: ours then takes its default. A contact law that the engine does not have yet is replaced
-by `INSTEAD`, and `Code.missing` says so.
+What no source says is empty: ours then takes its default.
 """
 
 from __future__ import annotations
@@ -9,10 +8,11 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from types import MappingProxyType
 
+from vibroscope.app.explorer.method_words import scheme_texts
 from vibroscope.app.runtime.files import asset
 from vibroscope.engine import (
     CONTACT_LAWS,
@@ -21,29 +21,17 @@ from vibroscope.engine import (
     INTEGRATORS,
     WITHOUT_SOLUTION,
     Integrator,
+    Newmark,
     NewmarkBeta,
     TimeStepping,
+    Units,
+    integrator_name,
     written,
 )
 from vibroscope.engine.divergence.contact import contact_frequency, damping_ratio
 from vibroscope.engine.model import System, check_eta, one_of
 
-LAW_NAMES = (
-    "kelvin-voigt",
-    "cut",
-    "limited",
-    "compression",
-    "hunt-crossley",
-    "lankarani-nikravesh",
-    "flores",
-    "jankowski",
-    "constant-restitution",
-    "impact",
-)
-INSTEAD = "cut"  # of a law that the engine does not have: it pushes alone, as the others do
-_STATUSES = (*dict.fromkeys((*CONTACT_STATUSES, "located")),)
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
-_KEPT = {each.name for each in fields(TimeStepping)}
 
 
 @dataclass(frozen=True)
@@ -99,9 +87,9 @@ class Code:
         if self.integrator:
             INTEGRATORS[one_of("integrator", self.integrator, tuple(INTEGRATORS))](**self.numbers)
         for name, allowed in (
-            ("status", _STATUSES),
+            ("status", CONTACT_STATUSES),
             ("without_solution", WITHOUT_SOLUTION),
-            ("law", LAW_NAMES),
+            ("law", CONTACT_LAWS),
             ("initial_acceleration", INITIAL_ACCELERATIONS),
         ):
             if getattr(self, name):
@@ -109,40 +97,43 @@ class Code:
         for name in self.integrators:
             one_of("integrators", name, tuple(INTEGRATORS))
 
-    @property
-    def law_here(self) -> str:
-        """The law that the engine runs for it; empty where none is known."""
-        return self.law if self.law in CONTACT_LAWS or not self.law else INSTEAD
-
-    @property
-    def missing(self) -> str:
-        """A sentence on the law that the engine does not have; else empty."""
-        if self.law_here == self.law:
-            return ""
-        return f"Ours has no law “{self.law}” yet: “{INSTEAD}” is taken instead."
-
     def method(self, stiffness: float, damping: float, steps: int) -> TimeStepping:
         """What ours runs for this code with these numbers; what is not known has the engine's default."""
         integrator = INTEGRATORS[self.integrator or NewmarkBeta.name](**self.numbers)
         more = {
             name: value
             for name in ("without_solution", "initial_acceleration", "exponent", "penetration")
-            if (value := getattr(self, name)) not in ("", None) and name in _KEPT
+            if (value := getattr(self, name)) not in ("", None)
         }
         status = self.status or CONTACT_STATUSES[0]
-        law = self.law_here or CONTACT_LAWS[0]
+        law = self.law or CONTACT_LAWS[0]
         if law == "impact":
             more.setdefault("penetration", _PENETRATION)
         return TimeStepping(stiffness, damping, steps, integrator, status, law=law, **more)
 
+    def schemes(self) -> tuple[TimeStepping, ...]:
+        """What ours can search over for it: each of its integrators, with its law and its contact status.
+
+        Where no source says its status, both whole-step ones; explicit integrators take the start of the step.
+        """
+        own = self.method(1.0, 0.0, 1000)
+        names = dict.fromkeys((own.integrator.name, *self.integrators))
+        kinds = [own.integrator if name == own.integrator.name else INTEGRATORS[name]() for name in names]
+        statuses = [self.status] if self.status else ["start", "end"]
+        pairs = ((kind, "start" if kind.explicit else status) for kind in kinds for status in statuses)
+        return tuple(replace(own, integrator=kind, status=status) for kind, status in dict.fromkeys(pairs))
+
     def texts(self) -> dict[str, str]:
         """What choosing this code sets beside K, D and the step, as texts by the names of `engine.TimeStepping`."""
-        found = self.method(1.0, 1.0, 4)
-        names = ("status", "without_solution", "law", "initial_acceleration")
-        of_law = ("exponent", "penetration")
-        numbers = {name: repr(value) for name in of_law if (value := getattr(found, name)) is not None}
-        own = {each.name: repr(getattr(found.integrator, each.name)) for each in fields(found.integrator)}
-        return {"integrator": found.integrator.name, **own, **numbers, **{name: getattr(found, name) for name in names}}
+        return scheme_texts(self.method(1.0, 1.0, 4))
+
+    def words_for(self, system: System, eta: float, method: Newmark | TimeStepping, units: Units | None) -> tuple:
+        """Its input for a method, a line each, in these units; without units, without dimension."""
+        k, c, dt = method.stiffness, 2.0 * (method.damping or 0.0), 2.0 * math.pi / (eta * method.steps)
+        if units is not None:
+            numbers = units.settings(eta, method)
+            k, c, dt = numbers["stiffness"], numbers["damping"], numbers["time_step"]
+        return self.lines(input_numbers(system, eta, method, k, c, dt), integrator_name(method))
 
     def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
         """Its input for the numbers of `input_numbers`, with its words for the integrator that is set."""

@@ -31,6 +31,7 @@ from vibroscope.app.codes.catalogue import table
 from vibroscope.app.explorer.ranges import stiffer_spring
 from vibroscope.engine import (
     FREE_PERIODS,
+    METHOD_NUMBERS,
     Comparison,
     Newmark,
     Reference,
@@ -39,6 +40,7 @@ from vibroscope.engine import (
     TimeStepping,
     compare,
     difference_in_kind,
+    finite_or_none,
     motion,
     percent,
     repetition,
@@ -50,7 +52,6 @@ from vibroscope.engine.divergence.contact import contact_frequency, damping_for,
 Stepping = Newmark | TimeStepping
 Numbers = dict[str, float]  # some of stiffness, damping and steps
 ENDED = "ended early"  # what stands for the motion of a run without a result
-_SET = {"K": "stiffness", "D": "damping", "steps": "steps"}
 
 
 @dataclass(frozen=True)
@@ -224,14 +225,14 @@ class Outcome:
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON; None for what is not known."""
-        given = {} if self.method is None else {name: getattr(self.method, own) for name, own in _SET.items()}
+        given = {} if self.method is None else {name: getattr(self.method, own) for name, own in METHOD_NUMBERS.items()}
         return {
             **{name: getattr(self.rule, name) for name in ("key", "title", "claim", "source", "url")},
             "gives": list(self.rule.gives),
-            **{name: given.get(name) for name in _SET},
+            **{name: given.get(name) for name in METHOD_NUMBERS},
             "motion": self.motion or None,
-            "total": _finite(self.total),
-            "part": _finite(self.part),
+            "total": finite_or_none(self.total),
+            "part": finite_or_none(self.part),
             "holds": self.holds,
             "why": self.why,
             "steps_without_solution": self.without_solution,
@@ -308,10 +309,6 @@ def _of_comparison(rule: Rule, method: Stepping, found: Comparison) -> Outcome:
         why = f"the solutions differ by {percent(difference.total)}; how much of it {what} is not known"
         why = f"{kinds}; {why}" if kinds else why
     return Outcome(rule, method, words, difference.total, part, holds, _sentence(why), count)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _sentence(text: object) -> str:

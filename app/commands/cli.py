@@ -29,10 +29,12 @@ COMMANDS = (
     "validate",
     "diagram",
     "sweep",
+    "branch",
     "system",
     "measurement",
     "export",
     "warm",
+    "completion",
 )
 
 DESCRIPTION = f"""\

@@ -6,6 +6,7 @@ from dataclasses import fields
 from textwrap import wrap
 
 from vibroscope.app.codes.catalogue import Code, codes
+from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS
 from vibroscope.engine import INTEGRATORS
 
 _WIDTH = 100
@@ -47,6 +48,16 @@ def code_of(key: str) -> Code:
     return codes()[key]
 
 
+def code_alone(options: argparse.Namespace) -> Code:
+    """The code of ``--code``; raises ValueError where another option gives what it has."""
+    names = ("located", *STEPPING_OPTIONS, *LAW_OPTIONS)
+    given = [name for name in names if getattr(options, name, None) not in (None, False)]
+    if given:
+        option = given[0].replace("_", "-")
+        raise ValueError(f"--code sets the integrator, status and law itself: leave --{option} out")
+    return code_of(options.code)
+
+
 def _integrator(code: Code) -> str:
     if not code.integrator:
         return "-"
@@ -65,7 +76,6 @@ def _entry(code: Code) -> list[str]:
         "start": code.initial_acceleration and f"acceleration {code.initial_acceleration}",
         "rules of thumb": ", ".join(code.rules) or "-",
         "ours leaves out": code.leaves_out,
-        "ours instead": code.missing,
     }
     lines = [f"{code.name} ({code.key})"]
     for name, text in rows.items():

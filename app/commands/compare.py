@@ -21,7 +21,6 @@ from vibroscope.app.commands.options import (
     stepping_of,
     system_of,
 )
-from vibroscope.app.commands.output import finite_or_none
 from vibroscope.app.commands.physical_units import (
     add_units_option,
     motion_text,
@@ -43,6 +42,7 @@ from vibroscope.engine import (
     Units,
     Verdict,
     compare,
+    finite_or_none,
     integrator_name,
     is_located,
     percent,

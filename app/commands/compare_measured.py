@@ -5,7 +5,6 @@ import json
 import math
 
 from vibroscope.app.commands.options import reference_of, stepping_of, system_of, units_of
-from vibroscope.app.commands.output import finite_or_none
 from vibroscope.app.commands.physical_units import wanted_units
 from vibroscope.app.explorer.measured import comparison_rows, fit_rows, headline, measured_words
 from vibroscope.engine import (
@@ -15,6 +14,7 @@ from vibroscope.engine import (
     Solved,
     Units,
     compare_measured,
+    finite_or_none,
     fit,
     measured_verdict,
     read_measurement,

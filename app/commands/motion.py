@@ -101,7 +101,7 @@ def _motion_lines(found: Motion) -> list[str]:
         speeds = ", ".join(f"{speed:.3g}" for speed in found.closing_speeds[:_MOST_IMPACTS])
         lines += [f"impacts at        {at} periods", f"closing speeds    {speeds}"]
     lines += [
-        f"each period       impulse {_number(found.impulse)}, energy lost {_number(found.energy_lost)}",
+        f"each period       impulse {_number(found.impulse)}, {_energy(found)}",
         f"peak force        {_peak_force(found)}",
     ]
     if len(found.multipliers):
@@ -131,6 +131,14 @@ def _rate_text(per_period: float, share: float) -> str:
 def _peak_force(found: Motion) -> str:
     """The peak force, or why there is none."""
     return _number(found.peak_force) if has_peak_force(found) else "none: impacts have an impulse alone"
+
+
+def _energy(found: Motion) -> str:
+    """The energy that is lost, and what of it the time step creates or what it removes beside."""
+    lost, made = f"energy lost {_number(found.energy_lost)}", found.energy_created
+    if made != made:
+        return lost
+    return f"{lost}, {'created' if made >= 0 else 'removed'} by the time step {_number(abs(made))}"
 
 
 def _number(value: float) -> str:

@@ -70,11 +70,14 @@ def port_number(text: str) -> int:
 
 
 def system_file(path: str) -> SystemFile:
-    """The contents of a system file."""
+    """The contents of a system file; what it leaves out gets a note on stderr."""
     try:
-        return read_system(path)
+        found = read_system(path)
     except ValueError as problem:
         raise argparse.ArgumentTypeError(str(problem)) from None
+    for text in found.assumed:
+        note(f"{path}: {text}")
+    return found
 
 
 # --- the system -------------------------------------------------------------------------------------------------------
@@ -164,8 +167,11 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
     add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
 
 
-def add_integrator_options(command: argparse.ArgumentParser) -> None:
-    """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`."""
+def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None:
+    """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`.
+
+    ``more``: what else ``--integrator`` can be.
+    """
     add = command.add_argument
     add(
         "--law",
@@ -184,7 +190,7 @@ def add_integrator_options(command: argparse.ArgumentParser) -> None:
     )
     add(
         "--integrator",
-        choices=tuple(INTEGRATORS),
+        choices=(*INTEGRATORS, *more),
         help="newmark: the one-step method (default newmark); hht averages the forces at both ends of a step, "
         "hht-interpolated takes them at the displacement between, as OpenSees does",
     )

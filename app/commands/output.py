@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import codecs
-import math
 import os
 import sys
 import unicodedata
@@ -39,6 +38,21 @@ _ASCII |= {
     "≫": ">>",
     "∝": "~",
     "∓": "-+",
+}
+_ASCII |= {
+    "∂": "d",
+    "○": "o",
+    "□": "[]",
+    "△": "^",
+    "▲": "^",
+    "◆": "<>",
+    "★": "*",
+    "⊠": "[x]",
+    "⊞": "[+]",
+    "⊗": "(x)",
+    "━": "-",
+    "╌": "-",
+    "✚": "+",
 }
 _ASCII |= {"µ": "u", "°": " deg", "✗": "x", "⁻": "-", "₋": "-", "⋅": ".", "″": "''", "‴": "'''", "⁗": "''''", "ø": "o"}
 
@@ -80,11 +94,6 @@ def ascii_name(character: str) -> str:
 def note(text: str) -> None:
     """Print a remark on stderr, so that it is no part of the output."""
     print(f"vibroscope: {text}", file=sys.stderr)
-
-
-def finite_or_none(value: float) -> float | None:
-    """The number, or None where it is infinite or not a number, which JSON cannot hold."""
-    return value if math.isfinite(value) else None
 
 
 def progress_line(text: Callable[[float], str], end: float) -> Callable[[float], None] | None:

@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from vibroscope.app.commands.options import units_of
-from vibroscope.app.commands.output import finite_or_none
-from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Response, Units, written
+from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Response, Units, finite_or_none, written
 
 if TYPE_CHECKING:  # `vibroscope simulate` does without, and it imports the whole description of motions
     from vibroscope.engine import Motion
@@ -45,13 +44,13 @@ def physical_run(units: Units, response: Response) -> dict:
 
 
 def physical_motion(units: Units, motion: Motion) -> dict:
-    """A motion as JSON: section, closing speeds, peak force, impulse and energy lost per period; None if not known.
+    """A motion as JSON: section, closing speeds, peak force, impulse and energy per period; None if not known.
 
     Impacts have an impulse and no peak force: it is None, too, where there is no other contact.
     """
     from vibroscope.app.explorer.force import has_peak_force  # imports what describes motions
 
-    quantities = {"peak_force": "force", "impulse": "impulse", "energy_lost": "energy"}
+    quantities = {"peak_force": "force", "impulse": "impulse", "energy_lost": "energy", "energy_created": "energy"}
     if not has_peak_force(motion):
         del quantities["peak_force"]
     return {
@@ -81,7 +80,11 @@ def motion_text(units: Units, eta: float, motion: Motion, method: Method) -> str
     from vibroscope.app.explorer.force import force_text  # imports what describes motions
 
     force = force_text(units, eta, motion, method).replace("·", ".")
-    names = {"impulse": ("impulse", "impulse"), "energy_lost": ("energy lost in a period", "energy")}
+    names = {
+        "impulse": ("impulse", "impulse"),
+        "energy_lost": ("energy lost in a period", "energy"),
+        "energy_created": ("energy created by the time step", "energy"),
+    }
     if "impulse" in force:
         del names["impulse"]
     return ", ".join(text for text in (force, _line(units, names, physical_motion(units, motion))) if text)

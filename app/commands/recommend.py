@@ -17,6 +17,8 @@ from vibroscope.app.commands.options import (
 )
 from vibroscope.app.commands.output import progress_line
 from vibroscope.app.commands.physical_units import add_units_option, settings_text, unit_names, wanted_units
+from vibroscope.app.commands.recommend_schemes import ALL, find_and_print, for_codes, is_asked
+from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.engine import (
     CONTACT_LAWS,
     Limits,
@@ -26,11 +28,10 @@ from vibroscope.engine import (
     TimeStepping,
     Units,
     design_curve,
-    integrator_name,
     percent,
     recommend,
     recommend_range,
-    status_of,
+    stages_of,
     with_located_steps,
     written,
 )
@@ -45,9 +46,10 @@ def add(commands) -> None:
         allow_abbrev=False,
         help="find K, D and steps that meet a tolerance at the least cost",
         description="Find the contact stiffness K, the contact damping D and the steps per period with which Newmark's "
-        "method keeps to the reference at the least number of steps. The error is the rms difference of the "
-        "displacements over 50 periods, relative to the reference. Every setting shown was run from rest, and with "
-        "it half the step and neighbours with other n (2 %), K and D (1 %): it does not meet the tolerance by luck.",
+        "method, or what is chosen in its place, keeps to the reference at the least number of steps. The error is the "
+        "rms difference of the displacements over 50 periods, relative to the reference. Every setting shown "
+        "was run from rest, and with it half the step and neighbours with other n (2 %), K and D (1 %): it does not "
+        "meet the tolerance by luck.",
         epilog="A tolerance that nothing meets is a result, with the reason; the exit status is 2 only for bad input.",
     )
     add = command.add_argument
@@ -61,7 +63,12 @@ def add(commands) -> None:
     )
     add("--tolerance", type=float, metavar="F", help="largest relative error (default %(default)s)")
     add("--located", action="store_true", help="steps cut at contact changes only; the least solves per period")
-    add_integrator_options(command)
+    add_integrator_options(command, ALL)
+    add(
+        "--code",
+        metavar="NAME",
+        help="what this code of `vibroscope codes` has: its integrators, contact status and law; answers in its words",
+    )
     add_joint_damping_option(command)
     add("--K", type=float, metavar="F", help="hold K and look for the rest")
     add("--D", type=float, metavar="F", help="hold D and look for the rest")
@@ -99,12 +106,15 @@ def run(options: argparse.Namespace) -> None:
         "damping": options.D,
         "progress": progress_line(lambda share: f"searching {100 * share:3.0f} %", 1),
     }
+    system, units = system_of(options), wanted_units(options)
+    if is_asked(options):
+        find_and_print(options, search, units, as_json, as_text)
+        return
     scheme = stepping_of(options, K=1.0, D=0.0, steps=1000)
     chosen = scheme not in (Newmark(1.0, 0.0, 1000), Newmark(1.0, 0.0, 1000, located=True))
     schemes = [scheme]
     if not chosen and not options.located and options.status is None:
         schemes.append(with_located_steps(scheme))
-    system, units = system_of(options), wanted_units(options)
     if options.one_setting:
         if not options.eta_range:
             raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")
@@ -131,16 +141,16 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
         "eta": found.eta,
         "tolerance": found.tolerance,
         "located": found.located,
-        **_scheme_json(found.scheme),
+        **scheme_as_dict(found.scheme),
         "K": k,
         "D": d,
         "steps": n,
         "error": best and best.error,
         "robust": best and best.robust,
-        "solves": best and best.cost,
+        "solves": best and found.solves,
         "met": found.met,
         "front": [_front_row(trial) for trial in found.front],
-        "front_solves": [trial.cost for trial in found.front],
+        "front_solves": [trial.cost * stages_of(found.scheme) for trial in found.front],
         "joint_damping": None if math.isnan(found.joint_damping) else found.joint_damping,
         "compensated": found.compensated,
         "kind": found.kind,
@@ -158,7 +168,7 @@ def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
     report = {
         "tolerance": found.tolerance,
         "located": found.located,
-        **_scheme_json(found.scheme),
+        **scheme_as_dict(found.scheme),
         "K": k,
         "D": d,
         "steps": n,
@@ -179,11 +189,6 @@ def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
     return report
 
 
-def _scheme_json(scheme: Newmark | TimeStepping) -> dict:
-    """Integrator, contact status and law of the settings."""
-    return {"integrator": integrator_name(scheme), "status": status_of(scheme), "law": scheme.law}
-
-
 def _physical(units: Units, found: Recommendation | RangeRecommendation, method: Newmark | TimeStepping) -> dict:
     """Setting and front in the units of an FE input file."""
     front = [
@@ -202,6 +207,7 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     """A recommendation as text: the setting, its error and cost, and the front."""
     kind = _kind_of_steps(found)
     lines = [f"eta = {found.eta:g}, {kind}, tolerance {percent(found.tolerance)}"]
+    lines.append(f"for               {for_codes(found.scheme)}")
     if not found.met:
         lines.append(f"not met           {found.reason}")
     if found.best is None:
@@ -213,8 +219,8 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
         f"{_beside(found, found.best.robust)} is kept to with half the step "
         "and by 9 in 10 neighbours",
     ]
-    if found.located:
-        lines.append(f"cost              {found.best.cost:.1f} solves per period")
+    if found.located or stages_of(found.scheme) > 1:
+        lines.append(f"cost              {found.solves:.1f} solves per period")
     if found.kind:
         lines.append(f"mind              another kind of motion: {found.kind}")
     if found.compensated:
@@ -239,6 +245,7 @@ def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
     """One setting for a range as text: the setting, what it does at each eta, what limits it, and the front."""
     kind = _kind_of_steps(found)
     lines = [f"one setting for a range of eta, {kind}, tolerance {percent(found.tolerance)}"]
+    lines.append(f"for               {for_codes(found.scheme)}")
     if not found.met:
         lines.append(f"not met           {found.reason}")
     if found.left_out:

@@ -5,7 +5,7 @@ import json
 from textwrap import wrap
 
 from vibroscope.app.codes.rules import Outcome, Problem, judge, rules
-from vibroscope.app.commands.codes import code_of
+from vibroscope.app.commands.codes import code_alone
 from vibroscope.app.commands.options import (
     ETA,
     add_integrator_options,
@@ -76,10 +76,7 @@ def _method_of(options: argparse.Namespace) -> Newmark | TimeStepping:
     options.every_step = False
     if options.code is None:
         return stepping_of(options)
-    given = [name for name in ("integrator", "status", "law", "located") if getattr(options, name)]
-    if given:
-        raise ValueError(f"--code sets the integrator, status and law itself: leave --{given[0]} out")
-    return code_of(options.code).method(options.K, options.D, options.steps)
+    return code_alone(options).method(options.K, options.D, options.steps)
 
 
 def _lines(asked: Problem, found: list[Outcome]) -> list[str]:

@@ -4,7 +4,7 @@ import argparse
 import json
 import math
 
-from vibroscope.app.commands.output import finite_or_none
+from vibroscope.engine import finite_or_none
 from vibroscope.engine.hardcases.judgement import Outcome
 from vibroscope.engine.hardcases.stability import stability
 

@@ -1,14 +1,15 @@
-"""``vibroscope sweep``: the bifurcation diagram, the K-D plane, the time-step study; stored, resumed when killed."""
+"""``vibroscope sweep``: diagram, K-D plane, time-step study, basins of attraction; stored, resumed when killed."""
 
 import argparse
 import contextlib
 import json
-import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
+from vibroscope.app.commands import basins
+from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.options import (
     ETA,
     SOLVER_OPTIONS,
@@ -33,23 +34,26 @@ from vibroscope.engine import (
     Newmark,
     Progress,
     Reference,
+    System,
     TimeStepping,
     spaced,
+    sweep_basin,
     sweep_eta,
     sweep_no_solution,
     sweep_plane,
     sweep_step,
 )
+from vibroscope.engine.sweeps import AXES
 
 _REDRAW_SECONDS = 0.2  # between two lines of progress
 
 
 def add(commands) -> None:
-    """``vibroscope sweep eta|plane|step|no-solution``."""
+    """``vibroscope sweep eta|plane|step|no-solution|basin``, and what looks at results."""
     command = commands.add_parser(
         "sweep",
         allow_abbrev=False,
-        help="many runs: bifurcation diagram, K-D plane, time-step study, kept and resumable",
+        help="many runs: bifurcation diagram, K-D plane, time-step study, basins, kept and resumable",
         description="Run a study and keep it as a Zarr result at --out, which xarray.open_zarr reads. A study that was "
         "stopped or killed goes on where it was when the same command is given again.",
     )
@@ -58,10 +62,14 @@ def add(commands) -> None:
     _add_plane(studies)
     _add_step(studies)
     _add_no_solution(studies)
+    _add_basin(studies)
+    _add_difference(studies)
     _add_check(studies)
 
 
-def _study(studies, name: str, run: Callable, sweep: Callable, text: str) -> argparse.ArgumentParser:
+def _study(
+    studies, name: str, run: Callable, sweep: Callable, text: str, concluded: Callable | None = None
+) -> argparse.ArgumentParser:
     command = studies.add_parser(name, allow_abbrev=False, help=text, description=text)
     add = command.add_argument
     add("--transient", type=float, metavar="N", help="periods before the sample (%(default)s)")
@@ -72,8 +80,23 @@ def _study(studies, name: str, run: Callable, sweep: Callable, text: str) -> arg
     add("--json", action="store_true", help="print one JSON object")
     add_system_option(command)
     defaults = {name: default_of(sweep, name) for name in ("transient", "sample")}
-    command.set_defaults(run=lambda options: _run(options, run), **defaults)
+    command.set_defaults(run=lambda options: _run(options, run, concluded), **defaults)
     return command
+
+
+def _add_solver(command: argparse.ArgumentParser) -> None:
+    """The solver and its numbers."""
+    add = command.add_argument
+    add("--solver", required=True, choices=tuple(SOLVER_OPTIONS), help="as in `vibroscope simulate`")
+    add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
+    add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
+    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
+    add("--located", action="store_true", help="newmark: cut the steps at each contact change")
+    add_integrator_options(command)
+    usual = Reference()
+    add("--joint-damping", choices=("table", "derived"), help=f"reference (default {usual.joint_damping})")
+    add("--threshold", type=float, metavar="F", help=f"reference (default {usual.threshold:g})")
+    add("--restitution", type=float, metavar="F", help="reference (default: the system's)")
 
 
 def _add_eta(studies) -> None:
@@ -85,17 +108,8 @@ def _add_eta(studies) -> None:
     add("--count", required=True, type=float, metavar="N", help="how many values, evenly spaced")
     add("--logarithmic", action="store_true", help="evenly spaced in the logarithm")
     add("--over", choices=OVER, default="eta", help="the parameter that is swept (default eta)")
-    add("--solver", required=True, choices=tuple(SOLVER_OPTIONS), help="as in `vibroscope simulate`")
     add("--eta", **ETA | {"help": f"where another parameter is swept: {ETA['help']}"})
-    add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
-    add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
-    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
-    add("--located", action="store_true", help="newmark: cut the steps at each contact change")
-    add_integrator_options(command)
-    usual = Reference()
-    add("--joint-damping", choices=("table", "derived"), help=f"reference (default {usual.joint_damping})")
-    add("--threshold", type=float, metavar="F", help=f"reference (default {usual.threshold:g})")
-    add("--restitution", type=float, metavar="F", help="reference (default: the system's)")
+    _add_solver(command)
     add("--direction", choices=DIRECTIONS, default="rest", help="each value from rest, or from its neighbour's end")
     add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each value starts, in place of rest")
     add("--coordinates", default="xi1,xi2", metavar="A,B", help=f"of {','.join(COORDINATES)} (default %(default)s)")
@@ -118,7 +132,7 @@ def _add_plane(studies) -> None:
 
 
 def _add_step(studies) -> None:
-    text = "time-step study of Newmark at one eta, K and D, fixed and located step"
+    text = "time-step study at one eta, K and D, fixed and located step, by any integrator, status and law"
     command = _study(studies, "step", _step, sweep_step, text)
     command.set_defaults(located=False)
     add = command.add_argument
@@ -140,6 +154,34 @@ def _add_no_solution(studies) -> None:
     add("--D", required=True, type=float, metavar="F", help="contact damping")
     add("--steps", required=True, type=_span, metavar="a:b:n", help="steps per period, n values from a to b")
     add_integrator_options(command)
+
+
+def _add_basin(studies) -> None:
+    text = "basins of attraction: which motion each start of a plane leads to, at one eta"
+    command = _study(studies, "basin", _basin, sweep_basin, text, basins.summary)
+    command.set_defaults(over=None)
+    add = command.add_argument
+    add("--eta", **ETA)
+    axis = "of xi1, v1, xi2, v2, and phase: the share of the excitation period at which a run begins"
+    add("--x", required=True, type=_start_axis, metavar="name:a:b:n", help=f"first axis, n values from a to b; {axis}")
+    add("--y", required=True, type=_start_axis, metavar="name:a:b:n", help="second axis, as the first")
+    add("--start", type=numbers, metavar="x1,v1,x2,v2", help="the numbers that are on no axis (default: rest)")
+    add("--phase", type=float, default=0.0, metavar="F", help="where it is on no axis (default %(default)g)")
+    _add_solver(command)
+
+
+def _add_difference(studies) -> None:
+    text = "from which share of the starts two solvers end on different motions"
+    command = studies.add_parser(
+        "basin-difference",
+        allow_abbrev=False,
+        help=text,
+        description=f"{text.capitalize()}: of two results of `vibroscope sweep basin` over the same cells.",
+    )
+    for name in ("first", "second"):
+        command.add_argument(name, metavar=name.upper(), help="a folder, or a URL that fsspec knows")
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+    command.set_defaults(run=basins.difference)
 
 
 def _add_check(studies) -> None:
@@ -183,10 +225,15 @@ def _span(text: str) -> tuple[float, float, float]:
     return low, high, count
 
 
+def _start_axis(text: str) -> tuple[str, tuple[float, float, float]]:
+    name, _, span = text.partition(":")
+    if name not in AXES:
+        raise argparse.ArgumentTypeError(f"{text!r} is no axis: give one of {', '.join(AXES)}, as xi2:-8:8:64")
+    return name, _span(span)
+
+
 def _eta(options: argparse.Namespace, **how):
-    system = system_of(options)
-    if options.restitution is not None:
-        system = replace(system, restitution=options.restitution)
+    system = _system(options)
     if options.over == "eta" and options.eta is not None:
         print("vibroscope: --eta has no effect where eta is swept", file=sys.stderr)
     values = spaced(options.over, options.low, options.high, options.count, logarithmic=options.logarithmic)
@@ -203,6 +250,18 @@ def _eta(options: argparse.Namespace, **how):
         initial=options.initial,
         **how,
     )
+
+
+def _system(options: argparse.Namespace) -> System:
+    system = system_of(options)
+    return system if options.restitution is None else replace(system, restitution=options.restitution)
+
+
+def _basin(options: argparse.Namespace, **how):
+    (x, x_span), (y, y_span) = options.x, options.y
+    values = [spaced(name, *span) for name, span in ((x, x_span), (y, y_span))]
+    more = {"axes": (x, y), "start": options.start, "phase": options.phase}
+    return sweep_basin(_system(options), eta_of(options), _method(options), *values, **more, **how)
 
 
 def _method(options: argparse.Namespace) -> Method:
@@ -249,10 +308,13 @@ def _scheme(options: argparse.Namespace) -> Newmark | TimeStepping:
     return stepping_of(options, K=1.0, D=0.0, steps=1000)
 
 
-def _run(options: argparse.Namespace, run: Callable) -> int:
-    """Run the study with a line of progress until it is done or interrupted; print the summary."""
+def _run(options: argparse.Namespace, run: Callable, concluded: Callable | None = None) -> int:
+    """Run the study with a line of progress until it is done or interrupted; print the summary.
+
+    ``concluded``: what follows from the result, as a part of the JSON object and as lines.
+    """
     bar = _ProgressLine() if sys.stderr.isatty() else None
-    with _watch_interrupt() as cancelled, bar or contextlib.nullcontext():
+    with watch_interrupt() as cancelled, bar or contextlib.nullcontext():
         try:
             found = run(
                 options,
@@ -274,7 +336,8 @@ def _run(options: argparse.Namespace, run: Callable) -> int:
     counts = {name: found.attrs[name] for name in ("computed", "reused", "failed")}
     cells = {"seconds": found.attrs["seconds"], "cells": counts["computed"] + counts["reused"]}
     summary = cells | counts | {"path": options.out}
-    print(json.dumps(summary) if options.json else _as_text(summary))
+    more, lines = concluded(found) if concluded else ({}, [])
+    print(json.dumps(summary | more) if options.json else "\n".join([*lines, _as_text(summary)]))
     return 0
 
 
@@ -283,22 +346,6 @@ def _as_text(summary: dict) -> str:
         "{cells} cells in {seconds:.2f} s: {computed} computed, {reused} reused, {failed} ended early\n"
         "{path} (xarray.open_zarr reads it)"
     ).format_map(summary)
-
-
-@contextlib.contextmanager
-def _watch_interrupt() -> Iterator[Callable[[], bool]]:
-    """Gives whether Ctrl-C was pressed: the first one stops the study, the second ends the process as usual."""
-    pressed = []
-
-    def note(*_) -> None:
-        pressed.append(True)
-        signal.signal(signal.SIGINT, before)
-
-    before = signal.signal(signal.SIGINT, note)
-    try:
-        yield lambda: bool(pressed)
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 class _ProgressLine:

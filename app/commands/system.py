@@ -1,6 +1,7 @@
 """``vibroscope system``: a system file to start from."""
 
 import argparse
+from textwrap import wrap
 
 from vibroscope.app.commands.options import add_system_option, system_of, units_of
 from vibroscope.app.commands.output import note
@@ -40,7 +41,11 @@ def run(options: argparse.Namespace) -> None:
         if kind != "physical":
             raise ValueError(f"--from {kind!r} is not known: give --from physical FILE.toml")
         options.system = read_system(path)
+        for text in options.system.assumed:
+            note(f"{path}: {text}")
     system, units, eta = system_of(options), units_of(options), options.system.eta
+    for text in options.system.assumed:  # stays with the numbers where they are written into a file
+        print("\n".join(wrap(text, 110, initial_indent="# Assumed: ", subsequent_indent="# ")))
     if options.to == "physical":
         print(physical_text(system, units, eta), end="")
         return

@@ -64,7 +64,7 @@ class Description:
         return {name: f"{kinds.get(name, kind)} {force}".strip() for name, (kind, force) in lines.items()}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Explanation:
     """What the difference consists of, and what to change first; it takes a few more runs.
 
@@ -155,7 +155,9 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
 
 def _unexplained(headline: str) -> Explanation:
     """An explanation that has nothing but a sentence."""
-    return Explanation(headline, "unknown", {}, "", {}, "", {}, (), {})
+    return Explanation(
+        headline=headline, agree="unknown", kinds={}, measure="", parts={}, note="", change={}, details=(), series={}
+    )
 
 
 def _without_verdict(comparison: Comparison, error: ValueError) -> Verdict:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from vibroscope.engine import Method, Newmark, TimeStepping, written
+from vibroscope.engine import CONTACT_LAWS, Method, Newmark, TimeStepping, integrator_name, status_of, written
 
 INTEGRATOR_NAMES = {
     "newmark": "Newmark",
@@ -57,11 +57,6 @@ def name_of_method(method: Method) -> str:
     return f"{name} ({numbers})" if numbers else name
 
 
-def is_located(method: Method) -> bool:
-    """Whether contact changes are located within its steps."""
-    return bool(getattr(method, "located", False)) or getattr(method, "status", "") == "located"
-
-
 def words_of_method(method: Method) -> str:
     """The same with contact status and law; empty for Newmark's method, which the page takes unless told otherwise."""
     if not isinstance(method, TimeStepping):
@@ -70,7 +65,25 @@ def words_of_method(method: Method) -> str:
     return f"{name_of_method(method)}; {_STATUSES.get(method.status, method.status)}; contact law {law}"
 
 
-def not_with(what: str, method: Method) -> str:
-    """Why ``what``, which knows Newmark's method alone, is not of what is set; empty where it is."""
-    words = words_of_method(method)
-    return words and f"{what} is by Newmark's method, β = ¼, γ = ½, and Kelvin–Voigt contact. What is set is {words}."
+def brief_name(method: Newmark | TimeStepping) -> str:
+    """The same as titles and legends have it, without numbers and what is usual, as "HHT-α, Hunt–Crossley"."""
+    parts = [name_of_integrator(integrator_name(method))]
+    if status_of(method) == "end":
+        parts.append("status at the end")
+    if method.law != CONTACT_LAWS[0]:
+        parts.append(LAW_NAMES.get(method.law, method.law))
+    return ", ".join(parts)
+
+
+def scheme_as_dict(method: Newmark | TimeStepping) -> dict[str, str]:
+    """Integrator, contact status and law for a file."""
+    return {"integrator": integrator_name(method), "status": status_of(method), "law": method.law}
+
+
+def scheme_texts(method: TimeStepping) -> dict[str, str]:
+    """Integrator, contact status and law with their numbers, as texts by the names of `engine.TimeStepping`."""
+    names = ("status", "without_solution", "law", "initial_acceleration")
+    of_law = ("exponent", "penetration")
+    numbers = {name: repr(value) for name in of_law if (value := getattr(method, name)) is not None}
+    own = {each.name: repr(getattr(method.integrator, each.name)) for each in fields(method.integrator)}
+    return {"integrator": method.integrator.name, **own, **numbers, **{name: getattr(method, name) for name in names}}

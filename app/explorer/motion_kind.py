@@ -17,11 +17,11 @@ from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, lower_priority, pool
-from vibroscope.engine import Cancelled, Motion, motion
+from vibroscope.engine import Cancelled, Kind, Motion, motion, percent
 
 SECONDS = 20.0  # for one motion
 _CACHE = Cache(200)  # by what the runs depend on
-ARTEFACT = "artefact"  # a periodic motion with scatter that the time step causes
+LITTLE = 0.001  # of the energy lost: less of it that the time step creates is not said
 
 
 class MotionKind(NamedTuple):
@@ -29,21 +29,20 @@ class MotionKind(NamedTuple):
 
     Attributes
     ----------
-    kind : str
-        A `Kind` of the engine, or `ARTEFACT`.
+    kind : Kind
     name, evidence : str
     """
 
-    kind: str
+    kind: Kind
     name: str
     evidence: str
 
 
 _NAMES = {
-    "quasi-periodic": "quasi-periodic",
-    "chaotic": "chaotic",
-    "diverged": "blown up",
-    "undecided": "kind not decided",
+    Kind.QUASI_PERIODIC: "quasi-periodic",
+    Kind.CHAOTIC: "chaotic",
+    Kind.DIVERGED: "blown up",
+    Kind.UNDECIDED: "kind not decided",
 }
 Kinds = dict[str, MotionKind]  # of "reference" and "penalty"
 
@@ -88,37 +87,42 @@ def _judge(key: Key, cancelled: Callable[[], bool]) -> MotionKind:
         found = motion(*problem, initial=initial, cancelled=lambda: cancelled() or time.monotonic() > end)
         found = describe_kind(found)
     except ValueError as error:  # the engine does not judge this penalty solution
-        found = MotionKind("undecided", _NAMES["undecided"], sentence(str(error)))
+        found = MotionKind(Kind.UNDECIDED, _NAMES[Kind.UNDECIDED], sentence(str(error)))
     except Cancelled:
         if cancelled():
             raise
-        found = MotionKind("undecided", _NAMES["undecided"], f"{SECONDS:.0f} s of computing did not decide it.")
+        found = MotionKind(Kind.UNDECIDED, _NAMES[Kind.UNDECIDED], f"{SECONDS:.0f} s of computing did not decide it.")
     _CACHE.put(key, found)
     return found
 
 
 def describe_kind(found: Motion) -> MotionKind:
-    """The kind of a motion, and its evidence."""
-    kind = str(found.type)
+    """The kind of a motion, and its evidence, with what the time step makes of its energy."""
+    kind = _kind_of(found)
+    return kind._replace(evidence=f"{kind.evidence} {_energy(found)}".strip())
+
+
+def _kind_of(found: Motion) -> MotionKind:
+    kind = found.type
     if found.step_noise > 0:
         widths = ", ".join(f"±{width:.2g} at T/{steps}" for steps, width in found.bands)
         period = _period(found.period)
         return MotionKind(
-            ARTEFACT,
+            Kind.ARTEFACT,
             f"{period}, scattered by the time step",
             f"The scatter is an artefact: it shrinks with the step ({widths}). Without a time step the motion has "
             f"{period}.{_multiplier(found)}",
         )
-    if kind == "periodic":
+    if kind is Kind.PERIODIC:
         return MotionKind(kind, _period(found.period), _multiplier(found).strip())
-    if kind == "chaotic":
+    if kind is Kind.CHAOTIC:
         return MotionKind(
             kind,
             _NAMES[kind],
             f"Neighbouring motions separate by a factor of {math.exp(found.lyapunov):.3g} each period "
             f"({_exponent(found)}); this is motion, not scatter.",
         )
-    if kind == "quasi-periodic":
+    if kind is Kind.QUASI_PERIODIC:
         return MotionKind(
             kind,
             _NAMES[kind],
@@ -141,6 +145,15 @@ def _multiplier(found: Motion) -> str:
     if largest < 1:
         return f" A disturbance is multiplied by {largest:.2g} {over} (largest Floquet multiplier{near})."
     return f" A disturbance does not die away (largest Floquet multiplier {largest:.3g}{near})."
+
+
+def _energy(found: Motion) -> str:
+    """How much energy the time step creates or removes; "" without a step, or where that is next to nothing."""
+    made, lost = found.energy_created, found.energy_lost
+    if not abs(made) >= LITTLE * lost > 0.0:
+        return ""
+    what = "creates" if made > 0 else "removes"
+    return f"The time step {what} {percent(abs(made) / lost)} of the energy that dampers and contact take in a period."
 
 
 def _exponent(found: Motion) -> str:

@@ -15,8 +15,8 @@ from typing import NamedTuple
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField, typed_units
 from vibroscope.app.explorer.ranges import slider_range
-from vibroscope.app.explorer.state import EXCITATION_FIELDS, Setting, print_end, print_number, read_number
-from vibroscope.engine import System, Units
+from vibroscope.app.explorer.state import EXCITATION_FIELDS, Setting, print_number, read_number
+from vibroscope.engine import System, Units, end_text
 from vibroscope.engine.physical import EITHER, KEYS, physical_entry, system_of_physical
 
 _NAMED = {  # by the name in `KEYS`: symbol, and the quantity whose units may be typed
@@ -96,7 +96,7 @@ def physical_bounds(name: str) -> tuple[float, float]:
 def physical_range(name: str) -> str:
     """The same in words."""
     low, high = physical_bounds(name)
-    return f"{print_end(low)} to {'below ' if KEYS[name].allowed.open_high else ''}{print_end(high)}"
+    return f"{end_text(low)} to {'below ' if KEYS[name].allowed.open_high else ''}{end_text(high)}"
 
 
 def physical_numbers(setting: Setting) -> dict[str, float]:

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 
 import numpy as np
 from vibroscope.app.explorer.compute import Run, RunPair
-from vibroscope.app.explorer.method_words import is_located
 from vibroscope.app.explorer.state import Setting
+from vibroscope.engine import Reference, is_located
 from vibroscope.engine.motions.contact_force import FEWEST_SAMPLES
 
 Columns = dict[str, np.ndarray]
@@ -49,6 +49,12 @@ def present(runs: RunPair) -> dict[str, Columns]:
     if runs.setting.bodies == "wall":
         columns = {name: _without_body_2(source) for name, source in columns.items()}
     return {name: convert_units(source, runs.setting) for name, source in columns.items()}
+
+
+def orbit_columns(run: Run, setting: Setting) -> Columns:
+    """The columns of a phase plot alone, for an orbit that is drawn beside those of a setting."""
+    columns = _orbit(run, corners=isinstance(run.response.method, Reference))
+    return convert_units(_without_body_2(columns) if setting.bodies == "wall" else columns, setting)
 
 
 def _without_body_2(columns: Columns) -> Columns:
@@ -89,7 +95,7 @@ def _displacements(runs: RunPair) -> Columns:
             columns[f"{name}{row + 1}"] = _resample(grid, run, "displacement", row) + moved
             # Not drawn over time: they place the marks of the present instant in the phase plots.
             columns[f"{name}_v{row + 1}"] = _resample(grid, run, "velocity", row)
-    return _as_float32(columns)
+    return as_float32(columns)
 
 
 def _resample(grid: np.ndarray, run: Run, what: str, row: int) -> np.ndarray:
@@ -119,7 +125,7 @@ def _orbit(run: Run, *, corners: bool) -> Columns:
     if corners:
         time, states = _with_corners(run, time, states)
     x1, x2, v1, v2 = states
-    return _as_float32({"x1": x1, "v1": v1, "x2": x2, "v2": v2})
+    return as_float32({"x1": x1, "v1": v1, "x2": x2, "v2": v2})
 
 
 def _orbit_indices(run: Run) -> np.ndarray:
@@ -154,7 +160,7 @@ def _section(run: Run) -> Columns:
     rows = run.response.section[-_MOST_SECTION_POINTS:]
     x1, v1, x2, v2 = rows.T.reshape(4, -1)
     eta = np.full(len(rows), run.response.eta)
-    return _as_float32({"eta": eta, "x1": x1, "v1": v1, "x2": x2, "v2": v2})
+    return as_float32({"eta": eta, "x1": x1, "v1": v1, "x2": x2, "v2": v2})
 
 
 def _contact_intervals(run: Run) -> Columns:
@@ -167,7 +173,7 @@ def _contact_intervals(run: Run) -> Columns:
         hits = (run.response.impacts.time - _window_start(run)) * scale
         spans = np.vstack([spans, np.column_stack([hits, hits])])
     spans = spans[(spans[:, 1] >= 0) & (spans[:, 0] <= WINDOW)].clip(0, WINDOW)
-    return _as_float32({"left": spans[:, 0], "right": spans[:, 1]})
+    return as_float32({"left": spans[:, 0], "right": spans[:, 1]})
 
 
 def _force(run: Run) -> Columns:
@@ -176,7 +182,7 @@ def _force(run: Run) -> Columns:
     time, force = envelope(_window_time(run), run.trace.force, _FORCE_BINS * WINDOW // 2)
     if is_located(run.response.method):
         time, force = _with_short_contacts(run, time, force)
-    return _as_float32({"t": time, "force": force})
+    return as_float32({"t": time, "force": force})
 
 
 def _with_short_contacts(run: Run, time: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -237,8 +243,9 @@ def _impulses(run: Run) -> Columns:
     impacts = run.response.impacts
     time = (impacts.time - _window_start(run)) * run.response.eta / (2 * np.pi)
     within = (time >= 0) & (time <= WINDOW)
-    return _as_float32({"t": time[within], "impulse": impacts.impulse[within]})
+    return as_float32({"t": time[within], "impulse": impacts.impulse[within]})
 
 
-def _as_float32(columns: Mapping[str, np.ndarray]) -> Columns:
+def as_float32(columns: Mapping[str, np.ndarray]) -> Columns:
+    """The columns in single precision, as figures draw them."""
     return {name: np.asarray(column, np.float32) for name, column in columns.items()}

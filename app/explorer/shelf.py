@@ -78,8 +78,13 @@ _UNIT_FIELDS = tuple(name for name in DRAWING_FIELDS if name in ("units", "omega
 
 @cache
 def shelf() -> dict[str, ShelfSystem]:
-    """All systems of the shelf by key, in the order of the file; a bad number in the file raises ValueError."""
-    rows = tomllib.loads(asset("validation/shelf.toml"))["system"]
+    """All systems of the shelf by key, in the order of the file."""
+    return read_shelf(asset("validation/shelf.toml"))
+
+
+def read_shelf(text: str) -> dict[str, ShelfSystem]:
+    """The systems of a file, by key; a bad number raises ValueError."""
+    rows = tomllib.loads(text)["system"]
     found = {row["key"]: _read(row) for row in rows}
     if len(found) < len(rows):
         raise ValueError("shelf.toml has two systems with one key")

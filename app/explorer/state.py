@@ -30,6 +30,7 @@ from vibroscope.engine import (
     System,
     TimeStepping,
     Units,
+    end_text,
     simulate,
 )
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
@@ -272,6 +273,11 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
         )
 
     @property
+    def constant_step(self) -> Newmark | TimeStepping:
+        """The same with steps that are not cut where contact changes."""
+        return self._replace(located="no").penalty
+
+    @property
     def is_driven(self) -> bool:
         """Whether anything moves with the frequency η; otherwise it only counts the time."""
         return is_driven(self.system)
@@ -466,7 +472,7 @@ def read_number(name: str, text: object, bounds: tuple[float, float], whole: boo
     """The number that ``text`` gives for ``name``; raises `Refused` if it gives none within ``bounds``."""
     low, high = bounds
     kind = "a whole number" if whole else "a number"
-    refusal = Refused(name, f"{name} must be {kind} from {print_end(low)} to {print_end(high)}, not {quote(text)}.")
+    refusal = Refused(name, f"{name} must be {kind} from {end_text(low)} to {end_text(high)}, not {quote(text)}.")
     if not isinstance(text, str) or len(text) > LONGEST_NUMBER or not _NUMBER.fullmatch(text.strip()):
         raise refusal
     value = float(text)
@@ -480,11 +486,6 @@ def quote(text: object) -> str:
     shown = text if isinstance(text, str) else type(text).__name__
     printable = "".join(c if c.isprintable() else "�" for c in shown[:_LONGEST_QUOTE])
     return f"“{printable}{'…' if len(shown) > _LONGEST_QUOTE else ''}”"
-
-
-def print_end(value: float) -> str:
-    """An end of a range as a sentence has it."""
-    return f"{value:.6g}".replace("e+", "e").replace("e0", "e").replace("e-0", "e-")
 
 
 def print_number(value: float | int) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation, sentence
 from vibroscope.app.explorer.field_units import shown_field, time_text
+from vibroscope.app.explorer.method_words import name_of_method, scheme_texts
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.state import Setting, bounds_of, most_steps, print_number
 from vibroscope.app.explorer.typed import read_typed_number
@@ -28,6 +29,7 @@ from vibroscope.engine import (
     percent,
     recommend,
     recommend_range,
+    recommend_schemes,
     rounded,
     steps_at,
     written,
@@ -61,14 +63,20 @@ class Question(NamedTuple):
     stiffness: float | None = None
     damping: float | None = None
     scheme: TimeStepping | None = None  # where it is not Newmark's method; its K, D and n have no effect
+    schemes: tuple[TimeStepping, ...] = ()  # all that is searched over where a code is asked for, in place of that set
 
     def follow(self, setting: Setting) -> Question:
         """The same tolerance, limits and range, asked for another setting."""
         etas = self.etas if len(self.etas) > 1 else (setting.eta,)
-        located = setting.located == "yes"
-        return self._replace(
-            system=setting.system, etas=etas, reference=setting.reference, located=located, scheme=_scheme(setting)
-        )
+        asked = self._replace(system=setting.system, etas=etas, reference=setting.reference)
+        return asked if self.schemes else asked._replace(located=setting.located == "yes", scheme=_scheme(setting))
+
+
+@dataclass(frozen=True)
+class OfSchemes(Recommendation):
+    """The best of several recommendations; ``others`` are those of the other integrators, best first."""
+
+    others: tuple[Recommendation, ...] = ()
 
 
 def default_limits(setting: Setting) -> dict[str, str]:
@@ -82,7 +90,7 @@ def default_limits(setting: Setting) -> dict[str, str]:
     return {"K": field.number(_largest_stiffness(setting)), "steps": steps, **shown}
 
 
-def make_question(setting: Setting, typed: object) -> Question:
+def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, ...] = ()) -> Question:
     """The question for a setting.
 
     Parameters
@@ -91,6 +99,8 @@ def make_question(setting: Setting, typed: object) -> Question:
     typed : mapping of str to str
         ``tolerance`` in per cent, and the limits of the search ``K`` and ``steps`` by `default_limits`, as typed; the
         ends ``from`` and ``to`` of a range of η, or neither; and in ``hold`` which of K and D keep their present value.
+    schemes : tuple of TimeStepping
+        What a code has, to search over in place of what is set.
 
     Raises
     ------
@@ -112,17 +122,21 @@ def make_question(setting: Setting, typed: object) -> Question:
     steps_range = (STEPS_MAX_RANGE[0], min(STEPS_MAX_RANGE[1], most_steps()))
     steps_max = int(read_typed_number("T/Δτ allowed", asked["steps"], steps_range, whole=True))
     held = str(asked.get("hold", ""))
+    etas = _read_etas(setting, asked.get("from", ""), asked.get("to", ""))
+    if schemes and len(etas) > 1:
+        raise Refused("eta", "What a code has is searched at one frequency: leave the ends of the range empty.")
     return Question(
-        setting.system,
-        _read_etas(setting, asked.get("from", ""), asked.get("to", "")),
-        setting.reference,
-        setting.located == "yes",
-        tolerance,
-        stiffness_max,
-        steps_max,
-        setting.K if "K" in held else None,
-        setting.D if "D" in held else None,
-        _scheme(setting),
+        system=setting.system,
+        etas=etas,
+        reference=setting.reference,
+        located=setting.located == "yes" and not schemes,
+        tolerance=tolerance,
+        stiffness_max=stiffness_max,
+        steps_max=steps_max,
+        stiffness=setting.K if "K" in held else None,
+        damping=setting.D if "D" in held else None,
+        scheme=None if schemes else _scheme(setting),
+        schemes=schemes,
     )
 
 
@@ -182,16 +196,18 @@ class Search(Job):
 
     def _recommend(self) -> Found:
         asked = self.question._asdict()
-        system, etas = asked.pop("system"), asked.pop("etas")
+        system, etas, schemes = (asked.pop(name) for name in ("system", "etas", "schemes"))
+        how = {
+            "threads": current_settings().threads,
+            "progress": lambda share: self._on_progress(self, share, self._front),
+            "cancelled": lambda: self.cancelled,
+        }
+        if schemes:
+            del asked["scheme"], asked["located"]
+            best, *others = recommend_schemes(system, etas[0], schemes, **asked, **how)
+            return OfSchemes(**vars(best), others=tuple(others))
         find, eta = (partial(recommend, partial=self._keep), etas[0]) if len(etas) == 1 else (recommend_range, etas)
-        return find(
-            system,
-            eta,
-            **asked,
-            threads=current_settings().threads,
-            progress=lambda share: self._on_progress(self, share, self._front),
-            cancelled=lambda: self.cancelled,
-        )
+        return find(system, eta, **asked, **how)
 
     def _keep(self, front: list) -> None:
         self._front = front
@@ -202,7 +218,8 @@ def trial_texts(trial, found: Found, setting: Setting) -> dict[str, str]:
     K, D, steps = trial.setting
     if isinstance(found, RangeRecommendation):
         steps = steps_at(setting.eta, found.eta, steps)
-    return {"K": print_number(K), "D": print_number(D), "steps": print_number(steps)}
+    own = {"located": "no", **scheme_texts(found.scheme)} if isinstance(found, OfSchemes) else {}
+    return own | {"K": print_number(K), "D": print_number(D), "steps": print_number(steps)}
 
 
 def suggestion_content(found: Found, setting: Setting) -> dict:
@@ -271,12 +288,13 @@ def _head(found: Found) -> str:
 
 
 def _lines(found: Found, setting: Setting) -> list[str]:
+    of = f"{name_of_method(found.scheme)}: " if isinstance(found, OfSchemes) else ""
     if found.best is None:
-        return [sentence(found.reason)]
+        return [sentence(of + found.reason), *(_other_lines(found) if of else [])]
     if isinstance(found, RangeRecommendation):
         return _range_lines(found, setting)
     best, robust = found.best, percent(found.best.robust, beside=found.tolerance)
-    result = f"{_trial_words(best, found.tolerance)}; nine in ten neighbouring settings have at most {robust}."
+    result = f"{of}{_trial_words(best, found.tolerance)}; nine in ten neighbouring settings have at most {robust}."
     if found.located:
         result += f" It costs {best.cost:.0f} solves per period, since steps are cut where contact changes."
     lines = [result] if found.met else [f"Best found: {result}", sentence(found.reason)]
@@ -287,6 +305,24 @@ def _lines(found: Found, setting: Setting) -> list[str]:
         lines.append(f"Note: the joint damping alone causes {part}; errors cancel here, and may not at another η.")
     elif 1e-4 <= found.joint_damping <= found.tolerance:  # a larger one is the reason, nan means that there is none
         lines.append(f"The joint damping alone causes {percent(found.joint_damping)} of it.")
+    return [*lines, *_other_lines(found), _of_steps(found)]
+
+
+def _of_steps(found: Found) -> str:
+    which = "that cut the step where contact changes" if found.located else "with a constant step"
+    return f"These numbers are for codes {which}."
+
+
+def _other_lines(found: Recommendation) -> list[str]:
+    """What the other integrators of a code would need."""
+    lines = []
+    for other in found.others if isinstance(found, OfSchemes) else ():
+        name = name_of_method(other.scheme)
+        if other.best is None:
+            lines.append(f"{name}: {other.reason}.")
+        else:
+            met = "" if other.met else "not met: "
+            lines.append(f"{name}: {met}{_trial_words(other.best, other.tolerance)}, {other.solves:.0f} solves.")
     return lines
 
 
@@ -311,7 +347,7 @@ def _range_lines(found: RangeRecommendation, setting: Setting) -> list[str]:
         etas = ", ".join(f"η = {eta:.6g}" for eta in found.left_out)
         lines.append(f"Left out, since the reference does not repeat itself, or nothing touches there: {etas}.")
     errors = (f"{percent(one.error, beside=found.tolerance)} at η = {one.eta:.6g}" for one in found.served)
-    return [*lines, f"Error: {', '.join(errors)}."]
+    return [*lines, f"Error: {', '.join(errors)}.", _of_steps(found)]
 
 
 def _start_lines(setting: Setting) -> list[str]:

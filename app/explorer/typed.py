@@ -22,10 +22,10 @@ from vibroscope.app.explorer.state import (
     Explorer,
     Setting,
     bounds_of,
-    print_end,
     print_number,
     quote,
 )
+from vibroscope.engine import end_text
 
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 # Sign, digits with separators, power of ten as 1e5 or 1·10⁵, and the rest: a unit.
@@ -139,7 +139,7 @@ def read_typed_number(
             f"{quote(text)} can mean {print_number(large)}{unit} or {print_number(small)}{unit}: "
             f"write {print_number(large)} or {float(small)!r}.",
         )
-    ends = " to ".join(print_end(end / units[""]) for end in bounds)
+    ends = " to ".join(end_text(end / units[""]) for end in bounds)
     kind = "a whole number" if whole else "a number"
     unknown = f" in {_list(units)}" if typed.numbers and size is None and len(units) > 1 else ""
     raise Refused(name, f"{name} must be {kind} from {ends}{shown and f' {shown}'}{unknown}, not {quote(text)}.")

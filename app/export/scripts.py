@@ -33,14 +33,10 @@ _PAPER = System().as_dict()
 def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
     p, r = setting.penalty, setting.reference
-    imported, penalty = "Newmark", f"Newmark(stiffness={p.stiffness!r}, damping={p.damping!r}, steps={p.steps}"
-    if isinstance(p, TimeStepping):
-        imported, penalty = f"{type(p.integrator).__name__}, TimeStepping", repr(p)
-    else:
-        penalty += ", located=True)" if p.located else ")"
+    penalty = method_python(p)
     start = "" if setting.from_rest else f", initial={setting.initial}"
     start += "".join(f", {name}={periods}" for name, periods in run_length(setting.system).items())
-    script = f"""from vibroscope.engine import {_imports(imported, "Reference", "System")}
+    script = f"""from vibroscope.engine import {_imports(*names_in(p), "Reference", "System")}
 
 system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}){start})
@@ -62,8 +58,7 @@ runs = {{"reference": reference.method, "responses": (reference, penalty)}}
 
 def _imports(*names: str) -> str:
     """The names of a script, sorted, with the functions that all scripts use."""
-    made = ", ".join(names).split(", ")
-    return ", ".join(sorted({*made, "compare", "motion", "simulate", "verdict"}, key=_isort_key))
+    return ", ".join(sorted({*names, "compare", "motion", "simulate", "verdict"}, key=_isort_key))
 
 
 _VERDICT = """answer = verdict(found)
@@ -111,12 +106,13 @@ def sweep_python(calls: Mapping[str, str], system: System, *names: str) -> str:
 
 def speed_python(asked: SpeedQuestion) -> str:
     """A script that measures cost and error as the page does."""
-    numbers = ", ".join(repr(number) for number in (asked.eta, asked.K, asked.D, asked.steps))
     start = "" if asked.initial is None else f", {asked.initial}"
+    names = ", ".join(sorted({*names_in(asked.method), "Reference", "System"}, key=_isort_key))
     return f"""from vibroscope.app.studies.speed import SpeedQuestion, grow_speed
-from vibroscope.engine import Reference, System
+from vibroscope.engine import {names}
 
-question = SpeedQuestion({_system(asked.system)}, {numbers}, {asked.reference!r}{start})
+method = {method_python(asked.method)}
+question = SpeedQuestion({_system(asked.system)}, {asked.eta!r}, method, {asked.reference!r}{start})
 *_, found = grow_speed(question, None, lambda: False)
 for solver in found.turns:
     print(*solver, found.cost(solver), "µs per period, error", found.errors.get(solver))
@@ -141,9 +137,31 @@ def sweep_command(study: str, system: System, *options: str) -> str:
     )
 
 
+def branch_command(system: System, options: Mapping[str, str]) -> str:
+    """``vibroscope branch`` with options for each store, by its name."""
+    file, system_option = _system_file(system, [])
+    return file + "".join(
+        f"vibroscope branch{each}{system_option} --out {store}.zarr\n" for store, each in options.items()
+    )
+
+
 def initial_option(initial: Sequence[float] | None) -> str:
     """``--initial`` where a run does not start from rest, None."""
     return "" if initial is None else f" --initial={','.join(map(print_number, initial))}"
+
+
+def method_python(method: Newmark | TimeStepping) -> str:
+    """The method as a script makes it; `names_in` is what it imports."""
+    if isinstance(method, TimeStepping):
+        return repr(method)
+    located = ", located=True" if method.located else ""
+    return f"Newmark(stiffness={method.stiffness!r}, damping={method.damping!r}, steps={method.steps}{located})"
+
+
+def names_in(method: Newmark | TimeStepping) -> tuple[str, ...]:
+    """The classes in `method_python`."""
+    own = (type(method.integrator).__name__,) if isinstance(method, TimeStepping) else ()
+    return (*own, type(method).__name__)
 
 
 def method_options(method: Method) -> str:
@@ -156,19 +174,29 @@ def _method_options(method: Method) -> str:
     if isinstance(method, Reference):
         usual = vars(Reference())
         return "".join(f" --{n.replace('_', '-')} {v}" for n, v in vars(method).items() if v != usual[n])
-    numbers = f" --K {print_number(method.stiffness)} --D {print_number(method.damping)}"
+    numbers = f" --K {print_number(method.stiffness)}"
+    numbers += "" if method.damping is None else f" --D {print_number(method.damping)}"
     if isinstance(method, ExactPenalty):
-        return numbers
-    numbers += f" --steps {method.steps}"
+        return numbers + _changed(method, ExactPenalty(method.stiffness, 0.0), ("law", "exponent", "penetration"))
+    return f"{numbers} --steps {method.steps}{scheme_options(method)}"
+
+
+def scheme_options(method: Newmark | TimeStepping) -> str:
+    """The options of integrator, contact status and law, beside K, D and the steps."""
     if isinstance(method, Newmark):
-        return f"{numbers}{' --located' if method.located else ''}"
-    own, usual = method.integrator, TimeStepping(method.stiffness, method.damping, method.steps)
-    numbers += f" --integrator {own.name}"
+        return " --located" if method.located else ""
+    own, usual = method.integrator, TimeStepping(method.stiffness, 0.0, method.steps)
+    numbers = f" --integrator {own.name}"
     numbers += "".join(f" --{each.name} {print_number(getattr(own, each.name))}" for each in fields(own))
     names = ("status", "without_solution", "law", "exponent", "penetration", "initial_acceleration")
+    return numbers + _changed(method, usual, names)
+
+
+def _changed(method: Method, usual: Method, names: Sequence[str]) -> str:
+    """Options for those of these attributes that are not as usual."""
     more = {name: getattr(method, name) for name in names}
     changed = {name: value for name, value in more.items() if value != getattr(usual, name)}
-    return numbers + "".join(f" --{name.replace('_', '-')} {value}" for name, value in changed.items())
+    return "".join(f" --{name.replace('_', '-')} {value}" for name, value in changed.items())
 
 
 # ---- parts of both --------------------------------------------------------------------------------------------------

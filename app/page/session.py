@@ -7,7 +7,7 @@ present → figures.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
 from typing import ClassVar
@@ -40,6 +40,7 @@ class Session:
 
     def __init__(self, query: str = "") -> None:
         self.doc = pn.state.curdoc
+        self.code = ""  # that the tab Your code has chosen
         self.move = 0  # the browser's number of its last move
         self._answered = 0  # the last move that was answered
         self._refused: dict[str, str] = {}
@@ -133,6 +134,16 @@ class Session:
             self._open_tab(key)
             self._show()
 
+    def visit(self, key: str, texts: Mapping[str, str], prepare: Callable[[Tab], None] | None = None) -> None:
+        """Open a tab, prepared by ``prepare``, with some parameters set; see `app.page.tab.TabHost`."""
+        self._open_tab(key)
+        if prepare is not None:
+            prepare(self.tab_area.tab)
+        if texts:
+            self.set(texts)
+        if not texts or self._refused:
+            self._show()
+
     def take(self, what: str) -> None:
         """Send a file that the user wants to take away."""
         tab = self.tab_area.tab
@@ -171,7 +182,8 @@ class Session:
         self.tab_area.open(key, view)
         self.header.tab = key
         self.update_offers()
-        self.controls.param.update(visible=TABS[key].controls, motions=TABS[key].motions)
+        kind = TABS[key]
+        self.controls.param.update(visible=kind.controls, starts=kind.starts, motions=kind.motions)
         self.summarise(self.tab_area.tab.summary(self.setting))
 
     def _show_move(self, fresh: bool = False) -> None:

@@ -36,9 +36,13 @@ class TabHost(Protocol):
 
     doc: Document
     tab_titles: Mapping[str, str]  # by key
+    code: str  # key of the code that the tab Your code has chosen; empty before
 
     def set(self, texts: Mapping[str, str]) -> None:
         """Set some parameters as if the user had typed them; the page shows why a bad value is refused."""
+
+    def visit(self, key: str, texts: Mapping[str, str], prepare: Callable[[Tab], None] | None = None) -> None:
+        """Open another tab with some parameters set; ``prepare`` is called with it before it is shown."""
 
     def push(self, move: int, write: Callable[[], None]) -> None:
         """Call ``write`` when the browser is free, unless a newer push replaces it; it changes models in place.
@@ -79,6 +83,7 @@ class Tab(ABC):
     key: ClassVar[str]  # in the address, ?tab=key
     title: ClassVar[str]
     controls: ClassVar[bool] = True  # whether the sliders are shown beside it
+    starts: ClassVar[bool] = False  # whether the start of the runs counts in it; the controls then offer its numbers
     motions: ClassVar[bool] = False  # whether it draws motions; the controls then offer how to draw them
     axes: ClassVar[Mapping[str, Span]] = {}  # that a link may zoom: limits of their ends
     legends: ClassVar[Mapping[str, Sequence[str]]] = {}  # by figure: names of the entries in a link, in their order

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import panel as pn
 from vibroscope.app.explorer.link import View
+from vibroscope.app.page.basin.tab import BasinTab
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.files import style
@@ -18,7 +19,7 @@ from vibroscope.app.page.time_step.tab import TimeStepTab
 from vibroscope.app.page.your_code.tab import YourCode
 
 # A new tab is a line here.
-_TABS = Explore, Bifurcation, PlaneTab, TimeStepTab, YourCode, Speed, Paper, Help
+_TABS = Explore, Bifurcation, PlaneTab, BasinTab, TimeStepTab, YourCode, Speed, Paper, Help
 TABS: dict[str, type[Tab]] = {tab.key: tab for tab in _TABS}
 FIRST_TAB = Explore.key
 

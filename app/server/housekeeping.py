@@ -72,7 +72,7 @@ class GarbageCollection:
             if self.is_empty():
                 self._last_visitor = None
                 gc.collect()
-                await asyncio.to_thread(_return_free_memory)
+                await asyncio.to_thread(return_free_memory)
             elif self.is_due():
                 gc.collect()
 
@@ -89,7 +89,7 @@ class GarbageCollection:
         return self._last_visitor is not None and now - self._last_visitor >= _EMPTY_SECONDS
 
 
-def _return_free_memory() -> None:
+def return_free_memory() -> None:
     """Give the system back what is free between allocations, where the C library can; else a peak stays for ever."""
     if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)):
         trim(0)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import COORDINATES, Method, System
+from vibroscope.engine import COORDINATES, Kind, Method, System
 from vibroscope.engine.sweeps import (
     COARSEST,
     MISSING,
@@ -195,9 +195,9 @@ class PartialDiagram:
 
 def kind_names(kinds: np.ndarray) -> np.ndarray:
     """`CellKind` as words for files: "chaotic", "step artefact"."""
-    names = {CellKind.ARTEFACT: "step artefact", CellKind.QUASI_PERIODIC: "quasi-periodic"}
-    names = {kind: names.get(kind, kind.name.lower().replace("_", " ")) for kind in CellKind}
-    return np.array([names[CellKind(kind)] for kind in kinds.tolist()])
+    names = {Kind.ARTEFACT: "step artefact", Kind.ENDED_EARLY: "ended early"}
+    found = (Kind[CellKind(number).name] for number in kinds.tolist())
+    return np.array([names.get(kind, str(kind)) for kind in found])
 
 
 def _thinned(chosen: np.ndarray, most: int) -> np.ndarray:

@@ -17,7 +17,7 @@ from vibroscope.engine.sweeps import CellKind
 VEIL = "#F5F5F5"  # stripes over what lies below a limit: the classes there are the dark ones
 # The first classes of the palette: colours that `theme.js` knows, in light and dark.
 UNKNOWN, DIVERGED, NO_NUMBER = 0, 1, 2
-_SPECIAL = ("#F1F3F5", "#FFFFFF", "#C6CDD4")
+SPECIAL = ("#F1F3F5", "#FFFFFF", "#C6CDD4")
 _CIVIDIS = ("#00224E", "#35456C", "#666970", "#948E77", "#C8B866", "#FEE838")
 
 PERIODS = (
@@ -84,8 +84,8 @@ QUANTITIES = {
     ),
 }
 
-PALETTE = [*_SPECIAL, *(colour for _, colour in PERIODS), *_CIVIDIS]
-_FIRST_PERIOD = len(_SPECIAL)
+PALETTE = [*SPECIAL, *(colour for _, colour in PERIODS), *_CIVIDIS]
+_FIRST_PERIOD = len(SPECIAL)
 _FIRST_OTHER = _FIRST_PERIOD + len(PERIODS)
 
 
@@ -109,7 +109,7 @@ def legend(name: str, limit: float | None = None) -> list[list[str]]:
     """Colour, name and pattern of each class, for the key beside the figures."""
     rows = [[colour, text, ""] for text, colour in QUANTITIES[name].classes]
     missing = {"error": "no number", "near_period": "being judged"}
-    rows += [[_SPECIAL[NO_NUMBER], missing[name], ""]] if name in missing else []
-    rows += [[_SPECIAL[DIVERGED], "blown up", "cross"]]
+    rows += [[SPECIAL[NO_NUMBER], missing[name], ""]] if name in missing else []
+    rows += [[SPECIAL[DIVERGED], "blown up", "cross"]]
     rows += [[VEIL, f"fewer than {limit:g} steps in contact", "veil"]] if limit is not None else []
     return rows

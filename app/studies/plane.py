@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.bifurcation import kind_names
 from vibroscope.app.studies.study_job import RESULTS
@@ -59,6 +60,11 @@ class PlaneQuestion(NamedTuple):
         """The first and the last of ``axis``."""
         axis = self.axis(name)
         return float(axis[0]), float(axis[-1])
+
+    @property
+    def name(self) -> str:
+        """The penalty solution in a title."""
+        return "Newmark" if self.other is None else brief_name(self.other)
 
     @property
     def quantities(self) -> tuple[str, ...]:

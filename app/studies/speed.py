@@ -1,10 +1,10 @@
 """Speed against error of the present setting, measured while a user watches. No panel import.
 
 Error and cost are those of the shipped figure (`app.performance.bench`), from the start that is set: the largest
-difference of the four state components after 10 periods, and processor time per period over 200 periods. The error of
-Newmark's fixed and located step is that against the exact penalty model, to which both tend as Δτ → 0. The two solvers
-in closed form have no time step and do not approximate one another: here they have a cost alone, and their errors stand
-in the shipped figure.
+difference of the four state components after 10 periods, and processor time per period over 200 periods. The penalty
+solution is the one that is set: its integrator, contact status and law. The error of its fixed and its located step is
+that against the exact penalty model, to which both tend as Δτ → 0. The reference and the exact penalty model have no
+time step and do not approximate one another: here they have a cost alone, and their errors stand in the shipped figure.
 
 All solvers take turns, and medians over the turns count: a machine that is slower for a while is slower for all.
 """
@@ -14,13 +14,28 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.performance.contenders import CHECKED, PERIODS, engine_seconds
 from vibroscope.app.performance.peers import plain_loop
-from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, simulate
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    NEWMARK_LAWS,
+    Cancelled,
+    ExactPenalty,
+    Method,
+    Newmark,
+    Reference,
+    System,
+    TimeStepping,
+    is_located,
+    simulate,
+    stages_of,
+    with_located_steps,
+)
 
 FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)  # of the n that is set
 SWEPT = ("fixed", "plain", "located")  # have a time step
@@ -35,11 +50,16 @@ class SpeedQuestion:
 
     system: System
     eta: float
-    K: float
-    D: float
-    steps: int
+    method: Newmark | TimeStepping  # with steps that are not located
     reference: Reference
     initial: tuple[float, float, float, float] | None = None  # rest
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Those of `KINDS` that there are: not every contact law has steps that are skipped, or located ones."""
+        law = self.method.law
+        absent = {"plain": law not in NEWMARK_LAWS, "located": law != CONTACT_LAWS[0]}
+        return tuple(kind for kind in KINDS if not absent.get(kind))
 
 
 class Key(NamedTuple):
@@ -50,7 +70,7 @@ class Key(NamedTuple):
 
 
 class TimedRun(NamedTuple):
-    """Processor seconds, the last state (4,) (nan where it diverged), and time steps solved for."""
+    """Processor seconds, the last state (4,) (nan where it diverged), and solves: one for each stage of a step."""
 
     seconds: float
     state: np.ndarray
@@ -83,8 +103,8 @@ class PartialSpeed:
         """Microseconds per period, the median of the turns."""
         return float(np.median(self.turns[key]))
 
-    def closed_form(self, kind: str) -> float:
-        """Microseconds per period of ``reference`` or ``exact``."""
+    def stepless(self, kind: str) -> float:
+        """Microseconds per period of ``reference`` or ``exact``, which have no time step."""
         return self.cost(Key(kind, 0))
 
     def curve(self, kind: str) -> list[Key]:
@@ -97,7 +117,9 @@ class PartialSpeed:
 
     def data(self) -> dict[str, object]:
         """What is known, for a file: columns over the solvers, and the question."""
-        question = {name: getattr(self.question, name) for name in ("eta", "K", "D", "steps")}
+        method = self.question.method
+        question = {"eta": self.question.eta, "K": method.stiffness, "D": method.damping, "steps": method.steps}
+        question |= {"method": scheme_as_dict(method)}
         keys = list(self.turns)
         return question | {
             "periods": PERIODS,
@@ -118,35 +140,45 @@ def steps_around(steps: int) -> list[int]:
 
 def solvers(question: SpeedQuestion) -> dict[Key, Solve]:
     """All solvers, in the order of their turns; those that are compared stand next to each other."""
-    K, D = question.K, question.D
     found = {
         Key("reference", 0): _engine_solver(question, question.reference),
-        Key("exact", 0): _engine_solver(question, ExactPenalty(K, D)),
+        Key("exact", 0): _engine_solver(question, question.method.limit),
     }
-    for n in steps_around(question.steps):
-        found[Key("fixed", n)] = _engine_solver(question, Newmark(K, D, n))
-        found[Key("plain", n)] = _plain_solver(question, n)
-        found[Key("located", n)] = _engine_solver(question, Newmark(K, D, n, located=True))
+    for n in steps_around(question.method.steps):
+        method = replace(question.method, steps=n)
+        found[Key("fixed", n)] = _engine_solver(question, method)
+        if "plain" in question.kinds:
+            found[Key("plain", n)] = _plain_solver(question, method)
+        if "located" in question.kinds:
+            found[Key("located", n)] = _engine_solver(question, with_located_steps(method))
     return found
 
 
-def _engine_solver(question: SpeedQuestion, method: Reference | ExactPenalty | Newmark) -> Solve:
+def _engine_solver(question: SpeedQuestion, method: Method) -> Solve:
     problem, start = (question.system, question.eta, method), {"keep": 1, "initial": question.initial}
+    stages = 1 if isinstance(method, Reference | ExactPenalty) else stages_of(method)
 
     def solve(periods, cancelled):
         seconds, response = engine_seconds(lambda: simulate(*problem, periods=periods, cancelled=cancelled, **start))
-        state = response.section[-1] if response.ok else np.full(4, math.nan)
-        return TimedRun(seconds, state, response.cost.steps)
+        if response.ok:
+            return TimedRun(seconds, response.section[-1], stages * response.cost.steps)
+        gone = np.full(4, math.nan)
+        if (taken := response.cost.steps) and not is_located(method):  # the cost of a period is that of its steps
+            return TimedRun(seconds * periods * method.steps / taken, gone, stages * periods * method.steps)
+        return TimedRun(seconds, gone, stages * taken)
 
     return solve
 
 
-def _plain_solver(question: SpeedQuestion, steps: int) -> Solve:
-    """The loop of an FE code; once begun it runs to its end, a third of a second at the most.
+def _plain_solver(question: SpeedQuestion, method: Newmark | TimeStepping) -> Solve:
+    """The loop of an FE code; that of Newmark's method runs to its end once begun, a third of a second at the most.
 
-    It shows the cost of a step, and runs from rest and without clearance or forces, wherever the others do.
+    The latter shows the cost of a step, and runs from rest and without clearance or forces, wherever the others do.
     """
-    run = plain_loop(question.system, question.eta, question.K, question.D, steps)
+    if isinstance(method, TimeStepping):
+        return _engine_solver(question, replace(method, every_step=True))
+    steps = method.steps
+    run = plain_loop(question.system, question.eta, method.stiffness, method.damping, steps)
 
     def solve(periods, cancelled):
         if cancelled():
@@ -192,5 +224,5 @@ def _errors(by_key: dict[Key, Solve], cancelled: Callable[[], bool]) -> dict[Key
     exact = by_key[Key("exact", 0)](CHECKED, cancelled).state
     swept = {key: solve for key, solve in by_key.items() if key.kind in ("fixed", "located")}
     found = {key: float(np.abs(solve(CHECKED, cancelled).state - exact).max()) for key, solve in swept.items()}
-    found |= {Key("plain", key.steps): error for key, error in found.items() if key.kind == "fixed"}
+    found |= {key: found[Key("fixed", key.steps)] for key in by_key if key.kind == "plain"}
     return {key: error if math.isfinite(error) else math.nan for key, error in found.items()}

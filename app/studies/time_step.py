@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import Newmark, System
+from vibroscope.engine import NEWMARK_LAWS, Newmark, System, TimeStepping
 from vibroscope.engine.sweeps import (
     MISSING,
     SCHEMES,
@@ -25,7 +26,9 @@ from vibroscope.engine.sweeps import (
 
 STEPS = (500, 1000, 2000, 4000, 6000, 8000, 16_000, 32_000)  # the paper's Figure 14 has 2,000 to 8,000
 STEPS_AT_ONCE = 4  # from one partial result to the next; the last has half its cost in one run
-MOST_LOCATED = 4000  # steps with which a located motion is judged: none of its steps is skipped
+# Steps with which a motion is judged of which none is skipped, a located one or one with another law: with more it
+# takes long, and its scatter is small.
+MOST_TAKEN = 4000
 TRANSIENT, SAMPLE = 2000, 50
 
 
@@ -34,13 +37,12 @@ class StepQuestion(NamedTuple):
 
     system: System
     eta: float
-    K: float
-    D: float
+    method: Newmark | TimeStepping  # with steps that are not located; how many has no effect
     initial: tuple[float, float, float, float] | None = None  # rest
 
     def study(self) -> StepStudy:
         """The study that answers it."""
-        method = Newmark(self.K, self.D, STEPS[0])
+        method = replace(self.method, steps=STEPS[0])
         return StepStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, steps=STEPS, initial=self.initial)
 
 
@@ -62,6 +64,11 @@ class PartialStep:
     def steps(self) -> np.ndarray:
         """n, ascending."""
         return self.study.steps[: self._count]
+
+    @property
+    def schemes(self) -> tuple[str, ...]:
+        """Those of `engine.sweeps.SCHEMES` that the contact law has."""
+        return tuple(self.study.schemes)
 
     @property
     def share(self) -> float:
@@ -87,7 +94,9 @@ class PartialStep:
 
     def data(self) -> dict[str, object]:
         """What is known, for a file: the variables as `engine.sweep_step` names them."""
-        question = {"eta": self.question.eta, "K": self.question.K, "D": self.question.D, "steps": self.steps}
+        method = self.question.method
+        question = {"eta": self.question.eta, "K": method.stiffness, "D": method.damping, "steps": self.steps}
+        question |= {"method": scheme_as_dict(method)}
         of_study = {"error_joint_damping": self.study.arrays["error_joint_damping"]}
         of_study |= self.study.conclusions(self.values)
         return (
@@ -119,17 +128,18 @@ def grow_step(question: StepQuestion, last: PartialStep | None, cancelled: Calla
     for values in grow_cached(study, options):
         result = PartialStep(question, study, values)
         yield result
-    yield replace(result, judged={scheme: _judge(result, scheme, options) for scheme in SCHEMES})
+    yield replace(result, judged={scheme: _judge(result, scheme, options) for scheme in result.schemes})
 
 
 def _judge(result: PartialStep, scheme: str, options: RunOptions) -> dict[int, tuple[CellKind, int]]:
     """Kind and period of the motions that a section of another period than one leaves open, by their place."""
     status, period = (result.of_scheme(name, scheme) for name in ("status", "period"))
-    chosen = np.flatnonzero((status == 0) & (period != 1) & ((scheme == "fixed") | (result.steps <= MOST_LOCATED)))
+    method = result.study.schemes[scheme]
+    skipped = scheme == "fixed" and method.law in NEWMARK_LAWS
+    chosen = np.flatnonzero((status == 0) & (period != 1) & (skipped | (result.steps <= MOST_TAKEN)))
     if not len(chosen):
         return {}
-    method = replace(result.study.method, located=scheme == "located")
-    cells = replace(result.study, method=method).cells_at({"steps": result.steps[chosen]})
+    cells = replace(result.study.cells_at({"steps": result.steps[chosen]}), method=method)
     how = {"transient": TRANSIENT, "sample": SAMPLE, "threads": options.threads, "cancelled": options.cancelled}
     kinds = judge_runs(cells, **how)
     pairs = zip(map(CellKind, kinds["kind"].tolist()), kinds["kind_period"].tolist(), strict=True)

@@ -9,18 +9,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.app.codes.catalogue import Code, input_numbers
+from vibroscope.app.codes.catalogue import Code
 from vibroscope.app.codes.rules import AS_SET, Outcome, Problem, Rule, judge, rules
 from vibroscope.app.explorer.compute import RunPair, compute_runs, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Setting, print_number, read_setting
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.engine import TimeStepping, simulate
+from vibroscope.engine import METHOD_NUMBERS, TimeStepping, simulate
 
 _POINTS = 240  # of a small picture
 _CACHE = Cache(24)  # runs of rules, which shall not take the place of those that the page draws
-_FIELDS = {"K": "stiffness", "D": "damping", "steps": "steps"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,13 +83,13 @@ def grow_code(question: Setting, last: PartialCode | None, cancelled: Callable[[
 def rule_texts(rule: Rule, setting: Setting) -> dict[str, str]:
     """The numbers that a rule gives, as texts for `read_setting`; raises ValueError where it gives none."""
     method = rule.method(Problem(setting.system, setting.eta, setting.penalty))
-    return {name: print_number(getattr(method, _FIELDS[name])) for name in rule.gives}
+    return {name: print_number(getattr(method, METHOD_NUMBERS[name])) for name in rule.gives}
 
 
 def code_texts(code: Code, setting: Setting) -> dict[str, str]:
     """What choosing a code sets: integrator, status, law, and of K, D and the step what its rules give first."""
     texts = {"located": "no", **code.texts()}
-    for name in _FIELDS:
+    for name in METHOD_NUMBERS:
         rule = next((rules()[key] for key in code.rules if rules()[key].gives == (name,)), None)
         if rule is not None:
             texts |= rule_texts(rule, read_setting(texts, setting))
@@ -99,12 +98,7 @@ def code_texts(code: Code, setting: Setting) -> dict[str, str]:
 
 def code_lines(code: Code, setting: Setting) -> tuple[str, ...]:
     """The input of a code for what is set, in the units that are shown; without units, without dimension."""
-    method, scale = setting.penalty, setting.scale
-    k, c, dt = method.stiffness, 2.0 * method.damping, 2.0 * np.pi / (setting.eta * method.steps)
-    if scale is not None:
-        numbers = scale.settings(setting.eta, method)
-        k, c, dt = numbers["stiffness"], numbers["damping"], numbers["time_step"]
-    return code.lines(input_numbers(setting.system, setting.eta, method, k, c, dt), setting.integrator)
+    return code.words_for(setting.system, setting.eta, setting.penalty, setting.scale)
 
 
 def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:

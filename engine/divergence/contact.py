@@ -120,6 +120,12 @@ def equal_restitution_damping(system: System, stiffness: float | np.ndarray) -> 
     ------
     ValueError
         If K is no number, negative or infinite.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, equal_restitution_damping
+    >>> round(float(equal_restitution_damping(System(wall=True, restitution=0.8), 584.0)), 3)
+    1.712
     """
     try:
         known = np.isfinite(stiffness) & (np.asarray(stiffness) >= 0)

@@ -50,6 +50,12 @@ def with_located_steps(method: Newmark | TimeStepping) -> Newmark | TimeStepping
     ------
     ValueError
         If its steps, or those with its contact law, cannot be located.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark, with_located_steps
+    >>> with_located_steps(Newmark(2500, 8, 500)).located
+    True
     """
     if isinstance(method, Newmark):
         return replace(method, every_step=False, located=True)

@@ -75,6 +75,13 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
     ------
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark, System, compare, verdict
+    >>> found = verdict(compare(System(), 1.08, Newmark(100, 50, 2000)))
+    >>> found.agree, found.blame, found.change
+    ('no', 'K', {'K': 1000.0})
     """
     if comparison.parts is None:
         return _of_early_end(comparison, cancelled)
@@ -102,15 +109,15 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
     second, change = blame_sentence(comparison, experiments, best)
     scattered = "" if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)
     return Verdict(
-        " ".join(filter(None, (unchanged, first, second))) + scattered,
-        agree,
-        best.changed if best else "",
-        change,
-        best.remaining if best else np.nan,
-        scatter,
-        detail_sentences(comparison, experiments),
-        comparison.reference,
-        comparison.penalty,
+        headline=" ".join(filter(None, (unchanged, first, second))) + scattered,
+        agree=agree,
+        blame=best.changed if best else "",
+        change=change,
+        left=best.remaining if best else np.nan,
+        scatter=scatter,
+        details=detail_sentences(comparison, experiments),
+        reference=comparison.reference,
+        penalty=comparison.penalty,
     )
 
 

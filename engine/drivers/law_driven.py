@@ -50,6 +50,11 @@ def needs_law(method) -> bool:
     return method.law not in PIECEWISE_LINEAR or method.damping > 0.0  # without a damper the first four are one
 
 
+def by_steps(method) -> bool:
+    """Whether a method is an exact penalty solution whose contact is integrated by steps, having no closed form."""
+    return isinstance(method, ExactPenalty) and method.law not in PIECEWISE_LINEAR
+
+
 def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np.ndarray, float, int]]]]:
     """Of each piece of a law its spring and damper, and what it watches: a row of z, what follows, what mirrors it."""
     spring, damper = np.zeros(6), np.zeros(6)
@@ -224,19 +229,35 @@ class LawFlow:
         y, _ = motion_after(p, a, (periods - a.period) * p.period - a.tau)
         return np.array(y), events
 
+    def along(
+        self, start: np.ndarray, periods: float, direction: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, int] | None:
+        """As :meth:`with_jacobian`, with the derivative in one direction, (4,), in place of the Jacobian."""
+        found = self.end(start, periods)
+        derivative = None if found is None else self._derivative(start, periods, direction, found[1])
+        return None if derivative is None else (found[0], derivative, found[1])
+
+    def _derivative(self, start: np.ndarray, periods: float, direction: np.ndarray, events: int) -> np.ndarray | None:
+        """By a central difference; None if a neighbour has other events. A wall does not move."""
+        a = STATE.read(start)
+        y = np.array([a.x1, a.v1, a.gap, a.rate])
+        width = DIFFERENCE * max(float(np.abs(y).max()), DIFFERENCE)
+        change = width * direction * ([0.0, 0.0, 1.0, 1.0] if self._system.wall else 1.0)
+        sides = [self.end(self.start(y + sign * change), periods) for sign in (1.0, -1.0)]
+        if None in sides or any(more != events for _, more in sides):
+            return None
+        return (sides[0][0] - sides[1][0]) / (2 * width)
+
     def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
         """As :func:`.event_driven.integrate_variation`, the Jacobian by central differences."""
-        found, a = self.end(start, periods), STATE.read(start)
-        y = np.array([a.x1, a.v1, a.gap, a.rate])
+        found, jacobian = self.end(start, periods), np.zeros((4, 4))
         if found is None:
             return None
-        jacobian, width = np.zeros((4, 4)), DIFFERENCE * max(float(np.abs(y).max()), DIFFERENCE)
         for i in range(2 if self._system.wall else 0, 4):
-            change = width * np.eye(4)[i]
-            sides = [self.end(self.start(y + sign * change), periods) for sign in (1.0, -1.0)]
-            if None in sides or any(events != found[1] for _, events in sides):
+            column = self._derivative(start, periods, np.eye(4)[i], found[1])
+            if column is None:
                 return None
-            jacobian[:, i] = (sides[0][0] - sides[1][0]) / (2 * width)
+            jacobian[:, i] = column
         return found[0], jacobian, found[1]
 
 
@@ -267,7 +288,18 @@ def restitution_by_steps(
     p = p._replace(eta=0.0, gain=gain, react1=0.0, inverse_mass=1.0 / mass, generator=np.zeros((4, 6)))
     p = p._replace(flight=p.flight._replace(spacing=depth / closing))
     opened = uncompiled(no_contact)()._replace(closing=closing)
-    a = HybridState(0.0, 0.0, 0.0, 0.0, 0.0, -closing, kernel.SMOOTH, 0.0, 0.0, opened)
+    a = HybridState(
+        period=0.0,
+        tau=0.0,
+        x1=0.0,
+        v1=0.0,
+        gap=0.0,
+        rate=-closing,
+        mode=kernel.SMOOTH,
+        order=0.0,
+        events=0.0,
+        contact=opened,
+    )
     for _ in range(MOST_STEPS):
         s, a, ends, _ = kernel.follow_smooth(p, a)
         if s < 0.0:

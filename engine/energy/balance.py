@@ -17,9 +17,9 @@ An impact dissipates μ/(1 + μ) (g′⁻² − g′⁺²)/2.
 
 The balance is independent of the integration that it checks. For the reference, the exact penalty and located steps it
 follows the motion from one row of the section to the next through the events of the response (:mod:`.events`). An event
-that is missing, misplaced or wrong leaves a residual. For Newmark with a constant step the sums are those of the
-discrete solution (:mod:`.steps`), which balances exactly within each step: its residual is the energy that the
-time-stepping creates where contact changes.
+that is missing, misplaced or wrong leaves a residual. For a constant step the sums are those of the discrete solution
+(:mod:`.steps`). Their residual is the energy that the time-stepping creates, or removes if it is negative: where
+contact changes, and by numerical damping. The losses of such a solution include what it creates.
 
 With another contact law the contact takes ∫λδ′ dτ less what its spring stores, Kδⁿ⁺¹/(n + 1); the integrals are
 those of the solution itself (:mod:`.law`).
@@ -30,7 +30,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..drivers.law_driven import needs_law
-from ..methods import Newmark, refuse_time_stepping
+from ..methods import STEPPING, is_located
 from ..result import Response
 from .events import balance_between_events
 from .law import balance_of_law
@@ -48,7 +48,7 @@ def energy_balance(
     Parameters
     ----------
     response : Response
-        For Newmark with a constant step it must hold every step of its sampled periods; these are balanced.
+        With a constant step it must hold every step of its sampled periods; these are balanced.
     start : (4,) sequence, optional
         ξ₁, ξ₁′, ξ₂, ξ₂′ at the beginning of the kept periods: the initial state, if all periods are kept. Without it
         the balance begins with the second kept period, since the section is sampled at the end of each period.
@@ -64,14 +64,13 @@ def energy_balance(
     Raises
     ------
     ValueError
-        If the run ended early, if too few periods are kept, or if not every step of Newmark was recorded.
+        If the run ended early, if too few periods are kept, or if not every step of a constant one was recorded.
     Cancelled
         If ``cancelled`` returned true.
     """
     if not response.ok:
         raise ValueError(response.ending)
-    refuse_time_stepping(response.method, "the energy balance")
-    if isinstance(response.method, Newmark) and not response.method.located:
+    if isinstance(response.method, STEPPING) and not is_located(response.method):
         return balance_of_steps(response)
     rows = response.section if start is None else np.vstack([np.asarray(start, dtype=float), response.section])
     if len(rows) < 2:

@@ -4,10 +4,16 @@ import numpy as np
 
 from ..drivers.event_driven import contact_state
 from ..drivers.law_driven import law_powers
-from ..methods import PIECEWISE_LINEAR
+from ..methods import PIECEWISE_LINEAR, ExactPenalty, Newmark, TimeStepping
 from ..result import Response
 from .quadratic_forms import energy_forms
 from .result import EnergyBalance
+
+
+def spring_energy(method: ExactPenalty | Newmark | TimeStepping, gap: np.ndarray) -> np.ndarray:
+    """Energy that the contact spring stores at each gap, Kδⁿ⁺¹/(n + 1)."""
+    n = 1.0 if method.law in PIECEWISE_LINEAR else method.exponent
+    return method.stiffness * np.maximum(-gap, 0.0) ** (n + 1.0) / (n + 1.0)
 
 
 def balance_of_law(response: Response, rows: np.ndarray) -> EnergyBalance:
@@ -24,8 +30,7 @@ def balance_of_law(response: Response, rows: np.ndarray) -> EnergyBalance:
     )[1 - len(rows) :]
     forms, y = energy_forms(response), contact_state(system, rows)
     z = y - np.array([0.0 if system.wall else system.separate_rest[0], 0.0, forms.free_gap, 0.0])
-    n = 1.0 if method.law in PIECEWISE_LINEAR else method.exponent
-    spring = method.stiffness * np.maximum(-y[:, 2], 0.0) ** (n + 1.0) / (n + 1.0)
+    spring = spring_energy(method, y[:, 2])
     stored = np.einsum("ki,ij,kj->k", z, forms.stored[:4, :4], z) + spring
     return EnergyBalance(
         gain=np.diff(stored),

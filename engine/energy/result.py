@@ -39,7 +39,7 @@ class EnergyBalance:
 
     @property
     def residual(self) -> np.ndarray:
-        """Gain + losses − work: 0 but for errors of the solution."""
+        """Gain + losses − work: 0 but for errors of the solution; of steps, the energy that they create."""
         return self.gain + self.lost - self.work
 
     @property

@@ -112,6 +112,14 @@ def compare_measured(
         If a number is out of range, or the measurement covers less than an excitation period.
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark, System, compare_measured, measured_verdict, synthetic_measurement
+    >>> made = synthetic_measurement(System(), 2.76, noise=0.01)
+    >>> compared = compare_measured(System(), 2.76, made, Newmark(12000, 18, 8000, located=True))
+    >>> measured_verdict(compared).partition(" (")[0]
+    'The reference agrees within the noise of the measurement'
     """
     eta = check_eta(eta)
     own = recurrence(measurement, eta)

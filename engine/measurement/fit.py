@@ -112,6 +112,14 @@ def fit(
         periodic.
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, fit, synthetic_measurement
+    >>> made = synthetic_measurement(System(restitution=0.45), 2.76, noise=0.01)
+    >>> found = fit(System(), 2.76, made, names=["restitution"])
+    >>> print(f"{found.values['restitution']:.2f}")
+    0.45
     """
     names = tuple(name for name in FITTED if not (system.wall and name in BODY_2)) if names is None else tuple(names)
     known = all(isinstance(name, str) and name in UPPER for name in names)

@@ -12,25 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..drivers.section import TOLERANCE, period_of
+from ..drivers.section import period_of
 from ..methods import STEPPING, Method
 from ..model import System, whole
 from ..result import Response
 from ..simulate import simulate
-from .averages import batch_means, standard_error
 from .description import Kind, Motion
-from .motion import KEEP, LONGEST, motion
-from .section import band_width
-from .steady import LONG, steady
+from .motion import KEEP, motion
+from .sameness import THIN, same_averages, same_cycle
+from .steady import LONG, schedule_of, steady
 
 REACH = 2.0  # of the starts, in amplitudes of the motion from rest
 STARTS = 64
 DECIMALS = 4  # of a start, so that its numbers can be read, typed and sent in full
-BATCHES = 16
-SIGMAS = 6.0  # standard errors that the averages of one motion may differ by
-SAME = 1e-6  # of the size: cycles of closed-form solvers that differ by less are the same
-NOISY = 3.0  # cycles of Newmark may differ by so many widths of their bands, and these widths by such a factor
-THIN = 0.01  # of the size: bands that the time step causes differ by any factor below this width
 
 
 @dataclass(frozen=True)
@@ -90,6 +84,12 @@ def attractors(
         If a number is out of range.
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Reference, System, attractors
+    >>> [found.motion.period for found in attractors(System(), 3.2, Reference(), starts=8)]
+    [2, 6]
     """
     search = search_attractors(system, eta, method, starts=starts, seed=seed, cancelled=cancelled)
     for done, found in enumerate(search, start=1):  # noqa: B007 - the last one is returned
@@ -146,7 +146,7 @@ def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
 def _long_term_response(system, eta, method, start, cancelled) -> Response:
     """Return one cycle of the steady motion of a closed-form solver, or else the last periods of a long run."""
     if not isinstance(method, STEPPING):
-        found = steady(system, eta, method, initial=start, max_period=LONGEST, cancelled=cancelled)
+        found = steady(system, eta, method, initial=start, max_period=schedule_of(method).longest, cancelled=cancelled)
         if found.periodic or not found.response.ok:
             return found.response
         start = found.response.section[-1]
@@ -169,34 +169,5 @@ class _Group:
         if self.motion.type is Kind.PERIODIC:
             # a step may scatter one cycle from one start, and lock the scatter from another
             thin = THIN if self.motion.step_noise > 0 else 0.0
-            return _same_cycle(self.run.section, run.section, self.motion.period, thin, least)
-        return not period_of(run.section) and _same_averages(self.run.section, run.section)
-
-
-def _same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float, least: float) -> bool:
-    """Whether both sections are the same cycle of points but for time-step scatter, wherever they begin."""
-    if len(section) < period or (len(section) < KEEP and len(section) != period):
-        return False
-    points, others = _cycle_points(known, period), _cycle_points(section, period)
-    widths = band_width(known, period), band_width(section, period)
-    size = max(np.abs(known).max(), least)
-    if max(widths) > max(NOISY * min(widths) + TOLERANCE * size, thin * size):
-        return False
-    allowed = SAME * size + NOISY * max(widths)
-    return any(np.abs(points - np.roll(others, shift, axis=0)).max() <= allowed for shift in range(period))
-
-
-def _cycle_points(section: np.ndarray, period: int) -> np.ndarray:
-    """Return the mean point of each period of a cycle, (period, 4)."""
-    cycles = len(section) // period
-    return section[len(section) - cycles * period :].reshape(cycles, period, 4).mean(axis=0)
-
-
-def _same_averages(known: np.ndarray, section: np.ndarray) -> bool:
-    """Whether the averages of coordinates and their squares agree within their standard errors."""
-    if len(known) != len(section):
-        return False
-    means = [batch_means(np.hstack([rows, rows**2]), BATCHES) for rows in (known, section)]
-    average, other = (each.mean(axis=0) for each in means)
-    error = np.hypot(*(standard_error(each) for each in means))
-    return bool((np.abs(average - other) <= SIGMAS * error + TOLERANCE * np.abs(average).max()).all())
+            return same_cycle(self.run.section, run.section, self.motion.period, thin, least)
+        return not period_of(run.section) and same_averages(self.run.section, run.section)

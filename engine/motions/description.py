@@ -15,13 +15,19 @@ SUDDEN = 30 / 2000
 
 
 class Kind(StrEnum):
-    """Type of a motion."""
+    """Kind of a motion: the only vocabulary. Results of many cells hold the number of a word (`CellKind`).
 
+    The numbers follow the order here, and stores keep them: a new kind comes last.
+    """
+
+    UNKNOWN = "unknown"  # not computed, or not judged yet
+    UNDECIDED = "undecided"  # it does not repeat itself as far as is known
     PERIODIC = "periodic"
     QUASI_PERIODIC = "quasi-periodic"
     CHAOTIC = "chaotic"
+    ENDED_EARLY = "ended-early"
+    ARTEFACT = "artefact"  # periodic without a time step; the scatter of the section is caused by the step
     DIVERGED = "diverged"
-    UNDECIDED = "undecided"
 
 
 @dataclass(frozen=True)
@@ -63,7 +69,10 @@ class Motion:
     impulse : float
         Impulse between the pendulums per sampled period, of impacts and contacts, in m₁ω₁ base amplitudes.
     energy_lost : float
-        Energy dissipated per period by dampers, contact and impacts, in m₁ω₁² times the base amplitude squared.
+        Energy dissipated per period by dampers, contact and impacts, in m₁ω₁² times the base amplitude squared. That
+        of a solution with a time step includes what the step creates.
+    energy_created : float
+        Energy that the time step creates per period, in the same unit; negative: removes. nan without a time step.
     spread : float
         Standard deviation of a displacement over the section: of ξ₂, as in the paper's Figure 14, of ξ₁ at a wall.
     scatter : float
@@ -111,6 +120,7 @@ class Motion:
     impact_phases: np.ndarray = field(repr=False)
     closing_speeds: np.ndarray = field(repr=False)
     energy_lost: float = np.nan
+    energy_created: float = np.nan
     multipliers: np.ndarray = field(default_factory=lambda: np.empty(0, complex))
     lyapunov: float = np.nan
     lyapunov_error: float = np.nan

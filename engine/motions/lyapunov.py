@@ -116,6 +116,13 @@ def lyapunov(
         If a number is out of range, or the method has a time step.
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Reference, System, lyapunov
+    >>> found = lyapunov(System(), 1.7, Reference(), periods=400)
+    >>> found.is_chaotic, bool(found.exponent > 5 * found.error)
+    (True, True)
     """
     if not isinstance(method, Reference | ExactPenalty):
         raise ValueError(f"{method} has a time step: an exponent needs a closed form, Reference or ExactPenalty")
@@ -126,11 +133,11 @@ def lyapunov(
     v = np.full(4, 0.5)
     growth, section = np.empty(periods), np.empty((periods, 4))
     for n in range(-SETTLING, periods):
-        returned = poincare(y)
-        length = 0.0 if returned is None else float(np.linalg.norm(returned.jacobian @ v))
+        found = poincare.step_along(y, v)
+        length = 0.0 if found is None else float(np.linalg.norm(found[1]))
         if not 0.0 < length < np.inf:
             return Lyapunov(np.nan, np.nan, np.nan, np.nan, poincare.displacements(section[: max(n, 0)]))
-        y, v = returned.state, returned.jacobian @ v / length
+        y, v = found[0], found[1] / length
         if n >= 0:
             growth[n], section[n] = np.log(length), y
     return average_growth(growth, poincare.displacements(section))

@@ -33,12 +33,10 @@ from .floquet import lyapunov_exponent, multipliers, nearest_bifurcation
 from .lyapunov import Lyapunov, lyapunov
 from .regularity import rotation_number
 from .section import scatter
-from .steady import LONG, REST, steady
+from .steady import LONG, REST, schedule_of, steady
 from .time_step_scatter import judge_newmark_section, later_run
 
-LONGEST = 64  # periods of a cycle that Newton's method looks for
 LONGEST_SEEN = 512  # periods of a cycle that the section shows
-FOLLOWED = (8192, 4 * 8192)  # periods with the Jacobian; the second number only if the first does not decide
 KEEP = 256  # described periods of a motion that does not repeat itself
 SAMPLES, SAMPLED = 2000, 50  # samples per period; sampled periods
 MOST_SAMPLES = 100_000
@@ -80,6 +78,16 @@ def motion(
         If a response ended early, or a number is out of range.
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark, Reference, System, motion
+    >>> found = motion(System(), 2.76, Reference())
+    >>> print(found.type, found.period)
+    periodic 1
+    >>> found = motion(System(), 2.76, Newmark(12000, 18, 2000))
+    >>> print(found.type, found.period, found.step_noise > 0)  # the time step scatters its section
+    periodic 1 True
     """
     if isinstance(subject, Response):
         if eta is not None or method is not None:
@@ -120,7 +128,8 @@ def classify(followed: Lyapunov) -> tuple[Kind, str]:
 
 
 def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, initial, cancelled) -> Motion:
-    found = steady(system, eta, method, initial=initial, max_period=LONGEST, cancelled=cancelled)
+    schedule = schedule_of(method)
+    found = steady(system, eta, method, initial=initial, max_period=schedule.longest, cancelled=cancelled)
     run = found.response
     if found.periodic:
         return _periodic_motion(run, found.period, found.multipliers, cancelled)
@@ -129,7 +138,7 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
-    for periods in FOLLOWED:
+    for periods in schedule.followed:
         followed = lyapunov(system, eta, method, initial=state, periods=periods, cancelled=cancelled)
         if len(followed.section) < periods:
             reason = f"after {len(followed.section)} periods more it has no derivative: an impact grazes"
@@ -137,7 +146,7 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
         state = followed.section[-1]
         cycle = _late_cycle(system, eta, method, followed.section, cancelled)
         if cycle is not None:
-            return replace(cycle, reason=f"{cycle.reason}; a run of {LONG} periods did not find it")
+            return replace(cycle, reason=f"{cycle.reason}; a run of {schedule.long} periods did not find it")
         kind, reason = classify(followed)
         if kind is not Kind.UNDECIDED:
             break
@@ -164,7 +173,7 @@ def _remembering_motion(system: System, eta, method, initial, cancelled) -> Moti
 def _late_cycle(system: System, eta, method, section: np.ndarray, cancelled) -> Motion | None:
     """Return the cycle that the motion settled to while it was followed: its transient was long, or the cycle is."""
     state = section[-1]
-    found = steady(system, eta, method, initial=state, max_period=LONGEST, cancelled=cancelled)
+    found = steady(system, eta, method, initial=state, max_period=schedule_of(method).longest, cancelled=cancelled)
     if found.periodic:
         return _periodic_motion(found.response, found.period, found.multipliers, cancelled)
     period = period_of(section[-2 * LONGEST_SEEN :])
@@ -214,14 +223,16 @@ def _with_multipliers(described: Motion, values: np.ndarray) -> Motion:
 
 
 def _with_energy(described: Motion, run: Response, cancelled) -> Motion:
-    """Add the energy lost per period, averaged over the last cycle or all periods of a balance that exists."""
-    if run.trajectory is None or isinstance(run.method, TimeStepping):
+    """Add the energy lost per period, averaged over the last cycle or all periods, and what the time step creates."""
+    if run.trajectory is None:
         return described
     balance = energy_balance(run, cancelled=cancelled)
     # the balance follows located steps in closed form; coarse steps deviate from it, and the balance does not close
     if is_located(run.method) and not np.abs(balance.residual).max() <= UNBALANCED * balance.size:
         return described
-    return replace(described, energy_lost=float(balance.lost[-described.period :].mean()))
+    lost, created = (float(each[-described.period :].mean()) for each in (balance.lost, balance.residual))
+    stepped = isinstance(run.method, STEPPING)
+    return replace(described, energy_lost=lost, energy_created=created if stepped else np.nan)
 
 
 # --------------------------------------------------------------------------------------------- methods with a time step

@@ -119,13 +119,19 @@ class OrbitSearch:
         fraction = 1.0
         while fraction >= SMALLEST_FRACTION:
             tried = y + fraction * full
-            there = self.map(tried, period) if np.abs(tried).max() <= FARTHEST * size else None
+            there = self._image(tried, period, returned.residual) if np.abs(tried).max() <= FARTHEST * size else None
             if there is not None and there.residual < returned.residual:
                 return tried, there
             if returned.residual <= RESIDUAL * size:  # rounding prevents any further reduction
                 return None
             fraction /= 2
         return None
+
+    def _image(self, y: np.ndarray, period: int, residual: float) -> Return | None:
+        """The return of y; where a Jacobian takes more runs, None unless y reduces the residual."""
+        if self.map.by_differences and not self.map.residual(y, period) < residual:
+            return None
+        return self.map(y, period)
 
     def _accepts(self, orbit: Orbit, y: np.ndarray, size: float) -> bool:
         """Whether the orbit is stable and the run, which ended at y, converges to it (see the module)."""
@@ -151,17 +157,13 @@ class OrbitSearch:
         rate : float
             ψ, above the largest modulus of the eigenvalues of DP.
         """
-        jacobian = orbit.returned.jacobian
-        factor = _norm_factor(jacobian / rate)
+        factor = norm_factor(orbit.returned.jacobian / rate)
         first = np.linalg.norm(factor @ deviation)
         while np.abs(deviation).max() > ON_ORBIT * size and np.linalg.norm(factor @ deviation) > CONVERGED * first:
             returned = self.map(orbit.state + deviation, orbit.period)
-            predicted, distance = jacobian @ deviation, np.linalg.norm(factor @ deviation)
-            if returned is None or returned.course != orbit.returned.course:
+            if not contracts(orbit, factor, rate, deviation, returned):
                 return False
             deviation = returned.state - orbit.state
-            if np.linalg.norm(factor @ (deviation - predicted)) > 0.5 * (1 - rate) * distance:
-                return False
         return True
 
     def _with_least_period(self, orbit: Orbit, size: float) -> Orbit:
@@ -183,6 +185,26 @@ class OrbitSearch:
         return orbit._replace(state=state, returned=self.map(state, orbit.period))
 
 
+def contracts(orbit: Orbit, factor: np.ndarray, rate: float, deviation: np.ndarray, returned: Return | None) -> bool:
+    """Whether the condition of the module holds at a deviation from the orbit, the sequence of events included.
+
+    Parameters
+    ----------
+    orbit : Orbit
+    factor : (4, 4) ndarray
+        Of the norm |factor · x|, in which DP shrinks every vector at least by ``rate``: :func:`norm_factor`.
+    rate : float
+        ψ.
+    deviation : (4,) ndarray
+    returned : Return or None
+        Of the orbit's state with this deviation, over the whole cycle.
+    """
+    if returned is None or returned.course != orbit.returned.course:
+        return False
+    difference = returned.state - orbit.state - orbit.returned.jacobian @ deviation
+    return bool(np.linalg.norm(factor @ difference) <= 0.5 * (1 - rate) * np.linalg.norm(factor @ deviation))
+
+
 def _near_returns(rows: np.ndarray, size: float, longest: int) -> list[int]:
     """Numbers of periods after which the last row nearly recurs, each much closer than all shorter ones."""
     found, nearest = [], NEAR * size
@@ -194,7 +216,7 @@ def _near_returns(rows: np.ndarray, size: float, longest: int) -> list[int]:
     return found
 
 
-def _norm_factor(contraction: np.ndarray) -> np.ndarray:
+def norm_factor(contraction: np.ndarray) -> np.ndarray:
     """Return F such that |F x| is a norm in which B, of spectral radius below 1, shrinks every vector x.
 
     FᵀF = Σ (Bᵏ)ᵀBᵏ over k = 0, 1, …, so that |F B x|² = |F x|² − |x|². The series is summed by doubling.

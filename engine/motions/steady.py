@@ -7,16 +7,18 @@ alone would need the more periods the weaker the damping is. The Jacobian DP is 
 disturbances change in each cycle.
 
 An orbit is accepted only if the run converges to it (:mod:`.orbit`). Otherwise the run continues to four times as many
-periods, and the search starts again.
+periods, and the search starts again. With a contact law that has no closed form a period takes some tens of times as
+long: the search ends earlier there, and the message says after how many periods.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..drivers.event_driven import EventDriver
-from ..drivers.law_driven import LawDriver, needs_law
+from ..drivers.law_driven import LawDriver, by_steps, needs_law
 from ..drivers.section import period_of
 from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta, whole
@@ -27,12 +29,41 @@ from .orbit import Orbit, OrbitSearch
 from .poincare_map import PoincareMap
 
 REST = None  # as a start: the static equilibrium of the system
-ATTEMPTS_AFTER = (8, 32, 128, 512)  # periods
 LONG, KEEP = 2050, 50  # periods of the long run, and the last of them that are kept: the paper's
 MAX_PERIOD_LIMIT = 64
 
 
-@dataclass(frozen=True)
+class Schedule(NamedTuple):
+    """When a search looks for a cycle.
+
+    Attributes
+    ----------
+    attempts : tuple of int
+        Periods of a run after which Newton's method is tried.
+    long : int
+        Periods of the last run, after which it is tried once more.
+    longest : int
+        Periods of a cycle that the search for the kind of a motion looks for.
+    followed : tuple of int
+        Periods with a derivative for a Lyapunov exponent; the second number only if the first does not decide.
+    """
+
+    attempts: tuple[int, ...]
+    long: int
+    longest: int
+    followed: tuple[int, ...]
+
+
+CLOSED_FORM = Schedule((8, 32, 128, 512), LONG, 64, (8192, 4 * 8192))
+BY_STEPS = Schedule((8, 32, 128), 512, 16, (2048,))  # contact without a closed form
+
+
+def schedule_of(method: Reference | ExactPenalty) -> Schedule:
+    """Return how long the motion of a method is searched and followed."""
+    return BY_STEPS if by_steps(method) else CLOSED_FORM
+
+
+@dataclass(frozen=True, kw_only=True)
 class Steady:
     """Outcome of :func:`steady`.
 
@@ -113,7 +144,8 @@ def steady(
     Returns
     -------
     Steady
-        If no periodic motion is found, with the run of 2,050 periods, the last 50 kept.
+        If no periodic motion is found, with the run of 2,050 periods, the last 50 kept; of 512 periods with a contact
+        law that has no closed form.
 
     Raises
     ------
@@ -121,6 +153,13 @@ def steady(
         If a number is out of range, or the method has a time step: the text says what to do.
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Reference, System, steady
+    >>> found = steady(System(), 2.76, Reference())
+    >>> found.periodic, found.period, found.stable
+    (True, 1, True)
     """
     if not isinstance(method, Reference | ExactPenalty):
         raise ValueError(f"{method} has a time step: steady motion needs a closed form, Reference or ExactPenalty")
@@ -128,9 +167,10 @@ def steady(
     max_period = whole("max_period", max_period, 1, MAX_PERIOD_LIMIT, "give the longest cycle to look for")
     start = starting_checkpoint(initial, system, eta, method)
     kind = LawDriver if needs_law(method) else EventDriver
-    driver = kind(system, eta, method, start, ATTEMPTS_AFTER[-1], 0, None)
+    schedule = schedule_of(method)
+    driver = kind(system, eta, method, start, schedule.attempts[-1], 0, None)
     search = OrbitSearch(PoincareMap(system, eta, method, cancelled), max_period, stable_only)
-    for periods in ATTEMPTS_AFTER:
+    for periods in schedule.attempts:
         status, _ = driver.advance(periods, cancelled, record=True)
         search.run_periods = driver.periods
         if status is not Status.OK:
@@ -138,15 +178,25 @@ def steady(
         orbit = search.attempt(driver.section, periods)
         if orbit is not None:
             return _of_orbit(system, eta, method, orbit, search, record)
-    options = {"periods": LONG, "keep": KEEP, "initial": initial, "cancelled": cancelled}
+    options = {"periods": schedule.long, "keep": KEEP, "initial": initial, "cancelled": cancelled}
     run = simulate(system, eta, method, record=_limited(record, KEEP), **options)
-    search.run_periods += LONG
-    orbit = search.attempt(run.section, LONG) if run.ok else None
+    search.run_periods += schedule.long
+    orbit = search.attempt(run.section, schedule.long) if run.ok else None
     if orbit is not None:
         return _of_orbit(system, eta, method, orbit, search, record)
-    message = f"{_failure(run, search)}; this is the run of {LONG} periods, the last {KEEP} kept"
+    message = f"{_failure(run, search)}; this is the run of {schedule.long} periods, the last {KEEP} kept"
     end = run.section[-1] if len(run.section) else np.full(4, np.nan)
-    return Steady(False, message, 0, end, np.empty(0, complex), np.nan, 0, search.all_periods, run)
+    return Steady(
+        periodic=False,
+        message=message,
+        period=0,
+        state=end,
+        multipliers=np.empty(0, complex),
+        residual=np.nan,
+        iterations=0,
+        periods=search.all_periods,
+        response=run,
+    )
 
 
 def _of_orbit(system, eta, method, orbit: Orbit, search: OrbitSearch, record: Record | None) -> Steady:

@@ -81,7 +81,7 @@ def judge_newmark_section(
     elif decided is Kind.UNDECIDED:
         reason = (
             f"the section is a band (standard deviation {listed} steps per period), and without a time step the motion "
-            f"is {limit.type}: more steps per period would decide"
+            f"is {limit.type} ({limit.reason}): more steps per period would decide"
         )
     else:
         reason = (

@@ -21,6 +21,12 @@ def repetition(found: Motion) -> str:
 
     Scatter of a displacement about the points of the cycle is its standard deviation. Only evidence shows that the time
     step causes it; without evidence the motion "nearly repeats".
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark, System, motion, repetition
+    >>> repetition(motion(System(), 2.76, Newmark(12000, 18, 8000)))
+    'repeats every period, blurred by the time step (±0.034 in ξ₂)'
     """
     return repetition_of(found.type, found.period, found.near_period, found.scatter, found.step_noise > 0, found.body)
 

@@ -76,7 +76,14 @@ class RangeTrials:
 
 
 def steps_at(eta: float, highest: float, steps: int) -> int:
-    """Return the steps per period at η of the time step that has so many at the highest frequency."""
+    """Return the steps per period at η of the time step that has so many at the highest frequency.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import steps_at
+    >>> steps_at(1.08, 2.76, 500)  # at η = 1.08, of the step that is T/500 at 2.76
+    1278
+    """
     eta, highest = check_eta(eta), check_eta(highest)
     steps = require("steps", steps, *STEPS_RANGE, "give the steps per period at the highest frequency")
     return math.ceil(steps * highest / eta * (1 - 1e-12))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from ..arguments import shown
 from ..drivers.threads import thread_count
-from ..methods import STEPPING, Newmark, Reference, TimeStepping, is_located
+from ..methods import STEPPING, Newmark, Reference, TimeStepping, is_located, stages_of
 from ..model import System, check_eta, require
 from ..motions.description import describe
 from ..motions.motion import motion
@@ -34,8 +34,25 @@ KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes 
 ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
 
 
-@dataclass(frozen=True)
-class Recommendation:
+class Suggested:
+    """What the outcomes of both searches have in common."""
+
+    best: Trial | None
+    located: bool
+    scheme: Newmark | TimeStepping | None
+
+    @property
+    def possible(self) -> float:
+        """The least tolerance that ``best`` meets, rounded up to two digits; nan if there is no setting."""
+        return math.nan if self.best is None else rounded_up(self.best.robust)
+
+    def with_setting(self, setting: NewmarkSetting) -> Newmark | TimeStepping:
+        """The method that the settings were tried with, with these numbers."""
+        return with_setting(self.scheme or scheme_of(None, self.located), setting)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recommendation(Suggested):
     """Outcome of :func:`recommend`.
 
     Attributes
@@ -77,16 +94,14 @@ class Recommendation:
     scheme: Newmark | TimeStepping | None = None
 
     @property
-    def possible(self) -> float:
-        """The least tolerance that ``best`` meets, rounded up to two digits; nan if there is no setting."""
-        return math.nan if self.best is None else rounded_up(self.best.robust)
-
-    @property
     def method(self) -> Newmark | TimeStepping | None:
         """The recommended setting as a method to simulate with; None if there is none."""
-        if self.best is None:
-            return None
-        return with_setting(self.scheme or scheme_of(None, self.located), self.best.setting)
+        return None if self.best is None else self.with_setting(self.best.setting)
+
+    @property
+    def solves(self) -> float:
+        """Solves per period of ``best``: its cost, twice that with two stages in a step; nan if there is no setting."""
+        return math.nan if self.best is None else self.best.cost * stages_of(self.scheme or scheme_of(None, False))
 
     @property
     def compensated(self) -> bool:
@@ -148,6 +163,13 @@ def recommend(
         If a number is out of range: the text names it, the range and what to do.
     Cancelled
         If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, recommend
+    >>> found = recommend(System(), 2.76, tolerance=0.2, stiffness=12000, steps_max=4000)
+    >>> found.met, found.best.setting.stiffness, found.best.robust <= 0.2
+    (True, 12000.0, True)
     """
     eta = check_eta(eta)
     tolerance = check_tolerance(tolerance)
@@ -157,12 +179,20 @@ def recommend(
     progress, partial = progress or no_progress, partial or no_progress
     found = steady(system, eta, reference, cancelled=cancelled)
     scheme = scheme_of(scheme, located)
-    asked = (system, eta, reference, tolerance, is_located(scheme))
+    asked = {
+        "system": system,
+        "eta": eta,
+        "reference": reference,
+        "tolerance": tolerance,
+        "located": is_located(scheme),
+        "scheme": scheme,
+    }
+    without = {"met": False, "best": None, "front": (), "joint_damping": math.nan}
     if not found.periodic:
-        return Recommendation(*asked, False, None, (), math.nan, aperiodic_reference_reason(found), "", scheme)
+        return Recommendation(**asked, **without, reason=aperiodic_reference_reason(found))
     idle = idle_reason(found)
     if idle:
-        return Recommendation(*asked, False, None, (), math.nan, idle, "", scheme)
+        return Recommendation(**asked, **without, reason=idle)
     with ThreadPoolExecutor(threads) as pool:
         trials = Trials(found, scheme, pool, cancelled)
         contact = ContactSearch(trials, system, limited, tolerance)
@@ -176,7 +206,15 @@ def recommend(
     if best is not None:
         front = monotone_front(front, best)
     progress(1.0)
-    return Recommendation(*asked, bool(met), best, tuple(front), joint_damping, reason, kind, scheme)
+    return Recommendation(
+        **asked,
+        met=bool(met),
+        best=best,
+        front=tuple(front),
+        joint_damping=joint_damping,
+        reason=reason,
+        kind=kind,
+    )
 
 
 def scheme_of(scheme: Newmark | TimeStepping | None, located: bool) -> Newmark | TimeStepping:
@@ -208,6 +246,57 @@ def design_curve(
         recommend(system, eta, progress=lambda fraction, i=i: progress((i + fraction) / len(etas)), **options)
         for i, eta in enumerate(etas)
     ]
+
+
+def recommend_schemes(
+    system: System,
+    eta: float,
+    schemes: Sequence[Newmark | TimeStepping],
+    *,
+    progress: Callable[[float], None] | None = None,
+    **options,
+) -> list[Recommendation]:
+    """Return a recommendation for each of several schemes, such as the integrators of a code, best first.
+
+    First come those that meet the tolerance, by solves per period (:attr:`Recommendation.solves`), and where these are
+    equal by the error that they keep to; then the others by that error.
+
+    Parameters
+    ----------
+    schemes : sequence of Newmark or TimeStepping
+        Their K, D and n have no effect.
+    **options
+        Those of :func:`recommend`, but for ``scheme`` and ``located``.
+
+    Raises
+    ------
+    ValueError
+        As :func:`recommend`, and if there is no scheme.
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    if not schemes:
+        raise ValueError("schemes is empty: give the methods to search over")
+    progress = progress or no_progress
+    found = [
+        recommend(
+            system,
+            eta,
+            scheme=scheme,
+            progress=lambda fraction, i=i: progress((i + fraction) / len(schemes)),
+            **options,
+        )
+        for i, scheme in enumerate(schemes)
+    ]
+    return sorted(found, key=_rank)
+
+
+def _rank(found: Recommendation) -> tuple[float, ...]:
+    """What recommendations are sorted by."""
+    if found.best is None:
+        return (2.0,)
+    robust = found.best.robust
+    return (0.0, found.solves, robust) if found.met else (1.0, robust)
 
 
 def check_tolerance(tolerance: float) -> float:

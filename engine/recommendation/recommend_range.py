@@ -23,13 +23,14 @@ from .front import monotone_front
 from .limits import STEPS_MAX_RANGE, Limits
 from .range_trials import RangeTrials, steps_at
 from .reasons import error_without_time_step, idle_reason, joint_damping_error, unmet_tolerance_reason
-from .recommend import cheapest_near_least, check_tolerance, no_progress, of_same_kind, rounded_up, scheme_of
+from .recommend import Suggested, cheapest_near_least, check_tolerance, no_progress, of_same_kind, scheme_of
 from .step_search import StepSearch
 from .trials import NewmarkSetting, Trial, Trials, with_setting
 
 MOST_ETAS = 50
-SEARCHES = 3  # at most: after each but the last, an η between the others that misses the tolerance joins them
-_SHARES = (0.05, 0.6, 0.8, 0.95)  # of the progress, before each search and after the last
+# Of the progress, before each search and after the last. There are three at most: after each but the last, an η between
+# the others that misses the tolerance joins them.
+_SHARES = (0.05, 0.6, 0.8, 0.95)
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,8 @@ class Served:
     robust: float
 
 
-@dataclass(frozen=True)
-class RangeRecommendation:
+@dataclass(frozen=True, kw_only=True)
+class RangeRecommendation(Suggested):
     """Outcome of :func:`recommend_range`.
 
     Attributes
@@ -98,11 +99,6 @@ class RangeRecommendation:
     scheme: Newmark | TimeStepping | None = None
 
     @property
-    def possible(self) -> float:
-        """The least tolerance that ``best`` meets, rounded up to two digits; nan if there is no setting."""
-        return math.nan if self.best is None else rounded_up(self.best.robust)
-
-    @property
     def time_step(self) -> float:
         """Δτ, in units of 1/ω₁; nan if there is no setting."""
         return math.nan if self.best is None else 2 * math.pi / (self.eta * self.best.setting.steps)
@@ -112,8 +108,7 @@ class RangeRecommendation:
         if self.best is None:
             return None
         setting = self.best.setting
-        scheme = self.scheme or scheme_of(None, self.located)
-        return with_setting(scheme, setting._replace(steps=steps_at(eta, self.eta, setting.steps)))
+        return self.with_setting(setting._replace(steps=steps_at(eta, self.eta, setting.steps)))
 
 
 def recommend_range(
@@ -156,7 +151,12 @@ def recommend_range(
             f"{len(etas)} different eta are outside [2, {MOST_ETAS}]: give the ends of the range and some between"
         )
     scheme = scheme_of(scheme, located)
-    asked = system, reference or Reference(), check_tolerance(tolerance), is_located(scheme)
+    asked = {
+        "system": system,
+        "reference": reference or Reference(),
+        "tolerance": check_tolerance(tolerance),
+        "located": is_located(scheme),
+    }
     limited, progress = Limits(**limits), progress or no_progress
     with ThreadPoolExecutor(thread_count(threads)) as pool:
         search = _RangeSearch(asked, scheme, limited, pool, cancelled)
@@ -164,7 +164,19 @@ def recommend_range(
         if not search.parts:
             reason = "" if len(search.idle) < len(etas) else search.idle[etas[0]]
             reason, left_out = reason or _nowhere_periodic(etas), tuple(search.left_out)
-            return RangeRecommendation(*asked, math.nan, False, None, (), (), left_out, "", reason, "", scheme)
+            return RangeRecommendation(
+                **asked,
+                eta=math.nan,
+                met=False,
+                best=None,
+                front=(),
+                served=(),
+                left_out=left_out,
+                limit="",
+                reason=reason,
+                kind="",
+                scheme=scheme,
+            )
         for begin, end in pairwise(_SHARES):
             met = search.run(lambda done, b=begin, e=end: progress(b + done * (e - b)))
             if not met or not (missed := search.missed_between(met[0])):
@@ -178,9 +190,10 @@ def recommend_range(
 class _RangeSearch:
     """A search over the settings for a list of η that may grow."""
 
-    def __init__(self, asked: tuple, scheme, limits: Limits, pool: ThreadPoolExecutor, cancelled):
+    def __init__(self, asked: dict, scheme, limits: Limits, pool: ThreadPoolExecutor, cancelled):
         self.scheme = scheme
-        self.system, self.reference, self.tolerance, self.located = self._asked = asked
+        self._asked = asked
+        self.system, self.reference, self.tolerance, self.located = asked.values()
         self.limits, self._pool, self._cancelled = limits, pool, cancelled
         self.parts: list[Trials] = []
         self.left_out: list[float] = []
@@ -229,23 +242,19 @@ class _RangeSearch:
         return self._recommendation(is_met, largest, front, served, self._limit(worst, parts, best), reason, kind)
 
     def _recommendation(self, met, best, front, served, limit, reason, kind) -> RangeRecommendation:
-        system, reference, tolerance, located = self._asked
         highest, left_out = self._trials_of_range.eta, tuple(sorted(self.left_out))
         return RangeRecommendation(
-            system,
-            reference,
-            tolerance,
-            located,
-            highest,
-            met,
-            best,
-            tuple(front),
-            tuple(served),
-            left_out,
-            limit,
-            reason,
-            kind,
-            self.scheme,
+            **self._asked,
+            eta=highest,
+            met=met,
+            best=best,
+            front=tuple(front),
+            served=tuple(served),
+            left_out=left_out,
+            limit=limit,
+            reason=reason,
+            kind=kind,
+            scheme=self.scheme,
         )
 
     def _trials(self, etas: Sequence[float]) -> list[Trials]:

@@ -1,11 +1,12 @@
-"""Studies over many cells: the bifurcation diagram, the K–D plane, the time step, steps without a solution.
+"""Studies over many cells: bifurcation diagram, K–D plane, time step, steps without a solution, basins of attraction.
 
-`study` defines a study, and `eta_study`, `plane_study`, `step_study` and `no_solution_study` are the four. `growth`
+`study` defines a study, and `eta_study`, `plane_study`, `step_study`, `no_solution_study` and `basin_study` are the
+five. `growth`
 runs a study batch by batch (`batches`), on this machine or on a `cluster`, and holds the results in `memory` or in a
 `store` at a `place`; `cache` keeps studies for the explorer. `digest` and `provenance` identify the code and the
 numbers that a result comes from. Results are xarray Datasets.
 
-All four functions take further keywords that do not change the result: those of `RunOptions`, for where to keep the
+All functions take further keywords that do not change the result: those of `RunOptions`, for where to keep the
 result and on which machines to run the study. With ``keep=True`` it goes to the user's cache, under every number and
 the digest of the engine's code; the least recently used result is dropped, and the only further keywords are
 ``progress`` and ``cancelled``. The functions raise what :func:`.growth.grow` raises.
@@ -20,9 +21,11 @@ import numpy as np
 from ..methods import Method, Newmark, TimeStepping
 from ..model import System
 from .axis import ascending_values, start_of
+from .basin_difference import BasinDifference, basin_difference, difference_of
+from .basin_study import BasinStudy
 from .batches import COARSEST, nearest_known
 from .cache import cached_dataset, grow_cached, grow_picture
-from .codes import MISSING
+from .codes import KIND_FLAGS, MISSING
 from .digest import engine_digest
 from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
 from .growth import Partial, RunOptions, grow, run
@@ -31,6 +34,7 @@ from .motion_kinds import CellKind, judge_cells, judge_runs, kind_words, known_k
 from .no_solution_study import NoSolutionStudy
 from .plane_study import PlaneStudy
 from .progress import Progress
+from .start_plane import AXES, StartPlane
 from .step_study import SCHEMES, StepStudy
 from .store import check_store
 from .study import Study
@@ -39,12 +43,16 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = [
+    "AXES",
     "COARSEST",
     "COORDINATES",
     "DIRECTIONS",
+    "KIND_FLAGS",
     "MISSING",
     "OVER",
     "SCHEMES",
+    "BasinDifference",
+    "BasinStudy",
     "CellKind",
     "EtaStudy",
     "NoSolutionStudy",
@@ -52,8 +60,11 @@ __all__ = [
     "PlaneStudy",
     "Progress",
     "RunOptions",
+    "StartPlane",
     "StepStudy",
+    "basin_difference",
     "check_store",
+    "difference_of",
     "empty_values",
     "engine_digest",
     "grow",
@@ -64,6 +75,7 @@ __all__ = [
     "kind_words",
     "known_kinds",
     "nearest_known",
+    "sweep_basin",
     "sweep_eta",
     "sweep_no_solution",
     "sweep_plane",
@@ -119,6 +131,13 @@ def sweep_eta(
     -------
     xarray.Dataset
         Dimensions (over, ``sample``); see :mod:`.sweeps.eta_study` for the variables.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Reference, System, sweep_eta
+    >>> found = sweep_eta(System(), Reference(), [2.7, 2.8, 2.9], transient=1000, sample=20)
+    >>> found["period"].values.tolist(), found["xi2"].dims
+    ([1, 2, 2], ('eta', 'sample'))
     """
     more = {"over": over, "values": values, "direction": direction, "coordinates": coordinates}
     if initial is not None:
@@ -170,6 +189,13 @@ def sweep_plane(
     -------
     xarray.Dataset
         Dimensions (``K``, ``D``); see :mod:`.sweeps.plane_study` for the variables.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, sweep_plane
+    >>> found = sweep_plane(System(), 2.76, K=[2000, 12000], D=[8, 18], steps=500, transient=200, sample=20)
+    >>> found["error"].dims, found["exact_period"].shape
+    (('K', 'D'), (2, 2))
     """
     K, D = ascending_values("K", K), ascending_values("D", D)
     if steps is None and located:
@@ -193,7 +219,7 @@ def sweep_step(
     initial: Sequence[float] | None = None,
     **how,
 ) -> "xarray.Dataset":
-    """Newmark's motion over the number of steps at one η, K and D (paper, Figure 14), the located step beside it.
+    """The motion over the number of steps at one η, K and D (paper, Figure 14), the located step beside it.
 
     Parameters
     ----------
@@ -202,7 +228,8 @@ def sweep_step(
     steps : (n,) sequence of int
         Steps per period, ascending.
     scheme : Newmark or TimeStepping, optional
-        What a code has (integrator, contact status, law); its K, D and n have no effect.
+        What a code has (integrator, contact status, law), its steps not located; its K, D and n have no effect. By
+        default Newmark's method.
     transient, sample : int
         Periods before the section is taken, and points of it.
     initial : (4,) sequence, optional
@@ -213,8 +240,15 @@ def sweep_step(
     Returns
     -------
     xarray.Dataset
-        Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step; see
+        Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step, if the law has one; see
         :mod:`.sweeps.step_study` for the variables.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, sweep_step
+    >>> found = sweep_step(System(), 1.08, 2500, 8, [500, 1000, 2000], transient=200, sample=20)
+    >>> found["spread"].dims, found["spread"].shape
+    (('steps', 'scheme'), (3, 2))
     """
     steps = ascending_values("steps", steps)
     method = _with_numbers(scheme, K, D, int(steps[0]))
@@ -253,11 +287,69 @@ def sweep_no_solution(
     -------
     xarray.Dataset
         Dimensions (``K``, ``steps``); see :mod:`.sweeps.no_solution_study` for the variables.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, sweep_no_solution
+    >>> found = sweep_no_solution(System(), 2.76, [500, 5000], 18, [100, 400], transient=20, sample=10)
+    >>> found["steps_without_solution"].dims, bool(found["steps_without_solution"].any())
+    (('K', 'steps'), True)
     """
     K, steps = ascending_values("K", K), ascending_values("steps", steps)
     scheme = TimeStepping(1.0, 0.0, 1000, status="end") if scheme is None else scheme
     method = _with_numbers(scheme, float(K[0]), D, int(steps[0]))
     return _run(NoSolutionStudy(system, method, eta, transient, sample, K=K, steps=steps), **how)
+
+
+def sweep_basin(
+    system: System,
+    eta: float,
+    method: Method,
+    x: Sequence[float],
+    y: Sequence[float],
+    *,
+    axes: Sequence[str] = ("xi2", "v2"),
+    start: Sequence[float] | None = None,
+    phase: float = 0.0,
+    transient: int = 1800,
+    sample: int = 256,
+    **how,
+) -> "xarray.Dataset":
+    """Basins of attraction in a plane of starts: which motion each of them leads to.
+
+    Parameters
+    ----------
+    system : System
+    eta : float
+        Excitation frequency η = Ω/ω₁.
+    method : Reference, ExactPenalty, Newmark or TimeStepping
+    x, y : (n,), (m,) sequence
+        Values along the axes, ascending.
+    axes : (str, str)
+        Two of ``xi1``, ``v1``, ``xi2``, ``v2``, and ``phase``, the share of the excitation period at which a run begins
+        (reference, and exact penalty of the first law).
+    start : (4,) sequence, optional
+        The initial numbers that are not on an axis, of ξ₁, ξ₁′, ξ₂, ξ₂′; by default those of rest.
+    phase : float
+        Of every start where it is not on an axis, 0 to 1.
+    transient, sample : int
+        Periods that a cell runs, and of these the last ones, by which its motion is recognised, where no trapping
+        region decides before.
+    **how
+        Where to keep the result and how to run it: see :mod:`engine.sweeps`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions of the axes; see :mod:`.sweeps.basin_study` for the variables. `motion` numbers the motions by their
+        shares.
+    """
+    if len(axes) != 2:
+        raise ValueError(f"a plane of starts has two axes, not {len(axes)}: give two of {', '.join(AXES)}")
+    x, y = (ascending_values(name, values) for name, values in zip(axes, (x, y), strict=True))
+    spans = tuple((float(values[0]), float(values[-1])) for values in (x, y))
+    plane = StartPlane(tuple(axes), spans, start_of(start) or system.rest, phase)
+    return _run(BasinStudy(system, method, eta, transient, sample, plane=plane, x=x, y=y), **how)
 
 
 def _with_numbers(

@@ -58,6 +58,12 @@ def spaced(name: str, low: float, high: float, count: float, *, logarithmic: boo
     ------
     ValueError
         If the range is empty, not positive where it is logarithmic, or the count is no number of values.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import spaced
+    >>> spaced("K", 100, 10000, 3, logarithmic=True).round(6).tolist()
+    [100.0, 1000.0, 10000.0]
     """
     n = whole(f"count of {name}", count, 1, VALUES_LIMIT, "give the number of values")
     low, high = (

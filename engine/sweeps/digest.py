@@ -5,7 +5,7 @@ compute the same numbers with the same versions of Python, NumPy and Numba on th
 number does not enter: docstrings, comments, formatting, annotations of arguments, the texts of errors, and the names of
 the files.
 
-Which code is numerical follows from the imports: the four studies and every module of the engine that they import,
+Which code is numerical follows from the imports: the five studies and every module of the engine that they import,
 directly or not. These are the compiled kernels with their drivers, the model, the methods, `simulate`, `run_cells`, and
 of `motions` and `divergence` the modules that describe a motion or measure an error. `NOT_NUMERICAL` are imported by
 the studies as well, but hold words and refusals alone. Everything else is left out, since no study imports it: chunks,
@@ -22,7 +22,7 @@ from typing import NamedTuple
 from ..drivers.code_cache import cache_root, source_digest
 
 ENGINE = Path(__file__).parents[1]
-STUDIES = tuple(Path("sweeps", f"{name}_study.py") for name in ("eta", "no_solution", "plane", "step"))
+STUDIES = tuple(Path("sweeps", f"{name}_study.py") for name in ("basin", "eta", "no_solution", "plane", "step"))
 NOT_NUMERICAL = (Path("arguments.py"), Path("sweeps/digest.py"), Path("sweeps/variables.py"))
 
 _PACKAGE = __package__.rpartition(".")[0].split(".")  # of the engine, in absolute imports

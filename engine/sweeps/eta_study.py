@@ -17,15 +17,15 @@ import numpy as np
 from ..arguments import shown
 from ..batch import run_cells
 from ..cells import CellResults, Cells
-from ..methods import STEPPING, ExactPenalty, Reference
+from ..methods import METHOD_NUMBERS, STEPPING, ExactPenalty, Reference
 from ..model import require, whole
-from ..motions.lyapunov import PERIODS_RANGE, Lyapunov, lyapunov
-from ..motions.motion import FARTHEST
+from ..motions.lyapunov import PERIODS_RANGE, lyapunov
+from ..motions.motion import FARTHEST, classify
 from . import variables as vocabulary
 from .axis import ascending_values
-from .codes import MOTIONS
+from .codes import KIND_FLAGS, CellKind
 from .refinement import midpoints
-from .study import CELL_PARAMETERS, CELLS_LIMIT, Study
+from .study import CELLS_LIMIT, Study
 from .variables import StudyArray, Variable, status_variable, variables_of
 
 OVER = tuple(vocabulary.SWEPT)
@@ -53,7 +53,7 @@ class EtaStudy(Study):
         Levels of refinement.
     lyapunov : int
         Periods over which the largest Lyapunov exponent is averaged, from the end of the sample on; 0: none is
-        computed. Only it distinguishes chaotic from quasi-periodic motion; without, both are aperiodic.
+        computed. Only it distinguishes chaotic from quasi-periodic motion; without, both are undecided.
     """
 
     over: str = "eta"
@@ -80,7 +80,7 @@ class EtaStudy(Study):
         over, method = self.over, self.method
         if over not in OVER:
             raise ValueError(f"over = {shown(over)} is no parameter that can be swept: give one of {', '.join(OVER)}")
-        if over in CELL_PARAMETERS and not isinstance(
+        if over in METHOD_NUMBERS and not isinstance(
             method, STEPPING if over == "steps" else (*STEPPING, ExactPenalty)
         ):
             raise ValueError(f"the {method.name} method has no {over}: sweep another parameter, or give another solver")
@@ -128,7 +128,7 @@ class EtaStudy(Study):
         found |= {name: Variable((*cell, "sample"), "f8", vocabulary.SECTION.format(name)) for name in self.coordinates}
         if self.lyapunov:
             found |= variables_of(vocabulary.EXPONENT, cell)
-        found["motion"] = Variable(cell, "i1", vocabulary.KIND, MOTIONS)
+        found["motion"] = Variable(cell, "i1", vocabulary.KIND, KIND_FLAGS)
         found |= variables_of(vocabulary.IMPACT_PHASE, cell)
         found["end"] = Variable((*cell, "component"), "f8", vocabulary.END)
         return found | {"status": status_variable(cell)}
@@ -170,10 +170,10 @@ class EtaStudy(Study):
         )
         values = {name: getattr(found, name) for name in vocabulary.MOTION} | {"impact_phase": found.phase}
         values |= {"end": found.end, "status": found.status}
-        values["motion"] = np.where(found.period > 0, MOTIONS["periodic"], MOTIONS["aperiodic"])
+        values["motion"] = np.where(found.period > 0, CellKind.PERIODIC, CellKind.UNDECIDED)
         if self.lyapunov:
             values |= self._exponents(cells, found, threads, cancelled)
-        values["motion"] = np.where(found.ok, values["motion"], MOTIONS["ended-early"])
+        values["motion"] = np.where(found.ok, values["motion"], CellKind.ENDED_EARLY)
         values |= {name: found.section[:, :, COORDINATES.index(name)] for name in self.coordinates}
         return {name: values[name][forwards] for name in self.variables}
 
@@ -187,12 +187,13 @@ class EtaStudy(Study):
     def _exponents(self, cells: Cells, found: CellResults, threads: int | None, cancelled) -> dict[str, np.ndarray]:
         def average(i: int) -> tuple[float, float, int]:
             if not found.ok[i]:
-                return np.nan, np.nan, MOTIONS["ended-early"]
+                return np.nan, np.nan, CellKind.ENDED_EARLY
             if np.abs(found.end[i]).max() > FARTHEST:
-                return np.nan, np.nan, MOTIONS["aperiodic"]
+                return np.nan, np.nan, CellKind.UNDECIDED
             how = {"initial": found.end[i], "periods": self.lyapunov, "cancelled": cancelled}
             averaged = lyapunov(cells.system_of(i), cells.eta[i], cells.method_of(i), **how)
-            return averaged.exponent, averaged.error, kind_of_motion(int(found.period[i]), averaged)
+            kind = CellKind.PERIODIC if found.period[i] else CellKind[classify(averaged)[0].name]
+            return averaged.exponent, averaged.error, kind
 
         with ThreadPoolExecutor(threads) as pool:
             columns = np.array(list(pool.map(average, range(len(cells))))).reshape(-1, 3).T
@@ -228,12 +229,3 @@ class EtaStudy(Study):
             reached = (found["status"][source] == 0) & (np.abs(found["end"][source]) <= FARTHEST).all(axis=1)
             initial = np.where(reached[:, None], found["end"][source], self.cells_at({self.over: middle}).starts())
         return replace(self, values=middle, initial=initial)
-
-
-def kind_of_motion(period: int, exponent: Lyapunov) -> int:
-    """The kind of a motion by its period and its Lyapunov exponent, as in `MOTIONS`."""
-    if period:
-        return MOTIONS["periodic"]
-    if exponent.is_chaotic:
-        return MOTIONS["chaotic"]
-    return MOTIONS["quasi-periodic" if exponent.is_quasi_periodic else "aperiodic"]

@@ -15,7 +15,6 @@ of numerical code.
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from enum import IntEnum
 
 import numpy as np
 
@@ -31,7 +30,7 @@ from ..motions.motion import FARTHEST, classify
 from ..motions.section import band_width, scatter, settled_period
 from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, period_shown, type_of_band
 from ..motions.words import repetition_of
-from .codes import MISSING
+from .codes import MISSING, CellKind
 from .eta_study import COORDINATES, EtaStudy
 
 FOLLOWED = (512, 4096)  # periods with the Jacobian; the second number only if the first does not decide
@@ -39,25 +38,6 @@ SETTLED = 256  # last periods of these that may show a cycle which the motion ha
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
 
 
-class CellKind(IntEnum):
-    """What is known of the motion of a cell."""
-
-    UNKNOWN = -1  # not computed or not judged yet
-    PERIODIC = 0
-    ARTEFACT = 1  # periodic without a time step; the scatter of the section is caused by the step
-    QUASI_PERIODIC = 2
-    CHAOTIC = 3
-    UNDECIDED = 4
-    ENDED_EARLY = 5
-
-
-_CODES = {
-    Kind.PERIODIC: CellKind.PERIODIC,
-    Kind.QUASI_PERIODIC: CellKind.QUASI_PERIODIC,
-    Kind.CHAOTIC: CellKind.CHAOTIC,
-    Kind.UNDECIDED: CellKind.UNDECIDED,
-}
-_KINDS = {code: kind for kind, code in _CODES.items()}
 # Of each cell: dtype and what stands where nothing is known.
 KIND_VARIABLES = {
     "kind": (np.int8, CellKind.UNKNOWN),  # a `CellKind`
@@ -112,8 +92,13 @@ def kind_words(
         return "ended early"
     near = period if near_period is None else near_period
     amount = scatter(section, near, body) if section is not None and near else np.nan
-    words = repetition_of(_KINDS.get(kind, Kind.UNDECIDED), period, near, amount, kind == CellKind.ARTEFACT, body)
+    words = repetition_of(_kind(kind), period, near, amount, kind == CellKind.ARTEFACT, body)
     return f"{words}, its kind not decided" if kind == CellKind.UNDECIDED else words
+
+
+def _kind(number: int) -> Kind:
+    """The kind of motion that a number stands for."""
+    return Kind[CellKind(number).name]
 
 
 def judge_cells(
@@ -222,9 +207,9 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
         if shown := period_shown(period, int(limit["kind_period"][i]), bool(is_band[i])):
             kind, of = CellKind.PERIODIC, shown
         else:
-            kind_of_limit = _KINDS.get(limit["kind"][i], Kind.UNDECIDED)
+            kind_of_limit = _kind(limit["kind"][i])
             kind, of, artefact = type_of_band(period, kind_of_limit, int(limit["kind_period"][i]), bool(shrinks[i]))
-            kind = CellKind.ARTEFACT if artefact else _CODES[kind]
+            kind = CellKind.ARTEFACT if artefact else CellKind[kind.name]
         found["kind"][i], found["kind_period"][i] = kind, of
         if kind in (CellKind.PERIODIC, CellKind.ARTEFACT):
             found["lyapunov"][i] = found["lyapunov_error"][i] = np.nan
@@ -281,7 +266,7 @@ def _follow(cells: Cells, period: np.ndarray, start: np.ndarray, how: dict) -> d
                 return
             found["lyapunov"][i], found["lyapunov_error"][i] = followed.exponent, followed.error
             settled, state = settled_period(followed.section[-SETTLED:]), followed.section[-1]
-            kind = CellKind.PERIODIC if settled else _CODES[classify(followed)[0]]
+            kind = CellKind.PERIODIC if settled else CellKind[classify(followed)[0].name]
             found["kind"][i], found["kind_period"][i] = kind, settled
             if kind is not CellKind.UNDECIDED:
                 return

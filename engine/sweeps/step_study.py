@@ -2,8 +2,8 @@
 
 A constant step misses each contact change by a part of a step, so that the section scatters. How fast that fades is
 the observed order p in spread ∝ n⁻ᵖ, the slope of a least-squares line through log spread over log n. Beside each run
-stands the one whose steps are cut at the contact changes (:func:`..divergence.time_step.with_located_steps`); and the
-error by the time step, Newmark − exact penalty, has an order too.
+stands the one whose steps are cut at the contact changes (:func:`..divergence.time_step.with_located_steps`), where the
+contact law has such steps; and the error by the time step, this run − exact penalty, has an order too.
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ import numpy as np
 from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..divergence.time_step import with_located_steps
-from ..methods import Method
+from ..methods import Method, is_located
 from ..result import Record
 from ..simulate import simulate
 from . import variables as vocabulary
@@ -27,12 +27,17 @@ from .variables import StudyArray, Variable, status_variable, variables_of
 PLOTTED = 2  # periods of a phase plot
 INSTANTS = 500  # of each, at most
 COLUMNS = ("xi1", "v1", "xi2", "v2")
-SCHEMES = {"fixed": 0, "located": 1}
+SCHEMES = {"fixed": 0, "located": 1}  # the second one where the contact law has located steps
 
 
 @dataclass(frozen=True, eq=False)
 class StepStudy(Study):
     """A method with a time step over n, the step fixed and located.
+
+    Raises
+    ------
+    ValueError
+        If the steps of the method are located: they are half of the study of any other.
 
     Attributes
     ----------
@@ -49,12 +54,16 @@ class StepStudy(Study):
     def __post_init__(self):
         super().__post_init__()
         self._set(steps=ascending_values("steps", self.steps), initial=start_of(self.initial))
-        _ = self._schemes, self.method.limit  # raise for a law that has none
+        if is_located(self.method):
+            raise ValueError("located steps stand beside those of the study anyway: give status = 'start' or 'end'")
 
-    @property
-    def _schemes(self) -> tuple[Method, Method]:
-        """The method with its own steps, and with located ones."""
-        return self.method, with_located_steps(self.method)
+    @cached_property
+    def schemes(self) -> dict[str, Method]:
+        """Of `SCHEMES`, the method with its own steps, and with located ones where its contact law has them."""
+        try:
+            return {"fixed": self.method, "located": with_located_steps(self.method)}
+        except ValueError:
+            return {"fixed": self.method}
 
     @property
     def options(self) -> dict[str, object]:
@@ -74,7 +83,7 @@ class StepStudy(Study):
     @property
     def cells(self) -> int:
         """Runs: each number of steps fixed and located."""
-        return len(SCHEMES) * super().cells
+        return len(self.schemes) * super().cells
 
     @property
     def periods_per_cell(self) -> int:
@@ -86,7 +95,7 @@ class StepStudy(Study):
         """The axes and the reference."""
         joint_damping = self._reference.joint_damping
         return super().arrays | {
-            "scheme": StudyArray(("scheme",), np.array([0, 1], dtype=np.int8), vocabulary.SCHEME),
+            "scheme": StudyArray(("scheme",), np.arange(len(self.schemes), dtype=np.int8), vocabulary.SCHEME),
             "sample": StudyArray(("sample",), np.arange(self.sample), vocabulary.SAMPLE),
             "error_joint_damping": StudyArray((), joint_damping, vocabulary.JOINT_DAMPING),
         }
@@ -103,7 +112,7 @@ class StepStudy(Study):
     @property
     def inner_lengths(self) -> dict[str, int]:
         """Length of every dimension but that of the axis."""
-        return {"scheme": len(SCHEMES), "sample": self.sample, "instant": PLOTTED * INSTANTS + 1}
+        return {"scheme": len(self.schemes), "sample": self.sample, "instant": PLOTTED * INSTANTS + 1}
 
     @property
     def variables(self) -> dict[str, Variable]:
@@ -124,7 +133,7 @@ class StepStudy(Study):
         """Observed orders over the steps that are known."""
         found = {}
         for name, text in vocabulary.ORDERED.items():
-            pairs = [observed_order(self.steps, values[name][:, scheme]) for scheme in SCHEMES.values()]
+            pairs = [observed_order(self.steps, values[name][:, scheme]) for scheme in range(len(self.schemes))]
             order, error = np.array(pairs).T
             found[f"order_of_{name}"] = StudyArray(("scheme",), order, vocabulary.ORDER.format(text))
             found[f"order_of_{name}_error"] = StudyArray(("scheme",), error, vocabulary.ORDER_ERROR)
@@ -140,9 +149,8 @@ class StepStudy(Study):
         exact = run_cells(Cells(self.system, [self.eta], penalty, initial=start), **periods, **common)
         exact = _repeated(exact, len(points["steps"]))
         columns = []
-        for done, method in enumerate(self._schemes, start=1):
-            scheme = replace(self, method=method)
-            cells = scheme.cells_at(points)
+        for done, method in enumerate(self.schemes.values(), start=1):
+            cells = replace(self.cells_at(points), method=method)
             found = run_cells(cells, **periods, **common)
             values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, "status")}
             errors = self._reference.errors(cells, found, exact, **common)

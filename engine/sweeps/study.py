@@ -1,6 +1,6 @@
 """What a study is: parameters that are swept, cells at the points of their grid, and the variables of each cell.
 
-The four studies differ in what they sweep and in what they compute. Batches, stores, resuming and the cluster are the
+The five studies differ in what they sweep and in what they compute. Batches, stores, resuming and the cluster are the
 same for all of them and use no more of a study than stands here.
 """
 
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..cells import Cells
-from ..methods import Method, TimeStepping
+from ..methods import METHOD_NUMBERS, Method, TimeStepping
 from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta, require, whole
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
 from .digest import engine_digest
@@ -29,14 +29,12 @@ if TYPE_CHECKING:
 CELLS_LIMIT = 1_000_000_000
 NUMBERS_LIMIT = 10**12  # numbers in a result: 8 TB
 
-# Parameters that can be swept: their names in the result → in `Cells`; in `System` they have the same names.
-CELL_PARAMETERS = {"K": "stiffness", "D": "damping", "steps": "steps"}
-SYSTEM_PARAMETERS = tuple(name for name in SWEPT if name not in ("eta", *CELL_PARAMETERS))
+SYSTEM_PARAMETERS = tuple(name for name in SWEPT if name not in ("eta", *METHOD_NUMBERS))
 
 
 @dataclass(frozen=True, eq=False)
 class Study(abc.ABC):
-    """Base of the four studies.
+    """Base of the five studies.
 
     Attributes
     ----------
@@ -175,7 +173,7 @@ class Study(abc.ABC):
         for corner in itertools.product(*ends):
             point = dict(zip(self.axes, corner, strict=True))
             constants = {name: value for name, value in point.items() if name in SYSTEM_PARAMETERS}
-            own = {CELL_PARAMETERS[name]: value for name, value in point.items() if name in CELL_PARAMETERS}
+            own = {METHOD_NUMBERS[name]: value for name, value in point.items() if name in METHOD_NUMBERS}
             method = replace(self.method, **own)
             check_eta(point.get("eta", self.eta))
             self.system.changed(constants)  # raises where constants do not go together
@@ -198,12 +196,12 @@ class Study(abc.ABC):
         system = self.system
         if constants:
             system = [system.changed({name: float(values[i]) for name, values in constants.items()}) for i in range(n)]
-        own = {CELL_PARAMETERS[name]: values for name, values in points.items() if name in CELL_PARAMETERS}
+        own = {METHOD_NUMBERS[name]: values for name, values in points.items() if name in METHOD_NUMBERS}
         return Cells(system, points.get("eta", np.full(n, self.eta)), self.method, **own, **more)
 
     def numbers(self) -> dict[str, object]:
         """Every number that the result depends on, the digest of the engine's code included."""
-        swept = {CELL_PARAMETERS.get(name, name) for name in self.axes}
+        swept = {METHOD_NUMBERS.get(name, name) for name in self.axes}
         fixed = {} if "eta" in swept else {"eta": self.eta}
         return fixed | {
             "study": self.kind,

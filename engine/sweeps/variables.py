@@ -46,6 +46,37 @@ SOLUTIONS = {
     "periods_until_stopped": ("f8", "excitation periods until the run stopped for want of a solution; nan: it did not"),
     "period": MOTION["period"],
 }
+# Of a plane of starts.
+STARTS = {
+    "xi1": "xi1 at tau = 0",
+    "v1": "v1 at tau = 0",
+    "xi2": "xi2 at tau = 0",
+    "v2": "v2 at tau = 0",
+    "phase": "share of the excitation period at which the run begins",
+}
+REACHED = {
+    "reached": (
+        "i4",
+        "motion that the start leads to, of those found beforehand; -2: another one, -3: the run ended early, "
+        "-4: the bodies would penetrate",
+    ),
+    "reached_period": ("i4", "excitation periods after which that motion repeats itself; 0: aperiodic"),
+    "periods": ("i4", "excitation periods that were run"),
+}
+POINT = "xi1, v1, xi2, v2 of another motion at tau = 0 mod T: the first point of its cycle, or the mean"
+MOTIONS_REACHED = {
+    "motion": "motion that the start leads to, as the rows of motion_...; -1: not known, -3: ended early, -4: no start",
+    "motion_kind": "kind of each motion; 0 aperiodic, 1 periodic, 2 quasi-periodic, 3 chaotic",
+    "motion_period": "excitation periods after which it repeats itself; 0: aperiodic",
+    "motion_share": "share of the starts that lead to it",
+    "motion_share_error": "standard error of that",
+    "motion_start": "xi1, v1, xi2, v2, phase of a start that leads to it",
+    "motion_section": "xi1, v1, xi2, v2 at tau = 0 mod T over a cycle; nan after its end",
+    "uncertainty_exponent": "alpha in f ~ eps^alpha; f: share of pairs of starts eps apart that lead to other motions",
+    "uncertainty_exponent_error": "standard error of that",
+    "boundary_dimension": "of the boundary between the basins in the plane, 2 - alpha",
+    "boundary_dimension_error": "standard error of that",
+}
 EXPONENT = {
     "lyapunov": ("f8", "largest Lyapunov exponent per excitation period"),
     "lyapunov_error": ("f8", "standard error of that"),

@@ -20,8 +20,8 @@ class FakeHost:
     tab_titles = Session.tab_titles
 
     def __init__(self, pinned=(), doc=None):
-        self.doc, self.pinned = doc, pinned
-        self.moves, self.errors, self.settings, self.summary = [], [], [], ""
+        self.doc, self.pinned, self.code = doc, pinned, ""
+        self.moves, self.errors, self.settings, self.visits, self.summary = [], [], [], [], ""
 
     def push(self, move, write):
         self.moves.append(move)
@@ -41,6 +41,9 @@ class FakeHost:
 
     def set(self, texts):
         self.settings.append(texts)
+
+    def visit(self, key, texts, prepare=None):
+        self.visits.append((key, texts, prepare))
 
 
 class QueueingHost(FakeHost):

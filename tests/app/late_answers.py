@@ -101,6 +101,7 @@ class World(Document):
             "_sender",
             "_suggester",
             "_coexisting",
+            "_opened",
             "_points",
             "_measured",
             "_pinned",
@@ -206,7 +207,17 @@ def description_of(setting):
 
 
 def explanation_of(setting):
-    return Explanation(f"verdict at {setting.eta}", "yes", {}, "", {}, "", {}, (), {})
+    return Explanation(
+        headline=f"verdict at {setting.eta}",
+        agree="yes",
+        kinds={},
+        measure="",
+        parts={},
+        note="",
+        change={},
+        details=(),
+        series={},
+    )
 
 
 def kinds_of(setting):

@@ -11,4 +11,15 @@ TRIAL = Trial(NewmarkSetting(10500.0, 15.8, 5793), 0.0486, 0.0494, 5793.0)
 
 def found_for(question, *, met=True, best=TRIAL, front=(TRIAL,), joint=0.0, reason=""):
     system, (eta, *_), reference, located, tolerance, *_ = question
-    return Recommendation(system, eta, reference, tolerance, located, met, best, front, joint, reason)
+    return Recommendation(
+        system=system,
+        eta=eta,
+        reference=reference,
+        tolerance=tolerance,
+        located=located,
+        met=met,
+        best=best,
+        front=front,
+        joint_damping=joint,
+        reason=reason,
+    )

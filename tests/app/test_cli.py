@@ -13,17 +13,14 @@ from vibroscope.engine import Newmark, Reference, System, simulate, steady
 
 from tests.served import served
 
+from .command_line import run_command
+
 COMMAND = Path(sys.executable).parent / "vibroscope"
 NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500"]
 
 
 def run(capsys, *arguments):
-    try:
-        status = main(["simulate", *arguments])
-    except SystemExit as exit_:
-        status = exit_.code
-    out, err = capsys.readouterr()
-    return status, out, err
+    return run_command(capsys, "simulate", *arguments)
 
 
 @pytest.mark.parametrize(

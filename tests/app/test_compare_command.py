@@ -4,19 +4,15 @@ import json
 
 import numpy as np
 import pytest
-from vibroscope.app.commands.cli import main
 from vibroscope.engine import HHT, Newmark, Reference, System, TimeStepping, compare, motion, verdict
+
+from .command_line import run_command
 
 NUMBERS = ("total", "time_step", "regularisation", "joint_damping")
 
 
 def run(capsys, text, *more):
-    try:
-        status = main(["compare", *text.split(), *more])
-    except SystemExit as exit_:
-        status = exit_.code
-    out, err = capsys.readouterr()
-    return status, out, err
+    return run_command(capsys, "compare", *text.split(), *more)
 
 
 def test_json_is_the_contract(capsys):

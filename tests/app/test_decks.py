@@ -7,7 +7,6 @@ from itertools import product
 import pytest
 from vibroscope.app.export.decks import DECKS, Problem, deck, usual_periods
 from vibroscope.engine import (
-    CONTACT_LAWS,
     HHT,
     Excitation,
     Newmark,
@@ -192,7 +191,6 @@ def test_what_a_code_cannot_express_is_refused(kind):
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.skipif("flores" not in CONTACT_LAWS, reason="this version has not the laws of Hertz")
 @pytest.mark.parametrize("law", ["flores", "jankowski", "hunt-crossley", "lankarani-nikravesh"])
 def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
     from vibroscope.engine.kernels.equations.contact_law import LAWS, law_force

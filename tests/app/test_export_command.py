@@ -8,18 +8,11 @@ from vibroscope.app.export.decks import DECKS
 from vibroscope.app.page.tabs import TABS
 from vibroscope.app.page.take_away import TakeAway, file_writer
 
+from .command_line import PHYSICAL
 from .fakes import FakeHost
 from .filled_tabs import ADDRESS, SETTING
 
 NUMBERS = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "200"]
-PHYSICAL = """[physical]
-mass1_kg = 25.0
-stiffness1_N_per_m = 98696.0
-wall = true
-clearance_mm = 0.5
-base_acceleration_m_per_s2 = 1.0
-frequency_Hz = 10.0
-"""
 
 
 def export(*words):

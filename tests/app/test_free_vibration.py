@@ -4,6 +4,7 @@ import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import START_FIELDS, Setting
+from vibroscope.app.page.basin.tab import BasinTab
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import PlaneTab
 from vibroscope.app.page.speed.tab import Speed
@@ -19,6 +20,7 @@ AT_REST = FREE._replace(**dict.fromkeys(START_FIELDS, 0.0))
 WORDS = {
     Bifurcation: "no motion belongs to a frequency: let the base or a force move them",
     PlaneTab: "each cell of this plane begins at rest, where nothing moves: let the base",
+    BasinTab: "each start leads to rest: let the base",
     TimeStepTab: "this study needs a motion that lasts: let the base",
     Speed: "this measurement begins at rest, where nothing moves: let the base",
 }

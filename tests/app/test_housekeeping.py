@@ -1,8 +1,12 @@
 """Full collections of garbage: when the last visitor has gone, in quiet moments, and late where there are none."""
 
 import asyncio
+import ctypes
 import gc
+import os
+import platform
 import weakref
+from pathlib import Path
 
 import pytest
 from vibroscope.app.server import housekeeping
@@ -33,7 +37,7 @@ def looks(monkeypatch):
         monkeypatch.setattr(housekeeping.time, "monotonic", lambda: float(look[0]))
         monkeypatch.setattr(housekeeping.gc, "get_count", lambda: (0, 0, seen[look[0]][1]))
         monkeypatch.setattr(housekeeping.gc, "collect", collected)
-        monkeypatch.setattr(housekeeping, "_return_free_memory", lambda: what.append("returned"))
+        monkeypatch.setattr(housekeeping, "return_free_memory", lambda: what.append("returned"))
         with pytest.raises(asyncio.CancelledError):
             asyncio.run(GarbageCollection(lambda: seen[look[0]][0], lambda: seen[look[0]][2]).run())
         return what
@@ -85,5 +89,22 @@ def test_what_refers_to_itself_is_collected(looks):
     assert gone() is None
 
 
-def test_free_memory_can_be_returned_here():
-    housekeeping._return_free_memory()
+def resident():
+    """Bytes of this process in memory."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other C libraries keep no free memory, or cannot trim")
+def test_free_memory_goes_back_to_the_system():
+    library = ctypes.CDLL(None)
+    library.malloc.restype, library.malloc.argtypes = ctypes.c_void_p, [ctypes.c_size_t]
+    library.free.argtypes = [ctypes.c_void_p]
+    blocks = [library.malloc(4096) for _ in range(10_000)]
+    for block in blocks:
+        ctypes.memset(block, 1, 4096)
+    for block in blocks[:-1]:  # the last one keeps the others from being returned by themselves
+        library.free(block)
+    held = resident()
+    housekeeping.return_free_memory()
+    assert resident() < held - 20e6
+    library.free(blocks[-1])

@@ -19,16 +19,14 @@ from vibroscope.engine import (
     simulate,
 )
 
+from .command_line import run_command
+
 PROBLEM = ["simulate", "--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500"]
 FEW = ["--periods", "6", "--keep", "2", "--json"]
 
 
 def run(capsys, *arguments):
-    try:
-        status = main([*PROBLEM, *arguments])
-    except SystemExit as exit_:
-        status = exit_.code
-    return status, *capsys.readouterr()
+    return run_command(capsys, *PROBLEM, *arguments)
 
 
 @pytest.mark.parametrize(

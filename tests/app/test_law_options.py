@@ -3,18 +3,15 @@
 import json
 
 import pytest
-from vibroscope.app.commands.cli import main
 from vibroscope.engine import ExactPenalty, Newmark, System, TimeStepping, simulate, stiffness_of_step
+
+from .command_line import run_command
 
 FEW = ["--periods", "6", "--keep", "2", "--json"]
 
 
 def run(capsys, *arguments):
-    try:
-        status = main(["simulate", "--eta", "2.76", *arguments])
-    except SystemExit as exit_:
-        status = exit_.code
-    return status, *capsys.readouterr()
+    return run_command(capsys, "simulate", "--eta", "2.76", *arguments)
 
 
 BY_STEP = stiffness_of_step(System(), 2.76, 500, 0.1)

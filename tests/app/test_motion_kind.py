@@ -1,15 +1,17 @@
 """Kinds of motion on the page: of the setting that is shown, and of the cells of a bifurcation diagram."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from vibroscope.app.explorer import motion_kind
-from vibroscope.app.explorer.motion_kind import ARTEFACT, describe_kind, judge_motions, known_kinds, with_kinds
+from vibroscope.app.explorer.motion_kind import describe_kind, judge_motions, known_kinds, with_kinds
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend
 from vibroscope.app.page.bifurcation.tab import statements
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
-from vibroscope.engine import Cancelled, Newmark, Reference, System, motion
+from vibroscope.engine import Cancelled, Kind, Newmark, Reference, System, motion
 from vibroscope.engine.sweeps import CellKind
 
 SYSTEM = System()
@@ -29,13 +31,21 @@ def test_scatter_of_the_step_is_named_an_artefact_and_judged_once():
     assert known_kinds(SCATTERED) is None
     kinds = judge_motions(SCATTERED, never)
     assert kinds["reference"].kind == "periodic"
-    assert kinds["penalty"].kind == ARTEFACT
+    assert kinds["penalty"].kind is Kind.ARTEFACT
     assert kinds["penalty"].name == "period 1, scattered by the time step"
     for text in ("artefact", "T/2000", "T/8000", "largest Floquet multiplier"):
         assert text in kinds["penalty"].evidence
     assert known_kinds(SCATTERED) == kinds
     texts = with_kinds({"Penalty": "One period."}, kinds)
     assert texts["Penalty"].startswith("One period. Period 1, scattered by the time step. The scatter is")
+
+
+@pytest.mark.parametrize(("made", "words"), [(0.5, "creates 25 %"), (-0.02, "removes 1 %"), (0.001, ""), (np.nan, "")])
+def test_what_the_time_step_makes_of_the_energy_is_said_where_it_counts(made, words):
+    found = replace(motion(SYSTEM, 2.76, Reference()), energy_lost=2.0, energy_created=made)
+    text = describe_kind(found).evidence
+    assert f"The time step {words}" in text if words else "The time step" not in text
+    assert "The time step" not in describe_kind(replace(found, energy_lost=0.0)).evidence
 
 
 def test_chaos_is_named_with_its_exponent():

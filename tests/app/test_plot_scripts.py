@@ -38,7 +38,7 @@ def saved(monkeypatch):
     return names
 
 
-@pytest.mark.parametrize("key", every(["explore", "bifurcation", "plane", "step", "speed", "paper"]))
+@pytest.mark.parametrize("key", every(["explore", "bifurcation", "plane", "basin", "step", "speed", "paper"]))
 def test_the_script_of_each_figure_draws_its_table(filled, key, tmp_path, saved):  # noqa: F811
     mpl.use("Agg")
     tab = filled(key)

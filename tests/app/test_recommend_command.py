@@ -8,16 +8,13 @@ from vibroscope.app.commands.cli import main
 from vibroscope.engine import Newmark, Record, System, simulate
 from vibroscope.engine.divergence.error import Target
 
+from .command_line import run_command
+
 QUICK = ["--tolerance", "0.5", "--steps-max", "32"]
 
 
 def run(capsys, *arguments):
-    try:
-        status = main(["recommend", *arguments])
-    except SystemExit as exit_:
-        status = exit_.code
-    out, err = capsys.readouterr()
-    return status, out, err
+    return run_command(capsys, "recommend", *arguments)
 
 
 def test_json_is_the_contract(capsys):

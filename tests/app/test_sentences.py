@@ -91,6 +91,7 @@ stiffness2_N_per_m = 1.96341
 base_amplitude_mm = 1
 frequency_Hz = 1
 constant1_N = -710.127
+restitution = 0.5
 """
 
 

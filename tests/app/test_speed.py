@@ -14,7 +14,7 @@ from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.performance.truth import true_state
 from vibroscope.app.studies import speed
 from vibroscope.app.studies.speed import KINDS, Key, PartialSpeed, SpeedQuestion, grow_speed, steps_around
-from vibroscope.engine import Cancelled, ExactPenalty, Reference, System
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System
 
 SETTING = Setting()._replace(eta=2.76, K=12000.0, D=18.0, steps=400)
 
@@ -86,7 +86,7 @@ def test_a_cancelled_measurement_ends_in_the_middle_of_a_turn():
 
 def made(errors=None, **more):
     """A result by hand: costs 1, 2, … µs, the errors as given."""
-    asked = SpeedQuestion(System(), 1.08, 2500.0, 8.0, 400, Reference())
+    asked = SpeedQuestion(System(), 1.08, Newmark(2500.0, 8.0, 400), Reference())
     keys = list(speed.solvers(asked))
     errors = {key: 1.0 / key.steps for key in keys if key.steps} | (errors or {})
     return PartialSpeed(

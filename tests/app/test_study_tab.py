@@ -5,6 +5,7 @@ import json
 import pytest
 from bokeh.events import Tap
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.basin.tab import BasinTab
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import PlaneTab
 from vibroscope.app.page.speed.tab import Speed
@@ -51,6 +52,7 @@ def opened(monkeypatch):
 CASES = {  # what asks anew, and what only moves a mark
     Bifurcation: ({"kappa": 2.4}, {"eta": 2.0}),
     PlaneTab: ({"eta": 2.0}, {"K": 100.0, "D": 1.0}),
+    BasinTab: ({"eta": 2.0}, {"start_xi2": 3.0}),
     TimeStepTab: ({"K": 100.0}, {"steps": 4000}),
     Speed: ({"steps": 4000}, {"located": "yes"}),
 }
@@ -112,7 +114,7 @@ def test_a_study_says_what_it_shows_of_a_setting_once_all_is_known_and_that_it_c
     for result in asked.grow(asked.question, None, lambda: False):
         asked.deliver(asked, result)
     assert host.summary == tab.summary(SETTING)
-    assert "Closed form: " in host.summary
+    assert "Without a time step: " in host.summary
     assert tab.summary(SETTING._replace(K=100.0)) == "Computing."
 
 

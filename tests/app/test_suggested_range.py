@@ -43,7 +43,19 @@ def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequ
     trial = Trial(Chosen(5000.0, 12.0, 100), 0.05, 0.06, 100.0)
     limit = "the range is limited at eta = 3: an error of 5 % there, the largest part by time step (4 %)"
     found = RangeRecommendation(
-        System(), SETTING.reference, 0.1, False, 3.0, True, trial, (trial,), served, (2.5,), limit, "", ""
+        system=System(),
+        reference=SETTING.reference,
+        tolerance=0.1,
+        located=False,
+        eta=3.0,
+        met=True,
+        best=trial,
+        front=(trial,),
+        served=served,
+        left_out=(2.5,),
+        limit=limit,
+        reason="",
+        kind="",
     )
     content = suggestion_content(found, SETTING._replace(eta=1.5))
     assert content["head"] == "An error of 10 % over the range is met"

@@ -99,7 +99,9 @@ def test_an_own_start_is_that_of_each_value():
     [("K", ExactPenalty(1.0, 18.0), (9e3, 2e4)), ("steps", Newmark(12e3, 18.0, 400), (400, 801))],
 )
 def test_the_swept_number_is_that_of_the_runs(over, method, span):
-    question = DiagramQuestion(System(), method, "rest", span, over, 2.76, count=3, transient=5)
+    question = DiagramQuestion(
+        system=System(), method=method, direction="rest", span=span, over=over, eta=2.76, count=3, transient=5
+    )
     *_, result = grow_diagram(question, None, lambda: False)
     value = question.axis[1]
     own = ExactPenalty(value, 18.0) if over == "K" else Newmark(12e3, 18.0, int(value))

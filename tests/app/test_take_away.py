@@ -18,7 +18,7 @@ from .fakes import FakeHost, QueueingHost
 from .filled_tabs import ADDRESS, SETTING, filled  # noqa: F401 - a fixture
 
 SETTING_KINDS = ("toml", "python", "command")
-STUDIES = ["bifurcation", "plane", "step", "speed"]
+STUDIES = ["bifurcation", "plane", "basin", "step", "speed"]
 
 
 @pytest.mark.parametrize("key", every(TABS))

@@ -10,7 +10,7 @@ import pytest
 import xarray
 from vibroscope.app.page.tabs import TABS
 from vibroscope.app.paper import CLAIMS
-from vibroscope.app.studies import bifurcation, plane
+from vibroscope.app.studies import basin, bifurcation, plane
 from vibroscope.engine import Cells, ExactPenalty, Newmark, run_cells
 
 from .fakes import FakeHost
@@ -45,6 +45,20 @@ def test_the_script_of_a_plane_finds_its_cells(filled, monkeypatch, capsys):  # 
             np.testing.assert_array_equal(found.ravel(), getattr(cells, name))
 
 
+def test_the_script_of_basins_finds_their_motions(filled, monkeypatch, capsys):  # noqa: F811
+    tab = filled("basin")
+    monkeypatch.setattr(basin, "COUNT", 6)
+    space = {}
+    exec(tab.python(SETTING), space)
+    question = tab.question(SETTING)
+    for side in basin.SIDES:
+        found = space[side]
+        np.testing.assert_array_equal(found["xi2"], question.axis("x"))
+        values = question.study(side).compute()
+        np.testing.assert_array_equal(found["reached_period"], values["reached_period"])
+    assert space["difference"].cells.shape == (6, 6)
+
+
 def test_the_script_of_the_time_step_study_finds_its_motions(filled, capsys):  # noqa: F811
     tab = filled("step")
     space = {}
@@ -69,10 +83,11 @@ def test_the_script_of_the_paper_checks_the_claims(monkeypatch, capsys):
     assert "Figure 4 [C]" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("key", ["bifurcation", "plane", "step"])
+@pytest.mark.parametrize("key", ["bifurcation", "plane", "basin", "step"])
 def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.setattr("vibroscope.app.page.plane.tab.COUNT", 3)
     monkeypatch.setattr(plane, "COUNT", 3)
+    monkeypatch.setattr(basin, "COUNT", 3)
     monkeypatch.setattr("vibroscope.app.page.time_step.tab.STEPS", (500, 1000))
     commands = filled(key).command(SETTING).replace("--count 30", "--count 3")
     assert "kappa = 2.4" in commands
@@ -82,8 +97,9 @@ def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_pat
     )
     assert done.stderr == ""
     stores = sorted(path.name for path in tmp_path.glob("*.zarr"))
-    assert stores == {"bifurcation": ["eta.zarr"], "plane": ["plane1.zarr", "plane2.zarr"], "step": ["step.zarr"]}[key]
-    axis = {"bifurcation": "eta", "plane": "K", "step": "steps"}[key]
+    made = {"bifurcation": ["eta"], "plane": ["plane1", "plane2"], "basin": ["basin1", "basin2"], "step": ["step"]}[key]
+    assert stores == [f"{name}.zarr" for name in made]
+    axis = {"bifurcation": "eta", "plane": "K", "basin": "xi2", "step": "steps"}[key]
     for name in stores:
         found = xarray.open_zarr(tmp_path / name)
         # 200 steps per period are too few for the stiffest of the three K that the sliders of this system reach

@@ -23,7 +23,9 @@ CODES = ("Code_Aster", "Budd", "Dankowicz", "Nordmark", "Shaw", "Kirchner", "Sph
 
 @pytest.mark.parametrize("key", CASES)
 def test_our_figures_are_the_recomputed_ones(key):
-    for compared in validate([CASES[key]]):
+    found = list(validate([CASES[key]]))
+    assert found
+    for compared in found:
         assert compared.agrees, f"{compared.quantity.what}: {compared.ours!r}"
 
 

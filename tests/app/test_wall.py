@@ -52,7 +52,9 @@ def test_the_phase_plot_of_the_body_takes_the_place_of_both(beside_a_wall):
 
 def test_files_have_no_columns_of_the_wall(beside_a_wall):
     tab, _ = beside_a_wall
-    for series in tab.table("displacement"):
+    table = tab.table("displacement")
+    assert len(table) == 2
+    for series in table:
         assert list(series.columns) == ["time", "xi1"]
         assert np.isfinite(series.columns["xi1"]).all()
 
@@ -69,7 +71,7 @@ def test_scatter_is_told_of_the_body():
 
 def test_a_step_study_shows_the_body(monkeypatch):
     monkeypatch.setattr(time_step, "STEPS", (100, 200))
-    question = StepQuestion(WALL.system, WALL.eta, WALL.K, WALL.D)
+    question = StepQuestion(WALL.system, WALL.eta, Newmark(WALL.K, WALL.D, 100))
     study = StepStudy(question.system, Newmark(WALL.K, WALL.D, 100), WALL.eta, 60, 20, steps=(100, 200))
     result = PartialStep(question, study, study.compute())
     assert list(result.orbit(0, "fixed")) == list(result.section(0, "fixed")) == ["xi1", "v1"]

@@ -146,7 +146,7 @@ def test_the_tabs_say_of_a_scattered_motion_what_a_single_run_says(monkeypatch, 
     assert judged[-1].share == 1
     assert plane_statements(SCATTERED, judged[-1])[0][1].startswith(said)
     assert "by its section alone" in plane_statements(SCATTERED, plain[-1])[0][1]
-    question = time_step.StepQuestion(SCATTERED.system, 2.76, 12000.0, 18.0)
+    question = time_step.StepQuestion(SCATTERED.system, 2.76, SCATTERED.penalty)
     assert step_statements(SCATTERED, list(time_step.grow_step(question, None, no))[-1])[0][1].startswith(said)
     asked = bifurcation.DiagramQuestion(SCATTERED.system, SCATTERED.penalty, "rest", (2.75, 2.76), count=2)
     text = kind_text(list(bifurcation.grow_diagram(asked, None, no))[-1], 1)

@@ -48,11 +48,11 @@ WORDS = "Word = str\n"
 
 @pytest.fixture
 def engine(tmp_path):
-    """A small engine: four studies, of which one computes, two kernels, and a module of words."""
+    """A small engine: five studies, of which one computes, two kernels, and a module of words."""
     for folder in ("sweeps", "kernels"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "__init__.py").write_text("")
-    for name in ("eta", "no_solution", "plane", "step"):
+    for name in ("basin", "eta", "no_solution", "plane", "step"):
         (tmp_path / "sweeps" / f"{name}_study.py").write_text(STUDY if name == "eta" else "")
     (tmp_path / "sweeps" / "words.py").write_text(WORDS)
     (tmp_path / "kernels" / "force.py").write_text(FORCE)

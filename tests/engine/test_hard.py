@@ -5,13 +5,14 @@ What is allowed is what double precision can attain (engine/hardcases/condition.
 
 import numpy as np
 import pytest
-from vibroscope.engine import Reference, Status
+from vibroscope.engine import Status
 from vibroscope.engine.hardcases.condition import MARGIN
 from vibroscope.engine.hardcases.condition import SimulationSetup as Run
 from vibroscope.engine.hardcases.condition import attainable_error as attainable
 from vibroscope.engine.hardcases.condition import attainable_grazing_error as at_the_edge
 
 from tests import hard
+from tests.events import events_of
 from tests.share import every
 
 EPSILON = np.finfo(float).eps
@@ -45,20 +46,6 @@ def allowed(case):
     law, flow, _ = case.split("|")
     clear = run_of(f"{law}|{flow}|1e-06")
     return attainable(clear) if dip(case) > MARGIN * EPSILON else at_the_edge(run, clear)
-
-
-def events_of(response):
-    """As in hard.json: (τ, kind, g′ before; nan where the response does not hold it)."""
-    impacts, contacts, end = response.impacts, response.contacts, response.window[1]
-    rigid = isinstance(response.method, Reference)
-    found = [(t, 1 if not rigid else 2, np.nan) for t in contacts[:, 1] if t < end]
-    if rigid:
-        found += [(t, 0, -u) for t, u in zip(impacts.time, impacts.closing_speed, strict=True)]
-        found += [(t, 1, 0.0) for t in contacts[:, 0]]
-    else:
-        speeds = dict(zip(impacts.time, -impacts.closing_speed, strict=True))
-        found += [(t, 0, speeds.get(t, np.nan)) for t in contacts[:, 0]]
-    return sorted(found, key=lambda event: event[0])
 
 
 @pytest.mark.parametrize("case", every(name for name in hard.CASES if not decided_by_rounding(name)))

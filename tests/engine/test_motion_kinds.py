@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import COORDINATES, Cancelled, ExactPenalty, Newmark, Reference, System, motion
+from vibroscope.engine import COORDINATES, Cancelled, ExactPenalty, Kind, Newmark, Reference, System, motion
 from vibroscope.engine.sweeps import EtaStudy
 from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, known_kinds
 
@@ -77,3 +77,12 @@ def test_motions_that_have_grown_beyond_every_start_stay_undecided_beside_others
     found = judge_cells(study, values, np.array([0, 1]))
     assert found["kind"][0] == CellKind.UNDECIDED
     assert found["kind"][1] == judge_cells(study, values, np.array([1]))["kind"][0]
+
+
+def test_numbers_of_stored_kinds_stay():
+    """Stores and other people's scripts hold them."""
+    stored = {"unknown": -1, "undecided": 0, "periodic": 1, "quasi-periodic": 2, "chaotic": 3, "ended-early": 4}
+    found = study_of(Reference(), [2.76]).variables["motion"].flags
+    assert stored.items() <= found.items()
+    assert list(found) == [str(kind) for kind in Kind]
+    assert [CellKind[kind.name] for kind in Kind] == list(found.values())

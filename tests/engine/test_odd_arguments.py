@@ -139,6 +139,11 @@ CALLS = {
         {"system": SYSTEM, "eta": 2.76, "K": [100.0], "D": [1.0], "steps": 100, "parts": False, **SHORT},
         ("system", "eta", "K", "D", "steps", "located", "sample"),
     ),
+    "sweep_basin": (
+        past_the_border(engine.sweep_basin),
+        PROBLEM | {"x": [1.0], "y": [2.0], "axes": ("xi2", "v2"), "start": (0, 0, 0, 0), "phase": 0.0, "sample": 32},
+        None,
+    ),
     "sweep_step": (
         engine.sweep_step,
         {"system": SYSTEM, "eta": 2.76, "K": 100.0, "D": 5.0, "steps": [100], **SHORT},

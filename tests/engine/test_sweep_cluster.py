@@ -12,7 +12,7 @@ import fsspec
 import numpy as np
 import pytest
 import xarray
-from vibroscope.engine import Reference, System, sweep_eta, sweep_plane
+from vibroscope.engine import Reference, System, sweep_basin, sweep_eta, sweep_plane
 from vibroscope.engine.sweeps import MISSING, EtaStudy, RunOptions, grow
 
 from .store_files import files
@@ -55,6 +55,15 @@ def cluster():
 def swept(out=None, **more):
     how = {"transient": 400, "sample": 10, "cells_per_chunk": 2}
     return sweep_eta(System(), Reference(), ETAS, out=out, **how | more)
+
+
+def test_basins_are_the_same(cluster):
+    """Each worker finds the motions for itself."""
+    values = np.linspace(-8, 8, 12)
+    here = sweep_basin(System(), 3.2, Reference(), values, values)
+    there = sweep_basin(System(), 3.2, Reference(), values, values, scheduler=cluster[0], cells_per_chunk=30)
+    for name in ("motion", "reached", "periods", "motion_share"):
+        np.testing.assert_array_equal(here[name], there[name])
 
 
 def test_continuation_goes_chunk_by_chunk(cluster):

@@ -22,7 +22,6 @@ from vibroscope.engine import (
     compare,
     simulate,
 )
-from vibroscope.engine.energy.balance import energy_balance
 
 from tests.naive_stepping import Twin
 from tests.share import every
@@ -202,12 +201,6 @@ def test_bad_numbers_are_one_clear_line(make, words):
     with pytest.raises(ValueError, match=words) as caught:
         make()
     assert "\n" not in str(caught.value)
-
-
-def test_what_does_not_know_integrators_says_so():
-    run = simulate(System(), 1.08, TimeStepping(2500.0, 8.0, 200, HHT(), "end", "keep"), periods=4, keep=2)
-    with pytest.raises(ValueError, match="is not available with hht, contact at the end of steps: use Newmark"):
-        energy_balance(run)
 
 
 def test_a_comparison_has_its_parts():

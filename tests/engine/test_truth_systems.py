@@ -6,9 +6,10 @@ rounding error per radian of the fastest motion.
 
 import numpy as np
 import pytest
-from vibroscope.engine import Record, Reference, Status, simulate
+from vibroscope.engine import Record, Status, simulate
 
 from tests import truth_systems as truth
+from tests.events import events_of
 
 EPSILON = np.finfo(float).eps
 MARGIN = 4  # rounding errors in each radian
@@ -42,19 +43,6 @@ def allowed(case, response):
     size = max(np.abs(truth.states(case)).max(), abs(response.system.clearance), response.eta)
     radians = response.window[1] * free + touching * contact
     return MARGIN * EPSILON * (truth.CASES[case]["condition"] + size * (1 + radians))
-
-
-def events_of(response):
-    """As in systems.json: (τ, kind, g′ before; nan where the response does not hold it)."""
-    impacts, contacts, end = response.impacts, response.contacts, response.window[1]
-    rigid = isinstance(response.method, Reference)
-    found = [(t, 2 if rigid else 1, np.nan) for t in contacts[:, 1] if t < end]
-    speeds = dict(zip(impacts.time, -impacts.closing_speed, strict=True))
-    if rigid:
-        found += [(t, 0, speed) for t, speed in speeds.items()] + [(t, 1, 0.0) for t in contacts[:, 0]]
-    else:
-        found += [(t, 0, speeds.get(t, np.nan)) for t in contacts[:, 0]]
-    return sorted(found, key=lambda event: event[:2])
 
 
 def listed(case, events):

@@ -23,8 +23,6 @@ from tests.browserless import Client, get
 from tests.release.odd import NO_NUMBERS, ODD, forged, random_json, random_query, random_request, run
 from tests.served import ROOT
 
-NOT_ACCEPTED = "The link was not accepted, so this is the opening scene[.]"
-
 
 def all_numbers_finite(setting):
     return all(isinstance(value, str) or np.isfinite(value) for value in setting)
@@ -184,6 +182,7 @@ def all_finite(found):
 
 PENALTY = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "100"]
 STUDY = ["--transient", "5", "--sample", "5", "--out", "OUT"]
+STARTS = ["--eta", "2.76", "--x", "xi2:1:2:2", "--y", "v2:0:1:2"]
 COMMANDS = (
     ["simulate", "--solver", "newmark", *PENALTY, "--periods", "5", "--keep", "2"],
     ["simulate", "--solver", "reference", "--eta", "2.76", "--periods", "5", "--keep", "2"],
@@ -193,6 +192,7 @@ COMMANDS = (
     ["serve"],
     ["sweep", "eta", "--from", "2", "--to", "3", "--count", "2", "--solver", "newmark", *PENALTY[2:], *STUDY],
     ["sweep", "plane", "--eta", "2.76", "--K", "100:200:2", "--D", "1:2:2", "--steps", "50", *STUDY],
+    ["sweep", "basin", *STARTS, "--solver", "exact", *PENALTY[2:6], "--transient", "5", "--sample", "32", *STUDY[-2:]],
     ["sweep", "step", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "50,100", *STUDY],
     ["system"],
     ["measurement", "--eta", "2.76", "--periods", "5"],

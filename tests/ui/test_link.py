@@ -68,6 +68,7 @@ def test_a_refused_zoom_leaves_the_default_page(visit):
     [
         ("bifurcation", ["bifurcation"], {"Start": "up", "Coordinate": "xi1"}),
         ("plane", ["plane_penalty", "plane_exact"], {"Colour": "contact"}),
+        ("basin", ["basin_reference", "basin_penalty"], {"Starts over": "v1-v2"}),
         ("step", ["step_phase_fixed", "step_phase_located"], {}),
         ("speed", ["speed"], {}),
     ],

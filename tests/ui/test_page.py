@@ -89,10 +89,10 @@ def test_a_first_visit_begins_with_the_tour_and_the_second_does_not(visit, windo
     window.add_init_script("Object.defineProperty(Navigator.prototype, 'webdriver', { get: () => false })")
     explorer = visit(width=1441)
     explorer.page.get_by_role("dialog", name="Tour").get_by_role("button", name="Skip").click()
-    assert explorer.page.get_by_role("tab").count() == 8
+    assert explorer.page.get_by_role("tab").count() == 9
     explorer.page.reload()
     explorer.settle(update=1)
-    assert explorer.page.get_by_role("tab").count() == 8
+    assert explorer.page.get_by_role("tab").count() == 9
     assert explorer.page.get_by_role("dialog", name="Tour").count() == 0
 
 

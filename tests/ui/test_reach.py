@@ -25,10 +25,10 @@ def test_quick_arrow_presses_on_the_tabs_all_count(visit):
     explorer = visit()
     tabs = explorer.page.get_by_role("tab")
     tabs.first.focus()
-    for _ in range(4):
+    for _ in range(5):
         explorer.page.keyboard.press("ArrowRight")
     explorer.page.keyboard.press("ArrowLeft")
-    explorer.page.locator("[role=tab][aria-selected=true]").and_(tabs.nth(3)).wait_for()
+    explorer.page.locator("[role=tab][aria-selected=true]").and_(tabs.nth(4)).wait_for()
     wait_until(lambda: explorer.address().get("tab") == "step", what="the tab in the link")
 
 

@@ -62,6 +62,27 @@ def test_one_setting_is_found_for_a_range_with_the_stiffness_held(visit):
     assert "The range is limited at η = 2.76" in explorer.page.locator(".suggest .found").text_content()
 
 
+def test_what_a_code_has_is_offered_once_it_is_chosen(visit):
+    explorer = visit("?eta=1.08&K=100&D=4&steps=200")
+    explorer.page.get_by_role("button", name="Options").click()
+    code = explorer.page.get_by_label("Search over the integrators")
+    explorer.page.get_by_label("Keep the present K").wait_for()
+    assert not code.is_visible()
+    explorer = visit("?tab=code&choice=code:abaqus-standard&eta=1.08&K=100&D=4&steps=200")
+    explorer.open_tab("Explore")
+    explorer.page.get_by_role("button", name="Options").click()
+    explorer.page.get_by_text("what Abaqus/Standard has").wait_for()
+    code = explorer.page.get_by_label("Search over the integrators")
+    code.check()
+    for label, text in (("Tolerance", "90"), ("Most steps per period", "64")):
+        explorer.page.get_by_label(label).fill(text)
+    for name in "KD":
+        explorer.page.get_by_label(f"Keep the present {name}").check()
+    explorer.page.get_by_role("button", name="Suggest K").click()
+    explorer.page.locator(".suggest[data-phase=done]").wait_for(timeout=60_000)
+    assert "In the words of Abaqus/Standard: *DYNAMIC" in explorer.page.locator(".suggest .found").text_content()
+
+
 def test_a_file_is_taken_whole_or_not_at_all(visit):
     explorer = visit()
     field = explorer.page.locator(".load input")

@@ -16,7 +16,7 @@ SIZES = (
     (1024, 768),
     (1280, 720),
 )
-TABS = ("explore", "bifurcation", "plane", "step", "code", "speed", "paper", "help")
+TABS = ("explore", "bifurcation", "plane", "basin", "step", "code", "speed", "paper", "help")
 
 # Texts and controls that an ancestor clips or that lie outside the page; boxes that scroll sideways, or scroll without
 # a cue; texts and legends of figures that are wider than their canvas. All of what is open, wherever it is scrolled to.
@@ -110,7 +110,7 @@ def test_nothing_is_cut_at_any_size(visit, tab):
     explorer = visit(f"?tab={tab}", *SIZES[0])
     if tab == "explore":
         explorer.explained()
-    figures = {"explore": 6, "bifurcation": 2, "plane": 2, "step": 4, "code": 2, "speed": 1}.get(tab, 0)
+    figures = {"explore": 6, "bifurcation": 2, "plane": 2, "basin": 2, "step": 4, "code": 2, "speed": 1}.get(tab, 0)
     found = {}
     for width, height in SIZES:
         explorer.page.set_viewport_size({"width": width, "height": height})

@@ -54,6 +54,7 @@ VIEWS = of_scenes() | {
     # A system that no other test sweeps, since other directions that were computed before are drawn in grey.
     "bifurcation": View(f"?tab=bifurcation&{STUDY}&d1=0.0034", r"\.value|_periods"),
     "plane": View(f"?tab=plane&{STUDY}", r"\.image|_diverged"),
+    "basin": View("?tab=basin&eta=3.2&K=12000&D=18&steps=2000", r"\.(image|motion|period)"),
     "step": View(f"?tab=step&{STUDY}", r"_fixed\.(xi2|v2|size)|spread_located\.size"),
     "code": View(
         "?tab=code&eta=1.08&K=2500&D=8&steps=2000&integrator=hht&status=end&without_solution=halve"

@@ -78,14 +78,23 @@ COLUMNS = {  # some of them, by figure
     "bifurcation_strip": {"from_eta", "to_eta", "period"},
     "plane_penalty": {"K", "D", "period", "contact_steps"},
     "plane_exact": {"K", "D", "period", "impacts_per_period"},
+    "basin_reference": {"xi2", "v2", "motion"},
+    "basin_penalty": {"xi2", "v2", "motion", "periods"},
     "step_phase_fixed": {"xi2", "v2"},
     "step_spread": {"n", "spread"},
     "speed": {"steps", "us_per_period", "error"},
     "claims": {"claim", "agrees", "found"},
 }
 KEYS = dict.fromkeys(("plane_penalty", "plane_exact"), ("Period:", "1", "above 8", "blown up"))  # of colours
+KEYS |= dict.fromkeys(("basin_reference", "basin_penalty"), ("Motion:", "1: period 1"))
 KEYS["bifurcation_strip"] = ("period 1", "artefact of the time step", "chaotic", "ended early")
-CALLS = {"bifurcation": "sweep_eta(", "plane": "sweep_plane(", "step": "sweep_step(", "paper": "CLAIMS"}
+CALLS = {
+    "bifurcation": "sweep_eta(",
+    "plane": "sweep_plane(",
+    "basin": "sweep_basin(",
+    "step": "sweep_step(",
+    "paper": "CLAIMS",
+}
 
 
 @pytest.mark.parametrize("tab", TABS)

@@ -3,10 +3,10 @@
 from math import sqrt
 
 from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
+from vibroscope.engine.laws import RATIO_LAWS, damper_of
 
 NAME, SUFFIX, STATUS = "OpenSeesPy", "py", "end"
-BY_SPEED = ("hunt-crossley", "lankarani-nikravesh", "flores")  # Hertzdamp: its damper follows from the closing speed
-LAWS = (LINEAR, *BY_SPEED, "jankowski")
+LAWS = (LINEAR, *RATIO_LAWS, "jankowski")  # Hertzdamp has those whose damper is a factor of the spring's force
 INTEGRATORS = {  # ours: theirs; all take forces and contact at the interpolated displacement
     "newmark": lambda i: f'"Newmark", {i.gamma!r}, {i.beta!r}',
     "hht-interpolated": lambda i: f'"HHT", {1.0 + i.alpha!r}',
@@ -157,8 +157,6 @@ def _contact(problem: Problem) -> str:
         return f'ops.uniaxialMaterial("ViscoelasticGap", 3, {stiffness!r}, {damping!r}, {gap!r})'
     if problem.gap() < 0.0:
         raise refuse(NAME, "a start with overlap for this law", "give a start at which the bodies are apart")
-    from vibroscope.engine.laws import damper_of
-
     damper, by_speed = damper_of(system, method)
     power = 1.5 if method.law == "jankowski" else method.exponent
     stiffness = method.stiffness * problem.scale.factor("force") / problem.length**power

@@ -6,14 +6,14 @@ The cursor is an overlay, which is repainted without the points below it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
-from vibroscope.app.explorer.method_words import is_located, name_of_method
+from vibroscope.app.explorer.method_words import name_of_method
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
@@ -41,7 +41,7 @@ from vibroscope.app.studies.bifurcation import (
     kind_names,
 )
 from vibroscope.app.studies.cell_classes import KINDS, PERIODS, period_class
-from vibroscope.engine import Newmark, Reference, System, TimeStepping
+from vibroscope.engine import Newmark, Reference, System, TimeStepping, is_located
 from vibroscope.engine.sweeps import CellKind
 
 COORDINATES = {"xi1": "displacement ξ₁", "v1": "velocity ξ₁′", "xi2": "displacement ξ₂", "v2": "velocity ξ₂′"}
@@ -64,6 +64,7 @@ _PLAIN = (" ", "")
 _DIRECTION = {"rest": "from rest", "own": "from an own start", "up": "upwards", "down": "downwards"}
 _ETA_LABEL = "excitation frequency η = Ω/ω₁"
 _SHOWN = ("shown_eta", "shown_value")  # columns of the hover with units; the others are those of the model
+_FADED = 0.3  # opacity of the cloud below branches
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
 
 
@@ -72,6 +73,7 @@ class BifurcationView:
 
     def __init__(self, on_value: Callable[[float], None], on_zoom: Callable[[], None]) -> None:
         self._on_value = on_value
+        self.on_motion: Callable[[float, float], bool] = lambda x, y: False  # whether a tap opened a motion
         self.over = "eta"
         self._system = System()
         self.ranges = {"eta": OwnedRange(*self._home), "value": OwnedRange(-10, 10)}
@@ -89,8 +91,8 @@ class BifurcationView:
             UnitAxis(self.ranges["eta"], "x", self.figure, self.strip),
             UnitAxis(self.ranges["value"], "y", self.figure),
         )
-        for plot in (self.figure, self.strip):
-            plot.on_event(Tap, self.on_tap)
+        self.strip.on_event(Tap, self.on_tap)
+        self.figure.on_event(Tap, self._on_tap_in_cloud)
         self.figure.on_event(RangesUpdate, lambda event: on_zoom())
 
     def _cloud(self) -> figure:
@@ -106,6 +108,7 @@ class BifurcationView:
         for source, colour in ((self.other, GREY), *((self.points[solver], _COLOURS[solver]) for solver in _COLOURS)):
             glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
             points.append(plot.scatter("eta", "value", source=source, **glyph))
+        self._cloud_points = points.copy()
         hollow = {"marker": "circle", "size": 4.2, "fill_color": None, "line_color": VERMILLION, "line_alpha": 0.45}
         points.append(plot.scatter("eta", "value", source=self.artefacts, **hollow))
         rows = {
@@ -180,7 +183,7 @@ class BifurcationView:
             self.ranges["eta"].unzoom()
             self.ranges["eta"].put(*self._home, fresh=True)
 
-    def hold(self, setting: Setting) -> None:
+    def fit_axes(self, setting: Setting) -> None:
         """Let the axis cover what the slider does for the system of the setting."""
         if setting.system != self._system:
             self._system = setting.system
@@ -203,9 +206,17 @@ class BifurcationView:
         return (low, high) if high - low > 1e-7 * (abs(low) + abs(high)) else self._home
 
     def update(
-        self, setting: Setting, result: PartialDiagram | None, coordinate: str, other: PartialDiagram | None
+        self,
+        setting: Setting,
+        result: PartialDiagram | None,
+        coordinate: str,
+        other: PartialDiagram | None,
+        beside: Iterable[np.ndarray] = (),
     ) -> None:
-        """Move the cursor; draw what is known, and in grey another diagram to compare with."""
+        """Move the cursor; draw what is known, and in grey another diagram to compare with.
+
+        ``beside``: values of the coordinate that are drawn beside the diagram, for the range of the axis.
+        """
         value, field = getattr(setting, self.over), shown_field(self.over, setting)
         self.cursor.location = self.label.x = value
         self.label.text = field.words(value) if field.unit else f"{field.label} = {value:.7g}"
@@ -223,7 +234,8 @@ class BifurcationView:
         _put(self.artefacts, scattered)
         _put(self.other, none if other is None else _columns(other, coordinate, factors, MOST_BESIDE))
         fresh = self._drawn != (drawn, coordinate, result.question.over)
-        self.ranges["value"].follow([values["value"], scattered["value"]], fresh=fresh, complete=result.share >= 1)
+        drawn_values = [values["value"], scattered["value"], *beside]
+        self.ranges["value"].follow(drawn_values, fresh=fresh, complete=result.share >= 1)
         self._drawn = drawn, coordinate, result.question.over
         self._write_strip(result)
 
@@ -260,6 +272,16 @@ class BifurcationView:
             "period": period.astype(np.float32),
             "kind": kind_names(kind).tolist(),
         }
+
+    def fade(self, faded: bool) -> None:
+        """Draw the cloud paler, so that lines over it can be told from it."""
+        for points in self._cloud_points:
+            points.glyph.fill_alpha = _FADED if faded else 1.0
+
+    def _on_tap_in_cloud(self, event: Tap) -> None:
+        """Open the motion of a tap on a branch; any other tap sets the swept number."""
+        if event.x is None or event.y is None or not self.on_motion(event.x, event.y):
+            self.on_tap(event)
 
     def on_tap(self, event: Tap) -> None:
         """Set the swept number to the place of a tap."""

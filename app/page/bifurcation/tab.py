@@ -10,11 +10,11 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.state import START_FIELDS, Explorer, Setting, bounds_of, print_number
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import initial_option, method_options, sweep_command, sweep_python
+from vibroscope.app.export.scripts import branch_command, initial_option, method_options, sweep_command, sweep_python
+from vibroscope.app.page.bifurcation.branches import NAMES, Branches
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
-from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import (
     COUNT,
     SAMPLE,
@@ -24,8 +24,9 @@ from vibroscope.app.studies.bifurcation import (
     grow_diagram,
     kind_names,
 )
+from vibroscope.app.studies.branches import BranchQuestion, PartialBranches, why_none
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import COORDINATES, ExactPenalty, Method
+from vibroscope.engine import COORDINATES, METHOD_NUMBERS, ExactPenalty, Method
 from vibroscope.engine.sweeps import CellKind, kind_words
 
 _DIRECTION_NAMES = {
@@ -39,12 +40,12 @@ _COORDINATES = {
     for number in (1, 2)
     for letter, words in (("xi", "displacement"), ("v", "velocity"))
 }
-_OF_METHOD = {"K": "stiffness", "D": "damping", "steps": "steps"}
 _NOTHING_SWEPT = (
     "Nothing drives the bodies, so that no motion belongs to a frequency: let the base or a force move them under "
     "System, or sweep another number from an own start."
 )
 MOST_VALUES, MOST_TRANSIENT = 2000, 20_000  # that can be typed: with more, a diagram outlasts its time
+_BRANCHES = {"off": "not shown", "on": "of the diagram", "both": "reference and penalty"}
 _SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
 
 
@@ -59,6 +60,7 @@ class Bifurcation(StudyTab):
         "direction": "rest",
         "coordinate": "xi2",
         "over": "eta",
+        "branches": "off",
         "count": COUNT,
         "transient": TRANSIENT,
         **dict.fromkeys(START_FIELDS, 0.0),
@@ -67,12 +69,19 @@ class Bifurcation(StudyTab):
     pictures = (
         Figure("bifurcation", "Bifurcation diagram", "A coordinate at τ ≡ 0 (mod T) over the excitation frequency η."),
         Figure("bifurcation_strip", "Kinds of motion over η", "Period and kind of the motion over η: the page's key."),
+        Figure("bifurcation_branches", "Branches", "Every orbit of the branches, at τ ≡ 0 (mod T).", drawn=False),
+        Figure("bifurcation_points", "Points of the branches", "Bifurcations, and changes of events.", drawn=False),
     )
 
     def build(self) -> pn.viewable.Viewable:
-        """The diagram, the strip of periods below it, the panel."""
+        """The diagram, the strip of periods below it, the panel, and the list of the branches."""
         self.view = BifurcationView(self._set, self.refresh)
-        return self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
+        self.branches = Branches(self.host, self.view.figure, self._push)
+        self.branches.view.css_classes = ["cell", "wide", "branches"]
+        self.view.on_motion = self.branches.tapped
+        self._page = self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
+        self._page.append(self.branches.view)
+        return self._page
 
     @classmethod
     def spec(cls) -> dict:
@@ -89,6 +98,7 @@ class Bifurcation(StudyTab):
                 {"name": "solver", "label": "Solver", "choices": _SOLVERS},
                 {"name": "direction", "label": "Start", "choices": _DIRECTION_NAMES},
                 {"name": "coordinate", "label": "Coordinate", "choices": _COORDINATES},
+                {"name": "branches", "label": "Branches", "choices": _BRANCHES},
             ],
             "limits": [],
             "numbers": [
@@ -103,7 +113,8 @@ class Bifurcation(StudyTab):
             ],
             "hint": "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its "
             "own range. Hollow points are scatter that the time step causes. In grey, once computed: the other "
-            "direction (motions coexist where they differ), or the reference.",
+            "direction (motions coexist where they differ), or the reference. Branches are solid where they are "
+            "stable, dashed where they are not; a click on one opens that motion in Explore.",
             "cursor": {
                 "figure": "bifurcation",
                 "span": "bifurcation_cursor",
@@ -154,11 +165,9 @@ class Bifurcation(StudyTab):
             return
         self.ranges["eta"].restore(low, high)
 
-    def show(self, move: Move) -> None:
-        """See `StudyTab.show`; the axis covers what the slider does for the system."""
-        with pn.io.hold(self.host.doc):  # both ends of a range at once
-            self.view.hold(move.setting)
-        super().show(move)
+    def fit_axes(self, setting: Setting) -> None:
+        """The axis covers what the slider does for the system."""
+        self.view.fit_axes(setting)
 
     def obstacle(self, setting: Setting) -> str:
         """Where nothing drives the bodies there is no frequency to sweep, and from rest nothing moves.
@@ -175,22 +184,68 @@ class Bifurcation(StudyTab):
         """All but the swept number itself."""
         chosen, over = self.panel.chosen, self.view.over
         system, method, span = setting.system, _method(setting, chosen["solver"]), self.view.span
-        if over in _OF_METHOD:
-            method = replace(method, **{_OF_METHOD[over]: span[0]})
+        if over in METHOD_NUMBERS:
+            method = replace(method, **{METHOD_NUMBERS[over]: span[0]})
         elif over == "restitution":
             system = replace(system, restitution=span[0])
         own = chosen["direction"] == "own"
         return DiagramQuestion(
-            system,
-            method,
-            "rest" if own else chosen["direction"],
-            span,
-            over,
-            1.0 if over == "eta" else setting.eta,
-            chosen["count"],
-            chosen["transient"],
-            self._start(setting) if own else None,
+            system=system,
+            method=method,
+            direction="rest" if own else chosen["direction"],
+            span=span,
+            over=over,
+            eta=1.0 if over == "eta" else setting.eta,
+            count=chosen["count"],
+            transient=chosen["transient"],
+            initial=self._start(setting) if own else None,
         )
+
+    def branch_questions(self, setting: Setting) -> tuple[dict[str, BranchQuestion], list[str]]:
+        """The branches to search for, by solver, and sentences about those that there are not."""
+        chosen = self.panel.chosen
+        if chosen["branches"] == "off":
+            return {}, []
+        wanted = NAMES if chosen["branches"] == "both" else [_branch_solver(chosen["solver"])]
+        diagram, questions, notes = self.question(setting), {}, []
+        for solver in wanted:
+            method = setting.reference if solver == "reference" else setting.penalty.limit
+            if solver == "penalty" and chosen["solver"] == "exact":
+                method = ExactPenalty(setting.K, setting.D)
+            if why := why_none(diagram.over, method):
+                notes.append(why)
+                continue
+            if diagram.over in ("K", "D"):
+                method = replace(method, **{METHOD_NUMBERS[diagram.over]: diagram.span[0]})
+            questions[solver] = BranchQuestion(diagram.system, method, diagram.span, diagram.over, diagram.eta)
+        if "penalty" in questions and chosen["solver"] != "exact":
+            notes.append(_STANDS_FOR.format(name_of(setting.penalty)))
+        return questions, notes
+
+    def follow(self, eta: float) -> None:
+        """Show the branches over η, in a range with this value."""
+        shown = self.panel.chosen["branches"]
+        self.restore(View(choice={"over": "eta", "branches": "on" if shown == "off" else shown}))
+        low, high = self.view.span
+        if not low <= eta <= high:
+            self.unzoom()
+
+    def _ask(self) -> None:
+        super()._ask()
+        self.branches.ask(self.branch_questions(self._move.setting)[0])
+
+    def _cancel(self) -> None:
+        super()._cancel()
+        self.branches.cancel()
+
+    def _write(self) -> None:
+        if self._visible and (self._obstacle or self.panel.chosen["branches"] == "off"):
+            self.branches.clear()
+        super()._write()
+        if self._visible:
+            self.view.fade(self.branches.view.visible)
+            classes = [each for each in self._page.css_classes if each != "listed"]
+            self._page.css_classes = [*classes, *(["listed"] if self.branches.view.visible else [])]
 
     def _start(self, setting: Setting) -> tuple[float, ...]:
         """The own start that is typed; a wall has none."""
@@ -201,7 +256,10 @@ class Bifurcation(StudyTab):
         """The diagram and the one to compare with."""
         self.panel.away = _away(setting)
         other = None if result is None else _compared(setting, result.question)
-        self.view.update(setting, result, self._coordinate(setting), other)
+        if self.panel.chosen["branches"] != "off":
+            notes = self.branch_questions(setting)[1]
+            self.branches.draw(setting, self.view.over, self._coordinate(setting), notes)
+        self.view.update(setting, result, self._coordinate(setting), other, self.branches.lines.values)
         low, high = self.view.span
         self.panel.chosen = self.panel.chosen | {"from": low, "to": high, "coordinate": self._coordinate(setting)}
         swept = shown_field(self.view.over, setting)
@@ -215,11 +273,27 @@ class Bifurcation(StudyTab):
         return chosen.replace("2", "1") if setting.bodies == "wall" else chosen
 
     def describe(self, setting: Setting, result: PartialDiagram) -> list[list[str]]:
-        """The nearest η, and the whole range."""
-        return statements(setting, result)
+        """The nearest η, the whole range, and the branches that were found."""
+        return [*statements(setting, result), *self.branches.words()]
+
+    def figures(self) -> list[Figure]:
+        """Those of the diagram, and the tables of the branches once there are any."""
+        orbits = self._orbits()
+        return [each for each in super().figures() if orbits or each.name not in _BRANCH_TABLES]
+
+    def data(self) -> dict[str, object]:
+        """The diagram and the branches."""
+        results = self.branches.results
+        return super().data() | {f"branches_{solver}": result.data() for solver, result in results.items()}
+
+    def _orbits(self) -> dict[str, PartialBranches]:
+        return {solver: result for solver, result in self.branches.results.items() if result.branches}
 
     def table(self, name: str) -> list[Series]:
         """All points of the diagram, also of what is drawn in grey; or the stretches of η with one period."""
+        if name in _BRANCH_TABLES:
+            tables = {solver: getattr(result, _BRANCH_TABLES[name])() for solver, result in self._orbits().items()}
+            return [Series(NAMES[solver], table) for solver, table in tables.items()]
         if name == "bifurcation_strip":
             over = self.result.question.over
             columns = dict(zip((f"from_{over}", f"to_{over}", "period", "kind"), self.result.stretches(), strict=True))
@@ -237,9 +311,12 @@ class Bifurcation(StudyTab):
         how += "" if question.initial is None else f", initial={question.initial}"
         values = f"np.linspace({question.span[0]!r}, {question.span[1]!r}, {question.count})"
         values = f"np.unique(np.round({values}))" if question.over == "steps" else values
+        asked = {solver: result.question for solver, result in self.branches.results.items()}
+        calls = {f"branches_{solver}": _branch_call(each) for solver, each in asked.items()}
+        names = [type(each.method).__name__ for each in asked.values()]
         call = f"sweep_eta(\n    system, {question.method!r}, {values},\n"
         call += f"    {how}, transient={question.transient}, sample={SAMPLE},\n)"
-        return sweep_python({"diagram": call}, question.system, type(question.method).__name__)
+        return sweep_python({"diagram": call, **calls}, question.system, type(question.method).__name__, *names)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep eta`` over the range in view."""
@@ -249,10 +326,36 @@ class Bifurcation(StudyTab):
         options += "" if question.over == "eta" else f" --over {question.over} --eta {question.eta!r}"
         options += f" --direction {question.direction} --coordinates {','.join(COORDINATES)}"
         options += initial_option(question.initial)
-        return sweep_command("eta", question.system, f"{options} --transient {question.transient} --sample {SAMPLE}")
+        sweep = sweep_command("eta", question.system, f"{options} --transient {question.transient} --sample {SAMPLE}")
+        asked = {f"branches_{solver}": result.question for solver, result in self.branches.results.items()}
+        if not asked:
+            return sweep
+        return sweep + branch_command(question.system, {name: _branch_options(each) for name, each in asked.items()})
 
     def _set(self, value: float) -> None:
         self.host.set({self.view.over: print_number(value)})
+
+
+_BRANCH_TABLES = {"bifurcation_branches": "orbit_table", "bifurcation_points": "point_table"}
+_STANDS_FOR = (
+    "The exact penalty stands for {}, which has a time step: its K and D are the same, and it is what the motions tend "
+    "to as the step falls."
+)
+
+
+def _branch_solver(solver: str) -> str:
+    return "reference" if solver == "reference" else "penalty"
+
+
+def _branch_call(question: BranchQuestion) -> str:
+    numbers = ", ".join(f"{name}={value!r}" for name, value in question.search.items())
+    return f"find_branches(\n    system, {question.eta!r}, {question.method!r}, {numbers},\n)"
+
+
+def _branch_options(question: BranchQuestion) -> str:
+    over, low, high, longest, most = question.search.values()
+    options = f" --over {over} --from {low!r} --to {high!r} --max-period {longest} --most-orbits {most}"
+    return f"{options}{method_options(question.method)} --eta {question.eta!r}"
 
 
 def _away(setting: Setting) -> dict[str, list[str]]:
@@ -273,7 +376,7 @@ def _method(setting: Setting, solver: str) -> Method:
 def _compared(setting: Setting, question: DiagramQuestion) -> PartialDiagram | None:
     """A diagram that was computed before: in the other direction, or of the reference beside a penalty solver."""
     if question.direction == "rest":
-        if question.over in _OF_METHOD:
+        if question.over in METHOD_NUMBERS:
             return None
         reference = question._replace(method=setting.reference)
         return RESULTS.get(reference) if reference != question else None

@@ -29,9 +29,10 @@ export function render({ model }) {
   );
   const hide = () => {
     root.hidden = !model.visible; // on a narrow page the component has no box of its own that could be hidden
-    start.element.hidden = drawn.hidden = !model.motions;
+    start.element.hidden = !model.starts;
+    drawn.hidden = !model.motions;
   };
-  for (const name of ["visible", "motions"]) model.on(name, hide);
+  for (const name of ["visible", "starts", "motions"]) model.on(name, hide);
   hide();
   const draw = () => {
     if (!model.shown.texts) return;

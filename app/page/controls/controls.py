@@ -52,6 +52,7 @@ class Controls(Component):
     """The panel of inputs."""
 
     spec = param.Dict(doc="Limits, labels and scenes; fixed")
+    starts = param.Boolean(default=True, doc="Whether the start of the runs counts in the open tab, and is shown")
     motions = param.Boolean(default=True, doc="Whether the open tab draws motions, and the switches for that are shown")
     fields = param.Dict(default={}, doc="How the number of each field is shown: another one in other units")
     spans = param.Dict(default={}, doc="First and last value of each slider")

@@ -10,8 +10,8 @@ from vibroscope.app.explorer.physical_fields import (
     physical_numbers,
     physical_range,
 )
-from vibroscope.app.explorer.state import EXCITATION_FIELDS, START_FIELDS, Explorer, Setting, print_end, print_number
-from vibroscope.engine import written
+from vibroscope.app.explorer.state import EXCITATION_FIELDS, START_FIELDS, Explorer, Setting, print_number
+from vibroscope.engine import end_text, written
 
 # Titles and fields of the groups; of the fields those are shown that apply to the system and to the units.
 _BODY = ("mass{}_kg", "stiffness{}_N_per_m", "frequency{}_Hz", "damping{}_ratio", "damping{}_Ns_per_m")
@@ -91,7 +91,7 @@ def physical_field_text(value: float) -> str:
 def plain_description(name: str, setting: Setting) -> dict:
     """How a parameter of `Explorer` is shown; ``locked``: why it cannot be changed, empty if it can."""
     field, rule = shown_field(name, setting), Explorer.param[name]
-    low, high = (print_end(field.factor * end) for end in rule.bounds)
+    low, high = (end_text(field.factor * end) for end in rule.bounds)
     return _description(
         field,
         f"{low} to {'' if rule.inclusive_bounds[1] else 'below '}{high}",

@@ -6,6 +6,10 @@ export function render({ model }) {
   root.setAttribute("aria-label", "Coexisting motions");
   const find = button("Coexisting motions", "Search for the motions that exist at these numbers, from many starts",
     () => model.send_msg({ find: true }), "find");
+  const follow = button("Follow this motion", "Follow this motion and others over η, stable or not, in the bifurcation diagram",
+    () => model.send_msg({ follow: true }), "find");
+  const row = element("div", "row");
+  row.append(find, follow);
   const box = element("div", "box");
   const status = element("p", "status");
   status.setAttribute("role", "status");
@@ -17,7 +21,7 @@ export function render({ model }) {
   const close = button("×", "Close the list of motions", () => model.send_msg({ close: true }), "close");
   const list = element("div", "list");
   box.append(close, status, running, list);
-  root.append(box, find);
+  root.append(box, row);
   const draw = () => {
     const { phase, head, share, error, solvers = [] } = model.content;
     root.dataset.phase = phase;
@@ -37,11 +41,11 @@ export function render({ model }) {
 // Draws the list again, and keeps the focus on the motion that has it.
 function fill(list, solvers) {
   const focused = list.getRootNode().activeElement?.dataset?.start;
-  list.replaceChildren(...solvers.flatMap(([title, motions]) => [element("h3", "", title), ...motions.map(row)]));
+  list.replaceChildren(...solvers.flatMap(([title, motions]) => [element("h3", "", title), ...motions.map(motionRow)]));
   if (focused) list.querySelector(`[data-start="${focused}"]`)?.focus();
 }
 
-function row({ name, share, text, why, use, shown }) {
+function motionRow({ name, share, text, why, use, shown }) {
   const made = button("", "", () => emit("set", use), "motion");
   made.append(element("strong", "", name), element("span", "share", `${share} of starts`), element("small", "", text));
   made.setAttribute("aria-pressed", String(shown));

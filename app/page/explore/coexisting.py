@@ -13,7 +13,10 @@ from vibroscope.app.studies.study_job import StudyJob
 
 
 class CoexistingPanel(Component):
-    """Sends ``{"find": true}`` and ``{"close": true}``; draws ``content``. A click on a motion sets its start."""
+    """Sends ``{"find": true}``, ``{"close": true}`` and ``{"follow": true}``; draws ``content``.
+
+    A click on a motion sets its start.
+    """
 
     content = param.Dict(
         default={"phase": "idle"},
@@ -79,6 +82,9 @@ class CoexistingMotions:
             self._show()
         elif "close" in message:
             self.cancel()
+        elif "follow" in message:
+            eta = self._setting.eta
+            self.host.visit("bifurcation", {}, lambda tab: tab.follow(eta))
 
     def _take(self, job: StudyJob, result: Coexisting | Exception) -> None:
         if isinstance(result, Exception):

@@ -51,7 +51,7 @@ class Findings(Component):
         # lists, as the browser's side has them
         cost = [list(chip) for chip in description.cost]
         new = description.lines(explanation) | {"cost": cost, "shipped": shipped, "solver": solver}
-        new["kinds"] = {name: list(kind) for name, kind in (kinds or {}).items()}
+        new["kinds"] = {name: list(map(str, kind)) for name, kind in (kinds or {}).items()}
         if explanation is None:
             new = self.content | new | {"pending": True}
         else:

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import numpy as np
 from bokeh.models import LegendItem, Line, Scatter
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
+    INK,
     PENALTY,
     REFERENCE,
     VERMILLION,
     PinnedCurves,
     add_glyph,
+    empty_source,
     empty_sources,
     hover_tool,
     label_of,
     legend,
     make_figure,
     show_rows,
+    write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
 
@@ -46,6 +50,8 @@ class PhaseView:
         self._lines: list = []
         self._hovers: list = []
         self.measured: Columns = {}  # points of a measurement
+        self.closed = empty_source("phase_closed", "x1", "v1", "x2", "v2")  # a motion of a branch
+        self._closed_items: list[LegendItem] = []
         self.figures = [self._figure(1), self._figure(2)]
         self.pinned = PinnedCurves(
             {
@@ -103,4 +109,18 @@ class PhaseView:
             shown = [columns[source][name] for source in self.sources]
             shown += [self.measured[name]] if self.measured else []
             shown += [each for source in _PHASES for each in self.pinned.columns(source, name)]
+            shown.append(self.closed.data[name])
             owned.follow(shown, fresh=fresh)
+
+    def draw_closed(self, columns: Columns) -> None:
+        """Draw one cycle of a motion over both solutions, or none; the curve is added when the first one is drawn."""
+        if columns and not self._closed_items:
+            for number, plot in enumerate(self.figures, 1):
+                line = Line(x=f"x{number}", y=f"v{number}", line_color=INK, line_width=1.8, line_dash="dotted")
+                item = LegendItem(label="branch", renderers=[add_glyph(plot, line, self.closed)])
+                plot.legend[0].items = [*plot.legend[0].items, item]
+                self._closed_items.append(item)
+        none = dict.fromkeys(self.closed.data, np.empty(0, np.float32))
+        write(self.closed, columns or none)
+        for item in self._closed_items:
+            item.visible = bool(columns)

@@ -81,6 +81,20 @@ function searchLimits(model) {
     label.prepend(check);
     return [check, label];
   });
+  const ofCode = element("label");
+  const codeCheck = element("input");
+  Object.assign(codeCheck, { type: "checkbox", title: "Search over the integrators, contact status and law of this code, in place of what is set" });
+  codeCheck.setAttribute("aria-label", codeCheck.title);
+  const codeName = element("span");
+  ofCode.append(codeCheck, codeName);
+  const forCode = element("div", "group");
+  forCode.append(element("span", "", "For"), ofCode);
+  const offerCode = () => {
+    forCode.hidden = !model.code;
+    codeName.textContent = `what ${model.code} has`;
+  };
+  model.on("code", offerCode);
+  offerCode();
   const fill = () => {
     for (const [name, field] of fields) field.value = model.limits[name];
     unit.textContent = model.limits.unit;
@@ -99,6 +113,7 @@ function searchLimits(model) {
     group(symbol, ends.map(([, , label]) => label), "range"),
     group(element("span", "", "Hold"), held.map(([, label]) => label)),
     group(element("span", "", "Allow"), fields.map(([, , label]) => label)),
+    forCode,
   );
   const made = { element: row, open: false, onToggle: () => {} };
   made.toggle = (open) => {
@@ -107,6 +122,7 @@ function searchLimits(model) {
   };
   made.typed = () => ({
     ...Object.fromEntries([...fields, ...ends].map(([name, field]) => [name, field.value.trim()])),
+    code: codeCheck.checked && model.code ? "yes" : "",
     hold: held.filter(([check]) => check.checked).map(([check]) => check.value).join(""),
   });
   return made;
@@ -121,7 +137,7 @@ function ask(model, limits) {
   const go = button("Suggest K, D, Δτ", "Search for the fewest steps with at most this error, and set them", () => {});
   go.type = "submit";
   label.append(field, element("span", "", "%"));
-  const more = button("More", "Options of the search: a range of η, K or D held, the largest K, the most steps", () => limits.toggle(!limits.open), "quiet");
+  const more = button("More", "Options of the search: a range of η, K or D held, the largest K, the most steps, your code", () => limits.toggle(!limits.open), "quiet");
   form.id = "vibroscope-ask";
   let typed = false; // from then on, no other tolerance is offered
   const offer = () => { if (!typed) field.value = model.offer; };

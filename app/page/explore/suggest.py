@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import param
+from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation
 from vibroscope.app.explorer.field_units import shown_field
@@ -34,6 +35,8 @@ class SuggestPanel(Component):
         "while running `partial_content`; moved: whether K, D or Δτ were moved since, so that nothing was set",
     )
 
+    code = param.String(default="", doc="name of the code that the tab Your code has chosen; empty: none")
+
     offer = param.String(default="5", doc="the tolerance in the field until one is typed")
 
     _esm = script("shared/dom", "explore/suggest")
@@ -51,11 +54,14 @@ class Suggester:
         self._search: Search | None = None
         self._asked: Setting | None = None  # the setting at which the search began
         self._found: Found | None = None  # by the search, once it is done
+        self._searched_code: Code | None = None  # over which the search was asked
         self._moved = False  # whether K, D or Δτ were moved before it was
 
     def follow(self, setting: Setting) -> None:
         """Follow the setting: a search for another system, η or reference is cancelled, and units are those shown."""
         before, self._setting = self._setting, setting
+        code = self._code
+        self.view.code = code.name if code else ""
         if before is None or setting.scale != before.scale:
             self.view.limits = default_limits(setting)
         if self._found is not None and (setting.scale, setting.initial) != (before.scale, before.initial):
@@ -64,6 +70,10 @@ class Suggester:
             question = self._search.question
             if question != question.follow(setting):
                 self.cancel()
+
+    @property
+    def _code(self) -> Code | None:
+        return codes().get(self.host.code)
 
     def offer(self, explanation: Explanation) -> None:
         """Offer a tolerance that can be met where this difference is."""
@@ -99,7 +109,9 @@ class Suggester:
             return
         self.cancel()
         try:
-            question = make_question(self._setting, typed)
+            wanted = isinstance(typed, dict) and typed.get("code") == "yes" and self._code
+            self._searched_code = wanted or None
+            question = make_question(self._setting, typed, wanted.schemes() if wanted else ())
         except Refused as error:
             self._show(phase="failed", error=str(error))
             return
@@ -144,6 +156,10 @@ class Suggester:
     def _show_found(self, found: Found) -> dict:
         """Show the result of the search in the units of the setting, and return what is shown."""
         content = suggestion_content(found, self._setting) | {"moved": self._moved}
+        if self._searched_code and found.best:
+            setting, code = self._setting, self._searched_code
+            words = code.words_for(setting.system, setting.eta, found.method, setting.scale)
+            content["lines"] = [*content["lines"], f"In the words of {code.name}: {'; '.join(words)}"]
         self._show(phase="done", **content)
         return content
 

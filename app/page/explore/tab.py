@@ -7,6 +7,7 @@ from functools import partial
 from typing import ClassVar
 
 import panel as pn
+from vibroscope.app.explorer.closed_orbit import ClosedOrbit
 from vibroscope.app.explorer.compute import JobQueue, cached_runs
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import Explanation, paragraphs
@@ -42,6 +43,7 @@ from vibroscope.app.page.explore.map_source import MapPoints, MapSource
 from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.motion_judge import MotionJudge
+from vibroscope.app.page.explore.opened import OpenedMotion
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.explore.pinned import PinnedResults
 from vibroscope.app.page.explore.result import Result, prepare
@@ -63,7 +65,7 @@ class Explore(Tab):
 
     key = "explore"
     title = "Explore"
-    motions = True
+    starts = motions = True
     axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
     legends = {  # noqa: RUF012 - read only
         **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", *PIN_NAMES, "measured")),
@@ -100,7 +102,9 @@ class Explore(Tab):
         self.findings = Findings()
         self._suggester = Suggester(self.host)
         self._coexisting = CoexistingMotions(self.host)
-        self._followers = (self._suggester, self._coexisting)
+        self._opened = OpenedMotion()
+        self._opened.on_close = self._redraw_phase
+        self._followers = (self._suggester, self._coexisting, self._opened)
         self._views = (self.phase, self.displacement, self.force)  # whose columns a move changes
         self.ranges = {"time": self._time, **self.phase.ranges, "displacement": self.displacement.range}
         self.ranges |= {"force": self.force.force, "impulse": self.force.impulse, **self.eta_map.ranges}
@@ -114,7 +118,7 @@ class Explore(Tab):
         self._measured.button.css_classes = [*self._measured.button.css_classes, "measurement-choice"]
         self.comparison = Comparison()
         grid = style("explore/explore")
-        cards = self._measured.panel, self.comparison
+        cards = self._opened, self._measured.panel, self.comparison
         for card in cards:
             card.css_classes = [*card.css_classes, "card"]
         cells = [
@@ -177,6 +181,10 @@ class Explore(Tab):
         self._follow(move.setting)
         self._push_shipped(move)
         self._queue.submit(move.number, move.setting)
+
+    def announce(self, texts: dict[str, str], words: str, orbit: ClosedOrbit) -> None:
+        """Say what is to be known of the motion that ``texts`` set, and draw it."""
+        self._opened.announce(texts, words, orbit)
 
     def _follow(self, setting: Setting) -> None:
         for part in self._followers:
@@ -291,6 +299,7 @@ class Explore(Tab):
         self._time.put(0, WINDOW * setting.period, fresh=fresh)
         self._measured.follow(setting)
         self._points.update(self._place())
+        self.phase.draw_closed(self._opened.columns(setting))
         self._pinned.follow(setting)
         for view in self._views:
             for name, source in view.sources.items():
@@ -315,6 +324,11 @@ class Explore(Tab):
             view.pinned.update(drawn)
             view.update(self._result.columns, self._result.setting, fresh=False)
         self._compare()
+
+    def _redraw_phase(self) -> None:
+        with pn.io.hold(self.host.doc):
+            self.phase.draw_closed(self._opened.columns(self._result.setting))
+            self.phase.update(self._result.columns, self._result.setting, fresh=False)
 
     def _place(self) -> Placed:
         return self._measured.placed(self._result.setting, self._result.columns["displacements"])

@@ -70,10 +70,18 @@ function tabList(model) {
     tabs[next].focus();
     tabs[next].click();
   });
-  let last = model.tab; // that was asked for, here or elsewhere on the page
-  listen("tab", ({ value }) => { last = value; });
+  let last = model.tab; // that was asked for, here or elsewhere on the page, or that the server has opened
+  let awaited = false;
+  listen("tab", ({ value }) => {
+    last = value;
+    awaited = value !== model.tab;
+  });
   const open = (key) => { if (key !== last) emit("tab", { value: key }); };
   listen("tab-number", ({ value }) => tabs[value]?.click());
+  model.on("tab", () => {
+    if (model.tab === last) awaited = false;
+    if (!awaited) last = model.tab;
+  });
   const draw = () => tabs.forEach((tab) => {
     const on = tab.dataset.tab === model.tab;
     tab.setAttribute("aria-selected", String(on));

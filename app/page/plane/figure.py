@@ -6,11 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 from bokeh.events import RangesUpdate, Tap
-from bokeh.models import ColumnDataSource, LegendItem, LinearColorMapper
+from bokeh.models import LegendItem
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.ranges import slider_range, widened
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
 from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, divisor, empty_source, legend, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
@@ -30,11 +31,8 @@ class PlaneView:
         self._on_cell = on_cell
         self._limits = dict(_USUAL)
         self.ranges = {name: OwnedRange(*limits) for name, limits in _USUAL.items()}
-        self.sources = {
-            side: ColumnDataSource({name: [] for name in ("image", "x", "y", "dw", "dh")}, name=f"plane_{side}_cells")
-            for side in SIDES
-        }
-        self.veils = {side: ColumnDataSource(dict(source.data)) for side, source in self.sources.items()}
+        self.sources = {side: cells_source(f"plane_{side}_cells") for side in SIDES}
+        self.veils = {side: cells_source() for side in SIDES}
         self.diverged = {side: empty_source(f"plane_{side}_diverged", "K", "D") for side in SIDES}
         self.mark = empty_source("plane_mark", "K", "D")
         self.curve = empty_source("plane_curve", "K", "D")
@@ -59,11 +57,8 @@ class PlaneView:
             tools="pan,box_zoom,wheel_zoom,reset,save",
         )
         plot.xgrid.visible = plot.ygrid.visible = False
-        palette = classes.PALETTE
-        colours = LinearColorMapper(palette=palette, low=-0.5, high=len(palette) - 0.5)
-        where = {"image": "image", "x": "x", "y": "y", "dw": "dw", "dh": "dh"}
-        plot.image(**where, source=self.sources[side], color_mapper=colours)
-        plot.image(**where, source=self.veils[side], color_mapper=LinearColorMapper(palette=_VEIL, low=0, high=1))
+        add_cells(plot, self.sources[side], classes.PALETTE)
+        add_cells(plot, self.veils[side], _VEIL)
         plot.scatter("K", "D", source=self.diverged[side], marker="x", size=5, line_color=INK, line_width=0.8)
         halo = plot.line("K", "D", source=self.curve, line_color="#FFFFFF", line_width=4, line_alpha=0.8)
         curve = plot.line("K", "D", source=self.curve, line_color=BLUE, line_width=2, line_dash="dashed")
@@ -88,7 +83,7 @@ class PlaneView:
         plot.add_layout(key, "above")
         return plot
 
-    def hold(self, setting: Setting) -> None:
+    def fit_axes(self, setting: Setting) -> None:
         """Let the axes reach as far as the setting: beyond the sliders' ranges by whole decades."""
         for name in _USUAL:
             self._limits[name] = widened(slider_range(name, setting.system), getattr(setting, name))
@@ -97,7 +92,7 @@ class PlaneView:
     @property
     def spans(self) -> dict[str, tuple[float, float]]:
         """K and D that are in view, within what can be set."""
-        return {name: _within(self.ranges[name].ends, *limits) for name, limits in self._limits.items()}
+        return {name: rounded_view(self.ranges[name].ends, *limits) for name, limits in self._limits.items()}
 
     def update(self, setting: Setting, result: PartialPlane | None, quantity: str, limit: float | None) -> None:
         """Move the mark; draw the cells as far as they are known."""
@@ -118,16 +113,17 @@ class PlaneView:
     def _titles(self, question: PlaneQuestion, setting: Setting, label: str) -> None:
         at = shown_field("eta", setting).words(question.eta)
         step = f"T/{question.steps}{' located' if question.located else ''}"
-        self.figures["penalty"].title.text = f"Newmark {step}, {at}: {label}"
+        self.figures["penalty"].title.text = f"{question.name} {step}, {at}: {label}"
         self.figures["exact"].title.text = f"No time step, {at}: {label}"
 
     def _draw(self, result: PartialPlane, side: str, quantity: str, limit: float | None) -> None:
-        _write_picture(self.sources[side], classes.class_image(result, side, quantity), result.question)
+        edges = result.question.K, result.question.D
+        write_cells(self.sources[side], classes.class_image(result, side, quantity), *edges)
         veil = np.zeros((1, 1), np.uint8)
         if limit is not None:
             veil = np.repeat(classes.sudden_contacts(result, side, limit), _STRIPES, axis=1)
             veil[:, np.arange(veil.shape[1]) % _STRIPES != 1] = 0
-        _write_picture(self.veils[side], veil, result.question)
+        write_cells(self.veils[side], veil, *edges)
         row, column = np.nonzero(result.diverged(side) & result.known)
         K, D = result.question.axis("K")[column], result.question.axis("D")[row]
         write(self.diverged[side], {"K": K.astype(np.float32), "D": D.astype(np.float32)})
@@ -136,18 +132,3 @@ class PlaneView:
         """Set K and D to the place of a tap."""
         if event.x and event.y and np.isfinite([event.x, event.y]).all():
             self._on_cell(*(float(f"{np.clip(v, *self._limits[n]):.3g}") for n, v in (("K", event.x), ("D", event.y))))
-
-
-def _within(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
-    """The part of an axis in view, rounded so that the same view is the same question; all of it where none is left."""
-    ends = [float(f"{np.clip(end, low, high):.4g}") for end in shown]
-    return tuple(ends) if ends[0] < ends[1] * 0.999 else (low, high)
-
-
-def _write_picture(source: ColumnDataSource, picture: np.ndarray, question: PlaneQuestion) -> None:
-    (left, right), (low, high) = question.K, question.D
-    place = {"x": left, "y": low, "dw": right - left, "dh": high - low}
-    old = source.data["image"]
-    same = len(old) and old[0].shape == picture.shape and (old[0] == picture).all()
-    if not same or any(source.data[name] != [value] for name, value in place.items()):
-        source.data = {"image": [picture], **{name: [value] for name, value in place.items()}}

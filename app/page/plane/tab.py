@@ -10,16 +10,14 @@ import panel as pn
 from vibroscope.app.explorer.link import LOGARITHMIC
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import sweep_command, sweep_python
+from vibroscope.app.export.scripts import method_python, names_in, scheme_options, sweep_command, sweep_python
 from vibroscope.app.page.plane.figure import PlaneView
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
-from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
 from vibroscope.engine import TimeStepping
 from vibroscope.engine.sweeps import CellKind, kind_words
 
-_SIDE_NAMES = {"penalty": "Newmark", "exact": "Exact penalty"}
 _SUDDEN = 30  # steps: the paper takes a contact of fewer for one sudden impact
 
 
@@ -59,11 +57,9 @@ class PlaneTab(StudyTab):
             "whose longest contact takes fewer steps than “Short contact below” are striped.",
         }
 
-    def show(self, move: Move) -> None:
-        """As every study; K and D beyond the usual range are in view."""
-        with pn.io.hold(self.host.doc):
-            self.view.hold(move.setting)
-        super().show(move)
+    def fit_axes(self, setting: Setting) -> None:
+        """K and D beyond the usual range are in view."""
+        self.view.fit_axes(setting)
 
     def obstacle(self, setting: Setting) -> str:
         """Where nothing drives the bodies nothing moves; and the engine may have no study of what is set."""
@@ -98,31 +94,42 @@ class PlaneTab(StudyTab):
         side, known = name.removeprefix("plane_"), self.result.known
         K, D = np.meshgrid(self.result.question.axis("K"), self.result.question.axis("D"))
         tables = {"K": K, "D": D, **self.result.columns(side), "contact_steps": self.result.contact_steps(side)}
-        return [Series(_SIDE_NAMES[side], {column: table[known] for column, table in tables.items()})]
+        return [
+            Series(_side_names(self.result.question)[side], {column: table[known] for column, table in tables.items()})
+        ]
 
     def python(self, setting: Setting) -> str:
         """`sweep_plane` over the rectangle in view, with and without a time step."""
         question = self.script_question(setting)
         axes = ", ".join(f"np.geomspace({a!r}, {b!r}, {COUNT})" for a, b in map(question.ends, ("K", "D")))
         how = f"transient={TRANSIENT}, sample={SAMPLE}, parts={question.errors}"
-        steps = {"penalty": f"steps={question.steps}, located={question.located}", "exact": "steps=None"}
+        other = "" if question.other is None else f", scheme={method_python(question.other)}"
+        located = "" if other else f", located={question.located}"
+        steps = {"penalty": f"steps={question.steps}{located}{other}", "exact": f"steps=None{other}"}
         calls = {
             side: f"sweep_plane(\n    system, {question.eta!r}, {axes},\n    {own}, {how},\n)"
             for side, own in steps.items()
         }
-        return sweep_python(calls, question.system)
+        names = names_in(question.other) if other else ()
+        return sweep_python(calls, question.system, *names)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep plane`` over the rectangle in view, with and without a time step."""
         question = self.script_question(setting)
         axes = "".join(f" --{name} {':'.join(map(repr, question.ends(name)))}:{COUNT}" for name in ("K", "D"))
         how = f"{'' if question.errors else ' --no-error'} --transient {TRANSIENT} --sample {SAMPLE}"
-        newmark = f" --steps {question.steps}{' --located' if question.located else ''}"
+        other = scheme_options(question.other) if question.other is not None else ""
+        located = " --located" if question.located and not other else ""
+        newmark, exact = f" --steps {question.steps}{located}{other}", f" --solver exact{other}"
         given = f" --eta {print_number(question.eta)}{axes}"
-        return sweep_command("plane", question.system, *(given + own + how for own in (newmark, " --solver exact")))
+        return sweep_command("plane", question.system, *(given + own + how for own in (newmark, exact)))
 
     def _set(self, K: float, D: float) -> None:
         self.host.set({"K": print_number(K), "D": print_number(D)})
+
+
+def _side_names(question: PlaneQuestion) -> dict[str, str]:
+    return {"penalty": question.name, "exact": "Exact penalty"}
 
 
 def statements(setting: Setting, result: PartialPlane) -> list[list[str]]:
@@ -131,7 +138,8 @@ def statements(setting: Setting, result: PartialPlane) -> list[list[str]]:
     place = result.cell(setting.K, setting.D)
     if place is not None:
         K, D = (print_number(float(f"{x:.3g}")) for x in result.centre(place))
-        lines += [[f"{_SIDE_NAMES[side]}, cell at K ≈ {K}, D ≈ {D}", _cell(result, side, place)] for side in SIDES]
+        names = _side_names(result.question)
+        lines += [[f"{names[side]}, cell at K ≈ {K}, D ≈ {D}", _cell(result, side, place)] for side in SIDES]
     return [*lines, ["The whole plane" + ("" if result.share >= 1 else " so far"), _whole(result)]]
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, LabelSet, Legend, LegendItem
 from bokeh.plotting import figure
+from vibroscope.app.explorer.method_words import brief_name, name_of_integrator
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
@@ -22,15 +25,9 @@ from vibroscope.app.page.shared.figure import (
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.studies.speed import SWEPT, Key, PartialSpeed
+from vibroscope.app.studies.speed import KINDS, SWEPT, Key, PartialSpeed
+from vibroscope.engine import Newmark, TimeStepping, integrator_name
 
-_NAMES = {
-    "reference": "reference",
-    "exact": "exact penalty",
-    "fixed": "Newmark, steps skipped",
-    "plain": "Newmark, plain loop",
-    "located": "Newmark located",
-}
 _LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
 _MARKS = {
     "fixed": (VERMILLION, "diamond", "solid"),
@@ -47,7 +44,7 @@ class SpeedView:
     def __init__(self) -> None:
         self._result: PartialSpeed | None = None
         self.ranges = {"cost": OwnedRange(0.1, 1e3), "error": OwnedRange(1e-10, 1.0)}
-        self.closed = {kind: empty_source(f"speed_{kind}", "cost", "error") for kind in _LINES}
+        self.stepless = {kind: empty_source(f"speed_{kind}", "cost", "error") for kind in _LINES}
         self.swept = {kind: empty_source(f"speed_{kind}", "cost", "error", "n", "solves") for kind in SWEPT}
         self.present = ColumnDataSource({"cost": [], "error": [], "text": []}, name="speed_present")
         self.figure = self._make()
@@ -63,25 +60,25 @@ class SpeedView:
             x_range=self.ranges["cost"].range,
             y_range=self.ranges["error"].range,
         )
-        items, hovered = [], []
+        names, items, hovered = names_of(Setting().constant_step, KINDS), [], []
         for kind, (colour, dash, width) in _LINES.items():
             drawn = plot.line(
                 "cost",
                 "error",
-                source=self.closed[kind],
+                source=self.stepless[kind],
                 line_color=colour,
                 line_dash=dash,
                 line_width=width,
                 line_alpha=0.75,
             )
-            items.append(LegendItem(label=_NAMES[kind], renderers=[drawn]))
+            items.append(LegendItem(label=names[kind], renderers=[drawn]))
         for kind, (colour, marker, dash) in _MARKS.items():
             source = self.swept[kind]
             line = plot.line("cost", "error", source=source, line_color=colour, line_width=1.5, line_dash=dash)
             marks = plot.scatter(
                 "cost", "error", source=source, marker=marker, size=10, fill_color=colour, line_color=colour
             )
-            items.append(LegendItem(label=_NAMES[kind], renderers=[line, marks]))
+            items.append(LegendItem(label=names[kind], renderers=[line, marks]))
             hovered.append(marks)
         plot.add_tools(
             hover_tool(
@@ -126,22 +123,25 @@ class SpeedView:
             return
         fresh = self._result is None or self._result.question != result.question
         self._result = result
+        self._name(result)
         turns = f"{result.rounds} run{'s' if result.rounds > 1 else ''}"
-        self.figure.title.text = f"Error against time; present step T/{result.question.steps}, medians of {turns}"
-        for kind, source in self.closed.items():
-            write(source, {"cost": np.full(2, result.closed_form(kind)), "error": np.array(_ALL)})
+        self.figure.title.text = (
+            f"Error against time; present step T/{result.question.method.steps}, medians of {turns}"
+        )
+        for kind, source in self.stepless.items():
+            write(source, {"cost": np.full(2, result.stepless(kind)), "error": np.array(_ALL)})
         for kind, source in self.swept.items():
-            write(source, _columns(result, result.curve(kind)))
+            write(source, _columns(result, result.curve(kind)))  # empty for a kind that the law does not have
         self._ring(setting, result)
         self._follow(fresh)
 
     def _ring(self, setting: Setting, result: PartialSpeed) -> None:
-        n = result.question.steps
+        n = result.question.method.steps
         if setting.located == "yes":
             named = {Key("located", n): "set"}
         else:
             named = {Key("fixed", n): "set", Key("plain", n): "in an FE code"}
-        shown = [key for key in named if math.isfinite(result.errors[key])]
+        shown = [key for key in named if math.isfinite(result.errors.get(key, math.nan))]
         columns = _columns(result, shown)
         now = {
             "cost": columns["cost"].tolist(),
@@ -151,13 +151,33 @@ class SpeedView:
         if now != self.present.data:
             self.present.data = now
 
+    def _name(self, result: PartialSpeed) -> None:
+        """Name the entries of the legend after the method; those of kinds that its law does not have are left out."""
+        names = names_of(result.question.method, result.question.kinds)
+        for kind, item in zip(KINDS, self.figure.legend[0].items, strict=True):
+            item.visible = kind in names
+            item.label = value(names.get(kind, kind))
+
     def _follow(self, fresh: bool) -> None:
         swept = self.swept.values()
-        costs = np.concatenate([source.data["cost"] for source in (*self.closed.values(), *swept)])
+        costs = np.concatenate([source.data["cost"] for source in (*self.stepless.values(), *swept)])
         errors = np.concatenate([source.data["error"] for source in swept])
         for owned, sizes in zip(self.ranges.values(), (costs, errors), strict=True):
             if len(sizes):
                 owned.put(*_decades(sizes), fresh=fresh)
+
+
+def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, str]:
+    """What the legend calls each kind of solver."""
+    name = brief_name(method)
+    names = {
+        "reference": "reference",
+        "exact": "exact penalty",
+        "fixed": f"{name}, {'steps skipped' if 'plain' in kinds else 'every step taken'}",
+        "plain": f"{name}, plain loop",
+        "located": f"{name_of_integrator(integrator_name(method))} located",
+    }
+    return {kind: names[kind] for kind in kinds}
 
 
 def _columns(result: PartialSpeed, keys: list[Key]) -> dict[str, np.ndarray]:

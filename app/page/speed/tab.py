@@ -7,7 +7,7 @@ import math
 import numpy as np
 import panel as pn
 from vibroscope.app.explorer.link import LOGARITHMIC
-from vibroscope.app.explorer.method_words import not_with
+from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import speed_python
@@ -15,7 +15,7 @@ from vibroscope.app.page.files import style
 from vibroscope.app.page.speed.figure import SpeedView
 from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, Key, PartialSpeed, SpeedQuestion, grow_speed
-from vibroscope.engine import Units, written
+from vibroscope.engine import Units, status_of, written
 
 # Served from assets/speed; `benchmarks/work_precision.py --write` renews it.
 FIGURE = "speed/work-precision.svg"
@@ -67,7 +67,8 @@ class Speed(StudyTab):
             "hint": f"Error: the largest of the four state components after {CHECKED} periods, against the "
             f"exact penalty model, in base amplitudes A (velocities: Aω₁). Cost: processor time of this machine over "
             f"{PERIODS} periods, all solvers in turn. "
-            "Vertical lines: closed form, without a time step and without this error.",
+            "Vertical lines: the reference and the exact penalty model, without a time step and without this error. "
+            "Integrator, contact status and law are those that are set under Solver.",
         }
 
     def obstacle(self, setting: Setting) -> str:
@@ -76,8 +77,7 @@ class Speed(StudyTab):
 
     def question(self, setting: Setting) -> SpeedQuestion:
         """All that costs or errors depend on; fixed or located, both are measured."""
-        numbers = setting.eta, setting.K, setting.D, setting.steps
-        return SpeedQuestion(setting.system, *numbers, setting.reference, setting.own_start)
+        return SpeedQuestion(setting.system, setting.eta, setting.constant_step, setting.reference, setting.own_start)
 
     def table(self, name: str) -> list[Series]:
         """A row for each solver and n."""
@@ -92,9 +92,9 @@ class Speed(StudyTab):
         ]
 
     def describe(self, setting: Setting, result: PartialSpeed) -> list[list[str]]:
-        """The figure in words."""
-        other = not_with("This measurement", setting.penalty)
-        return [*([["Not of what is set", other]] if other else []), *statements(setting, result)]
+        """What is measured, and the figure in words."""
+        words = words_of_method(result.question.method)
+        return [*([["Penalty solution", f"{words}."]] if words else []), *statements(setting, result)]
 
     def python(self, setting: Setting) -> str:
         """The same measurement: of this machine, and so with other numbers each time."""
@@ -106,21 +106,26 @@ class Speed(StudyTab):
 
 
 def statements(setting: Setting, result: PartialSpeed) -> list[list[str]]:
-    """Head and text: the setting, what an FE code pays for it, what the located step would, the closed forms."""
-    n, scale = result.question.steps, setting.scale
+    """Head and text: the setting, what an FE code pays for it, what the located step would, no time step."""
+    n, scale = result.question.method.steps, setting.scale
     kind = "located" if setting.located == "yes" else "fixed"
     step = "step cut where contact changes" if kind == "located" else "constant step"
-    return [
+    lines = [
         [f"Present setting: T/{n}, {step}", _cost(result, Key(kind, n), scale)],
         ["What an FE code pays", _plain_cost(result, n)],
-        ["With the step cut where contact changes", _located(result, n, scale)],
-        ["Closed form", _closed(result)],
     ]
+    if "located" in result.question.kinds:
+        lines.append(["With the step cut where contact changes", _located(result, n, scale)])
+    return [*lines, ["Without a time step", _stepless(result)]]
 
 
 def _cost(result: PartialSpeed, key: Key, scale: Units | None) -> str:
     if not math.isfinite(result.errors[key]):
-        return f"No error: this run or the exact penalty model's gave up within {CHECKED} periods. Take a smaller step."
+        other = ", or another choice for steps without a solution" if status_of(result.question.method) == "end" else ""
+        return (
+            f"No error: this run or the exact penalty model's gave up within {CHECKED} periods. "
+            f"Take a smaller step{other}."
+        )
     return (
         f"error {_error(result.errors[key], scale)} after {CHECKED} periods, for {result.cost(key):.3g} µs per period."
     )
@@ -135,6 +140,12 @@ def _error(error: float, scale: Units | None) -> str:
 
 def _plain_cost(result: PartialSpeed, n: int) -> str:
     plain, skipping = Key("plain", n), Key("fixed", n)
+    if "plain" not in result.question.kinds:
+        return (
+            f"{n} steps per period, one by one: {result.cost(skipping):.3g} µs for two bodies, "
+            f"{1000 * result.cost(skipping) / n:.3g} ns a step, in which this law is solved for. A code with more "
+            "unknowns pays more for each step: count steps."
+        )
     return (
         f"{n} steps per period, one by one: {result.cost(plain):.3g} µs in a plain loop over two bodies, "
         f"{1000 * result.cost(plain) / n:.3g} ns a step. This page skips steps and finds the same solution "
@@ -152,11 +163,11 @@ def _located(result: PartialSpeed, n: int, scale: Units | None) -> str:
     if not enough:
         this = _cost(result, Key("located", n), scale)
         return f"None of those tried is as exact as the fixed step of T/{n}. T/{n}: {this}"
-    best = min(enough, key=result.solves.get)
+    best, solves = min(enough, key=result.solves.get), result.solves[Key("fixed", n)]
     return (
         f"T/{best.steps}: {_cost(result, best, scale)} That is no worse than the fixed step of T/{n}. Steps are cut "
-        f"at the contact changes, so it takes {result.solves[best]:.0f} solves per period beside {n}, "
-        f"{_share(result.solves[best] / n)}."
+        f"at the contact changes, so it takes {result.solves[best]:.0f} solves per period beside {solves:.0f}, "
+        f"{_share(result.solves[best] / solves)}."
     )
 
 
@@ -164,8 +175,8 @@ def _share(ratio: float) -> str:
     return f"{1 / ratio:.2g} times fewer" if ratio < 1 else f"{ratio:.2g} times as many"
 
 
-def _closed(result: PartialSpeed) -> str:
+def _stepless(result: PartialSpeed) -> str:
     return (
-        f"the reference takes {result.closed_form('reference'):.3g} µs per period, the exact penalty model "
-        f"{result.closed_form('exact'):.3g} µs; both without a time step."
+        f"the reference takes {result.stepless('reference'):.3g} µs per period, the exact penalty model "
+        f"{result.stepless('exact'):.3g} µs."
     )

@@ -72,6 +72,9 @@ class StudyTab(Tab):
         """Why the study has nothing to show of a setting, and what to do, in a sentence; empty if it has."""
         return ""
 
+    def fit_axes(self, setting: Setting) -> None:
+        """Let the axes cover what the setting needs."""
+
     def stretch(self, plot: figure, *classes: str) -> pn.pane.Bokeh:
         """A figure that fills its cell."""
         pane = pn.pane.Bokeh(plot, sizing_mode="stretch_both")
@@ -104,8 +107,9 @@ class StudyTab(Tab):
         """Move the marks, and start a study where the question has changed."""
         self._visible = True
         self._move = move
-        if move.fresh:
-            with pn.io.hold(self.host.doc):  # both ends of a range at once
+        with pn.io.hold(self.host.doc):  # both ends of a range at once
+            self.fit_axes(move.setting)
+            if move.fresh:
                 self.unzoom()
         self.refresh()
 

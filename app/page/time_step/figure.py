@@ -9,11 +9,14 @@ from bokeh.events import Tap
 from bokeh.models import LegendItem, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.method_words import brief_name
+from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import INK, VERMILLION, empty_source, legend, make_figure, quantity_axis, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.time_step import STEPS, PartialStep
+from vibroscope.engine import Newmark
 from vibroscope.engine.sweeps import SCHEMES
 
 GREEN = "#009E73"  # the located step is neither of the two solutions that have a colour in Explore
@@ -124,7 +127,10 @@ class TimeStepView:
         self._result = result
         index = result.nearest(setting.steps)
         for scheme in SCHEMES:
-            self._draw(result, index, scheme, setting)
+            if scheme in result.schemes:
+                self._draw(result, index, scheme, setting)
+            else:
+                self._clear(scheme)
         for name in _SIZES:
             sizes = np.concatenate([self.sizes[name, scheme].data["size"] for scheme in SCHEMES])
             if len(sizes):
@@ -135,17 +141,29 @@ class TimeStepView:
             self.ranges[name].follow(columns, fresh=fresh, complete=result.share >= 1)
 
     def _draw(self, result: PartialStep, index: int, scheme: str, setting: Setting) -> None:
-        question = result.question
-        fields = [(shown_field(name, setting), getattr(question, name)) for name in ("eta", "K", "D")]
+        question, method = result.question, result.question.method
+        numbers = {"eta": question.eta, "K": method.stiffness, "D": method.damping}
+        fields = [(shown_field(name, setting), value) for name, value in numbers.items()]
         at = ", ".join(field.words(value) if not field.unit else field.measure(value) for field, value in fields)
-        self.phases[scheme].title.text = f"T/{result.steps[index]:.0f} {scheme}: {at}"
+        name = "" if isinstance(method, Newmark) else f", {brief_name(method)}"
+        self.phases[scheme].title.text = f"T/{result.steps[index]:.0f} {scheme}{name}: {at}"
+        for plot in self.curves.values():
+            plot.legend[0].items[SCHEMES[scheme]].visible = True
         for source, shown in ((self.orbits, result.orbit), (self.sections, result.section)):
-            write(source[scheme], _narrow(dict(zip(_SHOWN, shown(index, scheme).values(), strict=True))))
+            write(source[scheme], as_float32(dict(zip(_SHOWN, shown(index, scheme).values(), strict=True))))
         for name in _SIZES:
             sizes = result.of_scheme(name, scheme)
             fine = np.isfinite(sizes)
             shown = {"n": result.steps[fine], "size": np.maximum(sizes[fine], _FLOOR)}
-            write(self.sizes[name, scheme], _narrow(shown))
+            write(self.sizes[name, scheme], as_float32(shown))
+
+    def _clear(self, scheme: str) -> None:
+        """Nothing of a scheme that the contact law does not have."""
+        self.phases[scheme].title.text = f"This contact law has no {scheme} steps"
+        for plot in self.curves.values():
+            plot.legend[0].items[SCHEMES[scheme]].visible = False
+        for source in (self.orbits[scheme], self.sections[scheme], *(self.sizes[name, scheme] for name in _SIZES)):
+            write(source, {name: np.empty(0, np.float32) for name in source.data})
 
     def on_tap(self, event: Tap) -> None:
         """Set n to that of the study which is nearest to a tap."""
@@ -157,7 +175,3 @@ def _decades(sizes: np.ndarray) -> tuple[int, int]:
     """Whole decades that hold all sizes, and one above for the legend."""
     low, high = np.log10([sizes.min(), sizes.max()])
     return int(np.ceil(low)) - 1, int(np.ceil(high)) + 1
-
-
-def _narrow(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name: np.asarray(column, np.float32) for name, column in columns.items()}

@@ -1,18 +1,27 @@
-"""The time step: one motion with n steps per period, fixed and cut at the contact changes."""
+"""The time step: one motion with n steps per period, fixed and cut where contact changes, by the method that is set."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import panel as pn
 from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
-from vibroscope.app.explorer.method_words import not_with
+from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import initial_option, sweep_command, sweep_python
-from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.app.export.scripts import (
+    initial_option,
+    method_python,
+    names_in,
+    scheme_options,
+    sweep_command,
+    sweep_python,
+)
+from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
+from vibroscope.engine import STATUSES, Status
 from vibroscope.engine.sweeps import SCHEMES
 
 
@@ -51,46 +60,59 @@ class TimeStepTab(StudyTab):
             "switches": [],
             "limits": [],
             "hint": "A click in the lower figures sets n to the nearest of the study; so does the slider T/Δτ. "
+            "Integrator, contact status and law are those that are set under Solver. "
             f"Each motion is run from its start (see System) over {TRANSIENT} periods, then {SAMPLE} are kept.",
         }
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies nothing moves in the end."""
+        """Where nothing drives the bodies nothing moves in the end; and the engine may have no study of what is set."""
         why = {} if setting.from_rest else {"why": "needs a motion that lasts"}
-        return free_obstacle(setting, "this study", **why)
+        return free_obstacle(setting, "this study", **why) or engine_obstacle(setting, self.question(setting))
 
     def question(self, setting: Setting) -> StepQuestion:
-        """All but n itself."""
-        return StepQuestion(setting.system, setting.eta, setting.K, setting.D, setting.own_start)
+        """All but n itself, and whether steps are located: both are shown."""
+        method = replace(setting.constant_step, steps=STEPS[0])
+        return StepQuestion(setting.system, setting.eta, method, setting.own_start)
+
+    def figures(self) -> list[Figure]:
+        """Without the phase plot of located steps where the contact law has none."""
+        absent = [f"step_phase_{scheme}" for scheme in SCHEMES if self.result and scheme not in self.result.schemes]
+        return [each for each in super().figures() if each.name not in absent]
 
     def draw(self, setting: Setting, result: PartialStep | None) -> None:
         """The figures."""
         self.view.update(setting, result)
 
     def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
-        """The n that is shown, and how scatter and error fade."""
-        other = not_with("This study", setting.penalty)
-        return [*([["Not of what is set", other]] if other else []), *statements(setting, result)]
+        """What is computed, the n that is shown, and how scatter and error fade."""
+        words = words_of_method(result.question.method)
+        return [*([["Penalty solution", f"{words}."]] if words else []), *statements(setting, result)]
 
     def table(self, name: str) -> list[Series]:
         """Orbit and section of the n that is shown, or a size over n."""
         result, what = self.result, name.removeprefix("step_")
         if what in ("spread", "error_time_step"):
-            return [Series(scheme, {"n": result.steps, what: result.of_scheme(what, scheme)}) for scheme in SCHEMES]
+            of = result.of_scheme
+            return [Series(scheme, {"n": result.steps, what: of(what, scheme)}) for scheme in result.schemes]
         scheme, index = what.removeprefix("phase_"), result.nearest(self._result_setting.steps)
         return [Series("orbit", result.orbit(index, scheme)), Series("section", result.section(index, scheme))]
 
     def python(self, setting: Setting) -> str:
         """`sweep_step` of the same steps."""
-        system, eta, K, D, initial = self.script_question(setting)
-        how = f"transient={TRANSIENT}, sample={SAMPLE}" + ("" if initial is None else f", initial={initial}")
-        return sweep_python({"study": f"sweep_step(system, {eta!r}, {K!r}, {D!r}, {STEPS}, {how})"}, system)
+        system, eta, method, initial = self.script_question(setting)
+        how = f"scheme={method_python(method)}, " if scheme_options(method) else ""
+        how += f"transient={TRANSIENT}, sample={SAMPLE}" + ("" if initial is None else f", initial={initial}")
+        numbers = f"{eta!r}, {method.stiffness!r}, {method.damping!r}, {STEPS}"
+        names = names_in(method) if scheme_options(method) else ()
+        return sweep_python({"study": f"sweep_step(system, {numbers}, {how})"}, system, *names)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep step`` of the same steps."""
-        system, *numbers, initial = self.script_question(setting)
-        options = "".join(f" --{name} {print_number(x)}" for name, x in zip(("eta", "K", "D"), numbers, strict=True))
-        options += f" --steps {','.join(map(str, STEPS))} --transient {TRANSIENT} --sample {SAMPLE}"
+        system, eta, method, initial = self.script_question(setting)
+        numbers = {"eta": eta, "K": method.stiffness, "D": method.damping}
+        options = "".join(f" --{name} {print_number(x)}" for name, x in numbers.items())
+        options += f" --steps {','.join(map(str, STEPS))}{scheme_options(method)}"
+        options += f" --transient {TRANSIENT} --sample {SAMPLE}"
         options += initial_option(initial)
         return sweep_command("step", system, options)
 
@@ -98,10 +120,15 @@ class TimeStepTab(StudyTab):
         self.host.set({"steps": str(steps)})
 
 
+_ENDED = {Status.DIVERGED: "blown up.", Status.WITHOUT_SOLUTION: "stopped: a step has no solution."}
+
+
 def statements(setting: Setting, result: PartialStep) -> list[list[str]]:
     """Head and text: the n that is shown, and how scatter and error fade."""
     index = result.nearest(setting.steps)
-    lines = [[f"T/{result.steps[index]:.0f}, {scheme} step", _motion(result, index, scheme)] for scheme in SCHEMES]
+    lines = [
+        [f"T/{result.steps[index]:.0f}, {scheme} step", _motion(result, index, scheme)] for scheme in result.schemes
+    ]
     for name, head in (("spread", "Scatter"), ("error_time_step", "Error by the time step")):
         lines.append([f"{head}, observed order", _orders(result, name)])
     return lines
@@ -111,7 +138,7 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str:
     names = ("status", "spread", "longest_contact_steps", "error")
     status, spread, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
     if status != 0:
-        return "blown up."
+        return _ENDED.get(STATUSES[int(status)], "ended early.")
     symbol = "ξ₁" if result.question.system.wall else "ξ₂"
     text = f"{result.words(index, scheme)}; {symbol} scatters by {spread:.2g}; longest contact {steps:.3g} steps"
     return f"{text}; error against the reference {100 * error:.2g} %." if math.isfinite(error) else f"{text}."
@@ -119,7 +146,7 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str:
 
 def _orders(result: PartialStep, name: str) -> str:
     said = []
-    for scheme in SCHEMES:
+    for scheme in result.schemes:
         sizes = result.of_scheme(name, scheme)
         order, error = result.order(name, scheme)
         if sizes.max(initial=0.0) < 1e-10:

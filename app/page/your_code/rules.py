@@ -11,11 +11,10 @@ from vibroscope.app.codes.rules import AS_SET, ENDED, Outcome
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.studies.your_code import Judged
-from vibroscope.engine import counted, percent
+from vibroscope.engine import METHOD_NUMBERS, counted, percent
 
 WIDTH, HEIGHT = 96, 64  # of a small picture
 _EDGE = 0.06  # of it that stays empty on each side
-_OWN = {"K": "stiffness", "D": "damping", "steps": "steps"}
 
 
 class RulesTable(Component):
@@ -65,7 +64,7 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], measure: Calla
     found, rule = judged.outcome, judged.outcome.rule
     numbers = []
     if found.method is not None:
-        numbers = [measure(name, getattr(found.method, _OWN[name])) for name in rule.gives or _OWN]
+        numbers = [measure(name, getattr(found.method, METHOD_NUMBERS[name])) for name in rule.gives or METHOD_NUMBERS]
     why = brief_why(found)
     if found.without_solution and found.motion != ENDED:
         why += f" {counted(found.without_solution, 'step')} without a solution."

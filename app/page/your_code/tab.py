@@ -17,6 +17,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code.figure import YourCodeView
 from vibroscope.app.page.your_code.rules import RulesTable, brief_why, rows_of
 from vibroscope.app.studies.your_code import (
@@ -70,9 +71,15 @@ class YourCode(StudyTab):
             "rules of thumb give; Undo goes back. Everything can be changed under Solver.",
         }
 
+    def show(self, move: Move) -> None:
+        """As every study; the other tabs are told of the code."""
+        self.host.code = self.choice().get("code", "")
+        super().show(move)
+
     def _choose(self, chosen: dict) -> None:
         """Take a code, and set what it does by default."""
         before, code = self.panel.chosen["code"], codes().get(chosen["code"])
+        self.host.code = code.key if code else ""
         if code is None or chosen["code"] == before:
             super()._choose(chosen)
             return
@@ -110,7 +117,7 @@ class YourCode(StudyTab):
             own = {
                 "name": code.name,
                 "lines": list(code_lines(code, setting)),
-                "leaves_out": " ".join(filter(None, (code.missing, code.leaves_out))),
+                "leaves_out": code.leaves_out,
                 "sources": [vars(source) for source in code.sources],
             }
         reference = small_orbit(result.runs.reference.orbit, setting) if result else np.empty((2, 0))

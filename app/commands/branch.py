@@ -1,0 +1,188 @@
+"""``vibroscope branch``: periodic motions followed over a number, with the points at which they bifurcate."""
+
+import argparse
+import json
+
+from vibroscope.app.commands.interrupt import watch_interrupt
+from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
+from vibroscope.app.commands.output import note, progress_line
+from vibroscope.engine import (
+    PARAMETERS,
+    Branch,
+    Cancelled,
+    PointCurve,
+    branches_dataset,
+    continue_point,
+    find_branches,
+    finite_or_none,
+    search_branches,
+)
+
+FOLLOWED = ("period doubling", "fold", "Neimark-Sacker", "grazing")  # kinds of points along a second number
+_LONGEST = default_of(find_branches, "max_period")
+_SHOWN = "  {:<24} {:<18} {:<10} {}"
+
+
+def add(commands) -> None:
+    """Describe ``vibroscope branch``."""
+    command = commands.add_parser(
+        "branch",
+        allow_abbrev=False,
+        help="follow periodic motions, stable and unstable, over a number, and locate their bifurcations",
+        description="Follow every branch of periodic motions of the reference or the exact penalty solution through a "
+        "range of one number, from all motions that coexist at some of its values, and locate folds, period "
+        "doublings, Neimark-Sacker points, branch points, grazing, and where contacts begin or end to last, to 1e-10 "
+        "of the range.",
+        epilog="Ctrl-C ends the search; what was found is printed, and kept in --out.",
+    )
+    add_solver_options(command)
+    add = command.add_argument
+    add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")
+    add("--from", dest="low", type=float, required=True, metavar="F", help="its smallest value")
+    add("--to", dest="high", type=float, required=True, metavar="F", help="its largest value")
+    add(
+        "--max-period",
+        type=float,
+        default=_LONGEST,
+        metavar="N",
+        help=f"longest cycle, in excitation periods (default {_LONGEST})",
+    )
+    add("--unstable", action="store_true", help="follow also what begins where an unstable motion bifurcates: many")
+    most = default_of(find_branches, "most_orbits")
+    add(
+        "--most-orbits",
+        type=float,
+        default=most,
+        metavar="N",
+        help=f"orbits after which a branch is given up, in each direction (default {most})",
+    )
+    add("--along", choices=PARAMETERS, help="a second number, along which the points of --point are followed")
+    add("--along-from", type=float, metavar="F", help="its smallest value")
+    add("--along-to", type=float, metavar="F", help="its largest value")
+    add("--point", choices=FOLLOWED, default=FOLLOWED[0], help=f"kind of points to follow (default {FOLLOWED[0]})")
+    add("--out", metavar="FILE.zarr", help="write all orbits, multipliers and points (xarray.open_zarr reads them)")
+    add("--json", action="store_true", help="print one JSON object")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Follow the branches and print their points."""
+    problem, found, curves, code = _problem(options), [], [], 0
+    progress = progress_line(lambda count: f"{count} branches", float("inf"))
+    with watch_interrupt() as cancelled:
+        try:
+            search = search_branches(
+                *problem,
+                over=options.over,
+                low=options.low,
+                high=options.high,
+                max_period=options.max_period,
+                unstable=options.unstable,
+                most_orbits=options.most_orbits,
+                cancelled=cancelled,
+            )
+            for branch in search:
+                found.append(branch)
+                if progress is not None:
+                    progress(len(found))
+            curves = _curves(options, problem, found, cancelled)
+        except Cancelled:
+            note(f"stopped after {len(found)} branches; the same command begins anew")
+            code = 130
+    if options.out and found:
+        branches_dataset(found).assign_attrs(complete=int(code == 0)).to_zarr(options.out, mode="w", consolidated=False)
+    if options.json:
+        report = {"over": options.over, "solver": options.solver, "branches": [_plain(each) for each in found]}
+        if options.along:
+            report["curves"] = [_plain_curve(each) for each in curves]
+        print(json.dumps(report, allow_nan=False))
+    else:
+        print("\n".join(line for branch in found for line in _lines(branch)) or "no periodic motion was found")
+        for curve in curves:
+            print("\n".join(_curve_lines(curve)))
+    return code
+
+
+def _problem(options: argparse.Namespace) -> tuple:
+    """The problem; the number that is followed need not be given."""
+    own = {"eta": "eta", "K": "K", "D": "D", "threshold": "threshold"}.get(options.over)
+    if own and getattr(options, own) is None:
+        setattr(options, own, options.low)
+    return problem_of(options)
+
+
+def _curves(options: argparse.Namespace, problem: tuple, found: list[Branch], cancelled) -> list[PointCurve]:
+    """The curves of the points of one kind along the second number."""
+    if not options.along:
+        return []
+    if options.along_from is None or options.along_to is None:
+        raise ValueError(f"--along {options.along} needs --along-from and --along-to, the ends of its range")
+    reach = {"over": options.over, "low": options.low, "high": options.high}
+    along = {"along": options.along, "along_low": options.along_from, "along_high": options.along_to}
+    points = {round(p.value, 9): p for branch in found for p in branch.points if p.kind == options.point}
+    return [continue_point(*problem, point, **reach, **along, cancelled=cancelled) for point in points.values()]
+
+
+def _plain_curve(curve: PointCurve) -> dict:
+    """A curve of points as JSON takes it."""
+    return {
+        "kind": curve.kind,
+        "period": curve.period,
+        curve.over: curve.values[:, 0].tolist(),
+        curve.along: curve.values[:, 1].tolist(),
+        "meetings": [{"kind": kind, curve.over: value, curve.along: along} for kind, value, along in curve.meetings],
+        "ends": list(curve.ends),
+    }
+
+
+def _curve_lines(curve: PointCurve) -> list[str]:
+    """A curve of points as text."""
+    (first, begin), (last, end) = curve.values[0], curve.values[-1]
+    lines = [
+        f"{curve.kind} of period {curve.period}: {curve.over} {first:.8g} at {curve.along} {begin:.6g} to "
+        f"{last:.8g} at {end:.6g}, {len(curve.values)} points",
+        f"  ends: {curve.ends[0]}; {curve.ends[1]}",
+    ]
+    meetings = (
+        f"  {kind} at {curve.over} {value:.8g}, {curve.along} {along:.6g}" for kind, value, along in curve.meetings
+    )
+    return [*lines, *meetings]
+
+
+def _plain(branch: Branch) -> dict:
+    """A branch as JSON takes it."""
+    return {
+        "period": branch.period,
+        "from": float(branch.values.min()),
+        "to": float(branch.values.max()),
+        "orbits": len(branch.values),
+        "stable": [list(part) for part in branch.stable_ranges],
+        "ends": list(branch.ends),
+        "points": [
+            {
+                "kind": point.kind,
+                "value": point.value,
+                "multipliers": [[finite_or_none(m.real), finite_or_none(m.imag)] for m in point.multipliers.tolist()],
+                "state": point.state.tolist(),
+            }
+            for point in branch.points
+        ],
+    }
+
+
+def _lines(branch: Branch) -> list[str]:
+    """A branch as text."""
+    parts = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in branch.stable_ranges) or "nowhere"
+    low, high = branch.values.min(), branch.values.max()
+    lines = [
+        f"period {branch.period}, {branch.over} from {low:.6g} to {high:.6g}; stable: {parts}",
+        f"  ends: {branch.ends[0]}; {branch.ends[1]}",
+    ]
+    return lines + [_SHOWN.format(p.kind, f"{p.value:.12g}", f"period {p.period}", _largest(p)) for p in branch.points]
+
+
+def _largest(point) -> str:
+    value = point.multipliers[0]
+    if finite_or_none(abs(value)) is None:
+        return "multiplier infinite"
+    return f"multiplier {value:.5g}" if value.imag else f"multiplier {value.real:.5g}"

@@ -1,0 +1,119 @@
+"""``vibroscope recommend --integrator all`` and ``--code NAME``: a search for each integrator, a table, best first."""
+
+import argparse
+import copy
+import json
+from dataclasses import fields
+
+from vibroscope.app.codes.catalogue import Code
+from vibroscope.app.commands.codes import code_alone
+from vibroscope.app.commands.options import INTEGRATOR_NUMBERS, eta_of, stepping_of, system_of
+from vibroscope.app.commands.output import note
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    INTEGRATORS,
+    Newmark,
+    NewmarkBeta,
+    Recommendation,
+    TimeStepping,
+    Units,
+    is_located,
+    percent,
+    recommend_schemes,
+    status_of,
+    with_located_steps,
+    written,
+)
+
+ALL = "all"
+CONSTANT = "codes with a constant step"
+CUT = "codes that cut the step where contact changes"
+_COLUMNS = "{:<40} {:<8} {:>9} {:>9} {:>7} {:>7} {:>8} {:>8}  {}"
+
+
+def for_codes(scheme: Newmark | TimeStepping) -> str:
+    """Which codes a setting is for, by its steps."""
+    return CUT if is_located(scheme) else CONSTANT
+
+
+def is_asked(options: argparse.Namespace) -> bool:
+    """Whether several integrators are searched."""
+    return options.code is not None or options.integrator == ALL
+
+
+def find_and_print(options: argparse.Namespace, search: dict, units: Units | None, as_json, as_text) -> None:
+    """Search for each integrator and print; ``as_json`` and ``as_text`` are those of one recommendation."""
+    if options.eta_range or options.one_setting:
+        what = "--code" if options.code is not None else f"--integrator {ALL}"
+        raise ValueError(f"{what} searches at one frequency: give --eta in place of --eta-range and --one-setting")
+    code = None if options.code is None else code_alone(options)
+    schemes = code.schemes() if code else _every_scheme(options)
+    system, eta = system_of(options), eta_of(options)
+    found = recommend_schemes(system, eta, schemes, **search)
+    best = found[0]
+    words = code.words_for(system, eta, best.method, units) if code and best.best else ()
+    if options.json:
+        report = {
+            "eta": best.eta,
+            "tolerance": best.tolerance,
+            "code": code and code.key,
+            "found": [as_json(each, units) | {"integrator_numbers": _numbers(each.scheme)} for each in found],
+            "input": list(words),
+            "leaves_out": _leaves_out(code),
+        }
+        print(json.dumps(report, ensure_ascii=False, allow_nan=False))
+        return
+    head = f"{code.name} ({code.key}): what it has" if code else "every integrator"
+    lines = [f"{head}; eta = {best.eta:g}, tolerance {percent(best.tolerance)}"]
+    lines.append(
+        _COLUMNS.format("integrator", "status", "K", "D", "steps", "solves", "error", "robust", "met").rstrip()
+    )
+    lines += [_row(each) for each in found]
+    of_steps = {for_codes(each.scheme): status_of(each.scheme) for each in found}
+    if len(of_steps) == 2:
+        lines.append(f"located           for {CUT}; the other rows are for {CONSTANT}")
+    lines += ["", as_text(best, units)]
+    if words:
+        lines += [f"{'' if i else 'in its words':18s}{line}" for i, line in enumerate(words)]
+    lines += [f"ours leaves out   {text}" for text in [_leaves_out(code)] if text]
+    print("\n".join(lines))
+
+
+def _every_scheme(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
+    """What the options ask for with each integrator; without a status, steps cut where contact changes, too."""
+    given = {name: getattr(options, name) for name in INTEGRATOR_NUMBERS if getattr(options, name) is not None}
+    schemes = []
+    for name, kind in INTEGRATORS.items():
+        own = copy.copy(options)
+        own.integrator = name
+        for number in given.keys() - {each.name for each in fields(kind)}:
+            setattr(own, number, None)
+        if kind.explicit and options.status == "end":
+            note(f"{name} is explicit and knows the gap before the force: its status is that at the start")
+            own.status = own.without_solution = None
+        schemes.append(stepping_of(own, K=1.0, D=0.0, steps=1000))
+    if not options.located and options.status is None and (options.law or CONTACT_LAWS[0]) == CONTACT_LAWS[0]:
+        schemes += [with_located_steps(each) for each in schemes]
+    return schemes
+
+
+def _numbers(scheme: Newmark | TimeStepping) -> dict[str, float]:
+    integrator = getattr(scheme, "integrator", NewmarkBeta())
+    return {each.name: getattr(integrator, each.name) for each in fields(integrator)}
+
+
+def _leaves_out(code: Code | None) -> str:
+    return "" if code is None else code.leaves_out
+
+
+def _row(found: Recommendation) -> str:
+    scheme = found.scheme
+    own = getattr(scheme, "integrator", NewmarkBeta())
+    name = " ".join([own.name, *(f"{symbol}={value:.4g}" for symbol, value in _numbers(scheme).items())])
+    if found.best is None:
+        return f"{name:<40} {status_of(scheme):<8} {found.reason}"
+    (k, d, n), best = found.best.setting, found.best
+    error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
+    met = ("yes, of another kind" if found.kind else "yes") if found.met else "no"
+    numbers = written(k, 4), written(d, 4), n, f"{found.solves:.0f}", error, robust, met
+    return _COLUMNS.format(name, status_of(scheme), *numbers).rstrip()

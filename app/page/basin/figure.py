@@ -1,0 +1,123 @@
+"""Basins of attraction: the reference at the left, the penalty model at the right; a click starts Explore there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from bokeh.events import RangesUpdate, Tap
+from bokeh.models import LegendItem
+from bokeh.plotting import figure
+from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.link import LINEAR
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
+from vibroscope.app.page.shared.figure import VERMILLION, divisor, empty_source, hover_tool, legend, make_figure, write
+from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.unit_axis import UnitAxis
+from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin
+from vibroscope.engine import System
+
+REACH = 8.0  # of the starts at first, in units of what drives the bodies
+NAMES = {"reference": "Reference", "penalty": "Penalty model"}
+
+
+class BasinView:
+    """Two figures with the same axes and colours."""
+
+    def __init__(self, on_start: Callable[[float, float], None], on_zoom: Callable[[], None]) -> None:
+        self._on_start = on_start
+        first = default_span(System())
+        self.ranges = {name: OwnedRange(*first) for name in ("start_x", "start_y")}
+        self.sources = {side: cells_source(f"basin_{side}_cells", "motion", "period") for side in SIDES}
+        self.mark = empty_source("basin_mark", "x", "y")
+        self.figures = {side: self._figure(side) for side in SIDES}
+        plots = self.figures.values()
+        self._axes = {name: UnitAxis(self.ranges[name], name[-1], *plots) for name in self.ranges}
+        for plot in plots:
+            plot.on_event(Tap, self.on_tap)
+        # Both figures have the same ranges: the events of one are enough.
+        self.figures["reference"].on_event(RangesUpdate, lambda event: on_zoom())
+
+    def _figure(self, side: str) -> figure:
+        plot = make_figure(
+            "Being computed …",
+            "",
+            "",
+            name=f"basin_{side}",
+            x_range=self.ranges["start_x"].range,
+            y_range=self.ranges["start_y"].range,
+            tools="pan,box_zoom,wheel_zoom,reset,save",
+        )
+        plot.xgrid.visible = plot.ygrid.visible = False
+        cells = add_cells(plot, self.sources[side], PALETTE)
+        plot.add_tools(hover_tool([cells], {"motion": "@motion", "repeats after (periods)": "@period"}))
+        mark = plot.scatter(
+            "x",
+            "y",
+            source=self.mark,
+            marker="diamond_cross",
+            size=17,
+            fill_color="#FFFFFF",
+            fill_alpha=0.85,
+            line_color=VERMILLION,
+            line_width=2.2,
+            level="overlay",
+        )
+        key = legend([LegendItem(label="start that is set", renderers=[mark])])
+        key.location = "top_left"
+        plot.add_layout(key, "above")
+        return plot
+
+    def hold(self, setting: Setting) -> None:
+        """Let the axes reach as far as the starts do that the system suggests."""
+        span = default_span(setting.system)
+        for owned in self.ranges.values():
+            owned.put(*span)
+
+    @property
+    def spans(self) -> dict[str, tuple[float, float]]:
+        """What is in view along both axes."""
+        return {name[-1]: rounded_view(owned.ends, *LINEAR) for name, owned in self.ranges.items()}
+
+    def update(self, setting: Setting, axes: tuple[str, str], result: PartialBasin | None) -> None:
+        """Move the mark; draw the cells as far as they are known."""
+        for name, axis in zip(self.ranges, axes, strict=True):
+            field = shown_field(f"start_{axis}", setting)
+            self._axes[name].show(f"start {field.label} / {divisor(field.unit or field.natural)}", field.factor)
+        place = start_on(setting, axes)
+        write(self.mark, {name: np.array([value], np.float32) for name, value in zip("xy", place, strict=True)})
+        if result is None:
+            return
+        at = shown_field("eta", setting).words(result.question.eta)
+        for side in SIDES:
+            self.figures[side].title.text = f"{NAMES[side]}{_method_words(side, result.question)}, {at}"
+            motion = result.shown(side)
+            more = {"motion": np.where(motion >= 0, motion + 1, 0).astype(np.int32), "period": result.periods(side)}
+            write_cells(self.sources[side], result.image(side), result.question.x, result.question.y, **more)
+
+    def on_tap(self, event: Tap) -> None:
+        """Start Explore at the place of a tap."""
+        if event.x is not None and event.y is not None and np.isfinite([event.x, event.y]).all():
+            self._on_start(float(f"{event.x:.4g}"), float(f"{event.y:.4g}"))
+
+
+def default_span(system: System) -> tuple[float, float]:
+    """How far starts reach at first: REACH times the largest amplitude or clearance of the system."""
+    drive = system.excitation
+    size = max(abs(value) for value in (drive.base, drive.force1, drive.force2, system.clearance)) or 1.0
+    reach = float(f"{REACH * size:.2g}")
+    return -reach, reach
+
+
+def start_on(setting: Setting, axes: tuple[str, str]) -> tuple[float, float]:
+    """The numbers of the start that is set that belong to the axes."""
+    numbers = dict(zip(("xi1", "v1", "xi2", "v2"), setting.initial, strict=True))
+    return numbers[axes[0]], numbers[axes[1]]
+
+
+def _method_words(side: str, question: BasinQuestion) -> str:
+    steps = getattr(question.penalty, "steps", None)
+    if side == "reference":
+        return ""
+    return " without a time step" if steps is None else f", T/{steps}"

@@ -1,0 +1,225 @@
+"""Basins: which start leads to which motion, and from which starts the penalty model ends on another one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import panel as pn
+from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.link import LINEAR
+from vibroscope.app.explorer.state import START_FIELDS, Setting, print_number
+from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
+from vibroscope.app.page.basin.figure import NAMES, BasinView, start_on
+from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.app.page.tab import Move
+from vibroscope.app.studies.basin import (
+    AT_WALL,
+    COLOURS,
+    FURTHER,
+    PLANES,
+    SAMPLE,
+    SIDES,
+    TRANSIENT,
+    BasinQuestion,
+    PartialBasin,
+    grow_basin,
+)
+from vibroscope.app.studies.cell_classes import DIVERGED, NO_NUMBER, SPECIAL
+from vibroscope.engine import Method, percent
+
+_PLANE_NAMES = {
+    "xi2-v2": "state of body 2",
+    "xi1-v1": "state of body 1",
+    "v1-v2": "both velocities",
+    "xi1-xi2": "both displacements",
+}
+_MODELS = {"exact": "without a time step", "set": "as set under Solver"}
+
+
+class BasinTab(StudyTab):
+    """Two basins over a plane of starts, at any η."""
+
+    key = "basin"
+    title = "Basins"
+    starts = True
+    grow = staticmethod(grow_basin)
+    chosen = {"plane": "xi2-v2", "model": "exact"}  # noqa: RUF012 - read only
+    axes = {"start_x": LINEAR, "start_y": LINEAR}  # noqa: RUF012 - read only
+    pictures = (
+        Figure("basin_reference", "Basins of the reference", "The motion that each start of the reference leads to."),
+        Figure("basin_penalty", "Basins of the penalty model", "The same of the penalty model, in the same colours."),
+    )
+
+    def build(self) -> pn.viewable.Viewable:
+        """Two pictures and the panel."""
+        self.view = BasinView(self._start, self.refresh)
+        return self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
+
+    @classmethod
+    def spec(cls) -> dict:
+        """What can be chosen."""
+        return {
+            "title": "Basins of attraction",
+            "keyed": [picture.name for picture in cls.pictures],
+            "switches": [
+                {"name": "plane", "label": "Starts over", "choices": _PLANE_NAMES},
+                {"name": "model", "label": "Penalty model", "choices": _MODELS},
+            ],
+            "limits": [],
+            "hint": "A click starts Explore there; so do the fields of Start, which move the mark, and Shift + 1. The "
+            "numbers of the start that are not on an axis are those that are set. A zoom is computed anew.",
+        }
+
+    def show(self, move: Move) -> None:
+        """As every study; the axes reach as far as the system suggests."""
+        with pn.io.hold(self.host.doc):
+            self.view.hold(move.setting)
+        super().show(move)
+
+    def obstacle(self, setting: Setting) -> str:
+        """Where nothing drives the bodies every start leads to rest; and a law may have no solution without a step."""
+        if words := free_obstacle(setting, "each start", "leads to rest"):
+            return words
+        if self.panel.chosen["model"] == "exact" and _limit(setting) is None:
+            return 'This contact law has no solution without a time step: choose "as set under Solver" here.'
+        return ""
+
+    def question(self, setting: Setting) -> BasinQuestion:
+        """All but the numbers of the start that are on the axes."""
+        penalty = _limit(setting) if self.panel.chosen["model"] == "exact" else None
+        axes = self._plane(setting)
+        start = dict(zip(("xi1", "v1", "xi2", "v2"), setting.initial, strict=True)) | dict.fromkeys(axes, 0.0)
+        if setting.bodies == "wall":
+            start |= {"xi2": 0.0, "v2": 0.0}
+        spans = self.view.spans
+        methods = setting.reference, penalty or setting.penalty
+        return BasinQuestion(setting.system, setting.eta, *methods, axes, spans["x"], spans["y"], tuple(start.values()))
+
+    def _plane(self, setting: Setting) -> tuple[str, str]:
+        """The axes; at a wall those of body 1."""
+        return PLANES[AT_WALL if setting.bodies == "wall" else self.panel.chosen["plane"]]
+
+    def draw(self, setting: Setting, result: PartialBasin | None) -> None:
+        """Both pictures and the key."""
+        away = {"plane": [name for name in PLANES if name != AT_WALL]} if setting.bodies == "wall" else {}
+        self.panel.away = away
+        if result is not None and result.question.axes != self._plane(setting):
+            result = None  # of other axes
+        self.view.update(setting, self._plane(setting), result)
+        self.panel.key_title = "Motion"
+        self.panel.key = [] if result is None else _key(result)
+
+    def describe(self, setting: Setting, result: PartialBasin) -> list[list[str]]:
+        """The start that is set, and both basins."""
+        return statements(setting, result)
+
+    def table(self, name: str) -> list[Series]:
+        """A row for each cell that is known."""
+        side = name.removeprefix("basin_")
+        return [Series(NAMES[side], self.result.columns(side))]
+
+    def python(self, setting: Setting) -> str:
+        """`sweep_basin` of both, and the share in which they differ."""
+        question = self.script_question(setting)
+        axes = ", ".join(f"np.linspace({a!r}, {b!r}, {question.count})" for a, b in map(question.ends, "xy"))
+        how = f"axes={question.axes}, start={question.start}, transient={TRANSIENT}, sample={SAMPLE}"
+        calls = {
+            side: f"sweep_basin(\n    system, {question.eta!r}, {question.method(side)!r},\n    {axes},\n    {how},\n)"
+            for side in SIDES
+        }
+        calls["difference"] = f"basin_difference({', '.join(SIDES)})"
+        methods = [question.method(side) for side in SIDES]
+        names = {type(method).__name__ for method in methods}
+        names |= {type(method.integrator).__name__ for method in methods if hasattr(method, "integrator")}
+        return sweep_python(calls, question.system, *names)
+
+    def command(self, setting: Setting) -> str:
+        """``vibroscope sweep basin`` of both, and the share in which they differ."""
+        question = self.script_question(setting)
+        given = f" --eta {print_number(question.eta)}"
+        for name, axis in zip("xy", question.axes, strict=True):
+            given += f" --{name}={axis}:{':'.join(map(repr, question.ends(name)))}:{question.count}"
+        given += f" --start={','.join(map(print_number, question.start))}"
+        given += f" --transient {TRANSIENT} --sample {SAMPLE}"
+        both = sweep_command(
+            "basin", question.system, *(given + method_options(question.method(side)) for side in SIDES)
+        )
+        return f"{both}vibroscope sweep basin-difference basin1.zarr basin2.zarr\n"
+
+    def _start(self, x: float, y: float) -> None:
+        """Start Explore at a point of the plane."""
+        setting = self._move.setting
+        axes = self._plane(setting)
+        numbers = dict(zip(("xi1", "v1", "xi2", "v2"), setting.initial, strict=True)) | {axes[0]: x, axes[1]: y}
+        texts = dict(zip(START_FIELDS, map(print_number, numbers.values()), strict=True))
+        self.host.visit("explore", {"zero_start": "zero", **texts})
+
+
+def _limit(setting: Setting) -> Method | None:
+    """The penalty model without a time step; None where its law has none."""
+    try:
+        return setting.penalty.limit
+    except ValueError:
+        return None
+
+
+def _key(result: PartialBasin) -> list[list[str]]:
+    """Colour, name and pattern of each motion."""
+    rows = [
+        [COLOURS[k] if k < len(COLOURS) else FURTHER, f"{k + 1}: {each.name}", ""]
+        for k, each in enumerate(result.motions)
+    ]
+    shown = [result.image(side) for side in SIDES]
+    rows += [[SPECIAL[NO_NUMBER], "bodies would overlap", ""]] if any((s == NO_NUMBER).any() for s in shown) else []
+    return rows + ([[SPECIAL[DIVERGED], "ended early", ""]] if any((s == DIVERGED).any() for s in shown) else [])
+
+
+def statements(setting: Setting, result: PartialBasin) -> list[list[str]]:
+    """Head and text: where both end on different motions, the start that is set, and each basin."""
+    so_far = "" if result.share >= 1 else " so far"
+    lines, difference = [], result.difference
+    if math.isfinite(difference.share):
+        text = (
+            f"From {_share(difference.share, difference.error)} of the starts the penalty model ends on another motion "
+            "than the reference."
+        )
+        lines.append([f"Different motions{so_far}", text])
+    return [*lines, *_here(setting, result), *([f"{NAMES[side]}{so_far}", _basins(result, side)] for side in SIDES)]
+
+
+def _here(setting: Setting, result: PartialBasin) -> list[list[str]]:
+    """What the cell leads to that holds the start that is set, once both sides of it are computed."""
+    question = result.question
+    place = result.cell(*start_on(setting, question.axes))
+    if place is None or not all(result.known[side][place] for side in SIDES):
+        return []
+    centre = zip(question.axes, (question.axis("x")[place[1]], question.axis("y")[place[0]]), strict=True)
+    at = ", ".join(shown_field(f"start_{axis}", setting).words(float(f"{value:.3g}")) for axis, value in centre)
+    found = {side: int(result.cells[side][place]) for side in SIDES}
+    words = {side: result.motions[k].name if k >= 0 else "no motion" for side, k in found.items()}
+    text = f"The reference leads to {words['reference']}, the penalty model to {words['penalty']}."
+    if found["reference"] == found["penalty"] >= 0:
+        text = f"Both lead to the same motion: {words['reference']}."
+    return [[f"Cell of the start that is set, {at}", text]]
+
+
+def _basins(result: PartialBasin, side: str) -> str:
+    """Shares of the motions of a side, and the dimension of the boundary."""
+    shares: Mapping[str, tuple[float, float]] = {
+        each.name: (each.shares[side], each.errors[side]) for each in result.motions if side in each.shares
+    }
+    if not shares:
+        return "nothing computed yet."
+    text = "; ".join(f"{name} from {_share(*pair)} of the starts" for name, pair in shares.items())
+    found = result.concluded[side]
+    dimension, error = float(found["boundary_dimension"]), float(found["boundary_dimension_error"])
+    if result.share < 1 or not (math.isfinite(dimension) and math.isfinite(error)):
+        return f"{text}."
+    return f"{text}. The boundary between them has the dimension {dimension:.2f} ± {error:.2f}."
+
+
+def _share(share: float, error: float) -> str:
+    """A share with its standard error where that is more than nothing."""
+    return f"{100 * share:.1f} ± {100 * error:.1f} %" if error > 0 else percent(share)

@@ -1,0 +1,92 @@
+// The branches of the diagram: what the search has found, the motions at the value that is set, and all points. A button
+// in a row opens its motion in Explore. Only textContent is ever set.
+
+export function render({ model }) {
+  const root = element("section", "branches-list");
+  root.setAttribute("aria-label", "Branches of periodic motions");
+  const status = element("p", "status");
+  status.setAttribute("role", "status");
+  const notes = element("div", "notes");
+  const near = part("near");
+  const points = part("points");
+  const filter = element("select");
+  filter.setAttribute("aria-label", "Kind of points");
+  filter.addEventListener("change", () => show());
+  points.head.append(filter);
+  const stop = button("Stop", "", () => model.send_msg({ stop: stop.dataset.stop === "true" }), "stop");
+  const line = element("div", "status-line");
+  line.append(status, stop);
+  root.append(line, notes, near.box, points.box);
+  const open = (name) => model.send_msg({ open: name });
+  const show = () => {
+    for (const row of points.table.querySelectorAll("tr[data-kind]")) row.hidden = Boolean(filter.value) && row.dataset.kind !== filter.value;
+  };
+  const draw = () => {
+    const { text, running = false, stopped = false, notes: said = [] } = model.status;
+    setText(status, text ?? "");
+    root.dataset.running = String(running);
+    stop.hidden = !running && !stopped;
+    stop.dataset.stop = String(running);
+    setText(stop, running ? "Stop" : "Go on");
+    notes.replaceChildren(...said.map((each) => element("p", "", each)));
+    near.fill(model.near, open);
+    points.fill(model.points, open);
+    const kinds = ["", ...new Set((model.points.rows ?? []).map(({ kind }) => kind))];
+    if ([...filter.options].map(({ value }) => value).join() !== kinds.join()) {
+      const { value } = filter;
+      filter.replaceChildren(...kinds.map((kind) => Object.assign(element("option", "", kind || "all kinds"), { value: kind })));
+      filter.value = kinds.includes(value) ? value : "";
+    }
+    show();
+  };
+  for (const name of ["status", "near", "points"]) model.on(name, draw);
+  draw();
+  explainTerms(root);
+  return root;
+}
+
+// A title and a table that is written again only where its rows have changed; the focus stays on its row.
+function part(name) {
+  const box = element("div", `part ${name}`);
+  const head = element("div", "part-head");
+  const title = element("h2");
+  const table = element("table");
+  head.append(title);
+  box.append(head, table);
+  let drawn = null;
+  const fill = (content, open) => {
+    if (content === drawn) return;
+    drawn = content;
+    box.hidden = !content.rows?.length;
+    setText(title, content.title ?? "");
+    const focused = table.getRootNode().activeElement?.dataset?.open;
+    const heads = element("tr");
+    heads.append(...(content.heads ?? []).map((each) => Object.assign(element("th", "", each), { scope: "col" })));
+    table.replaceChildren(heads, ...(content.rows ?? []).map((row) => line(row, content.heads, open)));
+    if (focused) table.querySelector(`[data-open="${focused}"]`)?.focus();
+  };
+  return { box, head, table, fill };
+}
+
+function line({ mark, kind, cells }, heads, open) {
+  const made = element("tr");
+  made.dataset.kind = kind;
+  made.append(...cells.map(({ text, open: name, title }, k) => {
+    const cell = element("td", k ? "number" : "name");
+    cell.dataset.label = heads[k];
+    if (!k) {
+      const sign = element("span", "mark", mark);
+      sign.setAttribute("aria-hidden", "true");
+      cell.append(sign);
+    }
+    if (name) {
+      const made = button(text, "", () => open(name));
+      made.title = title ?? "Open this motion in Explore";
+      made.dataset.open = name;
+      made.setAttribute("aria-label", `${cells.map((each) => each.text).filter(Boolean).join(", ")}: open in Explore`);
+      cell.append(made);
+    } else cell.append(text);
+    return cell;
+  }));
+  return made;
+}

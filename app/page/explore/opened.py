@@ -1,0 +1,55 @@
+"""A motion that was opened from a branch of the bifurcation diagram: what to know of it, while it is set."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import param
+from vibroscope.app.explorer.closed_orbit import ClosedOrbit
+from vibroscope.app.explorer.present import Columns
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.files import script, style
+from vibroscope.app.page.shared.component import Component
+
+
+class OpenedMotion(Component):
+    """A line above the figures."""
+
+    words = param.String(default="", doc="What to know of the motion")
+
+    _esm = script("shared/dom", "explore/opened")
+    _stylesheets = [style("explore/opened")]  # noqa: RUF012 - Panel reads it from the class
+
+    def __init__(self, **params) -> None:
+        super().__init__(visible=False, **params)
+        self._texts: Mapping[str, str] = {}
+        self._setting: Setting | None = None  # of the motion, once it is set
+        self._orbit: ClosedOrbit | None = None
+        self.on_close: Callable[[], None] = lambda: None  # called when the user closes the line
+        self.on_msg(lambda event: self._receive())
+
+    def announce(self, texts: Mapping[str, str], words: str, orbit: ClosedOrbit) -> None:
+        """Show these words as soon as, and as long as, the setting is that of ``texts``."""
+        self._texts, self._setting, self._orbit, self.words = texts, None, orbit, words
+
+    def columns(self, setting: Setting) -> Columns:
+        """The motion in the phase plots; empty if it is not that of the setting."""
+        return self._orbit.columns(setting) if self.visible else {}
+
+    def follow(self, setting: Setting) -> None:
+        """Follow the setting: another motion has nothing to do with the words."""
+        if self._setting is None and self._texts:
+            given = setting.texts()
+            if all(given[name] == text for name, text in self._texts.items() if name != "zero_start"):
+                self._setting = setting
+        known = self._setting is not None and setting.drawn_like(self._setting) == self._setting
+        if known != self.visible:
+            self.visible = known
+
+    def _receive(self) -> None:
+        self.close()
+        self.on_close()
+
+    def close(self) -> None:
+        """Show nothing more."""
+        self._texts, self._setting, self.visible = {}, None, False

@@ -1,0 +1,204 @@
+"""The branches of periodic motions over a number, while they are searched for. No panel import.
+
+The search cannot be taken up where it was cancelled: it begins anew, and what it had found stays until as much is found
+again.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from vibroscope.engine import (
+    COORDINATES,
+    METHOD_NUMBERS,
+    PARAMETERS,
+    Branch,
+    Cancelled,
+    ExactPenalty,
+    Point,
+    Reference,
+    System,
+    search_branches,
+)
+
+MAX_PERIOD = 4  # longest cycle that is looked for, in excitation periods
+MOST_BRANCHES = 60
+LIMIT = {"most_orbits": 400}  # of a branch in each direction: where impacts pile up it has thousands
+SECONDS = 60.0  # of one search
+# Kinds of points where motions begin, end or change their stability; the others are changes of the sequence of events.
+_PLURALS = {
+    "fold": "folds",
+    "period doubling": "period doublings",
+    "Neimark-Sacker": "Neimark–Sacker points",
+    "branch point": "branch points",
+}
+BIFURCATIONS = tuple(_PLURALS)
+_OF_ONE_SOLVER = {"K": ExactPenalty, "D": ExactPenalty, "restitution": Reference}
+
+
+class BranchQuestion(NamedTuple):
+    """Branches to search for: ``over`` goes from end to end of ``span``; ``eta`` holds where it does not vary."""
+
+    system: System
+    method: Reference | ExactPenalty
+    span: tuple[float, float]
+    over: str = "eta"
+    eta: float = 1.0
+
+    @property
+    def search(self) -> dict[str, object]:
+        """The numbers of the search, by their names in `engine.search_branches`."""
+        return {"over": self.over, "low": self.span[0], "high": self.span[1], "max_period": MAX_PERIOD} | LIMIT
+
+    def at(self, value: float) -> tuple[System, float, Reference | ExactPenalty]:
+        """System, η and method where the number has a value."""
+        if self.over == "eta":
+            return self.system, value, self.method
+        if self.over in METHOD_NUMBERS:
+            return self.system, self.eta, replace(self.method, **{METHOD_NUMBERS[self.over]: value})
+        return self.system.changed({self.over: value}), self.eta, self.method
+
+
+class PartialBranches:
+    """The branches that were found so far.
+
+    Attributes
+    ----------
+    question : BranchQuestion
+    branches : tuple of Branch
+    share : float
+        1 when the search is over.
+    cut : str
+        Why the search ended before all was found, in a sentence; empty if it did not.
+    """
+
+    def __init__(
+        self, question: BranchQuestion, branches: tuple[Branch, ...], *, over: bool = False, cut: str = ""
+    ) -> None:
+        self.question, self.branches, self.cut = question, branches, cut
+        self.share = 1.0 if over else 0.0
+
+    @property
+    def points(self) -> list[tuple[int, int, Point]]:
+        """Every point with the number of its branch and its number there, in the order of its value."""
+        found = [(n, k, point) for n, branch in enumerate(self.branches) for k, point in enumerate(branch.points)]
+        return sorted(found, key=lambda each: each[2].value)
+
+    def near(self, value: float) -> list[tuple[int, int]]:
+        """Number of the branch and of the orbit that is nearest wherever a branch passes the value."""
+        found = []
+        for number, branch in enumerate(self.branches):
+            aside = branch.values - value
+            passes = np.flatnonzero((aside[:-1] <= 0) != (aside[1:] <= 0)).tolist()
+            found += [(number, k if abs(aside[k]) < abs(aside[k + 1]) else k + 1) for k in passes]
+        return found
+
+    def words(self) -> str:
+        """How many branches and bifurcations there are."""
+        kinds = [point.kind for branch in self.branches for point in branch.points]
+        numbers = {kind: kinds.count(kind) for kind in BIFURCATIONS if kind in kinds}
+        counts = [f"{number} {kind_words(kind, number)}" for kind, number in numbers.items()]
+        count = len(self.branches)
+        head = f"{count} branch{'' if count == 1 else 'es'} of up to {MAX_PERIOD} periods"
+        return f"{head} with {', '.join(counts)}" if counts else head
+
+    def data(self) -> dict[str, object]:
+        """What is known, for a file."""
+        return {"branches": self.orbit_table(), "points": self.point_table(), "cut": self.cut}
+
+    def orbit_table(self) -> dict[str, np.ndarray]:
+        """Every section point of every orbit: the columns of a table."""
+        over, parts = self.question.over, []
+        for number, branch in enumerate(self.branches):
+            periods = branch.sections.shape[1]
+            largest, stable = branch.multipliers[:, 0], branch.stable
+            orbit = {"branch": number + 1, over: branch.values, "period": branch.period, "stable": stable.astype(int)}
+            orbit |= {"multiplier_re": largest.real, "multiplier_im": largest.imag}
+            rows = {name: np.repeat(np.broadcast_to(column, len(stable)), periods) for name, column in orbit.items()}
+            rows["section"] = np.tile(np.arange(periods), len(stable))
+            parts.append(rows | dict(zip(COORDINATES, branch.sections.reshape(-1, 4).T, strict=True)))
+        return {name: np.concatenate([part[name] for part in parts]) for name in (parts[0] if parts else {})}
+
+    def point_table(self) -> dict[str, np.ndarray]:
+        """Every point: the columns of a table."""
+        points = self.points
+        largest = np.array([point.multipliers[0] for *_, point in points])
+        return {
+            "branch": np.array([number + 1 for number, *_ in points]),
+            "kind": np.array([point.kind for *_, point in points]),
+            self.question.over: np.array([point.value for *_, point in points]),
+            "period": np.array([point.period for *_, point in points]),
+            "multiplier_re": largest.real,
+            "multiplier_im": largest.imag,
+            **dict(zip(COORDINATES, np.array([point.state for *_, point in points]).reshape(-1, 4).T, strict=True)),
+        }
+
+
+def grow_branches(
+    question: BranchQuestion, last: PartialBranches | None, cancelled: Callable[[], bool]
+) -> Iterator[PartialBranches]:
+    """The branches so far, after each; those of ``last`` if its search was over. Raises `Cancelled`."""
+    if last is not None and last.share == 1:
+        yield last
+        return
+    kept, found, cut = (last.branches if last else ()), (), ""
+    used, begin = 0.0, time.monotonic()  # other studies have their turn between two branches
+
+    def ends() -> bool:
+        return cancelled() or used + time.monotonic() - begin > SECONDS
+
+    system, method, eta = question.system, question.method, question.eta
+    try:
+        for branch in search_branches(system, eta, method, **question.search, cancelled=ends):
+            found = (*found, branch)
+            if len(found) == MOST_BRANCHES:
+                cut = f"The search ended at {MOST_BRANCHES} branches: a narrower range shows the others."
+                break
+            used += time.monotonic() - begin
+            yield PartialBranches(question, max(found, kept, key=len))
+            begin = time.monotonic()
+    except Cancelled:
+        if cancelled():
+            raise
+        cut = f"The search ended after {SECONDS:g} s and may have missed branches: a narrower range is quicker."
+    yield PartialBranches(question, found, over=True, cut=cut)
+
+
+def kind_words(kind: str, count: int = 1) -> str:
+    """The kind of one point, or of several, as sentences have it."""
+    return _PLURALS[kind].removesuffix("s") if count == 1 and kind in _PLURALS else _PLURALS.get(kind, kind)
+
+
+def why_none(over: str, method: Reference | ExactPenalty) -> str:
+    """Why there are no branches of a solver over a number, in a sentence; empty where there are."""
+    if over not in PARAMETERS:
+        return "Branches are of motions without a time step: sweep another number than the steps per period."
+    if not isinstance(method, _OF_ONE_SOLVER.get(over, object)):
+        return f"The {'reference' if isinstance(method, Reference) else 'penalty model'} has no {over}."
+    if isinstance(method, ExactPenalty) and method.law != "kelvin-voigt":
+        return f"There are no branches with the contact law {method.law}: choose the spring and damper, kelvin-voigt."
+    return ""
+
+
+def matched(first: list[Point], second: list[Point]) -> list[tuple[Point | None, Point | None]]:
+    """The points of two lists in pairs of the same kind and period, each the nearest of the other; in order of value.
+
+    A point that is not the nearest of its own nearest one stays alone.
+    """
+    pairs, alone = [], [(None, point) for point in second]
+    for point in first:
+        other = _nearest(point, second)
+        mutual = other is not None and _nearest(other, first) is point
+        pairs.append((point, other if mutual else None))
+        if mutual:
+            alone = [each for each in alone if each[1] is not other]
+    return sorted([*pairs, *alone], key=lambda pair: (pair[0] or pair[1]).value)
+
+
+def _nearest(point: Point, others: list[Point]) -> Point | None:
+    same = [each for each in others if (each.kind, each.period) == (point.kind, point.period)]
+    return min(same, key=lambda each: abs(each.value - point.value), default=None)

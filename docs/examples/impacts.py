@@ -1,0 +1,120 @@
+"""A tab with one figure: the closing speed of each impact of the reference over its instant in the period."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+import panel as pn
+from bokeh.models import Scatter
+from vibroscope.app.explorer.link import LINEAR
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.page.shared.figure import BLUE, add_glyph, empty_source, make_figure, quantity_axis, write
+from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.engine import Reference, System, counted, simulate
+
+# -- the study: app/studies/impacts.py ---------------------------------------------------------------------------------
+
+
+class ImpactQuestion(NamedTuple):
+    """What the result depends on: two settings with the same question share it."""
+
+    system: System
+    eta: float
+    reference: Reference
+
+
+class PartialImpacts(NamedTuple):
+    """Instants (shares of T) and closing speeds, (n,) each."""
+
+    question: ImpactQuestion
+    phase: np.ndarray
+    speed: np.ndarray
+    share: float  # 1 once all is computed
+
+    def data(self) -> dict[str, object]:
+        """What is known, for a file."""
+        return {"phase": self.phase, "closing_speed": self.speed}
+
+
+def grow_impacts(
+    question: ImpactQuestion, last: PartialImpacts | None, cancelled: Callable[[], bool]
+) -> Iterator[PartialImpacts]:
+    """Partial results in a worker thread, each a whole picture: here the first periods, then more."""
+    if last is not None and last.share == 1:
+        return
+    for periods in (300, 3000):
+        run = simulate(*question, periods=periods, keep=periods // 3, cancelled=cancelled)
+        phase = run.impacts.time / run.period % 1
+        yield PartialImpacts(question, phase, run.impacts.closing_speed, share=periods / 3000)
+
+
+# -- the figure: app/page/impacts/figure.py ----------------------------------------------------------------------------
+
+
+class ImpactView:
+    """The figure, its data and its axes. It is made once; `update` writes columns in place."""
+
+    def __init__(self) -> None:
+        self.source = empty_source("impacts", "phase", "speed")
+        self.ranges = {"phase": OwnedRange(0, 1), "speed": OwnedRange(0, 5)}
+        axes = {"x_range": self.ranges["phase"].range, "y_range": self.ranges["speed"].range}
+        self.figure = make_figure("Impacts", "instant τ/T", "", name="impacts", **axes)
+        dots = Scatter(x="phase", y="speed", marker="circle", size=5, line_color=BLUE, fill_color=BLUE)
+        add_glyph(self.figure, dots, self.source)
+
+    def update(self, setting: Setting, result: PartialImpacts | None) -> None:
+        """Draw a result in the units of the setting; None: nothing is known yet."""
+        label, factor = quantity_axis(setting, "closing speed −g′", "velocity")
+        self.figure.yaxis[0].axis_label = label
+        if result is not None:
+            columns = {"phase": result.phase, "speed": factor * result.speed}
+            write(self.source, {name: np.asarray(column, np.float32) for name, column in columns.items()})
+            self.ranges["speed"].follow([self.source.data["speed"]])
+
+
+# -- the tab: app/page/impacts/tab.py ----------------------------------------------------------------------------------
+
+
+class ImpactTab(StudyTab):
+    """Starts the study where its question has changed, cancels it, shows its progress: all that `StudyTab` does."""
+
+    key = "impacts"
+    title = "Impacts"
+    grow = staticmethod(grow_impacts)
+    chosen = {}  # noqa: RUF012 - nothing to choose
+    axes = {"phase": LINEAR, "speed": LINEAR}  # noqa: RUF012 - read only
+    pictures = (Figure("impacts", "Impacts", "Closing speed of each impact over its instant in the period."),)
+
+    def build(self) -> pn.viewable.Viewable:
+        """The figure, the panel."""
+        self.view = ImpactView()
+        return self.lay_out(self.stretch(self.view.figure))
+
+    @classmethod
+    def spec(cls) -> dict:
+        """Nothing to choose."""
+        return {"title": "Impacts", "switches": [], "limits": [], "hint": "One dot for each impact of the reference."}
+
+    def obstacle(self, setting: Setting) -> str:
+        """Where nothing drives the bodies nothing moves."""
+        return free_obstacle(setting, "this figure")
+
+    def question(self, setting: Setting) -> ImpactQuestion:
+        """What the figure depends on, and no more: K, D and the step are not in it."""
+        return ImpactQuestion(setting.system, setting.eta, setting.reference)
+
+    def draw(self, setting: Setting, result: PartialImpacts | None) -> None:
+        """The dots."""
+        self.view.update(setting, result)
+
+    def describe(self, setting: Setting, result: PartialImpacts) -> list[list[str]]:
+        """Head and text of the panel; sentences are those of the model, `StudyTab` puts units into them."""
+        return [["Impacts", f"{counted(len(result.speed), 'impact')} in the periods that are shown."]]
+
+    def table(self, name: str) -> list[Series]:
+        """The data of the figure, for its CSV file."""
+        return [Series("impacts", {"phase": self.result.phase, "closing_speed": self.result.speed})]

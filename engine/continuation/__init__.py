@@ -1,0 +1,26 @@
+"""Branches of periodic motions over a number of the problem, with their bifurcations.
+
+``search`` finds and follows them, ``follow`` one of them; ``curve`` solves the equations of orbits with one sequence of
+events (:mod:`..drivers.orbit`), ``margins`` says where it holds, ``sequences`` what follows where it does not.
+``point_curve`` follows a bifurcation in two parameters.
+"""
+
+from .branch import Branch, Point
+from .dataset import branches_dataset
+from .family import PARAMETERS
+from .margins import POINT_KINDS
+from .point_curve import PointCurve, continue_point
+from .search import continue_branch, find_branches, search_branches
+
+__all__ = [
+    "PARAMETERS",
+    "POINT_KINDS",
+    "Branch",
+    "Point",
+    "PointCurve",
+    "branches_dataset",
+    "continue_branch",
+    "continue_point",
+    "find_branches",
+    "search_branches",
+]

@@ -1,0 +1,92 @@
+"""A branch of periodic motions, and the points on it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Point:
+    """A bifurcation, or a change of the sequence of events.
+
+    Attributes
+    ----------
+    kind : str
+        "fold", "period doubling", "Neimark-Sacker", "branch point", "grazing", "sticking begins", "sticking ends",
+        "contact opens", "contact no longer opens" or "chatter completes".
+    value : float
+        The number over which the branch is followed, to 1e-10 of its range.
+    period : int
+        p of the orbit, in excitation periods.
+    multipliers : (4,) complex ndarray
+        Floquet multipliers, largest first; infinite at a grazing impact.
+    state : (4,) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod pT.
+    events : tuple of str
+        What happens in the cycle: "impact", "stick", "chatter" and "release", or "touch" and "part", in their order.
+    instants : (m,) ndarray
+        When, in excitation periods.
+    index : int
+        Of the branch's value after which it lies.
+    """
+
+    kind: str
+    value: float
+    period: int
+    multipliers: np.ndarray
+    state: np.ndarray
+    events: tuple[str, ...]
+    instants: np.ndarray
+    index: int
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Periodic motions along a branch, in the order in which they were followed.
+
+    Attributes
+    ----------
+    over : str
+        The number that varies.
+    period : int
+        p, excitation periods of the cycle.
+    values : (n,) ndarray
+        The number at each orbit.
+    sections : (n, p, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, T, … (p − 1)T.
+    multipliers : (n, 4) complex ndarray
+        Largest first.
+    sequences : tuple of (int, str)
+        From which orbit on which events follow each other in the cycle.
+    points : tuple of Point
+    ends : (str, str)
+        Why the branch ends where it begins, and where it ends.
+    """
+
+    over: str
+    period: int
+    values: np.ndarray
+    sections: np.ndarray
+    multipliers: np.ndarray
+    sequences: tuple[tuple[int, str], ...]
+    points: tuple[Point, ...]
+    ends: tuple[str, str]
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Whether small disturbances die away, (n,) of bool."""
+        return np.abs(self.multipliers).max(axis=1, initial=0.0) < 1
+
+    @property
+    def stable_ranges(self) -> tuple[tuple[float, float], ...]:
+        """The parts of the range over which orbits are stable, in the order in which they were followed."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], self.stable.astype(int), [0]])))
+        parts = (np.sort(self.values[[first, last - 1]]) for first, last in edges.reshape(-1, 2))
+        return tuple((float(low), float(high)) for low, high in parts)
+
+    def __repr__(self) -> str:
+        low, high = self.values.min(), self.values.max()
+        return (
+            f"Branch(period {self.period} over {self.over} from {low:g} to {high:g}: {len(self.values)} orbits, "
+            f"{np.mean(self.stable):.0%} stable, {len(self.points)} points)"
+        )

@@ -1,0 +1,200 @@
+"""Curves of closed orbits with one sequence of events: pseudo-arclength steps, and roots along them.
+
+A point X = (unknowns, λ) of a curve solves F(X) = 0, one equation fewer than unknowns. From a point, its tangent leads
+to a predicted one; Newton's method brings it back to the curve in the plane orthogonal to the tangent, so that folds
+are nothing special (Keller 1977). Distances are scaled: states by their largest, λ by the width of its range, instants
+by the excitation period.
+"""
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from ..drivers.orbit import Evaluation, OrbitEquations
+from .family import Family
+from .orbit import Orbit
+
+NEWTON_STEPS = 10
+CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
+STALLED = 1e-7  # the same, where rounding prevents any smaller
+DIFFERENCE = 1e-6  # of the width of the range, of central differences in λ
+STEEP = 0.02  # component of the tangent along λ
+FRESH = 1e-3  # scaled step of Newton's method
+FAR = 0.5  # of a step: a correction as long as that leads to another curve
+
+
+class CurvePoint:
+    """A point of a curve.
+
+    Parameters
+    ----------
+    curve : Curve
+    orbit : Orbit
+    value : float
+        λ.
+    towards : (5 + m,) ndarray, optional
+        Scaled direction on whose side the tangent points, by default that of growing λ.
+
+    Attributes
+    ----------
+    evaluation : Evaluation
+    slope : (4 + m,) ndarray
+        ∂F/∂λ.
+    tangent : (5 + m,) ndarray
+        Scaled, of length one.
+    """
+
+    def __init__(self, curve: "Curve", orbit: Orbit, value: float, towards: np.ndarray | None = None) -> None:
+        self._curve, self.orbit, self.value, self._towards = curve, orbit, value, towards
+        self.evaluation: Evaluation = curve.evaluate(orbit, value)
+
+    @cached_property
+    def slope(self) -> np.ndarray:
+        """See the class; made where it is asked for, since it needs the tables of two more λ."""
+        return self._curve.slope(self.orbit, self.value)
+
+    @cached_property
+    def tangent(self) -> np.ndarray:
+        """See the class; nan where there is none."""
+        tangent = null_vector(self.extended * self._curve.scales(self.orbit))
+        forwards = tangent[-1] if self._towards is None else tangent @ self._towards
+        return tangent if forwards >= 0 else -tangent
+
+    def turned(self) -> "CurvePoint":
+        """The same point with the opposite tangent."""
+        return CurvePoint(self._curve, self.orbit, self.value, -self.tangent)
+
+    @property
+    def unknowns(self) -> np.ndarray:
+        """X, (5 + m,)."""
+        return np.append(self.orbit.unknowns, self.value)
+
+    @property
+    def extended(self) -> np.ndarray:
+        """∂F/∂X, (4 + m, 5 + m)."""
+        return np.column_stack([self.evaluation.jacobian, self.slope])
+
+
+class Curve:
+    """The equations of a family over a range of λ.
+
+    Parameters
+    ----------
+    family : Family
+    low, high : float
+        The range: λ may leave it by as much as a difference needs.
+    """
+
+    def __init__(self, family: Family, low: float, high: float) -> None:
+        self.family, self.low, self.high = family, low, high
+        self.width = high - low
+        self._known: dict[float, OrbitEquations] = {}
+
+    def equations(self, value: float) -> OrbitEquations:
+        """The equations at λ; the last ones are kept."""
+        found = self._known.get(value)
+        if found is None:
+            if len(self._known) > 8:
+                self._known.clear()
+            found = self._known[value] = OrbitEquations(*self.family.at(value))
+        return found
+
+    def evaluate(self, orbit: Orbit, value: float) -> Evaluation:
+        """F, its Jacobian and the facts of an orbit at λ."""
+        return self.equations(value)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+
+    def slope(self, orbit: Orbit, value: float) -> np.ndarray:
+        """∂F/∂λ, by central differences; one-sided where a number may not fall below zero."""
+        h = DIFFERENCE * self.width
+        try:
+            below, reach = self.evaluate(orbit, value - h).residual, 2 * h
+        except ValueError:
+            below, reach = self.evaluate(orbit, value).residual, h
+        return (self.evaluate(orbit, value + h).residual - below) / reach
+
+    def scales(self, orbit: Orbit) -> np.ndarray:
+        """Units in which distances count, (5 + m,)."""
+        size = max(np.abs(orbit.unknowns[:4]).max(), 1e-9)
+        return np.concatenate([np.full(4, size), np.ones(len(orbit.kinds)), [self.width]])
+
+    def corrected(self, orbit: Orbit, value: float) -> Orbit | None:
+        """The orbit at this λ near a guess; None if Newton's method does not find it."""
+        scales, before = self.scales(orbit)[:-1], np.inf
+        for _ in range(NEWTON_STEPS):
+            found = self.evaluate(orbit, value)
+            step = _solve(found.jacobian * scales, -found.residual)
+            if step is None:
+                return None
+            length = np.abs(step).max()
+            if not length < 1e3 or (length >= before and length > STALLED):
+                return None
+            orbit = replace(orbit, unknowns=orbit.unknowns + step * scales)
+            if length < CONVERGED or (length >= before):
+                return orbit
+            before = length
+        return orbit if before < STALLED else None
+
+    def ahead(self, point: CurvePoint, s: float) -> tuple[Orbit, float] | None:
+        """The orbit and λ at the distance s along the tangent of a point; None if there is none.
+
+        Where the curve is steep enough λ is that of the tangent, since the tables of one λ then serve all steps of
+        Newton's method; near a fold the orbit is sought in the plane orthogonal to the tangent.
+        """
+        scales = self.scales(point.orbit)
+        start = point.unknowns
+        guess = start + s * point.tangent * scales
+        orbit = replace(point.orbit, unknowns=guess[:-1])
+        try:
+            if abs(point.tangent[-1]) > STEEP:
+                orbit = self.corrected(orbit, float(guess[-1]))
+                found = orbit and (orbit, float(guess[-1]))
+            else:
+                row = point.tangent / scales
+                found = self.constrained(orbit, float(guess[-1]), row, row @ guess)
+        except ValueError:  # λ is out of its range
+            return None
+        if found is None:
+            return None
+        moved = (np.append(found[0].unknowns, found[1]) - guess) / scales
+        return found if np.linalg.norm(moved) <= FAR * abs(s) + 1e3 * CONVERGED else None
+
+    def constrained(self, orbit: Orbit, value: float, row: np.ndarray, target: float) -> tuple[Orbit, float] | None:
+        """The orbit and λ near a guess at which row·X has a given value; None if Newton's method does not find it."""
+        scales, x, before = self.scales(orbit), np.append(orbit.unknowns, value), np.inf
+        for _ in range(2 * NEWTON_STEPS):
+            orbit = replace(orbit, unknowns=x[:-1])
+            found = self.evaluate(orbit, float(x[-1]))
+            if before > FRESH:  # close to the solution the last one serves as well
+                slope = self.slope(orbit, float(x[-1]))
+            matrix = np.column_stack([found.jacobian, slope])
+            step = _solve(np.vstack([matrix, row]) * scales, np.append(-found.residual, target - row @ x))
+            if step is None or not np.abs(step).max() < 1.0:
+                return None
+            x = x + step * scales
+            length = np.abs(step).max()
+            if length < CONVERGED or (length >= before and before < STALLED):
+                return replace(orbit, unknowns=x[:-1]), float(x[-1])
+            before = length
+        return None
+
+
+def null_vector(matrix: np.ndarray) -> np.ndarray:
+    """The vector of length one that a matrix with one column more than rows maps to zero; nan if it is not finite."""
+    if not np.isfinite(matrix).all():
+        return np.full(matrix.shape[1], np.nan)
+    q, _ = np.linalg.qr(matrix.T, mode="complete")
+    return q[:, -1]
+
+
+def null_vectors(matrix: np.ndarray) -> np.ndarray:
+    """Two vectors of length one that a matrix with one column more than rows, of a rank one too low, maps to zero."""
+    return np.linalg.svd(matrix)[2][-2:]
+
+
+def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+    try:
+        found = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return None
+    return found if np.isfinite(found).all() else None

@@ -1,0 +1,69 @@
+"""A family of problems: one system and method with one number free, as η, K, the clearance or the amplitude."""
+
+from dataclasses import dataclass, replace
+
+from ..arguments import shown
+from ..drivers.law_driven import needs_law
+from ..methods import METHOD_NUMBERS, ExactPenalty, Reference
+from ..model import System, check_eta
+
+OF_METHOD = {"K": METHOD_NUMBERS["K"], "D": METHOD_NUMBERS["D"], "threshold": "threshold"}
+OF_SYSTEM = (
+    "kappa", "kappa3", "d1", "d2", "d3", "restitution", "clearance",
+    "base", "force1", "force2", "constant1", "constant2",
+)  # fmt: skip
+PARAMETERS = ("eta", *OF_METHOD, *OF_SYSTEM)
+
+
+@dataclass(frozen=True)
+class Family:
+    """A system, an η and a method in closed form, with the number ``over`` free.
+
+    Raises
+    ------
+    ValueError
+        If there is no such number, the method does not have it, or has no closed form.
+    """
+
+    over: str
+    system: System
+    eta: float
+    method: Reference | ExactPenalty
+
+    def __post_init__(self) -> None:
+        if self.over not in PARAMETERS:
+            names = ", ".join(PARAMETERS)
+            raise ValueError(f"over = {shown(self.over)} is no number to follow a motion over: give one of {names}")
+        if not isinstance(self.method, Reference | ExactPenalty):
+            raise ValueError(f"{self.method} has a time step: branches need a closed form, Reference or ExactPenalty")
+        if needs_law(self.method):
+            raise ValueError(f"law = {self.method.law!r}: branches are followed with the law kelvin-voigt")
+        own = OF_METHOD.get(self.over)
+        if own and not hasattr(self.method, own):
+            raise ValueError(f"the {self.method.name} method has no {self.over}: give another number or solver")
+        if self.over == "restitution" and not isinstance(self.method, Reference):
+            raise ValueError("the exact method has no impact law and so no restitution: follow the motion over D")
+        check_eta(self.eta)
+
+    def at(self, value: float) -> tuple[System, float, Reference | ExactPenalty]:
+        """The problem where the number has this value.
+
+        Raises
+        ------
+        ValueError
+            If the value is out of range.
+        """
+        if self.over == "eta":
+            return self.system, check_eta(value), self.method
+        if self.over in OF_METHOD:
+            return self.system, self.eta, replace(self.method, **{OF_METHOD[self.over]: value})
+        return self.system.changed({self.over: value}), self.eta, self.method
+
+    @property
+    def value(self) -> float:
+        """The number as the problem has it."""
+        if self.over == "eta":
+            return self.eta
+        if self.over in OF_METHOD:
+            return getattr(self.method, OF_METHOD[self.over])
+        return getattr(self.system.excitation if hasattr(self.system.excitation, self.over) else self.system, self.over)

@@ -1,0 +1,304 @@
+"""A branch is followed from an orbit: steps along its curve, points located, and the sequence of events changed.
+
+Steps grow where the curve is straight. Where an indicator changes its sign between two orbits, or a margin falls below
+zero, the zero is located along the curve. At the zero of a margin the curve goes on as another sequence of events
+(:mod:`.sequences`).
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..drivers.event_driven import displaced_state
+from .branch import Point
+from .curve import Curve, CurvePoint
+from .margins import (
+    BIFURCATIONS,
+    BRANCH_POINT,
+    CHATTER_COMPLETES,
+    GRAZING,
+    NEIMARK_SACKER,
+    indicator,
+    indicators,
+    least,
+    margins,
+)
+from .orbit import Orbit, check_cancelled, touching_at_start
+from .roots import first_zero
+from .sequences import after_chatter, beyond
+
+FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
+TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
+STRAIGHT = 0.9995  # … above which it grows
+GROWTH = 2.0
+MOST_ORBITS = 5000
+REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
+SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
+CLOSED = 0.05  # of a step
+ACCUMULATED = (
+    1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
+)
+SERIES = 6
+
+
+class Tracer:
+    """Follows one branch from an orbit in one direction.
+
+    Parameters
+    ----------
+    curve : Curve
+    start : CurvePoint
+        The first orbit; its tangent gives the direction.
+    doublings : sequence of (int, float), optional
+        Known period doublings: the period, and λ.
+    cancelled : callable, optional
+
+    Attributes
+    ----------
+    points : list of CurvePoint
+        Accepted orbits.
+    marks : list of (Point, CurvePoint)
+        Points of the branch, and the orbits there.
+    reason : str
+        Why the branch ends.
+    joined : float or None
+        λ where it ends in a branch of half the period.
+    """
+
+    def __init__(
+        self,
+        curve: Curve,
+        start: CurvePoint,
+        doublings: Sequence[tuple[int, float]] = (),
+        cancelled: Callable[[], bool] | None = None,
+    ) -> None:
+        self.curve, self.doublings, self.cancelled = curve, doublings, cancelled
+        self.points = [start]
+        self.marks: list[tuple[Point, CurvePoint]] = []
+        self.reason = ""
+        self.joined: float | None = None
+        self._grazings: list[float] = []  # since the last other change of the sequence
+        self._indicators = indicators(start)
+
+    def run(self, most: int = MOST_ORBITS) -> Iterator["Tracer"]:
+        """Follow the branch to its end; yield after each step."""
+        step = FIRST_STEP
+        while not self.reason:
+            check_cancelled(self.cancelled)
+            if len(self.points) >= most:
+                self.reason = f"given up after {most} orbits"
+                return
+            step = self._advance(step)
+            yield self
+
+    # -- one step ------------------------------------------------------------------------------------------------------
+
+    def _advance(self, step: float) -> float:
+        """Take a step; return the length to try next."""
+        here = self.points[-1]
+        there = self.at(here, step)
+        while there is None or not there.tangent @ here.tangent >= TURN:
+            step /= 2
+            if step < SMALLEST_STEP:
+                where = f"{self.curve.family.over} = {here.value:.10g}"
+                self.reason = f"the step shrinks to nothing at {where}: no orbit is found ahead"
+                return step
+            there = self.at(here, step)
+        border = min(max(there.value, self.curve.low), self.curve.high)
+        if border != there.value:
+            there = self._at_border(here, there, border)
+            self.reason = f"{self.curve.family.over} leaves the range at {border:g}"
+            if there is None:
+                return step
+            step = self._distance(here, there)
+        if least(self.margins(there)) <= 0:
+            self.reason = ""
+            return FIRST_STEP / 10 if self._change_sequence(here, step) else step / 4
+        straight = there.tangent @ here.tangent
+        if self._joins(here, there):
+            self.joined = self._value_of_joining(here, there)
+            where = f"{self.curve.family.over} = {self.joined:.10g}"
+            self.reason = f"joins a branch of period {there.orbit.period // 2} at {where}"
+            return step
+        self._mark_bifurcations(here, there, step)
+        self.points.append(self._within_cycle(there))
+        self._indicators = indicators(self.points[-1])
+        if not self.reason and self._returned():
+            onwards = self.points[0].tangent @ self.points[-1].tangent > 0
+            self.reason = "the branch closes in itself" if onwards else "the branch comes back to where it began"
+        return min(step * GROWTH, LARGEST_STEP) if straight > STRAIGHT else step
+
+    def at(self, here: CurvePoint, s: float) -> CurvePoint | None:
+        """The orbit at a distance from another one on its curve; None if there is none."""
+        ahead = self.curve.ahead(here, s)
+        return ahead and CurvePoint(self.curve, *ahead, here.tangent)
+
+    def margins(self, point: CurvePoint) -> list:
+        """The margins of an orbit."""
+        return margins(point.orbit, point.evaluation, self.curve.family.at(point.value)[2])
+
+    def _distance(self, here: CurvePoint, there: CurvePoint) -> float:
+        return float((there.unknowns - here.unknowns) / self.curve.scales(here.orbit) @ here.tangent)
+
+    def _at_border(self, here: CurvePoint, there: CurvePoint, border: float) -> CurvePoint | None:
+        """The orbit at the border of the range, between two orbits."""
+        share = (border - here.value) / (there.value - here.value)
+        guess = here.orbit.unknowns + share * (there.orbit.unknowns - here.orbit.unknowns)
+        orbit = self.curve.corrected(replace(here.orbit, unknowns=guess), border)
+        return orbit and CurvePoint(self.curve, orbit, border, here.tangent)
+
+    def _returned(self) -> bool:
+        """Whether the branch is back at its first orbit."""
+        start, before, here = self.points[0], self.points[-2], self.points[-1]
+        if len(self.points) < 10 or not start.orbit.kinds == here.orbit.kinds == before.orbit.kinds:
+            return False
+        scales = self.curve.scales(start.orbit)
+        a, along = before.unknowns / scales, (here.unknowns - before.unknowns) / scales
+        off = start.unknowns / scales - a
+        share = off @ along / (along @ along)
+        return 0 <= share <= 1 and np.linalg.norm(off - share * along) < CLOSED * np.linalg.norm(along)
+
+    def _joins(self, here: CurvePoint, there: CurvePoint) -> bool:
+        """Whether both halves of the cycle become the same between two orbits.
+
+        There a branch that began at a period doubling meets the branch of half the period. What follows is the same
+        orbits, half a cycle later.
+        """
+        if here.orbit.period % 2:
+            return False
+        return _difference_of_halves(here) @ _difference_of_halves(there) < 0
+
+    def _value_of_joining(self, here: CurvePoint, there: CurvePoint) -> float:
+        """λ where two branches meet: the known period doubling between two orbits, or next to them.
+
+        The equations are singular there; near it λ varies with the square of the difference of the halves.
+        """
+        one, two = (float(np.square(_difference_of_halves(point)).sum()) for point in (here, there))
+        share = one / (one - two) if one != two else 0.5
+        value = here.value + (there.value - here.value) * min(max(share, -1.0), 2.0)
+        half = here.orbit.period // 2
+        return min(
+            (known for period, known in self.doublings if period == half), key=lambda v: abs(v - value), default=value
+        )
+
+    def _within_cycle(self, point: CurvePoint) -> CurvePoint:
+        """The same orbit with all events in [0, p): one that has passed the end of the cycle is counted anew."""
+        orbit = point.orbit
+        instants, m = orbit.instants, len(orbit.kinds)
+        if not m or (instants[0] >= 0 and instants[-1] < orbit.period):
+            return point
+        after, equations = point.evaluation.after, self.curve.equations(point.value)
+        if instants[0] < 0:  # that event belongs to the end of the cycle
+            kinds, turned = (*orbit.kinds[1:], orbit.kinds[0]), -1
+            times = np.append(instants[1:], instants[0] + orbit.period)
+            source, turn = after[0], after[0, 4]
+        else:
+            kinds, turned = (orbit.kinds[-1], *orbit.kinds[:-1]), 1
+            times = np.insert(instants[:-1], 0, instants[-1] - orbit.period)
+            source = after[m - 2]
+            turn = source[4] - orbit.period * (1 if m > 1 else 2)
+        first = touching_at_start(kinds, orbit.first)
+        state = equations.state_later(first, source[:4], turn, -turn)
+        moved = self.curve.corrected(Orbit(orbit.period, kinds, first, np.concatenate([state, times])), point.value)
+        if moved is None:
+            return point
+        towards = np.concatenate([np.zeros(4), np.roll(point.tangent[4:-1], turned), point.tangent[-1:]])
+        return CurvePoint(self.curve, moved, point.value, towards)
+
+    # -- points --------------------------------------------------------------------------------------------------------
+
+    def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> None:
+        """Locate the bifurcations between two neighbouring orbits."""
+        after, found = indicators(there), []
+        for k in np.flatnonzero(self._indicators * after < 0):
+            located = first_zero(lambda s, k=k: self._indicator(here, s, k), 0.0, step)
+            point = None if located is None else self.at(here, located)
+            if point is not None and self._is_bifurcation(BIFURCATIONS[k], point):
+                found.append((located, BIFURCATIONS[k], point))
+        for _, kind, point in sorted(found, key=lambda each: each[0]):
+            self.mark(kind, point)
+
+    def _indicator(self, here: CurvePoint, s: float, k: int) -> float:
+        point = self.at(here, s) if s else here
+        return np.nan if point is None else indicator(BIFURCATIONS[k], point)
+
+    def _is_bifurcation(self, kind: str, point: CurvePoint) -> bool:
+        """Whether a change of sign is what it seems to be."""
+        if kind == NEIMARK_SACKER:
+            values = point.evaluation.multipliers
+            return bool((np.abs(values.imag[np.abs(np.abs(values) - 1) < REAL]) > REAL).any())
+        if not np.isfinite(point.extended).all():
+            return False
+        if kind == BRANCH_POINT:
+            singular = np.linalg.svd(point.extended * self.curve.scales(point.orbit), compute_uv=False)
+            return bool(singular[-1] < SINGULAR * singular[-2])
+        return True
+
+    def mark(self, kind: str, point: CurvePoint) -> None:
+        """Note a point of the branch."""
+        system, _, _ = self.curve.family.at(point.value)
+        state = displaced_state(system, point.evaluation.section[0])
+        orbit = point.orbit
+        noted = Point(
+            kind=kind,
+            value=point.value,
+            period=orbit.period,
+            multipliers=point.evaluation.multipliers,
+            state=state,
+            events=orbit.events,
+            instants=orbit.instants,
+            index=len(self.points) - 1,
+        )
+        self.marks.append((noted, point))
+
+    def _accumulates(self) -> bool:
+        """Whether grazing follows grazing, each with one more impact, ever closer: a chatter completes."""
+        if len(self._grazings) < SERIES:
+            return False
+        distances = np.abs(np.diff(self._grazings[-SERIES:]))
+        return bool((np.diff(distances) < 0).all() and distances.sum() < ACCUMULATED * self.curve.width)
+
+    # -- other sequences -----------------------------------------------------------------------------------------------
+
+    def _change_sequence(self, here: CurvePoint, step: float) -> bool:
+        """Locate where the sequence of events stops to hold within a step, and go on with the one that follows.
+
+        False if the place is not found, since orbits on the way are missing: a shorter step may find it.
+        """
+
+        def smallest(s: float) -> float:
+            point = self.at(here, s) if s else here
+            return np.nan if point is None else least(self.margins(point))
+
+        located = first_zero(smallest, 0.0, step)
+        last = None if located is None else self.at(here, located)
+        if last is None and step > SMALLEST_STEP:
+            return False
+        if last is None:
+            where = f"{self.curve.family.over} = {here.value:.10g}"
+            self.reason = f"the sequence of events ends near {where}, but the orbit at its end is not found"
+            return True
+        self._mark_bifurcations(here, last, located)
+        margin = min(self.margins(last), key=lambda each: each.value)
+        self.mark(margin.kind, last)
+        self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
+        if self._accumulates():
+            self.mark(CHATTER_COMPLETES, last)
+            self._grazings = []
+            following = after_chatter(self.curve, last)
+        else:
+            following = beyond(self.curve, last, margin)
+        if following is None:
+            where = f"{self.curve.family.over} = {last.value:.10g}"
+            self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"
+            return True
+        self.points.append(self._within_cycle(following))
+        self._indicators = indicators(self.points[-1])
+        return True
+
+
+def _difference_of_halves(point: CurvePoint) -> np.ndarray:
+    """The state half a cycle later less the state at τ = 0, (4,)."""
+    rows = point.evaluation.section
+    return rows[len(rows) // 2] - rows[0]

@@ -1,0 +1,111 @@
+"""A periodic orbit as the sequence of its events, and how it is read off a run."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..drivers.orbit import CHATTER, IMPACT, PART, RELEASE, STICK, TOUCH
+from ..methods import Reference
+from ..motions.poincare_map import PoincareMap
+from ..result import Cancelled, Checkpoint
+from ..simulate import simulate
+
+NAMES = {IMPACT: "impact", STICK: "stick", CHATTER: "chatter", RELEASE: "release", TOUCH: "touch", PART: "part"}
+KINDS = {name: kind for kind, name in NAMES.items()}
+TOUCHING = (STICK, CHATTER, TOUCH)  # events after which the bodies touch
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A closed orbit, or a guess of one.
+
+    Attributes
+    ----------
+    period : int
+        p, excitation periods of the cycle.
+    kinds : tuple of int
+        What happens at each event of the cycle, in the order of time.
+    first : bool
+        Whether the bodies touch at τ = 0.
+    unknowns : (4 + m,) ndarray
+        ξ₁, ξ₁′, g, g′ at τ = 0, then the instants of the events in excitation periods, in [0, p].
+    """
+
+    period: int
+    kinds: tuple[int, ...]
+    first: bool
+    unknowns: np.ndarray
+
+    @property
+    def instants(self) -> np.ndarray:
+        """Instants of the events in excitation periods, (m,)."""
+        return self.unknowns[4:]
+
+    @property
+    def events(self) -> tuple[str, ...]:
+        """The events by name."""
+        return tuple(NAMES[kind] for kind in self.kinds)
+
+    @property
+    def sequence(self) -> str:
+        """The events in words."""
+        return ", ".join(self.events) or ("lasting contact" if self.first else "no contact")
+
+    def repeated(self, times: int) -> "Orbit":
+        """The same orbit over several cycles."""
+        shifts = np.repeat(np.arange(times) * self.period, len(self.kinds))
+        unknowns = np.concatenate([self.unknowns[:4], np.tile(self.instants, times) + shifts])
+        return replace(self, period=times * self.period, kinds=self.kinds * times, unknowns=unknowns)
+
+
+def touching_at_start(kinds: tuple[int, ...], default: bool) -> bool:
+    """Whether the bodies touch at τ = 0, by the last event of the cycle."""
+    return kinds[-1] in TOUCHING if kinds else default
+
+
+def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:
+    """The orbit that a run over one cycle from y = (ξ₁, ξ₁′, g, g′) suggests; None if the run ends early."""
+    system, eta, method = problem
+    poincare = PoincareMap(system, eta, method, None)
+    start = Checkpoint(system, eta, method, 0, tuple(poincare.start(y).tolist()))
+    run = simulate(system, eta, method, periods=period, keep=period, initial=start)
+    if not run.ok:
+        return None
+    cycle = run.period
+    events = (
+        _impacts_and_contacts(run, cycle, period) if isinstance(method, Reference) else _contacts(run, cycle, period)
+    )
+    kinds = tuple(kind for _, kind in events)
+    first = len(run.contacts) > 0 if not kinds else touching_at_start(kinds, False)
+    return Orbit(period, kinds, first, np.array([*y, *(time for time, _ in events)]))
+
+
+def _contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:
+    """Beginnings and ends of contacts of the exact penalty within the cycle."""
+    events = []
+    for begin, end in run.contacts / cycle:
+        if begin > 0.0:
+            events.append((begin, TOUCH))
+        if end < period:
+            events.append((end, PART))
+    return sorted(events)
+
+
+def _impacts_and_contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:
+    """Impacts and permanent contacts of the reference within the cycle."""
+    begins, ends = run.contacts.T / cycle if len(run.contacts) else (np.empty(0), np.empty(0))
+    times = run.impacts.time / cycle
+    kinds = [STICK if time in begins else IMPACT for time in times]
+    for begin in begins:
+        before = np.flatnonzero(times < begin)
+        if begin > 0.0 and begin not in times and len(before):
+            kinds[before[-1]] = CHATTER
+    events = list(zip(times.tolist(), kinds, strict=True))
+    events += [(end, RELEASE) for end in ends.tolist() if end < period]
+    return sorted(events)
+
+
+def check_cancelled(cancelled) -> None:
+    """Raise Cancelled if it was asked for."""
+    if cancelled is not None and cancelled():
+        raise Cancelled

@@ -1,0 +1,428 @@
+"""All branches of a family over a range: from motions that coexist at some values, and from the points on branches.
+
+At some values of the number runs from several starts show the motions that attract there. Each that lies on no branch
+yet is followed both ways through the range. Branches of twice the period begin at period doublings, and others at
+branch points; they are followed, too, up to the longest cycle that is asked for.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..batch import run_cells
+from ..cells import Cells
+from ..drivers.event_driven import displaced_state
+from ..methods import ExactPenalty, Reference
+from ..model import System, require, whole
+from ..motions.poincare_map import PoincareMap
+from ..motions.steady import MAX_PERIOD_LIMIT, steady
+from ..simulate import starting_checkpoint
+from .branch import Branch, Point
+from .curve import Curve, CurvePoint, null_vectors
+from .family import Family
+from .follow import MOST_ORBITS, Tracer
+from .margins import BRANCH_POINT, DOUBLING, least, margins
+from .orbit import Orbit, check_cancelled, orbit_of_run
+
+SEEDS = 15  # values of the number at which motions are looked for
+STARTS = 6  # at each, the first of them rest
+TRANSIENT, SAMPLE = 400, 64  # periods
+REACH = 1.5  # of the largest displacement and velocity of the run from rest, to where starts are drawn
+STABLE = 1e-6  # beyond one: a motion loses its stability at a point if no multiplier is larger
+EVERY = 10  # orbits: how often a branch is compared with those found before
+NEAR = 0.03  # of the size: a state that nearly returns lies near an orbit
+SAME = 1e-6  # of the size: orbits closer than that are the same
+AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at another one
+
+
+def continue_branch(
+    system: System,
+    eta: float,
+    method: Reference | ExactPenalty,
+    *,
+    over: str = "eta",
+    low: float,
+    high: float,
+    initial: Sequence[float] | None = None,
+    max_period: int = 8,
+    most_orbits: int = MOST_ORBITS,
+    cancelled: Callable[[], bool] | None = None,
+) -> Branch:
+    """Follow the periodic motion that a run settles to, both ways through a range of one number.
+
+    Parameters
+    ----------
+    system : System
+    eta : float
+        Excitation frequency η = Ω/ω₁.
+    method : Reference or ExactPenalty
+        With the law "kelvin-voigt".
+    over : str
+        The number that varies: "eta", "K", "D", "threshold", or a number of the system or its excitation. Where the
+        motion starts it has the value that the other arguments give it.
+    low, high : float
+        The range of that number.
+    initial : (4,) sequence, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0: an orbit, stable or not, that nearly passes through it is followed, or else the one
+        that a run from it settles to. By default rest.
+    max_period : int
+        Longest cycle to look for, in excitation periods.
+    most_orbits : int
+        After which a branch is given up, in each direction.
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the work is cancelled.
+
+    Returns
+    -------
+    Branch
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or the run does not settle to a periodic motion.
+    Cancelled
+        If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Reference, System, continue_branch
+    >>> branch = continue_branch(System(), 2.76, Reference(), low=2.7, high=2.85, max_period=1)
+    >>> [(point.kind, round(point.value, 8)) for point in branch.points]
+    [('period doubling', 2.78895505)]
+    """
+    limits = {"max_period": max_period, "most_orbits": most_orbits}
+    search = BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits)
+    value = search.family.value
+    if not low <= value <= high:
+        raise ValueError(f"{over} = {value:g} lies outside {low:g} … {high:g}: begin within the range")
+    orbit = search.orbit_near(value, initial) if initial is not None else None
+    if orbit is None:
+        orbit = search.settled(value, initial)
+    return search.follow(orbit, value)
+
+
+def find_branches(
+    system: System,
+    eta: float,
+    method: Reference | ExactPenalty,
+    *,
+    over: str = "eta",
+    low: float,
+    high: float,
+    max_period: int = 8,
+    unstable: bool = False,
+    most_orbits: int = MOST_ORBITS,
+    progress: Callable[[int], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> tuple[Branch, ...]:
+    """Follow every branch of periodic motions through a range of one number.
+
+    Parameters
+    ----------
+    system, eta, method, over, low, high, cancelled
+        As for :func:`continue_branch`.
+    max_period : int
+        Longest cycle, in excitation periods; cascades of period doublings are followed up to it.
+    unstable : bool
+        Follow also what begins where an unstable motion bifurcates: there may be very many such branches.
+    most_orbits : int
+        After which each branch is given up, in each direction.
+    progress : callable, optional
+        Called with the number of branches found so far.
+
+    Returns
+    -------
+    tuple of Branch
+        In the order in which they were found.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    Cancelled
+        If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Reference, System, find_branches
+    >>> found = find_branches(System(), 1.4, Reference(), low=1.35, high=1.48, max_period=2)
+    >>> sorted(branch.period for branch in found)
+    [1, 2]
+    """
+    found = []
+    for branch in search_branches(
+        system,
+        eta,
+        method,
+        over=over,
+        low=low,
+        high=high,
+        max_period=max_period,
+        unstable=unstable,
+        most_orbits=most_orbits,
+        cancelled=cancelled,
+    ):
+        found.append(branch)
+        if progress is not None:
+            progress(len(found))
+    return tuple(found)
+
+
+def search_branches(
+    system: System,
+    eta: float,
+    method: Reference | ExactPenalty,
+    *,
+    over: str = "eta",
+    low: float,
+    high: float,
+    max_period: int = 8,
+    unstable: bool = False,
+    most_orbits: int = MOST_ORBITS,
+    cancelled: Callable[[], bool] | None = None,
+) -> Iterator[Branch]:
+    """Yield the branches of :func:`find_branches` as they are found; arguments and exceptions are the same."""
+    limits = {"max_period": max_period, "most_orbits": most_orbits, "unstable": unstable}
+    yield from BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits).all()
+
+
+class BranchSearch:
+    """The branches of a family over a range."""
+
+    def __init__(
+        self,
+        family: Family,
+        low: float,
+        high: float,
+        *,
+        max_period: int,
+        most_orbits: int,
+        unstable: bool = False,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> None:
+        low, high = (
+            require(family.over, end, -1e12, 1e12, "give the ends of the range as numbers") for end in (low, high)
+        )
+        if not low < high:
+            raise ValueError(f"{family.over} from {low:g} to {high:g} is an empty range: give the smaller number first")
+        for end in (low, high):
+            family.at(end)
+        self.max_period = whole("max_period", max_period, 1, MAX_PERIOD_LIMIT, "give the longest cycle to follow")
+        self.family, self.curve = family, Curve(family, low, high)
+        self.most_orbits = whole("most_orbits", most_orbits, 2, 1_000_000, "give the orbits of a branch")
+        self.cancelled, self.unstable = cancelled, unstable
+        self._traces: list[tuple[list[CurvePoint], np.ndarray]] = []
+        self._joined: list[float] = []  # where branches of twice the period end in others
+        self._doublings: list[tuple[int, float]] = []
+        self._pending: list[tuple[str, CurvePoint]] = []
+
+    def all(self) -> Iterator[Branch]:
+        """Yield all branches."""
+        for value, state, period in self._seeds():
+            check_cancelled(self.cancelled)
+            orbit = self.orbit_at(value, state, period)
+            if orbit is None or self._is_known(orbit, value):
+                continue
+            yield self.follow(orbit, value)
+            yield from self._offspring()
+
+    def _offspring(self) -> Iterator[Branch]:
+        """The branches that begin at points of others."""
+        while self._pending:
+            kind, point = self._pending.pop(0)
+            start = self._other_branch(kind, point)
+            if start is not None and not self._is_known(start.orbit, start.value):
+                yield self._assembled(self._traced(start), None, kind)
+
+    def orbit_at(self, value: float, state: np.ndarray, period: int) -> Orbit | None:
+        """The orbit through a state at τ = 0, with its events; None if it is not found."""
+        problem = self.family.at(value)
+        poincare = PoincareMap(*problem, None)
+        y = poincare.coordinates(np.asarray(state, dtype=float))
+        guess = orbit_of_run(problem, y, period)
+        orbit = guess and self.curve.corrected(guess, value)
+        if orbit is None:
+            return None
+        rows = self.curve.evaluate(orbit, value).section
+        least = next(p for p in range(1, period + 1) if period % p == 0 and _repeats(rows, p))
+        return orbit if least == period else self.orbit_at(value, poincare.displacements(rows[0]), least)
+
+    def orbit_near(self, value: float, state: Sequence[float]) -> Orbit | None:
+        """The orbit of the shortest period that nearly passes through a state, stable or not; None if there is none."""
+        problem = self.family.at(value)
+        poincare = PoincareMap(*problem, self.cancelled)
+        y = poincare.coordinates(np.asarray(starting_checkpoint(state, *problem).state))
+        near = NEAR * max(np.abs(y).max(), 1e-9)
+        for period in range(1, self.max_period + 1):
+            returned = poincare(y, period)
+            if returned is not None and returned.residual < near:
+                orbit = self.orbit_at(value, poincare.displacements(y), period)
+                if orbit is not None and np.abs(orbit.unknowns[:4] - y).max() < 2 * near:
+                    return orbit
+        return None
+
+    def settled(self, value: float, state: Sequence[float] | None) -> Orbit:
+        """The orbit that a run settles to.
+
+        Raises
+        ------
+        ValueError
+            If there is none, or none that can be followed.
+        """
+        problem, over = self.family.at(value), self.family.over
+        how = {"initial": state, "max_period": self.max_period, "cancelled": self.cancelled}
+        found = steady(*problem, **how, stable_only=False)
+        if not found.periodic:
+            raise ValueError(f"there is no periodic motion to follow: {found.message}")
+        orbit = self.orbit_at(value, found.state, found.period)
+        if orbit is None:
+            where = f"the motion at {over} = {value:g}"
+            raise ValueError(f"{where} has no sequence of events that can be followed: change {over} a little")
+        return orbit
+
+    def follow(self, orbit: Orbit, value: float) -> Branch:
+        """Follow an orbit both ways."""
+        start = CurvePoint(self.curve, orbit, value)
+        forwards = self._traced(start)
+        closed = forwards.reason == "the branch closes in itself"
+        backwards = None if closed else self._traced(start.turned())
+        return self._assembled(forwards, backwards, "")
+
+    def _traced(self, start: CurvePoint) -> Tracer:
+        tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
+        for count, _ in enumerate(tracer.run(self.most_orbits), start=1):
+            here = tracer.points[-1]
+            if count % EVERY == 0 and self._is_known(here.orbit, here.value):
+                tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
+                break
+        if tracer.joined is not None:
+            self._joined.append(tracer.joined)
+        self._traces.append((tracer.points, np.array([point.value for point in tracer.points])))
+        self._doublings += [(point.period, point.value) for point, _ in tracer.marks if point.kind == DOUBLING]
+        for point, orbit in tracer.marks:
+            begins = point.kind == BRANCH_POINT or (point.kind == DOUBLING and 2 * point.period <= self.max_period)
+            stable = np.abs(point.multipliers).max() < 1 + STABLE
+            if begins and (stable or self.unstable):
+                self._pending.append((point.kind, orbit))
+        return tracer
+
+    def _other_branch(self, kind: str, point: CurvePoint) -> CurvePoint | None:
+        """The first orbit of the branch that begins at a point of another one."""
+        if any(abs(point.value - value) < 1e-7 * self.curve.width for value in self._joined):
+            return None
+        times = 2 if kind == DOUBLING else 1
+        orbit = point.orbit.repeated(times)
+        here = CurvePoint(self.curve, orbit, point.value)
+        scales = self.curve.scales(orbit)
+        tangent = np.concatenate([point.tangent[:4], np.tile(point.tangent[4:-1], times), point.tangent[-1:]])
+        if not np.isfinite(here.extended).all():
+            return None
+        first, second = null_vectors(here.extended * scales)
+        tangent /= np.linalg.norm(tangent)
+        away = (
+            second - tangent * (tangent @ second)
+            if abs(tangent @ second) < abs(tangent @ first)
+            else first - tangent * (tangent @ first)
+        )
+        away /= np.linalg.norm(away)
+        for step in AWAY:
+            guess = here.unknowns + step * away * scales
+            row = away / scales
+            found = self.curve.constrained(replace(orbit, unknowns=guess[:-1]), float(guess[-1]), row, row @ guess)
+            if found is None:
+                continue
+            start = CurvePoint(self.curve, *found, away)
+            rows = start.evaluation.section
+            half = orbit.period // 2
+            if kind == DOUBLING and np.abs(rows[0] - rows[half]).max() < 0.1 * step * scales[0]:
+                continue
+            if least(margins(start.orbit, start.evaluation, self.family.at(start.value)[2])) > 0:
+                return start
+        return None
+
+    def _is_known(self, orbit: Orbit, value: float) -> bool:
+        """Whether an orbit lies on a branch that has been followed."""
+        rows = self.curve.evaluate(orbit, value).section
+        size = max(np.abs(rows).max(), 1e-9)
+        for points, values in self._traces:
+            for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
+                a, b = points[k].orbit, points[k + 1].orbit
+                if a.period != orbit.period:
+                    continue
+                share = (value - values[k]) / (values[k + 1] - values[k]) if values[k + 1] != values[k] else 0.0
+                if a.kinds == b.kinds:
+                    a = replace(a, unknowns=a.unknowns + share * (b.unknowns - a.unknowns))
+                elif share > 0.5:
+                    a = b
+                known = self.curve.corrected(a, value)
+                if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < SAME * size).any():
+                    return True
+        return False
+
+    def _seeds(self) -> Iterator[tuple[float, np.ndarray, int]]:
+        """Values of the number with a state on a periodic motion that attracts there, and its period."""
+        ends = self.curve.low, self.curve.high
+        values = np.append(np.linspace(*ends, SEEDS), self.family.value)
+        values = np.repeat(values[(values >= ends[0]) & (values <= ends[1])], STARTS)
+        problems = [self.family.at(float(value)) for value in values]
+        systems = [system for system, _, _ in problems]
+        cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.method}
+        if self.family.over in ("K", "D"):
+            cells["stiffness" if self.family.over == "K" else "damping"] = values
+        runs = run_cells(Cells(systems, **cells), transient=TRANSIENT, sample=SAMPLE, cancelled=self.cancelled)
+        reach = np.nanmax(np.abs(runs.end), axis=0, initial=1.0)
+        reach = REACH * np.array([max(reach[0], reach[2]), max(reach[1], reach[3])])
+        starts = np.random.default_rng(0).uniform(-1, 1, (len(values), 4)) * reach[[0, 1, 0, 1]]
+        for i, system in enumerate(systems):
+            starts[i] = system.rest if i % STARTS == 0 else _apart(system, starts[i])
+        runs = run_cells(
+            Cells(systems, **cells, initial=starts), transient=TRANSIENT, sample=SAMPLE, cancelled=self.cancelled
+        )
+        order = np.argsort(np.abs(values - self.family.value), kind="stable")
+        for i in order:
+            if runs.ok[i] and 0 < runs.period[i] <= self.max_period:
+                yield float(values[i]), runs.end[i], int(runs.period[i])
+
+    def _assembled(self, forwards: Tracer, backwards: Tracer | None, begins: str) -> Branch:
+        """The branch of one or two traces."""
+        points, marks = list(forwards.points), [mark for mark, _ in forwards.marks]
+        if backwards is not None:
+            shift = len(backwards.points) - 1
+            marks = [replace(mark, index=mark.index + shift) for mark in marks]
+            before = [replace(mark, index=shift - 1 - mark.index) for mark, _ in backwards.marks]
+            marks = before[::-1] + marks
+            points = backwards.points[:0:-1] + points
+        values = np.array([point.value for point in points])
+        sections = np.array(
+            [displaced_state(self.family.at(point.value)[0], point.evaluation.section) for point in points]
+        )
+        names = [point.orbit.sequence for point in points]
+        sequences = tuple((k, name) for k, name in enumerate(names) if k == 0 or names[k - 1] != name)
+        first = backwards.reason if backwards is not None else (f"begins at a {begins}" if begins else forwards.reason)
+        return Branch(
+            over=self.family.over,
+            period=points[0].orbit.period,
+            values=values,
+            sections=sections,
+            multipliers=np.array([point.evaluation.multipliers for point in points]),
+            sequences=sequences,
+            points=tuple(marks),
+            ends=(first, forwards.reason),
+        )
+
+
+def _repeats(rows: np.ndarray, period: int) -> bool:
+    """Whether a section repeats itself after so many periods."""
+    return bool(np.abs(rows - np.roll(rows, -period, axis=0)).max() <= SAME * max(np.abs(rows).max(), 1e-9))
+
+
+def _apart(system: System, state: np.ndarray) -> np.ndarray:
+    """A start with the bodies apart."""
+    x1, v1, x2, v2 = state
+    if system.wall:
+        return np.array([min(x1, 2 * system.clearance - x1), v1, 0.0, 0.0])
+    return np.array([min(x1, x2 + system.clearance), v1, max(x2, x1 - system.clearance), v2])
+
+
+__all__ = ["Branch", "Point", "continue_branch", "find_branches", "search_branches"]

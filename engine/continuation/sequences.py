@@ -1,0 +1,141 @@
+"""Where a sequence of events stops to hold: which one follows, and the first orbit that has it.
+
+- *Grazing* of an impact, or a touch, whose closing speed falls to zero: the same orbit without it. The other way round,
+  where the gap of a flight falls to zero: the same orbit with an impact, or a contact, more. Likewise a contact of the
+  penalty that opens in between. Both sequences have the orbit at this point in common.
+- *Sticking*: with the threshold ε an impact that leaves a parting speed of ε takes the whole relative velocity instead,
+  so that the motion jumps by as much. The next orbit is one with the sequence that a run from this one shows; it may
+  begin a little before or behind.
+
+Which way the new curve goes is told by its own margins.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ..drivers.orbit import CHATTER, IMPACT, PART, RELEASE, STICK, TOUCH, WHERE
+from ..methods import Reference
+from .curve import Curve, CurvePoint
+from .margins import GRAZING, OPENS, STAYS_SHUT, Margin, least, margins
+from .orbit import TOUCHING, Orbit, orbit_of_run, touching_at_start
+
+STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
+LONG_STEPS = 10.0 ** np.arange(-7, -1.0, 0.5)  # the same after a jump
+JUMPS = (1e-7, 1e-6, 1e-5, 1e-4)  # of the range, to where runs show a sequence that follows
+NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
+SHORTEST = 1e-6  # excitation periods: a new contact, or flight, of the penalty is followed from there on …
+SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of third order in its length
+
+
+def beyond(curve: Curve, last: CurvePoint, margin: Margin) -> CurvePoint | None:
+    """The first orbit with the sequence that follows where a margin of the last one is zero; None if none is found.
+
+    Its tangent points away from the last orbit.
+    """
+    if margin.kind in (GRAZING, OPENS, STAYS_SHUT):
+        for orbit, new in _grazing_neighbours(curve, last, margin):
+            found = _with_short_phase(curve, last, orbit, new) if new is not None else _on_its_side(curve, last, orbit)
+            if found is not None:
+                return found
+    return _after_jump(curve, last)
+
+
+def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
+    """The first orbit whose chatter is complete, beyond where grazings accumulate; None if none is found."""
+    return _after_jump(curve, last, complete=True)
+
+
+def _holds(curve: Curve, point: CurvePoint) -> bool:
+    found = margins(point.orbit, point.evaluation, curve.family.at(point.value)[2])
+    return least(found) > 0 and bool((np.diff(point.orbit.instants) > 0).all())
+
+
+def _grazing_neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tuple[Orbit, int | None]]:
+    """The orbit at a grazing with one impact, contact or flight more or less; the first event of a new pair."""
+    orbit, k = last.orbit, margin.event
+    rigid = isinstance(curve.family.method, Reference)
+    if margin.kind == STAYS_SHUT:
+        yield _without(orbit, {k - 1, k}), None
+    elif margin.inside and rigid and margin.kind == GRAZING:
+        yield _with(orbit, k, {last.evaluation.facts[k, WHERE]: IMPACT}), None
+    elif margin.inside:
+        where, length = last.evaluation.facts[k, WHERE], SHORTEST_FLIGHT if rigid else SHORTEST
+        pair = (RELEASE, STICK) if rigid else (TOUCH, PART) if margin.kind == GRAZING else (PART, TOUCH)
+        yield _with(orbit, k, dict(zip((where, where + length), pair, strict=True))), k
+    elif not margin.inside and orbit.kinds[k] == IMPACT:
+        yield _without(orbit, {k}), None
+    elif not margin.inside and not rigid:
+        yield _without(orbit, {k, _nearest_event(orbit, k)}), None
+
+
+def _nearest_event(orbit: Orbit, k: int) -> int:
+    """The event, before or after another one in the cycle, that is closer in time."""
+    m = len(orbit.kinds)
+    after, before = (k + 1) % m, (k - 1) % m
+    instants, period = orbit.instants, orbit.period
+    return min(
+        (after, before), key=lambda j: min((instants[j] - instants[k]) % period, (instants[k] - instants[j]) % period)
+    )
+
+
+def _with(orbit: Orbit, k: int, events: dict[float, int]) -> Orbit:
+    return replace(
+        orbit,
+        kinds=(*orbit.kinds[:k], *events.values(), *orbit.kinds[k:]),
+        unknowns=np.insert(orbit.unknowns, 4 + k, list(events)),
+    )
+
+
+def _without(orbit: Orbit, events: set[int]) -> Orbit:
+    kinds = tuple(kind for k, kind in enumerate(orbit.kinds) if k not in events)
+    alone = orbit.kinds[min(events)] not in TOUCHING if len(events) > 1 and not kinds else False
+    first = touching_at_start(kinds, alone)
+    return replace(orbit, kinds=kinds, first=first, unknowns=np.delete(orbit.unknowns, [4 + k for k in events]))
+
+
+def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, k: int) -> CurvePoint | None:
+    """The orbit whose phase between events k and k + 1 is as short as in the guess, and grows."""
+    row = np.zeros(len(orbit.unknowns) + 1)
+    row[4 + k], row[5 + k] = -1.0, 1.0
+    found = curve.constrained(orbit, last.value, row, orbit.instants[k + 1] - orbit.instants[k])
+    point = found and CurvePoint(curve, *found, row)
+    return point if point is not None and _holds(curve, point) else None
+
+
+def _on_its_side(
+    curve: Curve, last: CurvePoint, guess: Orbit, value: float | None = None, steps=STEPS
+) -> CurvePoint | None:
+    """The first orbit near a guess, on the side on which its sequence holds."""
+    value = last.value if value is None else value
+    orbit = curve.corrected(guess, value)
+    if orbit is None or np.abs(orbit.unknowns[:4] - last.orbit.unknowns[:4]).max() > NEAR * curve.scales(orbit)[0]:
+        return None
+    onwards = np.zeros(len(orbit.unknowns) + 1)
+    onwards[-1] = last.tangent[-1]
+    start = CurvePoint(curve, orbit, value, onwards)
+    for step in steps:
+        for way in (start, start.turned()):
+            ahead = curve.ahead(way, step)
+            point = ahead and CurvePoint(curve, *ahead, way.tangent)
+            if point is not None and _holds(curve, point):
+                return point
+    return None
+
+
+def _after_jump(curve: Curve, last: CurvePoint, complete: bool = False) -> CurvePoint | None:
+    """The nearest orbit with another sequence that runs from the last one show; or with a ``complete`` chatter."""
+    seen = {last.orbit.kinds}
+    onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
+    for jump in JUMPS:
+        for way in (onwards, -onwards):
+            value = last.value + way * jump * curve.width
+            orbit = orbit_of_run(curve.family.at(value), last.evaluation.section[0], last.orbit.period)
+            if orbit is None or orbit.kinds in seen or (complete and CHATTER not in orbit.kinds):
+                continue
+            seen.add(orbit.kinds)
+            found = _on_its_side(curve, last, orbit, value, LONG_STEPS)
+            if found is not None:
+                return found
+    return None

@@ -1,0 +1,150 @@
+"""The equations of a periodic orbit of a solution in closed form (:mod:`..kernels.event_driven.orbit`)."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels.event_driven.orbit import (
+    CHATTER,
+    CLOSING,
+    FACTS,
+    FORCE,
+    IMPACT,
+    LOWEST,
+    PART,
+    PARTING,
+    RELEASE,
+    STICK,
+    TOUCH,
+    WHERE,
+    orbit_equations,
+    state_later,
+)
+from ..methods import ExactPenalty, Reference
+from ..model import System
+from .event_driven import set_up
+
+__all__ = [
+    "CHATTER",
+    "CLOSING",
+    "FORCE",
+    "IMPACT",
+    "LOWEST",
+    "PART",
+    "PARTING",
+    "RELEASE",
+    "STICK",
+    "TOUCH",
+    "WHERE",
+    "Evaluation",
+    "OrbitEquations",
+]
+
+
+INFINITE = 1e10  # an element of the Jacobian above that is one of a grazing impact
+
+
+class Evaluation(NamedTuple):
+    """The equations of an orbit at given unknowns.
+
+    Attributes
+    ----------
+    residual : (4 + m,) ndarray
+        y(pT) − y₀, then what is zero at each event.
+    jacobian : (4 + m, 4 + m) ndarray
+    facts : (m + 1, 5) ndarray
+        Of each event, and of the end of the cycle: columns CLOSING, PARTING, FORCE, LOWEST, WHERE.
+    after : (m + 1, 5) ndarray
+        State (ξ₁, ξ₁′, g, g′) right after each event and its time in excitation periods; last the end of the cycle.
+    section : (p, 4) ndarray
+        States at τ = 0, T, … (p − 1)T.
+    """
+
+    residual: np.ndarray
+    jacobian: np.ndarray
+    facts: np.ndarray
+    after: np.ndarray
+    section: np.ndarray
+
+    @property
+    def monodromy(self) -> np.ndarray:
+        """Jacobian of the Poincaré map over the cycle, (4, 4); nan at a grazing impact, where there is none."""
+        first = self.jacobian[:4, :4] + np.eye(4)
+        if len(self.jacobian) == 4:
+            return first
+        try:
+            return first - self.jacobian[:4, 4:] @ np.linalg.solve(self.jacobian[4:, 4:], self.jacobian[4:, :4])
+        except np.linalg.LinAlgError:
+            return np.full((4, 4), np.nan)
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        """Floquet multipliers, (4,), largest first; the first is infinite at a grazing impact, and the others nan."""
+        jacobian = self.monodromy
+        if not np.abs(jacobian).max() < INFINITE:
+            return np.array([np.inf, np.nan, np.nan, np.nan], dtype=complex)
+        values = np.linalg.eigvals(jacobian).astype(complex)
+        return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+class OrbitEquations:
+    """The equations of the orbits of one system, η and method.
+
+    Parameters
+    ----------
+    system : System
+    eta : float
+    method : Reference or ExactPenalty
+        With the law "kelvin-voigt".
+    """
+
+    def __init__(self, system: System, eta: float, method: Reference | ExactPenalty) -> None:
+        self._tables = set_up(system, eta, method)
+
+    def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
+        """Evaluate the equations of orbits with this sequence of events.
+
+        Parameters
+        ----------
+        kinds : (m,) sequence of int
+            What happens at each event: IMPACT, STICK, CHATTER, RELEASE (reference), TOUCH, PART (penalty).
+        first : bool
+            Whether the bodies touch at τ = 0.
+        period : int
+            Excitation periods of the cycle.
+        unknowns : (4 + m,) ndarray
+            ξ₁, ξ₁′, g, g′ at τ = 0, then the instants of the events in excitation periods.
+        """
+        m = len(kinds)
+        n = 4 + m
+        sizes = (n,), (n, n), (m + 1, FACTS), (m + 1, 5), (period, 4)
+        found = Evaluation(*map(np.zeros, sizes))
+        work = np.zeros((4, n)), np.zeros(n), np.zeros((4, 4))
+        tables = self._tables
+        orbit_equations(
+            tables.packed,
+            tables.views.wall,
+            np.array(kinds, dtype=np.int64),
+            first,
+            float(period),
+            unknowns,
+            tuple(found),
+            work,
+        )
+        return found
+
+    def state_later(self, touching: bool, state: np.ndarray, turn: float, length: float) -> np.ndarray:
+        """The state (ξ₁, ξ₁′, g, g′) a number of excitation periods after another one, without an event on the way.
+
+        Parameters
+        ----------
+        touching : bool
+            Whether the bodies touch.
+        state : (4,) ndarray
+        turn, length : float
+            When it holds, and how much later, in excitation periods.
+        """
+        tables = self._tables
+        period = tables.views.period
+        return np.array(state_later(tables.packed, tables.views.wall, touching, state, turn, length * period))

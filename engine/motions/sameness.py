@@ -1,0 +1,99 @@
+"""Whether two motions are the same one: of one solver from two starts, or of two solvers.
+
+Two runs of **one solver** that tend to the same cycle agree to rounding, but for what a time step scatters; two
+irregular motions are the same if their averages agree within their standard errors.
+
+Motions of **two solvers** are never equal: K, D and the time step move a cycle. They count as the same if they repeat
+after equally many periods, or neither does, and if their sections lie within BETWEEN_SOLVERS of the size of the larger
+one, after the shift by whole periods that brings cycles together; of irregular motions, mean and standard deviation of
+the section. The tolerance lies above what a penalty model moves a motion and below what separates coexisting motions of
+equal period; `tests/engine/test_sameness.py` measures both on the paper's system.
+"""
+
+import numpy as np
+
+from ..drivers.section import TOLERANCE
+from .averages import batch_means, standard_error
+from .section import band_width
+
+BATCHES = 16
+SIGMAS = 6.0  # standard errors that the averages of one motion may differ by
+SAME = 1e-6  # of the size: cycles of closed-form solvers that differ by less are the same
+NOISY = 3.0  # cycles of Newmark may differ by so many widths of their bands, and these widths by such a factor
+THIN = 0.01  # of the size: bands that the time step causes differ by any factor below this width
+BETWEEN_SOLVERS = 0.25  # of the size
+
+
+def same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float = 0.0, least: float = 0.0) -> bool:
+    """Whether two sections of one solver are the same cycle of points but for time-step scatter, wherever they begin.
+
+    Parameters
+    ----------
+    known, section : (n, 4), (m, 4) ndarray
+        Of one cycle, or of at least two.
+    period : int
+        Of the known one.
+    thin : float
+        Share of the size below which the widths of bands may differ by any factor.
+    least : float
+        Size below which a motion counts as rest.
+    """
+    if len(section) != period and len(section) < 2 * period:
+        return False
+    points, others = cycle_points(known, period), cycle_points(section, period)
+    widths = band_width(known, period), band_width(section, period)
+    size = max(np.abs(known).max(), least)
+    if max(widths) > max(NOISY * min(widths) + TOLERANCE * size, thin * size):
+        return False
+    return _shifted_distance(points, others) <= SAME * size + NOISY * max(widths)
+
+
+def cycle_points(section: np.ndarray, period: int) -> np.ndarray:
+    """The mean point of each period of a cycle, (period, 4)."""
+    cycles = len(section) // period
+    return section[len(section) - cycles * period :].reshape(cycles, period, 4).mean(axis=0)
+
+
+def same_averages(known: np.ndarray, section: np.ndarray) -> bool:
+    """Whether the averages of coordinates and their squares agree within their standard errors."""
+    if len(known) != len(section):
+        return False
+    means = [batch_means(np.hstack([rows, rows**2]), BATCHES) for rows in (known, section)]
+    average, other = (each.mean(axis=0) for each in means)
+    error = np.hypot(*(standard_error(each) for each in means))
+    return bool((np.abs(average - other) <= SIGMAS * error + TOLERANCE * np.abs(average).max()).all())
+
+
+def same_between_solvers(one: np.ndarray, period: int, other: np.ndarray, other_period: int) -> bool:
+    """Whether two solvers have the same motion, by their sections and the periods after which they repeat themselves.
+
+    Parameters
+    ----------
+    one, other : (n, 4), (m, 4) ndarray
+        Whole cycles, or any rows of motions that do not repeat.
+    period, other_period : int
+        0: the motion does not repeat.
+    """
+    return period == other_period and distance_between_solvers(one, other, period) <= BETWEEN_SOLVERS
+
+
+def distance_between_solvers(one: np.ndarray, other: np.ndarray, period: int) -> float:
+    """How far the sections of two solvers are apart, relative to the size of the larger one.
+
+    Parameters
+    ----------
+    one, other : (n, 4), (m, 4) ndarray
+        Whole cycles, or any rows of motions that do not repeat.
+    period : int
+        Of both; 0: they do not repeat.
+    """
+    if not period:  # mean and standard deviation, as a cycle of one point of eight coordinates
+        one, other = (np.concatenate([rows.mean(axis=0), rows.std(axis=0)])[None] for rows in (one, other))
+    else:
+        one, other = cycle_points(one, period), cycle_points(other, period)
+    return _shifted_distance(one, other) / max(np.abs(one).max(), np.abs(other).max(), 1e-300)
+
+
+def _shifted_distance(points: np.ndarray, others: np.ndarray) -> float:
+    """Largest difference of two cycles of as many points, after the shift that makes it smallest."""
+    return min(float(np.abs(points - np.roll(others, shift, axis=0)).max()) for shift in range(len(points)))

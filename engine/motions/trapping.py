@@ -1,0 +1,162 @@
+"""Trapping regions of stable cycles: ellipsoids of the Poincaré section from which every motion comes to the cycle.
+
+Let P be the map over so many turns of a cycle that disturbances fall to a half, y* a point of the cycle and |F·| a norm
+in which DP shrinks every vector at least by ψ < 1 (:mod:`.orbit`). The ball |F (y − y*)| ≤ r is trapping if each y in
+it satisfies
+
+    |F (P(y) − y* − DP (y − y*))| ≤ ½ (1 − ψ) |F (y − y*)|
+
+with the cycle's own sequence of events: P(y) then lies in the ball of ½ (1 + ψ) r, and the motion comes to the cycle.
+The left-hand side grows with the square of the distance, and the sequence changes where the ball crosses a surface of
+grazing. Both are examined in DIRECTIONS random directions at several distances up to r/SHARE. If such a surface is as
+good as flat there and comes within r of y*, it cuts off a seventh of the directions at r/SHARE or more, and the chance
+that none of them shows it is (6/7) to the power of DIRECTIONS, 3e-9. Over a single turn of a weakly stable cycle the
+balls would be far smaller: of η = 3.2, period 2, by a factor of 30. The plain twin of what follows from a region is the
+run itself (`tests/engine/test_basin_twin.py`).
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..drivers.event_driven import contact_state
+from ..methods import ExactPenalty, Reference
+from ..model import System
+from .orbit import Orbit, contracts, norm_factor
+from .poincare_map import PoincareMap
+from .steady import Steady
+
+DIRECTIONS = 128
+DISTANCES = (1.0, 0.5)  # of the radius that is examined
+SHARE = 0.6  # of the radius that is examined: the radius of the region
+SMALLER, RADII = 0.75, 60  # each radius that is examined of the one before; how many, from the section's size on
+FALLEN = 0.5  # what is left of a disturbance after the turns of a map …
+MOST_REGIONS = 8  # of a cycle: a motion comes by all of its points in turn
+MOST_TURNS = 64  # … if it falls so far within these
+JOINED = 1e-9  # of the size: gap and gap rate of bodies that move as one, but for rounding
+
+
+class Region(NamedTuple):
+    """A trapping region: the states x = (ξ₁, ξ₁′, ξ₂, ξ₂′) with |factor (x − centre)| ≤ 1.
+
+    Attributes
+    ----------
+    centre : (4,) ndarray
+    factor : (4, 4) ndarray
+    """
+
+    centre: np.ndarray
+    factor: np.ndarray
+
+
+def trapping_regions(
+    system: System,
+    eta: float,
+    method: Reference | ExactPenalty,
+    found: Steady,
+    cancelled: Callable[[], bool] | None = None,
+) -> list[Region]:
+    """A trapping region around each point of a stable cycle where there is one of more than rounding.
+
+    Parameters
+    ----------
+    system : System
+    eta : float
+    method : Reference or ExactPenalty
+    found : Steady
+        Periodic, of the same system, η and method.
+    cancelled : callable, optional
+        Polled many times a second.
+
+    Returns
+    -------
+    list of Region
+        Around points of the cycle, MOST_REGIONS at most; empty if the cycle is not stable.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    poincare = PoincareMap(system, eta, method, cancelled)
+    state, regions = poincare.coordinates(found.state), []
+    to_map = _linear_part(system)
+    size = np.abs(found.response.section).max()
+    turns = _turns(np.abs(found.multipliers).max())
+    apart = -(-found.period // MOST_REGIONS)  # periods from one of the points to the next
+    for _ in range(0, found.period, apart):
+        returned = poincare(state, turns * found.period)
+        if returned is None:
+            return regions
+        orbit = Orbit(turns * found.period, state, returned, 0)
+        factor = _factor_of_region(poincare, orbit, isinstance(method, Reference), size)
+        if factor is not None:
+            regions.append(Region(poincare.displacements(state), factor @ to_map))
+        state = poincare(state, apart).state
+    return regions
+
+
+def _turns(largest: float) -> int:
+    """Turns of a cycle in which disturbances fall to FALLEN, by the largest modulus of its multipliers."""
+    if not 0 < largest < 1:
+        return 1
+    return int(np.clip(np.ceil(np.log(FALLEN) / np.log(largest)), 1, MOST_TURNS))
+
+
+def _linear_part(system: System) -> np.ndarray:
+    """The matrix of the map's coordinates by displacements, (4, 4)."""
+    origin = contact_state(system, np.zeros(4))
+    return np.stack([contact_state(system, unit) - origin for unit in np.eye(4)], axis=1)
+
+
+def _factor_of_region(poincare: PoincareMap, orbit: Orbit, rigid: bool, size: float) -> np.ndarray | None:
+    """F/r around a point of a cycle; None if the cycle is not stable or r is not above rounding."""
+    jacobian = orbit.returned.jacobian
+    largest = np.abs(np.linalg.eigvals(jacobian)).max()
+    if not largest < 1 - 1e-9:
+        return None
+    rate = (1 + largest) / 2
+    factor = norm_factor(jacobian / rate)
+    joined = rigid and np.abs(orbit.state[2:]).max() <= JOINED * size  # whoever comes there has no gap, either
+    free = np.array([True, True, not joined, not joined])
+    if poincare.mechanics.wall:
+        free[:2] = False
+    units = _directions(factor, free)
+    radius = size / np.abs(units).max()
+    for _ in range(RADII):
+        if all(
+            _holds(poincare, orbit, factor, rate, rigid, distance * radius * unit)
+            for unit in units
+            for distance in DISTANCES
+        ):
+            scaled = factor / (SHARE * radius)
+            return scaled if not joined else _without_gap(factor[:, free], SHARE * radius, JOINED * size)
+        radius *= SMALLER
+    return None
+
+
+def _directions(factor: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Deviations of norm 1, (DIRECTIONS, 4), in the coordinates that can deviate."""
+    drawn = np.random.default_rng(0).standard_normal((DIRECTIONS, int(free.sum())))
+    inverse = np.linalg.inv(np.linalg.qr(factor[:, free])[1])  # R of the columns that are free: |F x| = |R x|
+    units = np.zeros((DIRECTIONS, 4))
+    units[:, free] = (drawn / np.linalg.norm(drawn, axis=1, keepdims=True)) @ inverse.T
+    return units
+
+
+def _holds(poincare: PoincareMap, orbit: Orbit, factor, rate: float, rigid: bool, deviation: np.ndarray) -> bool:
+    """Whether the condition holds at a deviation; a reference cannot deviate into penetration."""
+    state = orbit.state + deviation
+    if rigid:
+        state[2] = max(state[2], 0.0)
+    return contracts(orbit, factor, rate, state - orbit.state, poincare(state, orbit.period))
+
+
+def _without_gap(columns: np.ndarray, radius: float, nothing: float) -> np.ndarray:
+    """F/r of bodies that move as one: the gap and its rate may be no more than ``nothing``."""
+    triangle = np.linalg.qr(columns)[1]
+    found = np.zeros((4, 4))
+    found[:2, :2] = triangle / radius
+    found[2, 2] = found[3, 3] = 1 / nothing
+    return found

@@ -1,0 +1,360 @@
+"""Which motion each start of a plane leads to: the motions that attract, and the runs that are labelled by them.
+
+The motions are found beforehand, from a lattice of starts of the same plane. So the label of a cell depends neither on
+the other cells nor on the order in which they are computed. Each cell is run until that is decided:
+
+- A closed-form solver (:mod:`..drivers.settle`): until the section enters a trapping region of one of the cycles
+  (:mod:`..motions.trapping`), at most through the transient of the study.
+- Of what enters none by then, and of every cell of another solver, the section of the sample is compared with those of
+  the motions (:mod:`..motions.sameness`).
+- If it is none of them, the cell has LATER times the transient to enter a region. Then Newton's method searches for a
+  cycle from there (:mod:`..motions.steady`); one that is not among the motions is the cell's own, which the study puts
+  together with others at the end.
+"""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from ..batch import run_cells
+from ..cells import CellResults, Cells
+from ..drivers import settle as driver
+from ..drivers.batch import are_compiled
+from ..drivers.law_driven import remembers
+from ..drivers.section import period_of
+from ..drivers.threads import thread_count
+from ..methods import STEPPING, Method, Reference
+from ..model import System
+from ..motions.description import Kind
+from ..motions.motion import motion
+from ..motions.poincare_map import without_penetration
+from ..motions.sameness import THIN, cycle_points, same_averages, same_cycle
+from ..motions.steady import schedule_of, steady
+from ..motions.trapping import Region, trapping_regions
+from ..result import STATUSES, Status
+from .codes import MISSING
+from .start_plane import StartPlane, can_begin
+
+PROBES, SLOW_PROBES = 16, 6  # along each side of the lattice: of cells that are compiled, and of others
+MOST = 32  # motions that are looked for on the lattice
+PROBED = 200  # periods of the lattice's starts between two searches for a motion
+LATER = 4  # times the transient in which a cell may still enter a trapping region that its section was not seen in
+STRIDE = 12  # periods between two looks at the section
+OK = STATUSES.index(Status.OK)
+
+# In place of the index of a motion:
+OTHER = -2  # none of those that were found beforehand
+ENDED = -3  # the run ended early
+NO_START = -4  # the bodies of a reference would penetrate
+
+
+@dataclass(frozen=True)
+class BasinMotion:
+    """A motion that starts of the plane lead to.
+
+    Attributes
+    ----------
+    kind : Kind
+    period : int
+        Excitation periods after which it repeats itself; 0: never.
+    section : (n, 4) ndarray
+        One cycle of a closed-form solver, or else the sample of a run.
+    blurred : bool
+        Whether a time step scatters it.
+    regions : list of Region
+    """
+
+    kind: Kind
+    period: int
+    section: np.ndarray
+    blurred: bool = False
+    regions: list[Region] = field(default_factory=list)
+
+    def includes(self, section: np.ndarray, least: float) -> bool:
+        """Whether a section of the same solver is that of this motion."""
+        if self.kind is Kind.PERIODIC:
+            return same_cycle(self.section, section, self.period, THIN if self.blurred else 0.0, least)
+        return not period_of(section) and same_averages(self.section, section)
+
+
+@dataclass(frozen=True)
+class Reached:
+    """What cells lead to.
+
+    Attributes
+    ----------
+    motion : (n,) ndarray
+        Index of the motion; MISSING, OTHER, ENDED or NO_START.
+    period : (n,) ndarray
+        Of the motion; MISSING where there is none.
+    point : (n, 4) ndarray
+        Of a motion that is none of those found beforehand: the first point of its cycle in ascending order, or the mean
+        of its section; else nan.
+    periods : (n,) ndarray
+        That were run.
+    status : (n,) ndarray
+    """
+
+    motion: np.ndarray
+    period: np.ndarray
+    point: np.ndarray
+    periods: np.ndarray
+    status: np.ndarray
+
+    @classmethod
+    def nothing(cls, n: int) -> "Reached":
+        """Of cells of which nothing is known."""
+        motion, period = np.full(n, MISSING, np.int64), np.full(n, MISSING, np.int64)
+        return cls(motion, period, np.full((n, 4), np.nan), np.zeros(n, np.int64), np.full(n, OK))
+
+
+class BasinSearch:
+    """The motions of a solver in a plane of starts, and the labels of cells.
+
+    Parameters
+    ----------
+    system, eta, method
+        As in :func:`engine.simulate`.
+    plane : StartPlane
+    transient, sample : int
+        Periods that a cell runs which no trapping region decides.
+    """
+
+    def __init__(self, system: System, eta: float, method: Method, plane: StartPlane, transient: int, sample: int):
+        self.system, self.eta, self.method, self.plane = system, eta, method, plane
+        self.transient, self.sample = transient, sample
+        self.closed_form = not isinstance(method, STEPPING) and not remembers(system, method)
+        self._row = Cells(system, [eta], method).parameters()
+        self.trapped = not isinstance(method, STEPPING) and bool(are_compiled(method, self._row)[0])
+        self._least = 0.0
+        self._found: list[BasinMotion] | None = None
+        self._lock = threading.Lock()
+
+    def motions(self, threads: int | None = None, cancelled: Callable[[], bool] | None = None) -> list[BasinMotion]:
+        """The motions that starts of the lattice lead to, in the order in which they were found.
+
+        Raises
+        ------
+        Cancelled
+            If ``cancelled`` returned true; the next call begins anew.
+        """
+        with self._lock:
+            if self._found is None:
+                starts, phases = self.plane.lattice(PROBES if self.trapped else SLOW_PROBES)
+                allowed = can_begin(self.system, self.method, starts)
+                if not self.system.excitation.drives:  # what is left of a free vibration has no size of its own
+                    self._least = float(np.abs(starts).max())
+                self._found = self._search(starts[allowed], phases[allowed], thread_count(threads), cancelled)
+            return self._found
+
+    def label(
+        self,
+        starts: np.ndarray,
+        phases: np.ndarray,
+        *,
+        threads: int | None = None,
+        progress: Callable[[int], None] | None = None,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> Reached:
+        """Run cells until it is known which motion each of them tends to.
+
+        Parameters
+        ----------
+        starts, phases : (n, 4), (n,) ndarray
+        threads, progress, cancelled
+            As in :func:`engine.run_cells`.
+        """
+        motions = self.motions(threads, cancelled)
+        found = Reached.nothing(len(starts))
+        allowed = can_begin(self.system, self.method, starts)
+        found.motion[~allowed] = NO_START
+        left, states = np.flatnonzero(allowed), starts[allowed]
+        how = {"threads": thread_count(threads), "progress": progress, "cancelled": cancelled}
+        if self.trapped:
+            left, states = self._settle_cells(found, motions, left, states, phases[left], self.transient, how)
+            how["progress"] = None  # which has counted them
+        if len(left):
+            self._recognise(found, motions, left, states, how)
+        return found
+
+    # -- cells ----------------------------------------------------------------------------------------------------
+
+    def _settle(self, motions, states, phases, periods: int, threads, progress, cancelled) -> driver.Settled:
+        regions = [region for each in motions for region in each.regions]
+        centres = np.array([region.centre for region in regions]).reshape(-1, 4)
+        factors = np.array([region.factor for region in regions]).reshape(-1, 4, 4)
+        return driver.settle(
+            self.method,
+            np.tile(self._row, (len(states), 1)),
+            np.ascontiguousarray(states),
+            phases * (2 * np.pi / self.eta),
+            driver.Traps(centres, factors),
+            periods=max(periods, 1),
+            stride=STRIDE,
+            threads=threads,
+            progress=progress,
+            cancelled=cancelled,
+        )
+
+    def _settle_cells(self, found: Reached, motions, cells, states, phases, periods: int, how: dict):
+        """Label the cells that a trapping region decides; the others and the states that they came to."""
+        settled = self._settle(motions, states, phases, periods, **how)
+        owners = np.array([k for k, each in enumerate(motions) for _ in each.regions], dtype=np.int64)
+        trapped, ended = settled.trap != driver.NO_TRAP, settled.status != OK
+        found.motion[cells[trapped]] = owners[settled.trap[trapped]]
+        found.motion[cells[ended]] = ENDED
+        found.period[cells[trapped]] = [motions[k].period for k in owners[settled.trap[trapped]]]
+        found.status[cells] = settled.status
+        found.periods[cells] += settled.periods
+        left = ~(trapped | ended)
+        return cells[left], self._clean(settled.end[left])
+
+    def _recognise(self, found: Reached, motions, cells, states, how: dict) -> None:
+        """Label cells by their sections, and those that are none of the motions by what they come to later."""
+        run = self._run(states, 0 if self.trapped else self.transient, **how)
+        found.status[cells], found.periods[cells] = run.status, found.periods[cells] + run.periods
+        found.motion[cells[~run.ok]] = ENDED
+        unknown = []
+        for k in np.flatnonzero(run.ok):
+            index = self._index_of(run.section[k], motions)
+            if index is None:
+                unknown.append(k)
+            else:
+                found.motion[cells[k]], found.period[cells[k]] = index, motions[index].period
+        sections = dict(zip(cells[unknown].tolist(), run.section[unknown], strict=True))
+        if self.trapped and unknown:  # a long transient may be over later
+            states, phases = self._clean(run.end[unknown]), np.zeros(len(unknown))
+            left = self._settle_cells(found, motions, cells[unknown], states, phases, LATER * self.transient, how)
+            sections = {i: state[None] for i, state in zip(*left, strict=True)}
+        for i, section in sections.items():
+            self._search_from(found, i, section, motions, how["cancelled"])
+
+    def _run(self, states, transient: int, threads, progress, cancelled) -> CellResults:
+        cells = Cells(self.system, np.full(len(states), self.eta), self.method, initial=states)
+        how = {"threads": threads, "progress": progress, "cancelled": cancelled}
+        return run_cells(cells, transient=transient, sample=self.sample, **how)
+
+    def _clean(self, states: np.ndarray) -> np.ndarray:
+        """States from which a run can go on: those of a reference do not penetrate, not even by rounding."""
+        if not isinstance(self.method, Reference):
+            return states
+        return np.array([without_penetration(self.system, state) for state in states]).reshape(-1, 4)
+
+    def _search_from(self, found: Reached, i: int, section: np.ndarray, motions, cancelled) -> None:
+        """Label cell i by the cycle that Newton's method finds from the end of a section, or else by the section."""
+        cycle = self._cycle_from(self._clean(section[-1:])[0], cancelled, trapped=False)
+        section, period = (cycle.section, cycle.period) if cycle else (section, period_of(section))
+        index = self._index_of(section, motions)
+        if index is None:
+            found.motion[i], found.period[i] = OTHER, period
+            points = cycle_points(section, period) if period else section.mean(axis=0)[None]
+            found.point[i] = points[np.lexsort(points.T[::-1])[0]]
+        else:
+            found.motion[i], found.period[i] = index, motions[index].period
+
+    def _index_of(self, section: np.ndarray, motions) -> int | None:
+        return next((k for k, each in enumerate(motions) if each.includes(section, self._least)), None)
+
+    # -- the motions ----------------------------------------------------------------------------------------------
+
+    def _search(self, starts, phases, threads: int, cancelled) -> list[BasinMotion]:
+        """Each motion from the first start that leads to none of those before."""
+        if not len(starts):
+            return []
+        if not self.trapped:
+            run = self._run(starts, self.transient, threads, None, cancelled)
+            return self._motions_of_runs(run, [], cancelled)
+        motions: list[BasinMotion] = []
+        if not phases[0]:  # else the first cells come to a section before there is any region
+            self._add(motions, starts[0], cancelled)
+        while len(motions) < MOST:
+            settled = self._settle(motions, starts, phases, PROBED, threads, None, cancelled)
+            left = (settled.trap == driver.NO_TRAP) & (settled.status == OK)
+            starts, phases = self._clean(settled.end[left]), np.zeros(int(left.sum()))
+            if not len(starts):
+                break
+            before = len(motions)
+            index = self._add(motions, starts[0], cancelled)
+            if index is None or not motions[index].regions:  # nothing is trapped by it
+                run = self._run(starts, self.transient, threads, None, cancelled)
+                return self._motions_of_runs(run, motions, cancelled)
+            if index < before:  # a transient of a motion that was known
+                starts, phases = starts[1:], phases[1:]
+            if not len(starts):
+                break
+        return motions
+
+    def _add(
+        self, motions: list[BasinMotion], start: np.ndarray, cancelled, section: np.ndarray | None = None
+    ) -> int | None:
+        """Index of the motion that a start leads to, which is added where it is new; None if its run ends early.
+
+        ``section``: as in `_motion_from`.
+        """
+        found = self._motion_from(start, cancelled, section)
+        if found is None:
+            return None
+        index = self._index_of(found.section, motions)
+        if index is None:
+            motions.append(found)
+        return len(motions) - 1 if index is None else index
+
+    def _motions_of_runs(self, run: CellResults, motions: list[BasinMotion], cancelled) -> list[BasinMotion]:
+        """Those before and what the runs tend to beside them."""
+        for k in np.flatnonzero(run.ok):
+            if len(motions) == MOST or self._index_of(run.section[k], motions) is not None:
+                continue
+            end = self._clean(run.end[k : k + 1])[0]
+            cycle = self._cycle_from(end, cancelled, trapped=False)
+            if cycle is None or self._index_of(cycle.section, motions) is None:
+                self._add(motions, end, cancelled, run.section[k])
+        return motions
+
+    def _motion_from(self, start: np.ndarray, cancelled, section: np.ndarray | None = None) -> BasinMotion | None:
+        """The motion that a start leads to; None if its run ends early.
+
+        Parameters
+        ----------
+        section : (n, 4) ndarray, optional
+            The sample of a run that ended at the start, for solvers that find no cycle by Newton's method.
+        """
+        cycle = self._cycle_from(start, cancelled)
+        if cycle is not None:
+            return cycle
+        described = motion(self.system, self.eta, self.method, initial=start, cancelled=cancelled)
+        if described.type is Kind.DIVERGED:
+            return None
+        if described.type is Kind.PERIODIC and self.closed_form:  # which it came to while it was followed
+            cycle = self._cycle_from(self._clean(described.section[-1:])[0], cancelled)
+            return cycle or BasinMotion(Kind.PERIODIC, described.period, described.section)
+        if section is None:
+            section = self._run(start[None], self.transient, 1, None, cancelled).section[0]
+        period = described.period if described.type is Kind.PERIODIC else 0
+        section = section if len(section) >= 2 * period else described.section
+        return BasinMotion(described.type, period, section, blurred=described.step_noise > 0)
+
+    def _cycle_from(self, start: np.ndarray, cancelled, trapped: bool = True) -> BasinMotion | None:
+        """The cycle that Newton's method finds from a start, with its regions where it is to have some.
+
+        None if there is no cycle, or no Newton's method.
+        """
+        if not self.closed_form:
+            return None
+        options = {"initial": start, "max_period": schedule_of(self.method).longest, "cancelled": cancelled}
+        found = steady(self.system, self.eta, self.method, **options)
+        if not found.periodic:
+            return None
+        known = trapped and self.trapped
+        regions = trapping_regions(self.system, self.eta, self.method, found, cancelled) if known else []
+        return BasinMotion(Kind.PERIODIC, found.period, found.response.section, regions=regions)
+
+
+@lru_cache(maxsize=16)
+def basin_search(
+    system: System, eta: float, method: Method, plane: StartPlane, transient: int, sample: int
+) -> BasinSearch:
+    """The search of a plane, whose motions are found once per process."""
+    return BasinSearch(system, eta, method, plane, transient, sample)

@@ -1,0 +1,193 @@
+"""Basins of attraction: which motion each start of a plane leads to, at one η, for any solver.
+
+Every cell is certified by its own run (:mod:`.basin_motions`), never by its neighbours. Once all cells are known the
+motions are numbered in the order of their shares, with those that a cell met for the first time.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from ..model import whole
+from ..motions.description import Kind
+from ..motions.sameness import BATCHES, SAME
+from ..simulate import KEEP_LIMIT
+from . import variables as vocabulary
+from .axis import ascending_values
+from .basin_boundary import boundary, share_error
+from .basin_motions import OTHER, BasinMotion, BasinSearch, basin_search
+from .codes import KIND_FLAGS
+from .start_plane import StartPlane, can_begin
+from .study import Study
+from .variables import StudyArray, Variable, status_variable, variables_of
+
+_SCATTERED = 0.03  # of the size: what another motion of a method with a time step may be blurred by
+
+
+@dataclass(frozen=True, eq=False)
+class BasinStudy(Study):
+    """Cells over two numbers of the start.
+
+    Attributes
+    ----------
+    plane : StartPlane
+        The whole plane, on which the motions are found beforehand.
+    x, y : (n,), (m,) ndarray
+        Values along its axes, ascending.
+    """
+
+    plane: StartPlane = None
+    x: np.ndarray = None
+    y: np.ndarray = None
+    kind: ClassVar[str] = "basin"
+
+    def __post_init__(self):
+        super().__post_init__()
+        advice = "a motion that does not repeat itself is recognised by the averages of its sample"
+        whole("sample", self.sample, 2 * BATCHES, KEEP_LIMIT, advice)
+        x, y = (ascending_values(name, values) for name, values in zip(self.plane.axes, (self.x, self.y), strict=True))
+        self._set(x=x, y=y)
+
+    @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """The numbers of the start that differ from cell to cell."""
+        return dict(zip(self.plane.axes, (self.x, self.y), strict=True))
+
+    @cached_property
+    def arrays(self) -> dict[str, StudyArray]:
+        """The axes."""
+        return {name: StudyArray((name,), values, vocabulary.STARTS[name]) for name, values in self.axes.items()}
+
+    @property
+    def inner_lengths(self) -> dict[str, int]:
+        """Length of every dimension but those of the axes."""
+        return {"component": 4}
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """What is computed of each cell."""
+        dims = tuple(self.axes)
+        found = variables_of(vocabulary.REACHED, dims)
+        found["point"] = Variable((*dims, "component"), "f8", vocabulary.POINT)
+        return found | {"status": status_variable(dims)}
+
+    @property
+    def options(self) -> dict[str, object]:
+        """Further numbers that the result depends on."""
+        return {"start": list(self.plane.start), "phase": self.plane.phase}
+
+    def check(self) -> None:
+        """Also the plane.
+
+        Raises
+        ------
+        ValueError
+            Naming the number, the range and what to do.
+        """
+        self.plane.check(self.system)
+        super().check()
+        starts, phases = self._starts(None)
+        if (phases != 0).any() and not self._search.trapped:
+            raise ValueError(
+                f"a start phase needs a solver in closed form: the {self.method.name} method begins at phase 0; "
+                "give the reference or the exact penalty solution of the first law, or other axes"
+            )
+        if not can_begin(self.system, self.method, starts).any():
+            raise ValueError(
+                "every start of this plane penetrates: the reference knows no penetration, give starts with a gap "
+                f"ξ₂ − ξ₁ + {self.system.clearance:g} ≥ 0, or the penalty solution"
+            )
+
+    def cut(self, chunk):
+        """The same study of the cells of a chunk; the plane remains the whole one."""
+        rows, columns = chunk
+        return replace(self, x=self.x[rows], y=self.y[columns])
+
+    def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
+        """The variables of a batch of cells."""
+        starts, phases = self._starts(batch)
+        shape = next(iter(self.points(batch).values())).shape
+        found = self._search.label(starts, phases, threads=threads, progress=progress, cancelled=cancelled)
+        values = {
+            "reached": found.motion,
+            "reached_period": found.period,
+            "periods": found.periods,
+            "point": found.point,
+            "status": found.status,
+        }
+        return {name: values[name].reshape(shape + values[name].shape[1:]) for name in self.variables}
+
+    def conclusions(self, values: Mapping[str, np.ndarray]) -> dict[str, StudyArray]:
+        """The motions in the order of their shares, the motion of each cell, and the boundary."""
+        values = {name: np.asarray(values[name]) for name in ("reached", "reached_period", "point", "status")}
+        motion, motions = self._numbered(values)
+        counts = np.bincount(motion[motion >= 0], minlength=len(motions))
+        cells = int(((motion >= 0) | (values["status"] > 0)).sum())
+        shares = counts / max(cells, 1)
+        edge = boundary(motion)
+        rows = max((len(each.section) for each in motions), default=0)
+        sections = np.full((len(motions), rows, 4), np.nan)
+        for k, each in enumerate(motions):
+            sections[k, : len(each.section)] = each.section
+        found = {
+            "motion": (tuple(self.axes), motion.astype(np.int32)),
+            "motion_kind": (("motions",), np.array([KIND_FLAGS[each.kind] for each in motions], np.int8)),
+            "motion_period": (("motions",), np.array([each.period for each in motions], np.int32)),
+            "motion_share": (("motions",), shares),
+            "motion_share_error": (("motions",), np.array([share_error(share, cells) for share in shares])),
+            "motion_start": (("motions", "number"), self._first_starts(motion, len(motions))),
+            "motion_section": (("motions", "row", "component"), sections),
+            "uncertainty_exponent": ((), edge.exponent),
+            "uncertainty_exponent_error": ((), edge.error),
+            "boundary_dimension": ((), edge.dimension),
+            "boundary_dimension_error": ((), edge.error),
+        }
+        texts = vocabulary.MOTIONS_REACHED
+        return {name: StudyArray(dims, array, texts[name]) for name, (dims, array) in found.items()}
+
+    @property
+    def _search(self) -> BasinSearch:
+        return basin_search(self.system, self.eta, self.method, self.plane, self.transient, self.sample)
+
+    def _starts(self, batch) -> tuple[np.ndarray, np.ndarray]:
+        x, y = (values.ravel() for values in self.points(batch).values())
+        return self.plane.starts(x, y)
+
+    def _numbered(self, values: dict[str, np.ndarray]) -> tuple[np.ndarray, list[BasinMotion]]:
+        """The motion of each cell as an index, and the motions that any cell leads to, by their shares."""
+        motion = values["reached"].astype(np.int64)
+        motions = list(self._search.motions()) if (motion >= 0).any() else []
+        for cell in np.argwhere(motion == OTHER):
+            place = tuple(cell)
+            if motion[place] == OTHER:  # not yet taken by one before
+                alike = (motion == OTHER) & self._alike(values, place)
+                motion[alike] = len(motions)
+                motions.append(_motion_of_point(int(values["reached_period"][place]), values["point"][place]))
+        counts = np.bincount(motion[motion >= 0], minlength=len(motions))
+        order = [k for k in np.argsort(-counts, kind="stable") if counts[k]]
+        numbers = np.full(len(motions) + 1, -1)
+        numbers[order] = np.arange(len(order))
+        return np.where(motion >= 0, numbers[np.maximum(motion, -1)], motion), [motions[k] for k in order]
+
+    def _alike(self, values: dict[str, np.ndarray], place: tuple[int, ...]) -> np.ndarray:
+        """Which cells lead to the motion that none was found of beforehand and that a cell leads to."""
+        period, point = values["reached_period"][place], values["point"][place]
+        alike = values["reached_period"] == period
+        if not period:  # no cycle: nothing distinguishes these
+            return alike
+        allowed = (SAME if self._search.closed_form else _SCATTERED) * np.abs(point).max()
+        return alike & (np.abs(values["point"] - point).max(axis=-1) <= allowed)
+
+    def _first_starts(self, motion: np.ndarray, count: int) -> np.ndarray:
+        """ξ₁, ξ₁′, ξ₂, ξ₂′ and the phase of the first start that leads to each motion, (count, 5)."""
+        starts, phases = self._starts(None)
+        table = np.column_stack([starts, phases])
+        first = [int(np.argmax(motion.ravel() == k)) for k in range(count)]
+        return table[first].reshape(count, 5)
+
+
+def _motion_of_point(period: int, point: np.ndarray) -> BasinMotion:
+    return BasinMotion(Kind.PERIODIC if period else Kind.UNDECIDED, period, point[None])

@@ -1,0 +1,170 @@
+"""The study of a plane of starts: the same numbers however it is computed, its conclusions, and its refusals."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import xarray
+from vibroscope.engine import (
+    Cancelled,
+    ExactPenalty,
+    Excitation,
+    Newmark,
+    Reference,
+    System,
+    TimeStepping,
+    basin_difference,
+    sweep_basin,
+)
+from vibroscope.engine.sweeps import BasinStudy, StartPlane, grow
+
+SYSTEM, ETA = System(), 3.2
+VALUES = np.linspace(-8, 8, 16)
+PENALTY = ExactPenalty(12000.0, 18.0)
+NAMES = ("reached", "reached_period", "periods", "point", "status", "motion", "motion_share", "motion_start")
+
+
+def basin(method=None, values=VALUES, **more):
+    return sweep_basin(SYSTEM, ETA, method or Reference(), values, values, **more)
+
+
+def study(method=None):
+    plane = StartPlane(("xi2", "v2"), ((-8.0, 8.0),) * 2, SYSTEM.rest)
+    return BasinStudy(SYSTEM, method or Reference(), ETA, 1800, 256, plane=plane, x=VALUES, y=VALUES)
+
+
+def assert_same(one, other):
+    for name in NAMES:
+        np.testing.assert_array_equal(one[name], other[name])
+
+
+def test_chunks_and_threads_change_no_number(tmp_path):
+    whole = basin()
+    chunks = basin(out=str(tmp_path / "basin"), cells_per_chunk=23, threads=1)
+    assert_same(whole, chunks)
+    assert_same(whole, xarray.open_zarr(tmp_path / "basin"))
+    assert basin(out=str(tmp_path / "basin")).attrs["reused"] == VALUES.size**2
+
+
+def test_a_store_belongs_to_one_plane(tmp_path):
+    basin(values=VALUES[8:10], out=str(tmp_path / "basin"))
+    for other in ({"start": (0, 1, 0, 0)}, {"phase": 0.5}, {"axes": ("v1", "v2")}):
+        with pytest.raises(ValueError, match="another study"):
+            basin(values=VALUES[8:10], out=str(tmp_path / "basin"), **other)
+
+
+def test_a_picture_grows_from_coarse_to_fine():
+    partials = [partial.values()["status"] != -1 for partial in grow(study(), picture=True)]
+    coarse = np.zeros((VALUES.size,) * 2, bool)
+    coarse[::8, ::8] = True
+    assert partials[0][coarse].all()
+    assert all((before <= after).all() for before, after in pairwise(partials))
+    *_, last = grow(study(), picture=True)
+    assert_same(basin(), last.dataset())
+
+
+def test_what_is_complete_is_kept_when_it_is_cancelled(tmp_path):
+    how = {"out": str(tmp_path / "basin"), "cells_per_chunk": 16, "threads": 1}
+    done = []
+    with pytest.raises(Cancelled):
+        basin(progress=done.append, cancelled=lambda: bool(done) and done[-1].done > 40, **how)
+    again = basin(**how)
+    assert again.attrs["reused"] > 0
+    assert again.attrs["reused"] + again.attrs["computed"] == VALUES.size**2
+    assert_same(basin(), again)
+
+
+def test_motions_are_numbered_by_their_shares_and_their_starts_lead_there():
+    found = basin()
+    assert found["motion_period"].values.tolist() == [6, 2]
+    assert np.diff(found["motion_share"]).max() < 0
+    assert found["motion_share"].sum() == pytest.approx(1)
+    for k, start in enumerate(found["motion_start"].values):
+        cell = found["motion"].sel(xi2=start[2], v2=start[3])
+        assert (int(cell), start[4]) == (k, 0)
+
+
+def test_a_motion_that_was_not_found_beforehand_is_found_by_its_cells(monkeypatch):
+    """A lattice of a single start knows one motion of the two."""
+    whole = basin()
+    monkeypatch.setattr("vibroscope.engine.sweeps.basin_motions.PROBES", 1)
+    found = basin(transient=1799)  # another study, which finds its motions anew
+    assert (found["reached"] == -2).any()
+    np.testing.assert_array_equal(found["motion"], whole["motion"])
+    np.testing.assert_array_equal(found["motion_period"], whole["motion_period"])
+
+
+def test_a_short_transient_changes_no_label():
+    """What no region has decided by then is decided later."""
+    for transient in (0, 20):
+        np.testing.assert_array_equal(basin(transient=transient, sample=32)["motion"], basin()["motion"])
+
+
+def test_the_share_in_which_two_solvers_differ():
+    """The reference has a cycle of period 6 that the penalty model does not have."""
+    reference, penalty = basin(), basin(PENALTY)
+    found = basin_difference(reference, penalty)
+    np.testing.assert_array_equal(found.same, [[False], [True]])
+    motion = reference["motion"].values
+    np.testing.assert_array_equal(found.cells, np.where(motion < 0, -1, np.where(motion == 0, 1, 0)))
+    assert found.share == pytest.approx(float(reference["motion_share"][0]))
+    assert basin_difference(reference, reference).share == 0
+
+
+@pytest.mark.parametrize("method", [Newmark(12000.0, 18.0, 1000), TimeStepping(12000.0, 18.0, 500)])
+def test_methods_with_a_time_step_have_basins(method):
+    found = basin(method, VALUES[::8], transient=300, sample=64)
+    assert (found["motion"] == 0).all()
+    assert found["motion_period"].values.tolist() == [2]
+
+
+def test_a_whole_period_later_is_the_same_start():
+    found = sweep_basin(SYSTEM, ETA, Reference(), [0.0, 0.4, 1.0], VALUES, axes=("phase", "v2"), start=(0, 0, 2, 0))
+    np.testing.assert_array_equal(found["periods"][0], found["periods"][2])
+    assert (found["periods"][0] != found["periods"][1]).any()
+
+
+def test_chaos_is_a_motion():
+    found = sweep_basin(SYSTEM, 1.7, Reference(), [1.0, 3.0], [0.0, 2.0])
+    assert found["motion_kind"].values.tolist() == [3]
+    assert (found["motion"] == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("system", "method", "x", "y", "more", "text"),
+    [
+        (SYSTEM, Reference(), VALUES, VALUES, {"axes": ("xi2", "xi2")}, "both axes are xi2: give two different"),
+        (SYSTEM, Reference(), VALUES, VALUES, {"axes": ("xi2", "eta")}, "'eta' is no axis"),
+        (SYSTEM, Reference(), VALUES, VALUES, {"axes": ("xi2",)}, "two axes, not 1"),
+        (SYSTEM, Reference(), VALUES, VALUES, {"sample": 31}, "sample = 31 is outside [32"),
+        (SYSTEM, Reference(), [], VALUES, {}, "no value of xi2"),
+        (SYSTEM, Reference(), [1.0, 1.0], VALUES, {}, "do not ascend strictly"),
+        (SYSTEM, Reference(), [-3.0, -2.0], VALUES, {}, "every start of this plane penetrates"),
+        (SYSTEM, Reference(), VALUES, [0.0, 2e6], {}, "v2 = 2000000.0 is outside"),
+        (SYSTEM, Reference(), VALUES, VALUES, {"start": (0, 0, 0)}, "initial has 3 numbers"),
+        (SYSTEM, Reference(), VALUES, [0.5, 1.5], {"axes": ("xi2", "phase")}, "phase = 1.5 is outside"),
+        (SYSTEM, Reference(), VALUES, VALUES, {"phase": -0.5}, "phase = -0.5 is outside"),
+        (SYSTEM, Newmark(1e4, 9.0, 99), [0.0, 0.5], VALUES, {"axes": ("phase", "v2")}, "needs a solver in closed form"),
+        (System(wall=True), Reference(), VALUES, VALUES, {"axes": ("xi1", "v2")}, "v2 cannot be an axis: a wall"),
+        (System(wall=True), Reference(), VALUES, VALUES, {"axes": ("xi1", "v1"), "start": (0, 0, 1, 0)}, "give 0, 0"),
+        (
+            System(excitation=Excitation(base=0.0)),
+            Reference(),
+            [0.0, 0.5],
+            VALUES,
+            {"axes": ("phase", "v2")},
+            "nothing drives the bodies",
+        ),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(system, method, x, y, more, text):
+    with pytest.raises(ValueError, match=r"^[^\n]*$") as refused:
+        sweep_basin(system, ETA, method, x, y, **more)
+    assert text in str(refused.value)
+
+
+def test_basins_of_other_cells_are_not_compared():
+    with pytest.raises(ValueError, match="not of the same cells"):
+        basin_difference(basin(), basin(values=VALUES[::2]))
+    with pytest.raises(ValueError, match="no complete basin"):
+        basin_difference(basin(), xarray.Dataset())

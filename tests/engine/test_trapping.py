@@ -1,0 +1,96 @@
+"""Trapping regions: whatever starts in one comes to the cycle."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import ExactPenalty, Reference, System, simulate, steady
+from vibroscope.engine.cells import Cells
+from vibroscope.engine.drivers.settle import NO_TRAP, Traps, settle
+from vibroscope.engine.motions.orbit import Orbit, contracts
+from vibroscope.engine.motions.poincare_map import Return
+from vibroscope.engine.motions.sameness import same_cycle
+from vibroscope.engine.motions.trapping import trapping_regions
+
+WALL = System(wall=True, clearance=1.0, restitution=0.7)
+CASES = [
+    (System(), 3.2, Reference(), None, 2),
+    (System(), 3.2, Reference(), (-2.0, 3.0, 4.0, -8.0), 6),
+    (System(), 2.76, Reference(), None, 1),
+    (System(), 3.2, ExactPenalty(12000.0, 18.0), None, 2),
+    (WALL, 2.2, Reference(), None, 1),
+    (System(clearance=0.5), 3.2, ExactPenalty(3000.0, 9.0), None, None),
+]
+
+
+@pytest.mark.parametrize(("system", "eta", "method", "start", "period"), CASES)
+def test_whatever_starts_in_a_region_comes_to_the_cycle(system, eta, method, start, period):
+    """Points on the border of each region, run for long."""
+    found = steady(system, eta, method, initial=start, max_period=64)
+    assert found.periodic
+    assert period in (None, found.period)
+    regions = trapping_regions(system, eta, method, found)
+    assert len(regions) == found.period
+    rng = np.random.default_rng(1)
+    for region in regions:
+        for unit in rng.standard_normal((6, 4)):
+            state = region.centre + np.linalg.pinv(region.factor) @ (unit / np.linalg.norm(unit))
+            if isinstance(method, Reference) and system.gap(state[0], state[2]) < 0:
+                continue
+            run = simulate(system, eta, method, periods=1500, keep=2 * found.period, initial=state)
+            assert same_cycle(found.response.section, run.section, found.period)
+
+
+def test_regions_are_larger_than_rounding_and_hold_their_centre():
+    found = steady(System(), 3.2, Reference())
+    rows = np.roll(found.response.section, 1, axis=0)  # which begins at the end of the first period
+    for region, row in zip(trapping_regions(System(), 3.2, Reference(), found), rows, strict=True):
+        np.testing.assert_allclose(region.centre, row, atol=1e-9)
+        assert 0.05 < 1 / np.linalg.norm(region.factor, 2) < 1.0
+
+
+def test_another_sequence_of_events_breaks_the_condition():
+    jacobian, origin = 0.5 * np.eye(4), np.zeros(4)
+    orbit = Orbit(1, origin, Return(origin, jacobian, 1, 0.0), 0)
+    deviation = np.array([0.1, 0.0, 0.0, 0.0])
+    for course, holds in ((1, True), (2, False)):
+        returned = Return(jacobian @ deviation, jacobian, course, 0.0)
+        assert contracts(orbit, np.eye(4), 0.75, deviation, returned) is holds
+    assert not contracts(orbit, np.eye(4), 0.75, deviation, Return(deviation, jacobian, 1, 0.0))
+    assert not contracts(orbit, np.eye(4), 0.75, deviation, None)
+
+
+def test_an_unstable_cycle_has_no_region():
+    found = steady(System(), 1.7, Reference(), stable_only=False)
+    assert found.periodic
+    assert np.abs(found.multipliers).max() > 1
+    assert trapping_regions(System(), 1.7, Reference(), found) == []
+
+
+def test_bodies_in_permanent_contact_have_a_region_of_joined_states():
+    """At η = 1.08 the section lies in permanent contact: gap and gap rate are zero."""
+    found = steady(System(), 1.08, Reference())
+    (region,) = trapping_regions(System(), 1.08, Reference(), found)
+    x1, v1, x2, v2 = region.centre
+    moved = region.factor @ (np.array([x1 + 1e-3, v1, x2 + 1e-3, v2]) - region.centre)
+    parted = region.factor @ (np.array([x1, v1, x2 + 1e-3, v2]) - region.centre)
+    assert np.linalg.norm(moved) < 1 < np.linalg.norm(parted)
+
+
+def test_a_cell_ends_at_the_first_section_in_a_region():
+    """The kernel against the section of one run, row by row."""
+    system, eta, method = System(), 3.2, Reference()
+    found = steady(system, eta, method)
+    regions = trapping_regions(system, eta, method, found)
+    traps = Traps(np.array([r.centre for r in regions]), np.array([r.factor for r in regions]))
+    start = np.array([0.0, 0.0, 2.0, 1.0])
+    section = simulate(system, eta, method, periods=400, keep=400, initial=start).section
+    inside = np.array([[np.linalg.norm(r.factor @ (row - r.centre)) <= 1 for r in regions] for row in section])
+    first = int(np.argmax(inside.any(axis=1)))
+    cells = Cells(system, [eta], method, initial=start[None])
+    for stride in (1, 5, 12):
+        how = {"periods": 400, "stride": stride, "threads": 1}
+        one = settle(method, cells.parameters(), start[None], np.zeros(1), traps, **how)
+        assert (one.periods[0], one.trap[0]) == (first + 1, int(np.argmax(inside[first])))
+        np.testing.assert_allclose(one.end[0], section[first], rtol=0, atol=1e-9)
+    short = settle(method, cells.parameters(), start[None], np.zeros(1), traps, periods=first, stride=7, threads=1)
+    assert (short.periods[0], short.trap[0]) == (first, NO_TRAP)
+    np.testing.assert_allclose(short.end[0], section[first - 1], rtol=0, atol=1e-9)

@@ -1,0 +1,158 @@
+"""Plain twin of the points of branches over η: the paper's system in mpmath, derivatives by differences.
+
+Bodies swing by the equations of motion in ξ₁, ξ₁′, ξ₂, ξ₂′, each phase by a matrix exponential. An orbit solves that
+the watched quantity is zero at each event and that the state returns; a point, that a determinant is zero, or the
+lowest gap of a flight.
+"""
+
+import itertools
+
+import mpmath as mp
+
+DIGITS = 25
+WIDTH = mp.mpf(10) ** -9  # of central differences, which err by its square
+GRID = 64  # points of a flight among which minima are seen
+TOUCHING = ("stick", "touch")
+
+
+class Twin:
+    """Orbits of one sequence of events: ``events``, whether the bodies touch at τ = 0, and the period."""
+
+    def __init__(self, system, method, events, first, period):
+        self.system, self.method = system, method
+        self.events, self.first, self.period = events, first, period
+        self.kappa, self.mu, self.e = (mp.mpf(each) for each in (system.kappa, system.mass_ratio, system.restitution))
+
+    def generator(self, eta, touching):
+        """A of z′ = A z, z = (ξ₁, ξ₁′, ξ₂, ξ₂′, cos ητ, sin ητ)."""
+        a = mp.zeros(6)
+        a[0, 1] = a[2, 3] = mp.mpf(1)
+        a[4, 5], a[5, 4] = -eta, eta
+        d1, d2 = mp.mpf(self.system.d1), mp.mpf(self.system.d2)
+        if touching and self.method.name == "reference":
+            kappa3, d3 = mp.mpf(self.system.kappa3), mp.mpf(self.system.joint_damping(self.method.joint_damping))
+            for row in (1, 3):
+                a[row, row - 1], a[row, row], a[row, 4] = -(kappa3**2), -2 * d3 * kappa3, eta**2
+            return a
+        a[1, 0], a[1, 1], a[1, 4] = mp.mpf(-1), -2 * d1, eta**2
+        a[3, 2], a[3, 3], a[3, 4] = -(self.kappa**2), -2 * d2 * self.kappa, eta**2
+        if touching:
+            for column, factor in ((0, mp.mpf(self.method.stiffness)), (1, 2 * mp.mpf(self.method.damping))):
+                a[1, column] -= factor
+                a[1, column + 2] += factor
+                a[3, column] += factor / self.mu
+                a[3, column + 2] -= factor / self.mu
+        return a
+
+    def force(self, z, eta):
+        """Contact force of the joined bodies: what body 1 alone would accelerate more than both together."""
+        free, joined = self.generator(eta, False) * z, self.generator(eta, True) * z
+        return free[1] - joined[1]
+
+    def residual(self, x):
+        """F at x = (ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, instants in periods, η), and the phases: A, z at the start, length."""
+        eta, instants, y = x[-1], list(x[4:-1]), list(x[:4])
+        matrices = {touching: self.generator(eta, touching) for touching in (False, True)}
+        found, phases, turn, touching = [], [], mp.mpf(0), self.first
+        for k, end in enumerate([*instants, mp.mpf(self.period)]):
+            z = mp.matrix([*y, mp.cos(2 * mp.pi * turn), mp.sin(2 * mp.pi * turn)])
+            length = (end - turn) * 2 * mp.pi / eta
+            if not touching:
+                phases.append((matrices[touching], z, length))
+            z = mp.expm(matrices[touching] * length) * z
+            y, turn = list(z[:4]), end
+            if k == len(instants):
+                break
+            rate, event = y[3] - y[1], self.events[k]
+            found.append(self.force(z, eta) if event == "release" else y[2] - y[0])
+            left = {"impact": -self.e * rate, "stick": mp.mpf(0)}.get(event, rate)
+            y[1] += self.mu / (1 + self.mu) * (rate - left)
+            y[3] = y[1] + left
+            touching = event in TOUCHING
+        return mp.matrix([*(a - b for a, b in zip(y, x[:4], strict=True)), *found]), phases
+
+    def jacobian(self, x):
+        """∂F/∂x, by central differences."""
+        columns = []
+        for k in range(len(x)):
+            ends = []
+            for way in (1, -1):
+                there = x.copy()
+                there[k] += way * WIDTH
+                ends.append(self.residual(there)[0])
+            columns.append((ends[0] - ends[1]) / (2 * WIDTH))
+        found = mp.zeros(len(columns[0]), len(columns))
+        for k, column in enumerate(columns):
+            for i in range(len(column)):
+                found[i, k] = column[i]
+        return found
+
+    def solved(self, x, fixed):
+        """The orbit at which one of the unknowns keeps its value."""
+        free = [k for k in range(len(x)) if k != fixed]
+        for _ in range(8):
+            values, jacobian = self.residual(x)[0], self.jacobian(x)
+            matrix = mp.matrix([[jacobian[i, k] for k in free] for i in range(len(values))])
+            step = mp.lu_solve(matrix, -values)
+            for k, change in zip(free, step, strict=True):
+                x[k] += change
+            if mp.norm(step, mp.inf) < mp.mpf(10) ** -20:
+                return x
+        raise AssertionError("the twin finds no orbit")
+
+    def monodromy(self, x):
+        """Jacobian of the Poincaré map."""
+        jacobian, n = self.jacobian(x), len(x) - 1
+        first = jacobian[:4, :4] + mp.eye(4)
+        if n == 4:
+            return first
+        return first - jacobian[:4, 4:n] * mp.inverse(jacobian[4:n, 4:n]) * jacobian[4:n, :4]
+
+    def lowest_gap(self, x):
+        """The lowest minimum of the gap within a flight, from a grid by Newton's method on its rate."""
+        found = []
+        for a, start, length in self.residual(x)[1]:
+            step, z, rates = mp.expm(a * (length / GRID)), start, []
+            for k in range(GRID + 1):
+                rates.append((z[3] - z[1], k))
+                z = step * z
+            for (before, k), (after, _) in itertools.pairwise(rates):
+                if before < 0 < after:
+                    t = (k + before / (before - after)) * length / GRID
+                    for _ in range(6):
+                        z = mp.expm(a * t) * start
+                        slope = a * z
+                        t -= (z[3] - z[1]) / (slope[3] - slope[1])
+                    z = mp.expm(a * t) * start
+                    found.append(z[2] - z[0])
+        return min(found)
+
+    def at_point(self, kind, x):
+        """What is zero at a point of this kind."""
+        if kind == "grazing":
+            return self.lowest_gap(x)
+        if kind == "fold":
+            n = len(x) - 1
+            return mp.det(self.jacobian(x)[:, :n])
+        monodromy = self.monodromy(x)
+        if kind == "period doubling":
+            return mp.det(monodromy + mp.eye(4))
+        pair = max((each for each in mp.eig(monodromy)[0] if mp.im(each) > 0), key=abs)  # Neimark–Sacker
+        return abs(pair) - 1
+
+    def located(self, kind, x):
+        """η of the point near a guess, by the secant method along the curve."""
+        fixed = 4 if kind == "fold" else len(x) - 1
+        low = self.solved(x.copy(), fixed)
+        high = low.copy()
+        high[fixed] += mp.mpf(10) ** -9
+        high = self.solved(high, fixed)
+        below, above = self.at_point(kind, low), self.at_point(kind, high)
+        for _ in range(6):
+            following = high.copy()
+            following[fixed] -= above * (high[fixed] - low[fixed]) / (above - below)
+            low, below, high = high, above, self.solved(following, fixed)
+            above = self.at_point(kind, high)
+            if abs(high[fixed] - low[fixed]) < mp.mpf(10) ** -16:
+                return high[-1]
+        raise AssertionError("the twin finds no point")

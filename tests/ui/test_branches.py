@@ -1,0 +1,91 @@
+"""Branches in a browser: searched for, listed, opened in Explore by key and by click, and followed from there."""
+
+import pytest
+
+from .axe import AXE, serious
+from .explorer import wait_until
+from .test_studies import complete, place
+
+QUERY = "?tab=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=count:60;transient:200;branches:"
+
+
+def found(explorer, seconds=90):
+    """Wait until all branches are found."""
+    section = explorer.page.locator("section.branches-list")
+    section.wait_for()
+    wait_until(lambda: section.get_attribute("data-running") == "false", seconds, "all branches")
+    complete(explorer)
+    return section
+
+
+def tap(explorer, source, at):
+    """Click on a vertex of a line in the diagram."""
+    columns = explorer.source(source)
+    explorer.page.mouse.click(*place(explorer, "bifurcation", columns["eta"][at], columns["value"][at]))
+
+
+def test_a_key_opens_a_motion_and_the_way_back_leads_to_the_branches(visit):
+    explorer = visit(f"{QUERY}both")
+    section, page = found(explorer), explorer.page
+    assert "Reference: 2 branches" in section.locator(".status").text_content()
+    assert "The exact penalty stands for Newmark T/2000" in section.locator(".notes").text_content()
+    heads = section.locator(".points th").all_text_contents()
+    assert heads == ["kind", "period", "reference", "exact penalty", "shift"]
+    doublings = section.locator(".points tr[data-kind='period doubling']")
+    assert "+" in doublings.first.text_content()
+    section.get_by_label("Kind of points").select_option("period doubling")
+    assert section.locator(".points tr[data-kind]:visible").count() == doublings.count()
+    page.evaluate(AXE)
+    assert serious(page) == []
+    motion = section.get_by_role("button", name="unstable, period 1").first
+    motion.focus()
+    page.keyboard.press("Enter")
+    line = page.locator("section.opened")
+    line.wait_for()
+    explorer.settle()
+    assert "the reference repeats every period, unstable" in line.text_content()
+    assert explorer.source("phase_closed")["x1"]
+    assert "start_xi1" in explorer.address()
+    assert float(explorer.address()["eta"]) == pytest.approx(1.42, abs=0.01)
+    page.evaluate(AXE)
+    assert serious(page) == []
+    explorer.open_tab("Bifurcation")  # the tab was left without its click
+    explorer.open_tab("Explore")
+    line.get_by_role("button", name="Back to the branches").click()
+    wait_until(lambda: explorer.address().get("tab") == "bifurcation", what="the way back")
+    assert explorer.address()["choice"] == "branches:both;count:60;transient:200"
+    explorer.open_tab("Explore")
+    line.get_by_role("button", name="Close").click()
+    line.wait_for(state="hidden")
+    wait_until(lambda: explorer.source("phase_closed")["x1"] == [], what="no curve of the branch")
+
+
+def test_a_click_on_a_branch_opens_it_and_beside_it_sets_the_number(visit):
+    explorer = visit(f"{QUERY}on")
+    found(explorer)
+    tap(explorer, "branches_reference_unstable", 3)
+    explorer.page.locator("section.opened").wait_for()
+    explorer.settle()
+    assert "unstable" in explorer.page.locator("section.opened").text_content()
+    opened = explorer.address()["eta"]
+    explorer.open_tab("Bifurcation")
+    found(explorer)
+    low, high = explorer.figure("bifurcation")["y"]
+    explorer.page.mouse.click(*place(explorer, "bifurcation", 1.32, low + 0.02 * (high - low)))
+    wait_until(lambda: explorer.address()["eta"] != opened, what="another η")
+    assert float(explorer.address()["eta"]) == pytest.approx(1.32, abs=0.01)
+    assert explorer.address()["tab"] == "bifurcation"
+
+
+def test_a_motion_is_followed_from_explore_on_a_phone(visit):
+    explorer = visit("?eta=1.42&K=12000&D=18&steps=500", width=390, height=844, has_touch=True, is_mobile=True)
+    explorer.page.get_by_role("button", name="Follow this motion").tap()
+    section = explorer.page.locator("section.branches-list")
+    section.wait_for()
+    wait_until(lambda: explorer.address().get("tab") == "bifurcation", what="the tab")
+    assert explorer.address()["choice"] == "branches:on"
+    section.get_by_role("button", name="period 1").first.wait_for(timeout=60_000)
+    assert explorer.page.evaluate("document.scrollingElement.scrollWidth") == 390
+    section.get_by_role("button", name="Stop").tap()
+    section.get_by_role("button", name="Go on").wait_for()
+    assert "stopped" in section.locator(".status").text_content()
