@@ -19,8 +19,7 @@ NEWTON_STEPS = 10
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
 STALLED = 1e-7  # the same, where rounding prevents any smaller
 DIFFERENCE = 1e-6  # of the width of the range, of central differences in λ
-STEEP = 0.02  # component of the tangent along λ
-FRESH = 1e-3  # scaled step of Newton's method
+STEEP = 0.01  # component of the tangent along λ
 FAR = 0.5  # of a step: a correction as long as that leads to another curve
 
 
@@ -95,9 +94,10 @@ class Curve:
         """The equations at λ; the last ones are kept."""
         found = self._known.get(value)
         if found is None:
+            last = next(reversed(self._known.values()), None)
             if len(self._known) > 8:
                 self._known.clear()
-            found = self._known[value] = OrbitEquations(*self.family.at(value))
+            found = self._known[value] = OrbitEquations(*self.family.at(value), like=last)
         return found
 
     def evaluate(self, orbit: Orbit, value: float) -> Evaluation:
@@ -105,13 +105,17 @@ class Curve:
         return self.equations(value)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
 
     def slope(self, orbit: Orbit, value: float) -> np.ndarray:
-        """∂F/∂λ, by central differences; one-sided where a number may not fall below zero."""
+        """∂F/∂λ by differences of second order: central, or one-sided where λ is at the end of what it may be."""
         h = DIFFERENCE * self.width
-        try:
-            below, reach = self.evaluate(orbit, value - h).residual, 2 * h
-        except ValueError:
-            below, reach = self.evaluate(orbit, value).residual, h
-        return (self.evaluate(orbit, value + h).residual - below) / reach
+        for offsets in ((-h, h), (0.0, h, 2 * h), (0.0, -h, -2 * h)):
+            try:
+                values = [self.evaluate(orbit, value + offset).residual for offset in offsets]
+            except ValueError:
+                continue
+            if len(values) == 2:
+                return (values[1] - values[0]) / (2 * h)
+            return (4 * values[1] - 3 * values[0] - values[2]) / (2 * offsets[1])
+        raise ValueError(f"{self.family.over} = {value:g}: the range of what it may be is narrower than {4 * h:g}")
 
     def scales(self, orbit: Orbit) -> np.ndarray:
         """Units in which distances count, (5 + m,)."""
@@ -151,7 +155,7 @@ class Curve:
                 found = orbit and (orbit, float(guess[-1]))
             else:
                 row = point.tangent / scales
-                found = self.constrained(orbit, float(guess[-1]), row, row @ guess)
+                found = self.constrained(orbit, float(guess[-1]), row, row @ guess, point.slope)
         except ValueError:  # λ is out of its range
             return None
         if found is None:
@@ -159,14 +163,23 @@ class Curve:
         moved = (np.append(found[0].unknowns, found[1]) - guess) / scales
         return found if np.linalg.norm(moved) <= FAR * abs(s) + 1e3 * CONVERGED else None
 
-    def constrained(self, orbit: Orbit, value: float, row: np.ndarray, target: float) -> tuple[Orbit, float] | None:
-        """The orbit and λ near a guess at which row·X has a given value; None if Newton's method does not find it."""
-        scales, x, before = self.scales(orbit), np.append(orbit.unknowns, value), np.inf
+    def constrained(
+        self, orbit: Orbit, value: float, row: np.ndarray, target: float, slope: np.ndarray | None = None
+    ) -> tuple[Orbit, float] | None:
+        """The orbit and λ near a guess at which row·X has a given value; None if Newton's method does not find it.
+
+        ``slope``: ∂F/∂λ nearby, by default that of the guess. Each step corrects it by what the one before missed
+        (Broyden 1965), since differences would need the tables of two more λ.
+        """
+        scales, x, step = self.scales(orbit), np.append(orbit.unknowns, value), None
+        if slope is None:
+            slope = self.slope(orbit, value)
+        before = np.inf
         for _ in range(2 * NEWTON_STEPS):
             orbit = replace(orbit, unknowns=x[:-1])
             found = self.evaluate(orbit, float(x[-1]))
-            if before > FRESH:  # close to the solution the last one serves as well
-                slope = self.slope(orbit, float(x[-1]))
+            if step is not None:
+                slope = slope + found.residual * (step[-1] / scales[-1] / (step @ step))
             matrix = np.column_stack([found.jacobian, slope])
             step = _solve(np.vstack([matrix, row]) * scales, np.append(-found.residual, target - row @ x))
             if step is None or not np.abs(step).max() < 1.0:

@@ -30,8 +30,8 @@ from .sequences import after_chatter, beyond
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
-STRAIGHT = 0.9995  # … above which it grows
-GROWTH = 2.0
+BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
+GROWTH = 8.0  # … but no step is longer than so many of the one before
 MOST_ORBITS = 5000
 REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
 SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
@@ -97,7 +97,12 @@ class Tracer:
     def _advance(self, step: float) -> float:
         """Take a step; return the length to try next."""
         here = self.points[-1]
-        there = self.at(here, step)
+        border, way = self._border_ahead(here)
+        if way < SMALLEST_STEP:
+            self.reason = f"{self.curve.family.over} leaves the range at {border:g}"
+            return step
+        step = min(step, way)  # beyond there may be no such system
+        there = self.at(here, step) if step < way else self._at_border(here, way, border)
         while there is None or not there.tangent @ here.tangent >= TURN:
             step /= 2
             if step < SMALLEST_STEP:
@@ -105,9 +110,11 @@ class Tracer:
                 self.reason = f"the step shrinks to nothing at {where}: no orbit is found ahead"
                 return step
             there = self.at(here, step)
-        border = min(max(there.value, self.curve.low), self.curve.high)
-        if border != there.value:
-            there = self._at_border(here, there, border)
+        outside = not self.curve.low < there.value < self.curve.high
+        if outside:
+            border = self.curve.low if there.value <= self.curve.low else self.curve.high
+            if border != there.value:
+                there = self._at_border(here, self._distance_of(here, there, border), border)
             self.reason = f"{self.curve.family.over} leaves the range at {border:g}"
             if there is None:
                 return step
@@ -115,7 +122,7 @@ class Tracer:
         if least(self.margins(there)) <= 0:
             self.reason = ""
             return FIRST_STEP / 10 if self._change_sequence(here, step) else step / 4
-        straight = there.tangent @ here.tangent
+        angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
         if self._joins(here, there):
             self.joined = self._value_of_joining(here, there)
             where = f"{self.curve.family.over} = {self.joined:.10g}"
@@ -127,7 +134,7 @@ class Tracer:
         if not self.reason and self._returned():
             onwards = self.points[0].tangent @ self.points[-1].tangent > 0
             self.reason = "the branch closes in itself" if onwards else "the branch comes back to where it began"
-        return min(step * GROWTH, LARGEST_STEP) if straight > STRAIGHT else step
+        return min(step * min(BEND / max(angle, BEND / GROWTH), GROWTH), LARGEST_STEP)
 
     def at(self, here: CurvePoint, s: float) -> CurvePoint | None:
         """The orbit at a distance from another one on its curve; None if there is none."""
@@ -141,11 +148,20 @@ class Tracer:
     def _distance(self, here: CurvePoint, there: CurvePoint) -> float:
         return float((there.unknowns - here.unknowns) / self.curve.scales(here.orbit) @ here.tangent)
 
-    def _at_border(self, here: CurvePoint, there: CurvePoint, border: float) -> CurvePoint | None:
-        """The orbit at the border of the range, between two orbits."""
-        share = (border - here.value) / (there.value - here.value)
-        guess = here.orbit.unknowns + share * (there.orbit.unknowns - here.orbit.unknowns)
-        orbit = self.curve.corrected(replace(here.orbit, unknowns=guess), border)
+    def _border_ahead(self, here: CurvePoint) -> tuple[float, float]:
+        """The end of the range towards which the tangent points, and how far along it; infinite if there is none."""
+        along = here.tangent[-1] * self.curve.width
+        border = self.curve.high if along > 0 else self.curve.low
+        return border, (border - here.value) / along if along else np.inf
+
+    def _distance_of(self, here: CurvePoint, there: CurvePoint, value: float) -> float:
+        """The distance of λ = ``value`` between two orbits, or beyond them."""
+        return self._distance(here, there) * (value - here.value) / (there.value - here.value)
+
+    def _at_border(self, here: CurvePoint, way: float, border: float) -> CurvePoint | None:
+        """The orbit at an end of the range, about a distance ``way`` along the tangent of another one."""
+        guess = here.unknowns + way * here.tangent * self.curve.scales(here.orbit)
+        orbit = self.curve.corrected(replace(here.orbit, unknowns=guess[:-1]), border)
         return orbit and CurvePoint(self.curve, orbit, border, here.tangent)
 
     def _returned(self) -> bool:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, IMPACT, PART, RELEASE, STICK, TOUCH
+from ..drivers.orbit import CHATTER, IMPACT, PART, RELEASE, STICK, TOUCH, TOUCHING
 from ..methods import Reference
 from ..motions.poincare_map import PoincareMap
 from ..result import Cancelled, Checkpoint
@@ -12,7 +12,6 @@ from ..simulate import simulate
 
 NAMES = {IMPACT: "impact", STICK: "stick", CHATTER: "chatter", RELEASE: "release", TOUCH: "touch", PART: "part"}
 KINDS = {name: kind for kind, name in NAMES.items()}
-TOUCHING = (STICK, CHATTER, TOUCH)  # events after which the bodies touch
 
 
 @dataclass(frozen=True)

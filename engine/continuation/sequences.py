@@ -131,6 +131,8 @@ def _after_jump(curve: Curve, last: CurvePoint, complete: bool = False) -> Curve
     for jump in JUMPS:
         for way in (onwards, -onwards):
             value = last.value + way * jump * curve.width
+            if not curve.low <= value <= curve.high:
+                continue
             orbit = orbit_of_run(curve.family.at(value), last.evaluation.section[0], last.orbit.period)
             if orbit is None or orbit.kinds in seen or (complete and CHATTER not in orbit.kinds):
                 continue

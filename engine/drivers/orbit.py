@@ -21,9 +21,13 @@ from ..kernels.event_driven.orbit import (
     orbit_equations,
     state_later,
 )
+from ..kernels.event_driven.setup import set_up_events
+from ..kernels.event_driven.state import SYSTEM
+from ..kernels.parameters import no_keys
 from ..methods import ExactPenalty, Reference
 from ..model import System
-from .event_driven import set_up
+from .event_driven import COMPLETION
+from .parameters import parameters_of, wall_of
 
 __all__ = [
     "CHATTER",
@@ -36,12 +40,14 @@ __all__ = [
     "RELEASE",
     "STICK",
     "TOUCH",
+    "TOUCHING",
     "WHERE",
     "Evaluation",
     "OrbitEquations",
 ]
 
 
+TOUCHING = (STICK, CHATTER, TOUCH)  # events after which the bodies touch
 INFINITE = 1e10  # an element of the Jacobian above that is one of a grazing impact
 
 
@@ -91,16 +97,32 @@ class Evaluation(NamedTuple):
 class OrbitEquations:
     """The equations of the orbits of one system, η and method.
 
+    Tables are made where they are needed: those of contact for the first sequence of events in which the bodies touch.
+
     Parameters
     ----------
     system : System
     eta : float
     method : Reference or ExactPenalty
         With the law "kelvin-voigt".
+    like : OrbitEquations, optional
+        Equations of the same kind of system and method: tables that are the same are taken from there.
     """
 
-    def __init__(self, system: System, eta: float, method: Reference | ExactPenalty) -> None:
-        self._tables = set_up(system, eta, method)
+    def __init__(
+        self, system: System, eta: float, method: Reference | ExactPenalty, like: "OrbitEquations | None" = None
+    ) -> None:
+        self._row, self._rigid = np.array(parameters_of(system, eta, method)), isinstance(method, Reference)
+        self._wall, self._period = wall_of(system), 2 * np.pi / eta
+        self._packed = SYSTEM.zeros() if like is None else like._packed.copy()
+        self._keys = no_keys() if like is None else like._keys.copy()
+        self._has_contact = False
+        self._set_up(contact=False)
+
+    def _set_up(self, contact: bool) -> None:
+        keys = self._keys if contact else np.array([self._keys[0], self._row])  # a key that is met writes no tables
+        set_up_events(self._packed, keys, self._row, self._rigid, np.zeros(2), COMPLETION)
+        self._keys[0], self._has_contact = keys[0], contact
 
     def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events.
@@ -121,10 +143,11 @@ class OrbitEquations:
         sizes = (n,), (n, n), (m + 1, FACTS), (m + 1, 5), (period, 4)
         found = Evaluation(*map(np.zeros, sizes))
         work = np.zeros((4, n)), np.zeros(n), np.zeros((4, 4))
-        tables = self._tables
+        if not self._has_contact and (first or any(kind in TOUCHING for kind in kinds)):
+            self._set_up(contact=True)
         orbit_equations(
-            tables.packed,
-            tables.views.wall,
+            self._packed,
+            self._wall,
             np.array(kinds, dtype=np.int64),
             first,
             float(period),
@@ -145,6 +168,6 @@ class OrbitEquations:
         turn, length : float
             When it holds, and how much later, in excitation periods.
         """
-        tables = self._tables
-        period = tables.views.period
-        return np.array(state_later(tables.packed, tables.views.wall, touching, state, turn, length * period))
+        if touching and not self._has_contact:
+            self._set_up(contact=True)
+        return np.array(state_later(self._packed, self._wall, touching, state, turn, length * self._period))

@@ -73,6 +73,17 @@ def test_orbits_return_to_themselves_with_the_multipliers_of_the_poincare_map(sy
     assert compared > 3
 
 
+@pytest.mark.parametrize(
+    ("over", "reach", "method"),
+    [("restitution", (0.0, 1.0), Reference()), ("d1", (0.0, 0.9), Reference()), ("D", (0.0, 60.0), EXACT)],
+    ids=str,
+)
+def test_a_branch_reaches_the_ends_of_what_a_number_may_be(over, reach, method):
+    branch = continue_branch(PAPER, 2.76, method, over=over, low=reach[0], high=reach[1], max_period=1)
+    assert (branch.values.min(), branch.values.max()) == reach
+    assert branch.ends == (f"{over} leaves the range at {reach[0]:g}", f"{over} leaves the range at {reach[1]:g}")
+
+
 @pytest.mark.parametrize("method", [Reference(), EXACT], ids=["reference", "exact"])
 def test_runs_from_near_a_stable_orbit_settle_to_it(method):
     compared = 0
