@@ -47,6 +47,35 @@ def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
     return _after_jump(curve, last, complete=True)
 
 
+def within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
+    """The same orbit with all its events in [0, p).
+
+    Events that have passed an end of the cycle are counted at the other end; its state at τ = 0 then is that after them,
+    or before them.
+    """
+    orbit, m = point.orbit, len(point.orbit.kinds)
+    before, behind = (int(part.sum()) for part in (orbit.instants < 0, orbit.instants >= orbit.period))
+    if not (before or behind):
+        return point
+    turned = before or -behind  # events that go to the end of the cycle
+    kinds = orbit.kinds[turned:] + orbit.kinds[:turned]
+    instants = np.roll(orbit.instants, -turned)
+    instants[m - before :] += orbit.period
+    instants[: 0 if before else behind] -= orbit.period
+    if behind == m:
+        source, time = orbit.unknowns[:4], 0.0
+    else:
+        *source, time = point.evaluation.after[turned - 1]
+    first = touching_at_start(kinds, orbit.first)
+    length = (0.0 if before else orbit.period) - time
+    state = curve.equations(point.value).state_later(first, np.array(source), time, length)
+    moved = Orbit(orbit.period, kinds, first, np.concatenate([state, instants]))
+    moved = curve.corrected(moved, point.value) or moved  # at a grazing there is nothing to correct with
+    towards = np.concatenate([np.zeros(4), np.roll(point.tangent[4:-1], -turned), point.tangent[-1:]])
+    there = CurvePoint(curve, moved, point.value, towards)
+    return within_cycle(curve, there) if before and behind else there
+
+
 def _holds(curve: Curve, point: CurvePoint) -> bool:
     found = margins(point.orbit, point.evaluation, curve.family.at(point.value)[2])
     return least(found) > 0 and bool((np.diff(point.orbit.instants) > 0).all())
