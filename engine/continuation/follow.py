@@ -17,6 +17,7 @@ from .margins import (
     BIFURCATIONS,
     BRANCH_POINT,
     CHATTER_COMPLETES,
+    FOLD,
     GRAZING,
     NEIMARK_SACKER,
     indicator,
@@ -40,6 +41,7 @@ ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
 )
 SERIES = 6
+INSIDE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
 
 
 class Tracer:
@@ -194,6 +196,8 @@ class Tracer:
                 found.append((located, BIFURCATIONS[k], point))
         for _, kind, point in sorted(found, key=lambda each: each[0]):
             self.mark(kind, point)
+            if kind == FOLD:  # the farthest orbit of its branch
+                self.points.append(within_cycle(self.curve, point))
 
     def _indicator(self, here: CurvePoint, s: float, k: int) -> float:
         point = self.at(here, s) if s else here
@@ -257,15 +261,15 @@ class Tracer:
             self.reason = f"the sequence of events ends near {where}, but the orbit at its end is not found"
             return True
         self._mark_bifurcations(here, last, located)
-        margin = min(self.margins(last), key=lambda each: each.value)
+        following, margin = beyond(self.curve, last)
         self.mark(margin.kind, last)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
         if self._accumulates():
             self.mark(CHATTER_COMPLETES, last)
             self._grazings = []
             following = after_chatter(self.curve, last)
-        else:
-            following = beyond(self.curve, last, margin)
+        # on its own side of the end, where it is an orbit beyond rounding
+        self.points.append(within_cycle(self.curve, self.at(here, (1 - INSIDE) * located) or last))
         if following is None:
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"

@@ -33,6 +33,7 @@ STABLE = 1e-6  # beyond one: a motion loses its stability at a point if no multi
 EVERY = 10  # orbits: how often a branch is compared with those found before
 NEAR = 0.03  # of the size: a state that nearly returns lies near an orbit
 SAME = 1e-6  # of the size: orbits closer than that are the same
+WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at another one
 
 
@@ -347,17 +348,27 @@ class BranchSearch:
         size = max(np.abs(rows).max(), 1e-9)
         for points, values in self._traces:
             for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
-                a, b = points[k].orbit, points[k + 1].orbit
-                if a.period != orbit.period:
-                    continue
-                share = (value - values[k]) / (values[k + 1] - values[k]) if values[k + 1] != values[k] else 0.0
-                if a.kinds == b.kinds:
-                    a = replace(a, unknowns=a.unknowns + share * (b.unknowns - a.unknowns))
-                elif share > 0.5:
-                    a = b
-                known = self.curve.corrected(a, value)
-                if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < SAME * size).any():
+                a, b = points[k], points[k + 1]
+                if a.orbit.period == orbit.period and self._is_between(a, b, rows, value, SAME * size):
                     return True
+        return False
+
+    def _is_between(self, a: CurvePoint, b: CurvePoint, rows: np.ndarray, value: float, same: float) -> bool:
+        """Whether an orbit with this section is one of those between two neighbours on a branch, to a distance."""
+        share = (value - a.value) / (b.value - a.value) if b.value != a.value else 0.5
+        guesses = [(a.orbit, a.value, WALK), (b.orbit, b.value, WALK)]
+        if a.orbit.kinds == b.orbit.kinds:
+            chord = b.orbit.unknowns - a.orbit.unknowns
+            between = replace(a.orbit, unknowns=a.orbit.unknowns + share * chord)
+            off = np.linalg.norm(rows - between.unknowns[:4], axis=1).min()
+            if off > np.linalg.norm(chord[:4]) + same:  # neighbours are close enough for the curve to turn little
+                return False
+            guesses.insert(0, (between, value, 1))
+        for known, begin, steps in guesses:
+            for there in np.linspace(begin, value, steps + 1)[1:]:
+                known = known and self.curve.corrected(known, float(there))
+            if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < same).any():
+                return True
         return False
 
     def _seeds(self) -> Iterator[tuple[float, np.ndarray, int]]:

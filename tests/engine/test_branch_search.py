@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Reference, System, find_branches, simulate
+from vibroscope.engine import ExactPenalty, Excitation, Reference, System, find_branches, simulate
 
 PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
 
@@ -30,3 +30,15 @@ def test_the_events_of_a_point_lie_within_its_cycle(period_one):
     assert len(points) > 50
     assert min(point.instants[0] for point in points) >= 0
     assert max(point.instants[-1] for point in points) < 1
+
+
+def test_a_branch_goes_on_where_the_flight_grazes_together_with_its_impact():
+    force = Excitation(base=0.0, force1=0.5)
+    wall = System(wall=True, d1=0.05, clearance=1.0, restitution=0.8, excitation=force)
+    (branch,) = find_branches(wall, 1.0, Reference(), low=0.3, high=3.0, max_period=1)
+    assert [end.split(" at ")[0] for end in branch.ends] == ["eta leaves the range"] * 2
+    assert [point.kind for point in branch.points] == ["grazing", "period doubling", "fold", "grazing"]
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(branch.values))))
+    assert len(turns) == 2  # the fold and the grazing, each once
+    fold = branch.points[2]
+    assert branch.values[turns + 1].max() == fold.value  # the orbit at the fold is one of the branch
