@@ -8,6 +8,7 @@ branch points; they are followed, too, up to the longest cycle that is asked for
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from ..drivers.event_driven import displaced_state
 from ..methods import ExactPenalty, Reference
 from ..model import System, require, whole
 from ..motions.steady import MAX_PERIOD_LIMIT
+from ..result import Cancelled
 from .branch import Branch, Point
 from .curve import Curve, CurvePoint, null_vectors
 from .family import Family
@@ -26,6 +28,7 @@ from .seeds import SAME, STABLE, OrbitFinder
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS = 6  # at each, the first of them rest
 FINE_SEEDS = 500  # values at which they are looked for then, from one start
+STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
 EVERY = 10  # orbits: how often a branch is compared with those found before
 WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at another one
@@ -94,7 +97,10 @@ def continue_branch(
     orbit = search.finder.near(value, initial) if initial is not None else None
     if orbit is None:
         orbit = search.finder.settled(value, initial)
-    return search.follow(orbit, value)
+    branch = search.follow(orbit, value)
+    if STOPPED in branch.ends:
+        raise Cancelled
+    return branch
 
 
 def find_branches(
@@ -108,7 +114,9 @@ def find_branches(
     max_period: int = 8,
     unstable: bool = False,
     most_orbits: int = MOST_ORBITS,
+    initial: Sequence[float] | None = None,
     progress: Callable[[int], None] | None = None,
+    note: Callable[[str], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> tuple[Branch, ...]:
     """Follow every branch of periodic motions through a range of one number.
@@ -123,8 +131,12 @@ def find_branches(
         Follow also what begins where an unstable motion bifurcates: there may be very many such branches.
     most_orbits : int
         After which each branch is given up, in each direction.
+    initial : (4,) sequence, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0: the motion there, or that a run from there settles to, is followed first.
     progress : callable, optional
         Called with the number of branches found so far.
+    note : callable, optional
+        Called with a sentence where no motion is found: from ``initial``, or at all.
 
     Returns
     -------
@@ -156,6 +168,8 @@ def find_branches(
         max_period=max_period,
         unstable=unstable,
         most_orbits=most_orbits,
+        initial=initial,
+        note=note,
         cancelled=cancelled,
     ):
         found.append(branch)
@@ -175,11 +189,17 @@ def search_branches(
     max_period: int = 8,
     unstable: bool = False,
     most_orbits: int = MOST_ORBITS,
+    initial: Sequence[float] | None = None,
+    note: Callable[[str], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Iterator[Branch]:
-    """Yield the branches of :func:`find_branches` as they are found; arguments and exceptions are the same."""
+    """Yield the branches of :func:`find_branches` as they are found; arguments and exceptions are the same.
+
+    A branch that is being followed when the search is cancelled is yielded as far as it goes, before the exception.
+    """
     limits = {"max_period": max_period, "most_orbits": most_orbits, "unstable": unstable}
-    yield from BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits).all()
+    search = BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits)
+    yield from search.all(initial, note or (lambda _: None))
 
 
 class BranchSearch:
@@ -213,13 +233,31 @@ class BranchSearch:
         self._doublings: list[tuple[int, float]] = []
         self._pending: list[tuple[str, CurvePoint]] = []
 
-    def all(self) -> Iterator[Branch]:
+    def all(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[Branch]:
         """Yield all branches: first from what a few values of the number show, then from what lies on none of these."""
-        for value, orbit in self._candidates():
+        for value, orbit in chain(self._given(initial, note), self._candidates()):
             check_cancelled(self.cancelled)
             if not self._is_known(orbit, value):
-                yield self.follow(orbit, value)
+                yield from self._stoppable(self.follow(orbit, value))
                 yield from self._offspring()
+        if not self._traces:
+            note(self.finder.why_none())
+
+    def _given(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[tuple[float, Orbit]]:
+        """The motion at a state, or that a run from there settles to."""
+        value = self.family.value
+        if initial is not None and self.curve.low <= value <= self.curve.high:
+            try:
+                yield value, self.finder.near(value, initial) or self.finder.settled(value, initial)
+            except ValueError as error:
+                note(f"from the initial state {error}")
+
+    def _stoppable(self, branch: Branch) -> Iterator[Branch]:
+        """Yield a branch; raise Cancelled if the search was cancelled while it was followed."""
+        if len(branch.values) > 1:
+            yield branch
+        if STOPPED in branch.ends:
+            raise Cancelled
 
     def _candidates(self) -> Iterator[tuple[float, Orbit]]:
         """Orbits, with the number at which they are found; until so many more values show nothing new."""
@@ -233,23 +271,28 @@ class BranchSearch:
             kind, point = self._pending.pop(0)
             start = self._other_branch(kind, point)
             if start is not None and not self._is_known(start.orbit, start.value):
-                yield self._assembled(self._traced(start), None, kind)
+                yield from self._stoppable(self._assembled(self._traced(start), None, kind))
 
     def follow(self, orbit: Orbit, value: float) -> Branch:
         """Follow an orbit both ways."""
         start = CurvePoint(self.curve, orbit, value)
         forwards = self._traced(start)
-        closed = forwards.reason == "the branch closes in itself"
+        closed = forwards.reason in ("the branch closes in itself", STOPPED)
         backwards = None if closed else self._traced(start.turned())
         return self._assembled(forwards, backwards, "")
 
     def _traced(self, start: CurvePoint) -> Tracer:
         tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
-        for count, _ in enumerate(tracer.run(self.most_orbits), start=1):
-            here = tracer.points[-1]
-            if count % EVERY == 0 and self._is_known(here.orbit, here.value):
-                tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
-                break
+        try:
+            for count, _ in enumerate(tracer.run(self.most_orbits), start=1):
+                here = tracer.points[-1]
+                if count % EVERY == 0 and self._is_known(here.orbit, here.value):
+                    tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
+                    break
+        except Cancelled:
+            tracer.reason = STOPPED
+        except ValueError as error:  # a number is out of its range
+            tracer.reason = str(error)
         if tracer.joined is not None:
             self._joined.append(tracer.joined)
         self._traces.append((tracer.points, np.array([point.value for point in tracer.points])))

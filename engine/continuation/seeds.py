@@ -109,6 +109,17 @@ class OrbitFinder:
             y = y + step * min(1.0, 0.5 * size / max(np.abs(step).max(), 1e-300))
         return None
 
+    def why_none(self) -> str:
+        """A sentence about the runs, where no motion was found."""
+        words = {
+            "periodic": "repeat but have no sequence of events that can be followed",
+            "longer": f"repeat after more than {self.max_period} periods",
+            "aperiodic": "do not repeat: chaos, or a motion that settles slowly",
+            "ended": "ended early",
+        }
+        said = ", ".join(f"{count} {words[kind]}" for kind, count in self.kinds_of_runs.most_common())
+        return f"no periodic motion was found: of {self.kinds_of_runs.total()} runs {said}"
+
     # -- many ----------------------------------------------------------------------------------------------------------
 
     def orbits(self, count: int, starts: int, unstable: bool) -> Iterator[tuple[float, Orbit]]:
