@@ -67,7 +67,7 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Follow the branches and print their points."""
-    problem, found, curves, code = _problem(options), [], [], 0
+    problem, found, curves, notes, code = _problem(options), [], [], [], 0
     progress = progress_line(lambda count: f"{count} branches", float("inf"))
     with watch_interrupt() as cancelled:
         try:
@@ -79,6 +79,8 @@ def run(options: argparse.Namespace) -> int:
                 max_period=options.max_period,
                 unstable=options.unstable,
                 most_orbits=options.most_orbits,
+                initial=options.initial,
+                note=notes.append,
                 cancelled=cancelled,
             )
             for branch in search:
@@ -89,15 +91,18 @@ def run(options: argparse.Namespace) -> int:
         except Cancelled:
             note(f"stopped after {len(found)} branches; the same command begins anew")
             code = 130
+    for each in notes:
+        note(each)
     if options.out and found:
         branches_dataset(found).assign_attrs(complete=int(code == 0)).to_zarr(options.out, mode="w", consolidated=False)
     if options.json:
         report = {"over": options.over, "solver": options.solver, "branches": [_plain(each) for each in found]}
+        report["notes"] = notes
         if options.along:
             report["curves"] = [_plain_curve(each) for each in curves]
         print(json.dumps(report, allow_nan=False))
     else:
-        print("\n".join(line for branch in found for line in _lines(branch)) or "no periodic motion was found")
+        print("\n".join(line for branch in found for line in _lines(branch)) or "no branches")
         for curve in curves:
             print("\n".join(_curve_lines(curve)))
     return code

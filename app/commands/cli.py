@@ -5,6 +5,7 @@ import atexit
 import contextlib
 import gc
 import os
+import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -51,6 +52,9 @@ examples:
 """
 
 
+_NEGATIVE = re.compile(r"-[\d.][-+\d.,e]*", re.IGNORECASE)
+
+
 class _Version(argparse.Action):
     """Prints the version, which is looked up only then."""
 
@@ -77,12 +81,15 @@ def build_parser(names: Sequence[str] = COMMANDS) -> argparse.ArgumentParser:
     return parser
 
 
-def join_initial(arguments: Sequence[str]) -> list[str]:
-    """The arguments with ``--initial -1,0,0,0`` joined into one word, since argparse takes -1,0,0,0 for an option."""
+def join_negative(arguments: Sequence[str]) -> list[str]:
+    """The arguments with negative numbers, and lists of them, joined to their options.
+
+    As ``--initial -1,0,0,0`` and ``--from -1e5``, whose values argparse takes for options.
+    """
     words: list[str] = []
     for word in arguments:
-        if words and words[-1] == "--initial":
-            words[-1] = f"--initial={word}"
+        if words and words[-1].startswith("--") and "=" not in words[-1] and _NEGATIVE.fullmatch(word):
+            words[-1] += f"={word}"
         else:
             words.append(word)
     return words
@@ -91,12 +98,12 @@ def join_initial(arguments: Sequence[str]) -> list[str]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status. Without arguments it is a program: it takes those of the process."""
     if arguments is not None:
-        return _run(join_initial(arguments))
+        return _run(join_negative(arguments))
     status: list[int] = []
     atexit.register(_end_process, status)
     gc.disable()  # nothing that is imported becomes garbage
     try:
-        status.append(_run(join_initial(sys.argv[1:])))
+        status.append(_run(join_negative(sys.argv[1:])))
     except SystemExit as end:  # help, or bad arguments
         status.append(_status_of(end))
         raise

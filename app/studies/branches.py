@@ -41,18 +41,28 @@ _OF_ONE_SOLVER = {"K": ExactPenalty, "D": ExactPenalty, "restitution": Reference
 
 
 class BranchQuestion(NamedTuple):
-    """Branches to search for: ``over`` goes from end to end of ``span``; ``eta`` holds where it does not vary."""
+    """Branches to search for: ``over`` goes from end to end of ``span``; ``eta`` holds where it does not vary.
+
+    The motion at ``followed`` is followed first: a value of the number, and the state (ξ₁, ξ₁′, ξ₂, ξ₂′) there.
+    """
 
     system: System
     method: Reference | ExactPenalty
     span: tuple[float, float]
     over: str = "eta"
     eta: float = 1.0
+    followed: tuple[float, tuple[float, ...]] | None = None
+
+    @property
+    def problem(self) -> tuple[System, float, Reference | ExactPenalty]:
+        """System, η and method from which the search begins."""
+        return self.at(self.followed[0]) if self.followed else (self.system, self.eta, self.method)
 
     @property
     def search(self) -> dict[str, object]:
         """The numbers of the search, by their names in `engine.search_branches`."""
-        return {"over": self.over, "low": self.span[0], "high": self.span[1], "max_period": MAX_PERIOD} | LIMIT
+        ends = {"over": self.over, "low": self.span[0], "high": self.span[1], "max_period": MAX_PERIOD} | LIMIT
+        return ends | ({"initial": self.followed[1]} if self.followed else {})
 
     def at(self, value: float) -> tuple[System, float, Reference | ExactPenalty]:
         """System, η and method where the number has a value."""
@@ -145,15 +155,14 @@ def grow_branches(
     if last is not None and last.share == 1:
         yield last
         return
-    kept, found, cut = (last.branches if last else ()), (), ""
+    kept, found, cut, notes = (last.branches if last else ()), (), "", []
     used, begin = 0.0, time.monotonic()  # other studies have their turn between two branches
 
     def ends() -> bool:
         return cancelled() or used + time.monotonic() - begin > SECONDS
 
-    system, method, eta = question.system, question.method, question.eta
     try:
-        for branch in search_branches(system, eta, method, **question.search, cancelled=ends):
+        for branch in search_branches(*question.problem, **question.search, note=notes.append, cancelled=ends):
             found = (*found, branch)
             if len(found) == MOST_BRANCHES:
                 cut = f"The search ended at {MOST_BRANCHES} branches: a narrower range shows the others."
@@ -165,7 +174,8 @@ def grow_branches(
         if cancelled():
             raise
         cut = f"The search ended after {SECONDS:g} s and may have missed branches: a narrower range is quicker."
-    yield PartialBranches(question, found, over=True, cut=cut)
+    said = " ".join(f"{note[0].upper()}{note[1:]}." for note in notes)
+    yield PartialBranches(question, found, over=True, cut=" ".join(filter(None, (cut, said))))
 
 
 def kind_words(kind: str, count: int = 1) -> str:

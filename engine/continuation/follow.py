@@ -17,6 +17,7 @@ from .margins import (
     BIFURCATIONS,
     BRANCH_POINT,
     CHATTER_COMPLETES,
+    FOLD,
     GRAZING,
     NEIMARK_SACKER,
     indicator,
@@ -24,9 +25,9 @@ from .margins import (
     least,
     margins,
 )
-from .orbit import Orbit, check_cancelled, touching_at_start
+from .orbit import check_cancelled
 from .roots import first_zero
-from .sequences import after_chatter, beyond
+from .sequences import after_chatter, beyond, within_cycle
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
@@ -40,6 +41,7 @@ ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
 )
 SERIES = 6
+INSIDE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
 
 
 class Tracer:
@@ -129,7 +131,7 @@ class Tracer:
             self.reason = f"joins a branch of period {there.orbit.period // 2} at {where}"
             return step
         self._mark_bifurcations(here, there, step)
-        self.points.append(self._within_cycle(there))
+        self.points.append(within_cycle(self.curve, there))
         self._indicators = indicators(self.points[-1])
         if not self.reason and self._returned():
             onwards = self.points[0].tangent @ self.points[-1].tangent > 0
@@ -198,30 +200,6 @@ class Tracer:
             (known for period, known in self.doublings if period == half), key=lambda v: abs(v - value), default=value
         )
 
-    def _within_cycle(self, point: CurvePoint) -> CurvePoint:
-        """The same orbit with all events in [0, p): one that has passed the end of the cycle is counted anew."""
-        orbit = point.orbit
-        instants, m = orbit.instants, len(orbit.kinds)
-        if not m or (instants[0] >= 0 and instants[-1] < orbit.period):
-            return point
-        after, equations = point.evaluation.after, self.curve.equations(point.value)
-        if instants[0] < 0:  # that event belongs to the end of the cycle
-            kinds, turned = (*orbit.kinds[1:], orbit.kinds[0]), -1
-            times = np.append(instants[1:], instants[0] + orbit.period)
-            source, turn = after[0], after[0, 4]
-        else:
-            kinds, turned = (orbit.kinds[-1], *orbit.kinds[:-1]), 1
-            times = np.insert(instants[:-1], 0, instants[-1] - orbit.period)
-            source = after[m - 2]
-            turn = source[4] - orbit.period * (1 if m > 1 else 2)
-        first = touching_at_start(kinds, orbit.first)
-        state = equations.state_later(first, source[:4], turn, -turn)
-        moved = self.curve.corrected(Orbit(orbit.period, kinds, first, np.concatenate([state, times])), point.value)
-        if moved is None:
-            return point
-        towards = np.concatenate([np.zeros(4), np.roll(point.tangent[4:-1], turned), point.tangent[-1:]])
-        return CurvePoint(self.curve, moved, point.value, towards)
-
     # -- points --------------------------------------------------------------------------------------------------------
 
     def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> None:
@@ -234,6 +212,8 @@ class Tracer:
                 found.append((located, BIFURCATIONS[k], point))
         for _, kind, point in sorted(found, key=lambda each: each[0]):
             self.mark(kind, point)
+            if kind == FOLD:  # the farthest orbit of its branch
+                self.points.append(within_cycle(self.curve, point))
 
     def _indicator(self, here: CurvePoint, s: float, k: int) -> float:
         point = self.at(here, s) if s else here
@@ -253,6 +233,7 @@ class Tracer:
 
     def mark(self, kind: str, point: CurvePoint) -> None:
         """Note a point of the branch."""
+        point = within_cycle(self.curve, point)
         system, _, _ = self.curve.family.at(point.value)
         state = displaced_state(system, point.evaluation.section[0])
         orbit = point.orbit
@@ -296,20 +277,20 @@ class Tracer:
             self.reason = f"the sequence of events ends near {where}, but the orbit at its end is not found"
             return True
         self._mark_bifurcations(here, last, located)
-        margin = min(self.margins(last), key=lambda each: each.value)
+        following, margin = beyond(self.curve, last)
         self.mark(margin.kind, last)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
         if self._accumulates():
             self.mark(CHATTER_COMPLETES, last)
             self._grazings = []
             following = after_chatter(self.curve, last)
-        else:
-            following = beyond(self.curve, last, margin)
+        # on its own side of the end, where it is an orbit beyond rounding
+        self.points.append(within_cycle(self.curve, self.at(here, (1 - INSIDE) * located) or last))
         if following is None:
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"
             return True
-        self.points.append(self._within_cycle(following))
+        self.points.append(within_cycle(self.curve, following))
         self._indicators = indicators(self.points[-1])
         return True
 

@@ -7,32 +7,30 @@ branch points; they are followed, too, up to the longest cycle that is asked for
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
+from itertools import chain
 
 import numpy as np
 
-from ..batch import run_cells
-from ..cells import Cells
 from ..drivers.event_driven import displaced_state
 from ..methods import ExactPenalty, Reference
 from ..model import System, require, whole
-from ..motions.poincare_map import PoincareMap
-from ..motions.steady import MAX_PERIOD_LIMIT, steady
-from ..simulate import starting_checkpoint
+from ..motions.steady import MAX_PERIOD_LIMIT
+from ..result import Cancelled
 from .branch import Branch, Point
 from .curve import Curve, CurvePoint, null_vectors
 from .family import Family
 from .follow import MOST_ORBITS, Tracer
 from .margins import BRANCH_POINT, DOUBLING, least, margins
-from .orbit import Orbit, check_cancelled, orbit_of_run
+from .orbit import Orbit, check_cancelled
+from .seeds import SAME, STABLE, OrbitFinder
 
-SEEDS = 15  # values of the number at which motions are looked for
+SEEDS = 40  # values of the number at which motions are looked for
 STARTS = 6  # at each, the first of them rest
-TRANSIENT, SAMPLE = 400, 64  # periods
-REACH = 1.5  # of the largest displacement and velocity of the run from rest, to where starts are drawn
-STABLE = 1e-6  # beyond one: a motion loses its stability at a point if no multiplier is larger
+FINE_SEEDS = 500  # values at which they are looked for then, from one start
+STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
 EVERY = 10  # orbits: how often a branch is compared with those found before
-NEAR = 0.03  # of the size: a state that nearly returns lies near an orbit
-SAME = 1e-6  # of the size: orbits closer than that are the same
+WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at another one
 
 
@@ -96,10 +94,13 @@ def continue_branch(
     value = search.family.value
     if not low <= value <= high:
         raise ValueError(f"{over} = {value:g} lies outside {low:g} … {high:g}: begin within the range")
-    orbit = search.orbit_near(value, initial) if initial is not None else None
+    orbit = search.finder.near(value, initial) if initial is not None else None
     if orbit is None:
-        orbit = search.settled(value, initial)
-    return search.follow(orbit, value)
+        orbit = search.finder.settled(value, initial)
+    branch = search.follow(orbit, value)
+    if STOPPED in branch.ends:
+        raise Cancelled
+    return branch
 
 
 def find_branches(
@@ -113,7 +114,9 @@ def find_branches(
     max_period: int = 8,
     unstable: bool = False,
     most_orbits: int = MOST_ORBITS,
+    initial: Sequence[float] | None = None,
     progress: Callable[[int], None] | None = None,
+    note: Callable[[str], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> tuple[Branch, ...]:
     """Follow every branch of periodic motions through a range of one number.
@@ -128,8 +131,12 @@ def find_branches(
         Follow also what begins where an unstable motion bifurcates: there may be very many such branches.
     most_orbits : int
         After which each branch is given up, in each direction.
+    initial : (4,) sequence, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0: the motion there, or that a run from there settles to, is followed first.
     progress : callable, optional
         Called with the number of branches found so far.
+    note : callable, optional
+        Called with a sentence where no motion is found: from ``initial``, or at all.
 
     Returns
     -------
@@ -161,6 +168,8 @@ def find_branches(
         max_period=max_period,
         unstable=unstable,
         most_orbits=most_orbits,
+        initial=initial,
+        note=note,
         cancelled=cancelled,
     ):
         found.append(branch)
@@ -180,11 +189,17 @@ def search_branches(
     max_period: int = 8,
     unstable: bool = False,
     most_orbits: int = MOST_ORBITS,
+    initial: Sequence[float] | None = None,
+    note: Callable[[str], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Iterator[Branch]:
-    """Yield the branches of :func:`find_branches` as they are found; arguments and exceptions are the same."""
+    """Yield the branches of :func:`find_branches` as they are found; arguments and exceptions are the same.
+
+    A branch that is being followed when the search is cancelled is yielded as far as it goes, before the exception.
+    """
     limits = {"max_period": max_period, "most_orbits": most_orbits, "unstable": unstable}
-    yield from BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits).all()
+    search = BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits)
+    yield from search.all(initial, note or (lambda _: None))
 
 
 class BranchSearch:
@@ -212,20 +227,43 @@ class BranchSearch:
         self.family, self.curve = family, Curve(family, low, high)
         self.most_orbits = whole("most_orbits", most_orbits, 2, 1_000_000, "give the orbits of a branch")
         self.cancelled, self.unstable = cancelled, unstable
+        self.finder = OrbitFinder(self.curve, self.max_period, cancelled)
         self._traces: list[tuple[list[CurvePoint], np.ndarray]] = []
         self._joined: list[float] = []  # where branches of twice the period end in others
         self._doublings: list[tuple[int, float]] = []
         self._pending: list[tuple[str, CurvePoint]] = []
 
-    def all(self) -> Iterator[Branch]:
-        """Yield all branches."""
-        for value, state, period in self._seeds():
+    def all(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[Branch]:
+        """Yield all branches: first from what a few values of the number show, then from what lies on none of these."""
+        for value, orbit in chain(self._given(initial, note), self._candidates()):
             check_cancelled(self.cancelled)
-            orbit = self.orbit_at(value, state, period)
-            if orbit is None or self._is_known(orbit, value):
-                continue
-            yield self.follow(orbit, value)
-            yield from self._offspring()
+            if not self._is_known(orbit, value):
+                yield from self._stoppable(self.follow(orbit, value))
+                yield from self._offspring()
+        if not self._traces:
+            note(self.finder.why_none())
+
+    def _given(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[tuple[float, Orbit]]:
+        """The motion at a state, or that a run from there settles to."""
+        value = self.family.value
+        if initial is not None and self.curve.low <= value <= self.curve.high:
+            try:
+                yield value, self.finder.near(value, initial) or self.finder.settled(value, initial)
+            except ValueError as error:
+                note(f"from the initial state {error}")
+
+    def _stoppable(self, branch: Branch) -> Iterator[Branch]:
+        """Yield a branch; raise Cancelled if the search was cancelled while it was followed."""
+        if len(branch.values) > 1:
+            yield branch
+        if STOPPED in branch.ends:
+            raise Cancelled
+
+    def _candidates(self) -> Iterator[tuple[float, Orbit]]:
+        """Orbits, with the number at which they are found; until so many more values show nothing new."""
+        yield from self.finder.orbits(SEEDS, STARTS, unstable=True)
+        for source in (partial(self.finder.orbits, starts=1, unstable=False), self.finder.from_elsewhere):
+            yield from source(FINE_SEEDS)
 
     def _offspring(self) -> Iterator[Branch]:
         """The branches that begin at points of others."""
@@ -233,69 +271,28 @@ class BranchSearch:
             kind, point = self._pending.pop(0)
             start = self._other_branch(kind, point)
             if start is not None and not self._is_known(start.orbit, start.value):
-                yield self._assembled(self._traced(start), None, kind)
-
-    def orbit_at(self, value: float, state: np.ndarray, period: int) -> Orbit | None:
-        """The orbit through a state at τ = 0, with its events; None if it is not found."""
-        problem = self.family.at(value)
-        poincare = PoincareMap(*problem, None)
-        y = poincare.coordinates(np.asarray(state, dtype=float))
-        guess = orbit_of_run(problem, y, period)
-        orbit = guess and self.curve.corrected(guess, value)
-        if orbit is None:
-            return None
-        rows = self.curve.evaluate(orbit, value).section
-        least = next(p for p in range(1, period + 1) if period % p == 0 and _repeats(rows, p))
-        return orbit if least == period else self.orbit_at(value, poincare.displacements(rows[0]), least)
-
-    def orbit_near(self, value: float, state: Sequence[float]) -> Orbit | None:
-        """The orbit of the shortest period that nearly passes through a state, stable or not; None if there is none."""
-        problem = self.family.at(value)
-        poincare = PoincareMap(*problem, self.cancelled)
-        y = poincare.coordinates(np.asarray(starting_checkpoint(state, *problem).state))
-        near = NEAR * max(np.abs(y).max(), 1e-9)
-        for period in range(1, self.max_period + 1):
-            returned = poincare(y, period)
-            if returned is not None and returned.residual < near:
-                orbit = self.orbit_at(value, poincare.displacements(y), period)
-                if orbit is not None and np.abs(orbit.unknowns[:4] - y).max() < 2 * near:
-                    return orbit
-        return None
-
-    def settled(self, value: float, state: Sequence[float] | None) -> Orbit:
-        """The orbit that a run settles to.
-
-        Raises
-        ------
-        ValueError
-            If there is none, or none that can be followed.
-        """
-        problem, over = self.family.at(value), self.family.over
-        how = {"initial": state, "max_period": self.max_period, "cancelled": self.cancelled}
-        found = steady(*problem, **how, stable_only=False)
-        if not found.periodic:
-            raise ValueError(f"there is no periodic motion to follow: {found.message}")
-        orbit = self.orbit_at(value, found.state, found.period)
-        if orbit is None:
-            where = f"the motion at {over} = {value:g}"
-            raise ValueError(f"{where} has no sequence of events that can be followed: change {over} a little")
-        return orbit
+                yield from self._stoppable(self._assembled(self._traced(start), None, kind))
 
     def follow(self, orbit: Orbit, value: float) -> Branch:
         """Follow an orbit both ways."""
         start = CurvePoint(self.curve, orbit, value)
         forwards = self._traced(start)
-        closed = forwards.reason == "the branch closes in itself"
+        closed = forwards.reason in ("the branch closes in itself", STOPPED)
         backwards = None if closed else self._traced(start.turned())
         return self._assembled(forwards, backwards, "")
 
     def _traced(self, start: CurvePoint) -> Tracer:
         tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
-        for count, _ in enumerate(tracer.run(self.most_orbits), start=1):
-            here = tracer.points[-1]
-            if count % EVERY == 0 and self._is_known(here.orbit, here.value):
-                tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
-                break
+        try:
+            for count, _ in enumerate(tracer.run(self.most_orbits), start=1):
+                here = tracer.points[-1]
+                if count % EVERY == 0 and self._is_known(here.orbit, here.value):
+                    tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
+                    break
+        except Cancelled:
+            tracer.reason = STOPPED
+        except ValueError as error:  # a number is out of its range
+            tracer.reason = str(error)
         if tracer.joined is not None:
             self._joined.append(tracer.joined)
         self._traces.append((tracer.points, np.array([point.value for point in tracer.points])))
@@ -347,42 +344,28 @@ class BranchSearch:
         size = max(np.abs(rows).max(), 1e-9)
         for points, values in self._traces:
             for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
-                a, b = points[k].orbit, points[k + 1].orbit
-                if a.period != orbit.period:
-                    continue
-                share = (value - values[k]) / (values[k + 1] - values[k]) if values[k + 1] != values[k] else 0.0
-                if a.kinds == b.kinds:
-                    a = replace(a, unknowns=a.unknowns + share * (b.unknowns - a.unknowns))
-                elif share > 0.5:
-                    a = b
-                known = self.curve.corrected(a, value)
-                if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < SAME * size).any():
+                a, b = points[k], points[k + 1]
+                if a.orbit.period == orbit.period and self._is_between(a, b, rows, value, SAME * size):
                     return True
         return False
 
-    def _seeds(self) -> Iterator[tuple[float, np.ndarray, int]]:
-        """Values of the number with a state on a periodic motion that attracts there, and its period."""
-        ends = self.curve.low, self.curve.high
-        values = np.append(np.linspace(*ends, SEEDS), self.family.value)
-        values = np.repeat(values[(values >= ends[0]) & (values <= ends[1])], STARTS)
-        problems = [self.family.at(float(value)) for value in values]
-        systems = [system for system, _, _ in problems]
-        cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.method}
-        if self.family.over in ("K", "D"):
-            cells["stiffness" if self.family.over == "K" else "damping"] = values
-        runs = run_cells(Cells(systems, **cells), transient=TRANSIENT, sample=SAMPLE, cancelled=self.cancelled)
-        reach = np.nanmax(np.abs(runs.end), axis=0, initial=1.0)
-        reach = REACH * np.array([max(reach[0], reach[2]), max(reach[1], reach[3])])
-        starts = np.random.default_rng(0).uniform(-1, 1, (len(values), 4)) * reach[[0, 1, 0, 1]]
-        for i, system in enumerate(systems):
-            starts[i] = system.rest if i % STARTS == 0 else _apart(system, starts[i])
-        runs = run_cells(
-            Cells(systems, **cells, initial=starts), transient=TRANSIENT, sample=SAMPLE, cancelled=self.cancelled
-        )
-        order = np.argsort(np.abs(values - self.family.value), kind="stable")
-        for i in order:
-            if runs.ok[i] and 0 < runs.period[i] <= self.max_period:
-                yield float(values[i]), runs.end[i], int(runs.period[i])
+    def _is_between(self, a: CurvePoint, b: CurvePoint, rows: np.ndarray, value: float, same: float) -> bool:
+        """Whether an orbit with this section is one of those between two neighbours on a branch, to a distance."""
+        share = (value - a.value) / (b.value - a.value) if b.value != a.value else 0.5
+        guesses = [(a.orbit, a.value, WALK), (b.orbit, b.value, WALK)]
+        if a.orbit.kinds == b.orbit.kinds:
+            chord = b.orbit.unknowns - a.orbit.unknowns
+            between = replace(a.orbit, unknowns=a.orbit.unknowns + share * chord)
+            off = np.linalg.norm(rows - between.unknowns[:4], axis=1).min()
+            if off > np.linalg.norm(chord[:4]) + same:  # neighbours are close enough for the curve to turn little
+                return False
+            guesses.insert(0, (between, value, 1))
+        for known, begin, steps in guesses:
+            for there in np.linspace(begin, value, steps + 1)[1:]:
+                known = known and self.curve.corrected(known, float(there))
+            if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < same).any():
+                return True
+        return False
 
     def _assembled(self, forwards: Tracer, backwards: Tracer | None, begins: str) -> Branch:
         """The branch of one or two traces."""
@@ -410,19 +393,6 @@ class BranchSearch:
             points=tuple(marks),
             ends=(first, forwards.reason),
         )
-
-
-def _repeats(rows: np.ndarray, period: int) -> bool:
-    """Whether a section repeats itself after so many periods."""
-    return bool(np.abs(rows - np.roll(rows, -period, axis=0)).max() <= SAME * max(np.abs(rows).max(), 1e-9))
-
-
-def _apart(system: System, state: np.ndarray) -> np.ndarray:
-    """A start with the bodies apart."""
-    x1, v1, x2, v2 = state
-    if system.wall:
-        return np.array([min(x1, 2 * system.clearance - x1), v1, 0.0, 0.0])
-    return np.array([min(x1, x2 + system.clearance), v1, max(x2, x1 - system.clearance), v2])
 
 
 __all__ = ["Branch", "Point", "continue_branch", "find_branches", "search_branches"]

@@ -10,7 +10,7 @@
 Which way the new curve goes is told by its own margins.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,28 +23,64 @@ from .orbit import TOUCHING, Orbit, orbit_of_run, touching_at_start
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 LONG_STEPS = 10.0 ** np.arange(-7, -1.0, 0.5)  # the same after a jump
-JUMPS = (1e-7, 1e-6, 1e-5, 1e-4)  # of the range, to where runs show a sequence that follows
+JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
+ZERO = 1e-8  # a margin below that is zero where another one is
 SHORTEST = 1e-6  # excitation periods: a new contact, or flight, of the penalty is followed from there on …
 SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of third order in its length
 
 
-def beyond(curve: Curve, last: CurvePoint, margin: Margin) -> CurvePoint | None:
-    """The first orbit with the sequence that follows where a margin of the last one is zero; None if none is found.
+def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin]:
+    """The first orbit with the sequence that follows where margins of the last one are zero, and the margin it crosses.
 
-    Its tangent points away from the last orbit.
+    None if no orbit is found. Its tangent points away from the last orbit. Where an impact grazes the flight before it
+    may do so, too, so that several margins are zero at once.
     """
-    if margin.kind in (GRAZING, OPENS, STAYS_SHUT):
-        for orbit, new in _grazing_neighbours(curve, last, margin):
-            found = _with_short_phase(curve, last, orbit, new) if new is not None else _on_its_side(curve, last, orbit)
-            if found is not None:
-                return found
-    return _after_jump(curve, last)
+    found = sorted(margins(last.orbit, last.evaluation, curve.family.at(last.value)[2]), key=lambda each: each.value)
+    for margin in (each for each in found if each.value <= max(ZERO, found[0].value)):
+        if margin.kind in (GRAZING, OPENS, STAYS_SHUT):
+            for orbit, new in _grazing_neighbours(curve, last, margin):
+                if new is not None:
+                    point = _with_short_phase(curve, last, orbit, new)
+                else:
+                    point = _on_its_side(curve, last, orbit)
+                if point is not None:
+                    return point, margin
+    return _after_jump(curve, last), found[0]
 
 
 def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
     """The first orbit whose chatter is complete, beyond where grazings accumulate; None if none is found."""
     return _after_jump(curve, last, complete=True)
+
+
+def within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
+    """The same orbit with all its events in [0, p).
+
+    Events that have passed an end of the cycle are counted at the other end; its state at τ = 0 then is that after
+    them, or before them.
+    """
+    orbit, m = point.orbit, len(point.orbit.kinds)
+    before, behind = (int(part.sum()) for part in (orbit.instants < 0, orbit.instants >= orbit.period))
+    if not (before or behind):
+        return point
+    turned = before or -behind  # events that go to the end of the cycle
+    kinds = orbit.kinds[turned:] + orbit.kinds[:turned]
+    instants = np.roll(orbit.instants, -turned)
+    instants[m - before :] += orbit.period
+    instants[: 0 if before else behind] -= orbit.period
+    if behind == m:
+        source, time = orbit.unknowns[:4], 0.0
+    else:
+        *source, time = point.evaluation.after[turned - 1]
+    first = touching_at_start(kinds, orbit.first)
+    length = (0.0 if before else orbit.period) - time
+    state = curve.equations(point.value).state_later(first, np.array(source), time, length)
+    moved = Orbit(orbit.period, kinds, first, np.concatenate([state, instants]))
+    moved = curve.corrected(moved, point.value) or moved  # at a grazing there is nothing to correct with
+    towards = np.concatenate([np.zeros(4), np.roll(point.tangent[4:-1], -turned), point.tangent[-1:]])
+    there = CurvePoint(curve, moved, point.value, towards)
+    return within_cycle(curve, there) if before and behind else there
 
 
 def _holds(curve: Curve, point: CurvePoint) -> bool:
@@ -104,22 +140,31 @@ def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, k: int) -> C
     return point if point is not None and _holds(curve, point) else None
 
 
-def _on_its_side(
-    curve: Curve, last: CurvePoint, guess: Orbit, value: float | None = None, steps=STEPS
-) -> CurvePoint | None:
-    """The first orbit near a guess, on the side on which its sequence holds."""
-    value = last.value if value is None else value
+def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | None:
+    """The first orbit near a guess at the last λ, on the side on which its sequence holds."""
+    start = _start(curve, last, guess, last.value, last.tangent[-1])
+    return start and _first(curve, (start, start.turned()), STEPS)
+
+
+def _start(curve: Curve, last: CurvePoint, guess: Orbit, value: float, onwards: float) -> CurvePoint | None:
+    """The orbit near a guess and near the last one, its tangent along the sign of ``onwards``."""
     orbit = curve.corrected(guess, value)
     if orbit is None or np.abs(orbit.unknowns[:4] - last.orbit.unknowns[:4]).max() > NEAR * curve.scales(orbit)[0]:
         return None
-    onwards = np.zeros(len(orbit.unknowns) + 1)
-    onwards[-1] = last.tangent[-1]
-    start = CurvePoint(curve, orbit, value, onwards)
+    towards = np.zeros(len(orbit.unknowns) + 1)
+    towards[-1] = onwards
+    return CurvePoint(curve, orbit, value, towards)
+
+
+def _first(
+    curve: Curve, starts: Sequence[CurvePoint], steps: np.ndarray, leads_on: Callable[[float], bool] = lambda _: True
+) -> CurvePoint | None:
+    """The first orbit ahead of one of these whose sequence holds, at a λ that leads on."""
     for step in steps:
-        for way in (start, start.turned()):
-            ahead = curve.ahead(way, step)
-            point = ahead and CurvePoint(curve, *ahead, way.tangent)
-            if point is not None and _holds(curve, point):
+        for start in starts:
+            ahead = curve.ahead(start, step)
+            point = ahead and CurvePoint(curve, *ahead, start.tangent)
+            if point is not None and leads_on(point.value) and _holds(curve, point):
                 return point
     return None
 
@@ -128,16 +173,28 @@ def _after_jump(curve: Curve, last: CurvePoint, complete: bool = False) -> Curve
     """The nearest orbit with another sequence that runs from the last one show; or with a ``complete`` chatter."""
     seen = {last.orbit.kinds}
     onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
-    for jump in JUMPS:
+    for jump in JUMPS * curve.width:
         for way in (onwards, -onwards):
-            value = last.value + way * jump * curve.width
+            value = last.value + way * jump
             if not curve.low <= value <= curve.high:
                 continue
             orbit = orbit_of_run(curve.family.at(value), last.evaluation.section[0], last.orbit.period)
             if orbit is None or orbit.kinds in seen or (complete and CHATTER not in orbit.kinds):
                 continue
             seen.add(orbit.kinds)
-            found = _on_its_side(curve, last, orbit, value, LONG_STEPS)
+            start = _start(curve, last, orbit, value, onwards)
+            found = start and _leading_on(curve, start, last.value, onwards)
             if found is not None:
                 return found
     return None
+
+
+def _leading_on(curve: Curve, start: CurvePoint, last: float, onwards: float) -> CurvePoint | None:
+    """The first orbit from another one on beyond the last λ, or else away from it: between them it may lead back."""
+    jump = start.value - last
+    found = None
+    if jump * onwards < 0:
+        found = _first(curve, (start,), LONG_STEPS, lambda there: (there - last) * onwards > 0)
+    if found is None:
+        found = _first(curve, (start, start.turned()), LONG_STEPS, lambda there: not 0 <= (there - last) / jump <= 1)
+    return found

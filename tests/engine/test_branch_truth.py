@@ -105,6 +105,8 @@ def test_fold_and_multipliers_of_an_orbit_with_one_impact_are_those_of_closed_fo
     (found,) = values(branch, "fold")
     assert abs(found / fold - 1) < CLOSE
     for k in range(0, len(branch.values), 7):  # both signs of the root: two orbits at each clearance
+        if branch.values[k] == found:  # a double root
+            continue
         expected = [trace(omega, e, branch.values[k], sign) for sign in (1, -1)]
         assert min(abs(branch.multipliers[k].sum() - each) for each in expected) < 1e-9 * max(map(abs, expected))
         assert abs(branch.multipliers[k][:2].prod() - e**2) < 1e-9

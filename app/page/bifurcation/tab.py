@@ -79,6 +79,7 @@ class Bifurcation(StudyTab):
         self.branches = Branches(self.host, self.view.figure, self._push)
         self.branches.view.css_classes = ["cell", "wide", "branches"]
         self.view.on_motion = self.branches.tapped
+        self._followed: Setting | None = None  # whose motion is followed first
         self._page = self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
         self._page.append(self.branches.view)
         return self._page
@@ -217,14 +218,20 @@ class Bifurcation(StudyTab):
                 continue
             if diagram.over in ("K", "D"):
                 method = replace(method, **{METHOD_NUMBERS[diagram.over]: diagram.span[0]})
-            questions[solver] = BranchQuestion(diagram.system, method, diagram.span, diagram.over, diagram.eta)
+            followed = None
+            if self._followed is not None and diagram.over == "eta" and self._followed.system == diagram.system:
+                followed = self._followed.eta, self._followed.initial
+            questions[solver] = BranchQuestion(
+                diagram.system, method, diagram.span, diagram.over, diagram.eta, followed
+            )
         if "penalty" in questions and chosen["solver"] != "exact":
             notes.append(_STANDS_FOR.format(name_of(setting.penalty)))
         return questions, notes
 
-    def follow(self, eta: float) -> None:
-        """Show the branches over η, in a range with this value."""
-        shown = self.panel.chosen["branches"]
+    def follow(self, setting: Setting) -> None:
+        """Show the branches over η, first that of the motion from the start of a setting, in a range with its η."""
+        eta, shown = setting.eta, self.panel.chosen["branches"]
+        self._followed = setting
         self.restore(View(choice={"over": "eta", "branches": "on" if shown == "off" else shown}))
         low, high = self.view.span
         if not low <= eta <= high:
@@ -349,13 +356,15 @@ def _branch_solver(solver: str) -> str:
 
 def _branch_call(question: BranchQuestion) -> str:
     numbers = ", ".join(f"{name}={value!r}" for name, value in question.search.items())
-    return f"find_branches(\n    system, {question.eta!r}, {question.method!r}, {numbers},\n)"
+    _, eta, method = question.problem
+    return f"find_branches(\n    system, {eta!r}, {method!r}, {numbers},\n)"
 
 
 def _branch_options(question: BranchQuestion) -> str:
-    over, low, high, longest, most = question.search.values()
-    options = f" --over {over} --from {low!r} --to {high!r} --max-period {longest} --most-orbits {most}"
-    return f"{options}{method_options(question.method)} --eta {question.eta!r}"
+    how, (_, eta, method) = question.search, question.problem
+    options = f" --over {question.over} --from={how['low']!r} --to={how['high']!r} --max-period {how['max_period']}"
+    options += f" --most-orbits {how['most_orbits']}{initial_option(how.get('initial'))}"
+    return f"{options}{method_options(method)} --eta {eta!r}"
 
 
 def _away(setting: Setting) -> dict[str, list[str]]:

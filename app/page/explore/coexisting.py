@@ -83,8 +83,8 @@ class CoexistingMotions:
         elif "close" in message:
             self.cancel()
         elif "follow" in message:
-            eta = self._setting.eta
-            self.host.visit("bifurcation", {}, lambda tab: tab.follow(eta))
+            setting = self._setting
+            self.host.visit("bifurcation", {}, lambda tab: tab.follow(setting))
 
     def _take(self, job: StudyJob, result: Coexisting | Exception) -> None:
         if isinstance(result, Exception):

@@ -1,0 +1,205 @@
+"""Motions from which branches are followed: what runs settle to, slowly or not, and unstable ones amid them.
+
+A run that has not settled yet, but nearly repeats itself, lies near an orbit that Newton's method finds. The mean of a
+cycle lies near the unstable motion from which its period doubled or trebled.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from ..batch import run_cells
+from ..cells import CellResults, Cells
+from ..model import System
+from ..motions.poincare_map import PoincareMap
+from ..motions.steady import steady
+from ..simulate import starting_checkpoint
+from .curve import Curve
+from .orbit import Orbit, orbit_of_run
+
+TRANSIENT, SAMPLE = 2000, 64  # periods
+REACH = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn
+NEAR = 0.03  # of the size: a state that nearly returns lies near an orbit
+SAME = 1e-6  # of the size: orbits closer than that are the same
+CLOSE = 1e-6  # of the size: the events of a state that returns so closely are those of the orbit
+NEWTON_STEPS = 15  # of the Poincaré map
+STABLE = 1e-6  # beyond one: a motion loses its stability at a point if no multiplier is larger
+
+
+class OrbitFinder:
+    """Finds closed orbits of a family.
+
+    Parameters
+    ----------
+    curve : Curve
+        Its equations and range.
+    max_period : int
+        Longest cycle, in excitation periods.
+    cancelled : callable or None
+    """
+
+    def __init__(self, curve: Curve, max_period: int, cancelled: Callable[[], bool] | None) -> None:
+        self.curve, self.family, self.max_period, self.cancelled = curve, curve.family, max_period, cancelled
+        self.kinds_of_runs = Counter()  # "periodic", "longer", "aperiodic", "ended"
+        self._random = np.random.default_rng(0)
+
+    # -- one orbit -----------------------------------------------------------------------------------------------------
+
+    def at(self, value: float, state: Sequence[float], period: int) -> Orbit | None:
+        """The orbit through a state at τ = 0, with its events; None if it is not found."""
+        problem = self.family.at(value)
+        poincare = PoincareMap(*problem, None)
+        y = poincare.coordinates(np.asarray(state, dtype=float))
+        guess = orbit_of_run(problem, y, period)
+        orbit = guess and self.curve.corrected(guess, value)
+        if orbit is None:
+            return None
+        rows = self.curve.evaluate(orbit, value).section
+        least = next(p for p in range(1, period + 1) if period % p == 0 and _repeats(rows, p))
+        return orbit if least == period else self.at(value, poincare.displacements(rows[0]), least)
+
+    def near(self, value: float, state: Sequence[float]) -> Orbit | None:
+        """The orbit of the shortest period that nearly passes through a state, stable or not; None if there is none."""
+        problem = self.family.at(value)
+        poincare = PoincareMap(*problem, self.cancelled)
+        y = poincare.coordinates(np.asarray(starting_checkpoint(state, *problem).state))
+        near = NEAR * max(np.abs(y).max(), 1e-9)
+        for period in range(1, self.max_period + 1):
+            returned = poincare(y, period)
+            if returned is not None and returned.residual < near:
+                orbit = self.at(value, poincare.displacements(y), period)
+                if orbit is not None and np.abs(orbit.unknowns[:4] - y).max() < 2 * near:
+                    return orbit
+        return None
+
+    def settled(self, value: float, state: Sequence[float] | None) -> Orbit:
+        """The orbit that a run settles to.
+
+        Raises
+        ------
+        ValueError
+            If there is none, or none that can be followed.
+        """
+        problem, over = self.family.at(value), self.family.over
+        how = {"initial": state, "max_period": self.max_period, "cancelled": self.cancelled}
+        found = steady(*problem, **how)
+        if not found.periodic:
+            found = steady(*problem, **how, stable_only=False)
+        if not found.periodic:
+            raise ValueError(f"there is no periodic motion to follow: {found.message}")
+        orbit = self.at(value, found.state, found.period)
+        if orbit is None:
+            where = f"the motion at {over} = {value:g}"
+            raise ValueError(f"{where} has no sequence of events that can be followed: change {over} a little")
+        return orbit
+
+    def by_newton(self, value: float, state: Sequence[float], period: int) -> Orbit | None:
+        """The orbit that Newton's method on the Poincaré map finds from a state; None if it finds none."""
+        poincare = PoincareMap(*self.family.at(value), self.cancelled)
+        y = poincare.coordinates(np.asarray(state, dtype=float))
+        size = max(np.abs(y).max(), 1e-9)
+        for _ in range(NEWTON_STEPS):
+            returned = poincare(y, period)
+            if returned is None or not returned.residual < 10 * size:
+                return None
+            if returned.residual < CLOSE * size:
+                return self.at(value, poincare.displacements(y), period)
+            step = np.linalg.lstsq(returned.jacobian - np.eye(4), y - returned.state, rcond=None)[0]
+            y = y + step * min(1.0, 0.5 * size / max(np.abs(step).max(), 1e-300))
+        return None
+
+    def why_none(self) -> str:
+        """A sentence about the runs, where no motion was found."""
+        words = {
+            "periodic": "repeat but have no sequence of events that can be followed",
+            "longer": f"repeat after more than {self.max_period} periods",
+            "aperiodic": "do not repeat: chaos, or a motion that settles slowly",
+            "ended": "ended early",
+        }
+        said = ", ".join(f"{count} {words[kind]}" for kind, count in self.kinds_of_runs.most_common())
+        return f"no periodic motion was found: of {self.kinds_of_runs.total()} runs {said}"
+
+    # -- many ----------------------------------------------------------------------------------------------------------
+
+    def orbits(self, count: int, starts: int, unstable: bool) -> Iterator[tuple[float, Orbit]]:
+        """What runs settle to at so many values of the number, each from so many starts, the first of them rest.
+
+        Those next to the family's own value come first. With ``unstable`` also motions that no run settles to.
+        """
+        ends = self.curve.low, self.curve.high
+        values = np.append(np.linspace(*ends, count), self.family.value)
+        values = np.repeat(values[(values >= ends[0]) & (values <= ends[1])], starts)
+        runs = self._runs(values, starts)
+        for i in np.argsort(np.abs(values - self.family.value), kind="stable"):
+            self._count(runs, i)
+            if runs.ok[i]:
+                yield from ((float(values[i]), orbit) for orbit in self._of_run(float(values[i]), runs, i, unstable))
+
+    def from_elsewhere(self, count: int) -> Iterator[tuple[float, Orbit]]:
+        """What runs from random starts settle to at so many values of the number."""
+        values = np.linspace(self.curve.low, self.curve.high, count)
+        runs = self._runs(values, 0)
+        for i in np.flatnonzero(runs.ok):
+            yield from ((float(values[i]), orbit) for orbit in self._of_run(float(values[i]), runs, i, False))
+
+    def _runs(self, values: np.ndarray, every: int) -> CellResults:
+        """Runs at these values, from rest where the index is a multiple of ``every``, else from random starts."""
+        problems = [self.family.at(float(value)) for value in values]
+        systems = [system for system, _, _ in problems]
+        cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.method}
+        if self.family.over in ("K", "D"):
+            cells["stiffness" if self.family.over == "K" else "damping"] = values
+        how = {"transient": TRANSIENT, "sample": SAMPLE, "cancelled": self.cancelled}
+        runs = run_cells(Cells(systems, **cells), **how)
+        if every == 1:
+            return runs
+        reach = np.nanmax(np.abs(runs.end), axis=0, initial=1.0)
+        reach = REACH * np.array([max(reach[0], reach[2]), max(reach[1], reach[3])])
+        states = self._random.uniform(-1, 1, (len(values), 4)) * reach[[0, 1, 0, 1]]
+        for i, system in enumerate(systems):
+            states[i] = system.rest if every and i % every == 0 else _apart(system, states[i])
+        return run_cells(Cells(systems, **cells, initial=states), **how)
+
+    def _count(self, runs: CellResults, i: int) -> None:
+        period = runs.period[i]
+        settled = "periodic" if 0 < period <= self.max_period else "longer" if period else "aperiodic"
+        self.kinds_of_runs[settled if runs.ok[i] else "ended"] += 1
+
+    def _of_run(self, value: float, runs: CellResults, i: int, unstable: bool) -> Iterator[Orbit]:
+        """The orbits that the section of one run leads to."""
+        rows, period = runs.section[i], int(runs.period[i])
+        near = NEAR * max(np.abs(rows).max(), 1e-9)
+        if 0 < period <= self.max_period:
+            guesses = [self.at(value, runs.end[i], period)]
+        else:
+            recurs = (p for p in range(1, self.max_period + 1) if np.abs(rows[-1] - rows[-1 - p]).max() < near)
+            guesses = (self.by_newton(value, rows[-1], p) for p in recurs)
+        yield from (orbit for orbit in guesses if orbit is not None and self._attracts(orbit, value))
+        if not unstable or period == 1:
+            return
+        parts = [(rows.mean(axis=0), 1)]
+        parts += [
+            (rows[-period:].reshape(k, period // k, 4).mean(axis=0)[0], period // k)
+            for k in (2, 3)
+            if 0 < period <= self.max_period and period % k == 0 and period > k
+        ]
+        found = (self.by_newton(value, mean, shorter) for mean, shorter in parts)
+        yield from (orbit for orbit in found if orbit is not None)
+
+    def _attracts(self, orbit: Orbit, value: float) -> bool:
+        factors = np.abs(self.curve.evaluate(orbit, value).multipliers)
+        return orbit.period == 1 or not factors.max() > 1 + STABLE
+
+
+def _repeats(rows: np.ndarray, period: int) -> bool:
+    """Whether a section repeats itself after so many periods."""
+    return bool(np.abs(rows - np.roll(rows, -period, axis=0)).max() <= SAME * max(np.abs(rows).max(), 1e-9))
+
+
+def _apart(system: System, state: np.ndarray) -> np.ndarray:
+    """A start with the bodies apart."""
+    x1, v1, x2, v2 = state
+    if system.wall:
+        return np.array([min(x1, 2 * system.clearance - x1), v1, 0.0, 0.0])
+    return np.array([min(x1, x2 + system.clearance), v1, max(x2, x1 - system.clearance), v2])

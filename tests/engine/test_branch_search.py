@@ -1,0 +1,93 @@
+"""The search for all branches: its orbits are motions, it finds what sweeps show, and it takes up what is known."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import (
+    Cells,
+    ExactPenalty,
+    Excitation,
+    Reference,
+    System,
+    find_branches,
+    run_cells,
+    simulate,
+    steady,
+)
+
+PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
+
+
+@pytest.fixture(scope="module")
+def period_one():
+    return find_branches(PAPER, 2.76, Reference(), low=0.5, high=4.0, max_period=1)
+
+
+def test_every_orbit_of_a_wide_range_returns_also_where_events_pass_the_end_of_its_cycle(period_one):
+    compared = 0
+    for branch in period_one:
+        for eta, rows, factors in zip(branch.values, branch.sections, branch.multipliers, strict=True):
+            if not np.abs(factors).max() < 1e4:  # close to grazing
+                continue
+            start = rows[0] - [max(PAPER.overlap_of(rows[0]), 0.0), 0, 0, 0]  # by rounding
+            end = simulate(PAPER, eta, Reference(), periods=1, keep=1, initial=start).section[0]
+            assert np.abs(end - start).max() < 1e-9 * np.abs(start).max() * max(1.0, np.abs(factors).max()), eta
+            compared += 1
+    assert compared > 500
+
+
+def test_the_events_of_a_point_lie_within_its_cycle(period_one):
+    points = [point for branch in period_one for point in branch.points if len(point.instants)]
+    assert len(points) > 50
+    assert min(point.instants[0] for point in points) >= 0
+    assert max(point.instants[-1] for point in points) < 1
+
+
+def test_a_branch_goes_on_where_the_flight_grazes_together_with_its_impact():
+    force = Excitation(base=0.0, force1=0.5)
+    wall = System(wall=True, d1=0.05, clearance=1.0, restitution=0.8, excitation=force)
+    (branch,) = find_branches(wall, 1.0, Reference(), low=0.3, high=3.0, max_period=1)
+    assert [end.split(" at ")[0] for end in branch.ends] == ["eta leaves the range"] * 2
+    assert [point.kind for point in branch.points] == ["grazing", "period doubling", "fold", "grazing"]
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(branch.values))))
+    assert len(turns) == 2  # the fold and the grazing, each once
+    fold = branch.points[2]
+    assert branch.values[turns + 1].max() == fold.value  # the orbit at the fold is one of the branch
+
+
+@pytest.mark.parametrize(
+    ("system", "method", "reach"),
+    [
+        (PAPER, Reference(), (3.19, 3.21)),  # rest leads to period 2, slowly; most starts to period 6
+        (System(clearance=2.0), Reference(), (2.6, 2.7)),
+        (PAPER, EXACT, (3.01, 3.05)),
+    ],
+)
+def test_every_periodic_run_of_a_sweep_ends_on_a_branch(system, method, reach):
+    found = find_branches(system, 3.0, method, low=reach[0], high=reach[1], max_period=6)
+    values = np.linspace(*reach, 102)[1:-1]
+    runs = run_cells(Cells(system, values, method), transient=2000, sample=64)
+    compared = 0
+    for value, period, end in zip(values, runs.period, runs.end, strict=True):
+        if 0 < period <= 6:
+            of_period = [branch for branch in found if branch.period == period]
+            rows = [row for branch in of_period for row in corrected_at(branch, value, system, method)]
+            settled = steady(system, value, method, initial=end, max_period=period).state  # the run is still settling
+            assert np.abs(settled - end).max() < 1e-4 * np.abs(end).max()
+            assert min(np.abs(row - settled).max() for row in rows) < 1e-9 * np.abs(end).max(), value
+            compared += 1
+    assert compared > 50
+
+
+def corrected_at(branch, value, system, method):
+    """Section points of a branch at a value: those between neighbours, corrected by Newton's method on the map."""
+    for k in np.flatnonzero((branch.values[:-1] - value) * (branch.values[1:] - value) <= 0):
+        share = (value - branch.values[k]) / (branch.values[k + 1] - branch.values[k])
+        for row in branch.sections[k] + share * (branch.sections[k + 1] - branch.sections[k]):
+            found = steady(system, value, method, initial=row, max_period=branch.period)
+            yield from found.response.section if found.periodic else ()
+
+
+def test_unstable_motions_are_found_where_no_run_settles_to_them():
+    (branch,) = find_branches(PAPER, 3.2, Reference(), low=3.1, high=3.3, max_period=1)
+    assert branch.stable_ranges == ()
+    assert (branch.values.min(), branch.values.max()) == (3.1, 3.3)
