@@ -38,8 +38,9 @@ class Verdict:
     blame : {"steps", "K", "D", "joint damping", "status", "integrator", "law", ""}
         The number or choice whose change alone removes most of the difference; "" if there is none.
     change : dict of str to float, bool or str
-        What to set first: some of ``K``, ``D``, ``steps`` and ``located``; of :class:`engine.TimeStepping` also of
-        ``status``, ``integrator``, ``law`` and ``without_solution``; empty if no setting helps.
+        What to set first, tried before: some of ``K``, ``D``, ``steps``, ``located``, ``status``, ``integrator``,
+        ``law`` and ``without_solution``; empty if no setting helps. :class:`engine.Newmark` has located steps and few
+        laws alone: :class:`engine.TimeStepping` is the same method with all choices.
     left : float
         What remains of the difference without the number that is to blame; nan if none is.
     scatter : float

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     HHT,
+    Cancelled,
     CentralDifference,
     Newmark,
     NewmarkBeta,
@@ -132,6 +133,13 @@ def test_steps_that_are_not_enough_are_not_proposed():
     sentence, change = blame_sentence(compared, [*nothing_else, tried], nothing_else[0])
     assert "; even 10,000 steps a period leave" in sentence
     assert change == {}
+
+
+def test_trying_more_steps_and_choices_can_be_cancelled():
+    compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    for search in (with_enough_steps, lambda *arguments: run_experiments(arguments[0], arguments[2])):
+        with pytest.raises(Cancelled):
+            search(compared, [Experiment("steps", 0.03)], lambda: True)
 
 
 def test_a_located_step_has_a_verdict():
