@@ -162,7 +162,7 @@ class System:
         unless ``mu`` is given: then κ₃ follows from that, whatever is given here.
     d3 : float or None
         Measured damping ratio of the joined bodies, 0 ≤ d₃ < 1; None if it was never measured: then it is what the two
-        dampers give.
+        dampers give. The default is the paper's measurement: of other bodies give your own, or None.
     restitution : float
         Coefficient of restitution e, 0 ≤ e ≤ 1.
     clearance : float
@@ -185,7 +185,7 @@ class System:
     >>> System().kappa  # the paper's
     2.41
     >>> beside_a_wall = System(wall=True, clearance=0.5, d1=0.07, restitution=0.8)
-    >>> driven_by_a_force = System(mu=0.5, excitation=Excitation(base=0, force1=1.5))
+    >>> driven_by_a_force = System(mu=0.5, d3=None, excitation=Excitation(base=0, force1=1.5))
     >>> beside_a_wall.observed_body, driven_by_a_force.mass_ratio
     (1, 0.5)
     """

@@ -18,6 +18,7 @@ know: otherwise a misspelt constant would silently keep its default.
 
 import difflib
 import tomllib
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -76,6 +77,15 @@ _NO_RESTITUTION = (
     "[physical] gives no restitution, and {:g} is taken, that of the paper: give it, since it decides how fast the "
     "bodies part"
 )
+_PAPERS_JOINT = (
+    "[system] describes bodies other than the paper's and gives no d3; {:g} is taken, which was measured there: give "
+    'yours, or d3 = "derived" where the joined bodies were never measured, here {:.4g}'
+)
+_PAPERS_RATIO = (
+    "[system] gives kappa without kappa3 or mass_ratio, and kappa3 = {:g} is taken, that of the paper: the mass ratio "
+    "follows from it, m2/m1 = {:.4g}"
+)
+_BODIES = "kappa", "d1", "d2", "kappa3", "mu"  # what the joint damping depends on, by the names of System
 
 
 @dataclass(frozen=True)
@@ -111,11 +121,15 @@ def system_text(system: System | None = None, units: Units | None = None) -> str
 
 
 def brief_system_text(system: System) -> str:
-    """Write what differs from the paper's system, as tables without comments; empty if nothing does."""
+    """Write what differs from the paper's system, as tables without comments; empty if nothing does.
+
+    The joint of other bodies is written in any case, so that nobody has to assume it.
+    """
     constants = system.as_dict()
     usual, tables = System().as_dict(), {"system": {}, "excitation": {}}
+    joint = ("kappa3", "d3") if _has_other_bodies(system) else ()
     for name, value in constants.items():
-        if name not in usual or value != usual[name]:
+        if name not in usual or value != usual[name] or name in joint:
             tables["excitation" if name in EXCITATION_CONSTANTS else "system"][name] = value
     own = tables["system"]
     if "mu" in own:
@@ -243,7 +257,23 @@ def system_of_tables(tables: dict) -> SystemFile:
             raise ValueError(f"gives both kappa3 and {MASS_RATIO}: one follows from the other, leave one out")
         System.from_mass_ratio(constants[MASS_RATIO])  # its range, by the name that the file uses
         constants["mu"] = constants.pop(MASS_RATIO)
-    return SystemFile(System(**constants, excitation=Excitation(**driven)), units)
+    system = System(**constants, excitation=Excitation(**driven))
+    return SystemFile(system, units, assumed=tuple(_assumed_of_bodies(system, constants)))
+
+
+def _has_other_bodies(system: System) -> bool:
+    """Whether a measured joint damping of the paper's pendulums cannot be that of these two bodies."""
+    return not system.wall and any(getattr(system, name) != getattr(System(), name) for name in _BODIES)
+
+
+def _assumed_of_bodies(system: System, given: dict) -> Iterator[str]:
+    """Yield what is taken from the paper for the joint of other bodies: a file of any age keeps its numbers."""
+    if not _has_other_bodies(system):
+        return
+    if "kappa" in given and not given.keys() & {"kappa3", "mu"}:
+        yield _PAPERS_RATIO.format(system.kappa3, system.mass_ratio)
+    if "d3" not in given:
+        yield _PAPERS_JOINT.format(system.d3, system.derived_joint_damping)
 
 
 def _refuse_body_2(names: tuple[str, ...], given: dict) -> None:

@@ -3,16 +3,13 @@
 import numpy as np
 
 from ..drivers.step_maps import damps
-from ..methods import STEPS_RANGE, TimeStepping, is_located
+from ..methods import Newmark, status_of
 from ..wording import percent
 from .agreement import SAME, is_visible
 from .compare import Comparison
 from .difference import Difference
-from .experiments import Experiment, equal_damping, round_to_three_digits
+from .experiments import HELPS, NEARLY, Experiment, enough_for, equal_damping, round_to_three_digits
 
-HELPS = 0.75  # an experiment that leaves more than this of the difference is no help
-NEARLY = 1.3  # times as much may remain without the time step, if the step scatters the section
-STEPS_FACTOR = 3.0  # a time-step part of a third of the rest adds 5 % to the root of the sum of squares
 PART_OF = {"steps": "time_step", "K": "regularisation", "D": "regularisation", "joint damping": "joint_damping"}
 PART_OF |= {"status": "time_step", "integrator": "time_step", "law": "regularisation"}
 _OF_STEPS = "status", "integrator"  # what a time step consists of
@@ -41,10 +38,10 @@ def best_experiment(comparison: Comparison, experiments: list[Experiment], scatt
 
 
 def _narrowed(best: Experiment | None, helpful: list[Experiment]) -> Experiment | None:
-    """Return the choice within the time step that does nearly as much as no time step at all, if there is one."""
+    """Return the choice within the time step that does nearly as much as all else, if no time step at all is best."""
     if best is None or best.changed != "steps":
         return best
-    enough = max(NEARLY * best.remaining, SAME)
+    enough = enough_for(helpful[0].remaining)
     return next((each for each in helpful if each.changed in _OF_STEPS and each.remaining <= enough), best)
 
 
@@ -69,6 +66,9 @@ def blame_sentence(comparison: Comparison, experiments: list[Experiment], best: 
     }
     name = blamed(comparison, best.changed)
     rest, change = sentences[best.changed](comparison, best)
+    tried = next((each for each in experiments if each.changed == "steps" and each.method is not None), None)
+    if tried is not None and best is not tried and PART_OF[best.changed] == PART_OF["steps"]:
+        rest = rest.removesuffix(".") + _and_more_steps(tried)
     return f"{name} {_role(difference, best)}: {rest}", change
 
 
@@ -76,7 +76,7 @@ def blamed(comparison: Comparison, changed: str) -> str:
     """Return the words for a number or a choice as the beginning of a sentence."""
     method = comparison.runs.penalty.method
     if changed == "status":
-        return f"The contact status at the {method.status} of the step"
+        return f"The contact status at the {status_of(method)} of the step"
     if changed == "integrator":
         of = method.integrator
         return f"The numerical damping of {of.name}" if damps(of) else f"The integrator {of.name}"
@@ -84,8 +84,17 @@ def blamed(comparison: Comparison, changed: str) -> str:
 
 
 def _status_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    status = "located" if is_located(best.method) else best.method.status
-    return f"{_STATUSES[status]} would leave {percent(best.remaining)}.", {"status": status}
+    status = status_of(best.method)
+    change = {"located": True} if isinstance(best.method, Newmark) else {"status": status}
+    return f"{_STATUSES[status]} would leave {percent(best.remaining)}.", change
+
+
+def _and_more_steps(tried: Experiment) -> str:
+    """What more steps leave, for codes that cannot cut a step, as the end of a sentence about what something leaves."""
+    many = f"{tried.method.steps:,} steps a period"
+    return (
+        f", {many} {percent(tried.remaining)}." if tried.enough else f"; even {many} leave {percent(tried.remaining)}."
+    )
 
 
 def _integrator_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
@@ -119,14 +128,10 @@ def _part_text(difference: Difference) -> str:
 
 
 def _time_step_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    method = comparison.runs.penalty.method
-    part = comparison.difference.parts.get("time_step", comparison.difference.total)
-    steps = _rounded_up(method.steps * max(2.0, STEPS_FACTOR * part / max(best.remaining, 1e-6)))
-    many = f"about {steps:,} steps a period"
-    only_more = is_located(method) or isinstance(method, TimeStepping)  # what else there is has been tried alone
-    way = f"take {many}" if only_more else f"cut the steps where contact changes, or take {many}"
-    change = {"steps": steps} if only_more else {"located": True}
-    return f"without it {percent(best.remaining)} would be left; {way}.", change
+    left = percent(best.remaining)
+    if best.method is None:
+        return f"without it {left} would be left.", {}
+    return f"{best.method.steps:,} steps a period leave {left}.", {"steps": best.method.steps}
 
 
 def _joint_damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
@@ -147,9 +152,3 @@ def _damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, di
     right = np.isfinite(equal) and value == round_to_three_digits(equal)
     why = ", which restores the right rebound," if right else ""
     return f"D = {value:g}{why} leaves {percent(best.remaining)}.", {"D": value}
-
-
-def _rounded_up(steps: float) -> int:
-    """Round up to one significant digit."""
-    digit = 10 ** np.floor(np.log10(steps))
-    return int(min(np.ceil(steps / digit) * digit, STEPS_RANGE[1]))

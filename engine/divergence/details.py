@@ -77,6 +77,8 @@ def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
 def _name(experiment: Experiment) -> str:
     if experiment.method is None:
         return f"no {'time step' if experiment.changed == 'steps' else 'joint damping'}"
+    if experiment.changed == "steps":
+        return f"{experiment.method.steps:,} steps"
     if experiment.changed in ("status", "integrator", "law"):
         name = "status" if is_located(experiment.method) else experiment.changed
         value = "located" if is_located(experiment.method) else getattr(experiment.method, experiment.changed)

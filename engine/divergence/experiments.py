@@ -12,11 +12,15 @@ and the parts do not separate K from D. So experiments decide which number is to
 
 Where the law takes its damper from the restitution, there is no D to change.
 
-Of :class:`engine.TimeStepping` the choices of a code are tried, too, each alone:
+The choices that codes differ in are tried, too, each alone; the paper's Newmark is a choice of each:
 
-- its contact status: steps that are located, and the other one of start and end;
+- its contact status: steps that are located, and if those do not do, the other one of start and end;
 - its integrator: Newmark's method, α = ½, β = ¼, which damps nothing;
 - a contact law without the damper's jump where the bodies touch.
+
+Status and integrator are what a time step consists of: they are tried only where no time step would help, in a run that
+begins where the exact penalty solution ends. A law is stepped only where K, D and law are the largest part, and the law
+helps more than all else without a step.
 
 What remains is the error of :class:`.error.Target`, or if the reference does not repeat itself, the distance between
 sections (:mod:`.statistics`).
@@ -30,9 +34,10 @@ import numpy as np
 
 from ..integrators import NewmarkBeta
 from ..laws import RATIO_LAWS
-from ..methods import CONTACT_LAWS, CONTACT_STATUSES, STIFFNESS_RANGE, Newmark, TimeStepping, is_located
-from ..result import Record
+from ..methods import STEPS_RANGE, STIFFNESS_RANGE, ExactPenalty, Newmark, TimeStepping, is_located
+from ..result import Checkpoint, Record
 from ..simulate import simulate
+from .agreement import SAME
 from .compare import Comparison
 from .contact import damping_of_law
 from .encounters import mean_closing_speed
@@ -40,6 +45,11 @@ from .error import Target
 from .statistics import long_section, wasserstein_distance
 from .time_step import with_located_steps
 
+HELPS = 0.75  # an experiment that leaves more than this of the difference is no help
+NEARLY = 1.3  # times as much may remain with a choice, or a number of steps, that stands for no time step at all
+STEPS_FACTOR = 3.0  # a time-step part of a third of the rest adds 5 % to the root of the sum of squares
+MOST_STEPS = 20.0  # times as many steps as the penalty solution has are tried at most
+SETTLING = 150  # periods of a run that begins where the exact penalty solution ends
 STIFFER = 10.0
 EQUAL = 0.01  # relative: D as close as this to equal restitution is not changed
 SAMPLES = 100  # per period
@@ -58,11 +68,14 @@ class Experiment:
         What remains of the difference, relative to the reference.
     method : Newmark, TimeStepping or None
         What was run; None for the limits without a time step, and without a joint damping of its own.
+    enough : bool
+        Of a number of steps: whether it leaves nearly as little as the best experiment.
     """
 
     changed: str
     remaining: float
     method: Newmark | TimeStepping | None = None
+    enough: bool = True
 
 
 def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> list[Experiment]:
@@ -81,10 +94,58 @@ def run_experiments(comparison: Comparison, cancelled: Callable[[], bool] | None
     ]
     experiments += [
         Experiment(name, _remaining_with(comparison, method, cancelled), method)
-        for name, method in [*_changed_methods(comparison), *changed_choices(comparison.runs.penalty.method)]
+        for name, method in _changed_methods(comparison)
     ]
+    experiments += _of_choices(comparison, experiments, cancelled)
+    return by_remaining(experiments)
+
+
+def by_remaining(experiments: list[Experiment]) -> list[Experiment]:
+    """Return those whose runs did not end early, the one that leaves least first."""
     known = [experiment for experiment in experiments if np.isfinite(experiment.remaining)]
     return sorted(known, key=lambda experiment: experiment.remaining)
+
+
+def _of_choices(comparison: Comparison, others: list[Experiment], cancelled) -> Iterator[Experiment]:
+    """Change the choices that can be worth it by what the other experiments leave."""
+    least = min((each.remaining for each in others if np.isfinite(each.remaining)), default=np.inf)
+    by_contact = comparison.difference.largest in ("regularisation", "")
+    without_step = next((each.remaining for each in others if each.changed == "steps"), np.inf)
+    step_helps = without_step <= HELPS * comparison.difference.total
+    done = False
+    for name, method in changed_choices(comparison.runs.penalty.method):
+        if name == "law":
+            worth = by_contact and _remaining_with(comparison, method.limit, cancelled, settled=True) <= HELPS * least
+        else:
+            worth = step_helps and not (name == "status" and done)
+        if worth:
+            left = _remaining_with(comparison, method, cancelled, settled=name != "law")
+            done = done or (name == "status" and left <= enough_for(min(least, left)))
+            yield Experiment(name, left, method)
+
+
+def enough_for(least: float) -> float:
+    """Return what a change of the time step may leave to do as well as the best experiment, which leaves ``least``."""
+    return max(NEARLY * least, SAME)
+
+
+def with_enough_steps(comparison: Comparison, experiments: list[Experiment], cancelled=None) -> Experiment:
+    """Try more steps, twice as many each time, until they leave nearly as little as the best experiment.
+
+    The first number is estimated. If MOST_STEPS times as many do not do, the last experiment has no ``enough``.
+    """
+    method = comparison.runs.penalty.method
+    left = next(each.remaining for each in experiments if each.changed == "steps")
+    part = comparison.difference.parts.get("time_step", comparison.difference.total)
+    most = int(min(MOST_STEPS * method.steps, STEPS_RANGE[1]))
+    steps = _rounded_up(method.steps * max(2.0, STEPS_FACTOR * part / max(left, 1e-6)))
+    while True:
+        tried = replace(method, steps=min(steps, most))
+        remaining = _remaining_with(comparison, tried, cancelled, settled=True)
+        enough = remaining <= min(enough_for(experiments[0].remaining), HELPS * comparison.difference.total)
+        if enough or steps >= most:
+            return Experiment("steps", remaining, tried, enough)
+        steps *= 2
 
 
 def equal_damping(comparison: Comparison, method: Newmark | TimeStepping) -> float:
@@ -112,28 +173,30 @@ def _remaining_without(comparison: Comparison, part: str) -> float:
     return wasserstein_distance(*pairs[part]) / statistics.size
 
 
-def without_jump(method: Newmark | TimeStepping) -> Newmark | TimeStepping | None:
+def _as_time_stepping(method: Newmark | TimeStepping) -> TimeStepping:
+    """Return the method itself, or the same steps as Newmark's under the name that has all choices."""
+    if isinstance(method, TimeStepping):
+        return method
+    return TimeStepping(method.stiffness, method.damping, method.steps, law=method.law, every_step=method.every_step)
+
+
+def without_jump(method: Newmark | TimeStepping) -> TimeStepping | None:
     """Return a method with a contact law whose damper does not jump where the bodies touch; None if there is none."""
-    if method.law not in JUMPS or not method.damping or WITHOUT_JUMP not in CONTACT_LAWS:
+    if is_located(method) or method.law not in JUMPS or not method.damping:
         return None
-    try:
-        return replace(method, law=WITHOUT_JUMP)
-    except ValueError:
-        return None
+    return replace(_as_time_stepping(method), law=WITHOUT_JUMP)
 
 
 def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newmark | TimeStepping]]:
     """Yield the name of a choice that codes differ in, and the method with this choice changed."""
-    if isinstance(method, Newmark):
-        return
+    own = _as_time_stepping(method)
     if not is_located(method):
         with contextlib.suppress(ValueError):
             yield "status", with_located_steps(method)
-        if not method.integrator.explicit:
-            (other,) = (status for status in CONTACT_STATUSES if status not in (method.status, "located"))
-            yield "status", replace(method, status=other)
-    if method.integrator != NewmarkBeta():
-        yield "integrator", replace(method, integrator=NewmarkBeta())
+        if not own.integrator.explicit:
+            yield "status", replace(own, status="start" if own.status == "end" else "end")
+    if own.integrator != NewmarkBeta():
+        yield "integrator", replace(own, integrator=NewmarkBeta())
     if (smooth := without_jump(method)) is not None:
         yield "law", smooth
 
@@ -157,12 +220,20 @@ def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark | Ti
             yield "K", replace(method, stiffness=stiffer, damping=damping)
 
 
-def _remaining_with(comparison: Comparison, method: Newmark | TimeStepping, cancelled) -> float:
-    """What remains with another method; nan or inf if its run ends early."""
-    run, period = comparison.runs.penalty, comparison.motions.reference.period
+def _remaining_with(
+    comparison: Comparison, method: ExactPenalty | Newmark | TimeStepping, cancelled, settled: bool = False
+) -> float:
+    """What remains with another method; nan or inf if its run ends early.
+
+    ``settled``: run it from where the exact penalty solution is after all periods, which takes fewer of them.
+    """
+    run, exact, period = comparison.runs.penalty, comparison.runs.exact, comparison.motions.reference.period
     record = Record(run.keep, SAMPLES) if period else None
-    options = {"periods": run.periods, "keep": run.keep, "initial": comparison.start, "record": record}
-    changed = simulate(run.system, run.eta, method, **options, cancelled=cancelled)
+    options = {"periods": run.periods, "initial": comparison.start}
+    if settled and exact.ok:
+        start = Checkpoint(run.system, run.eta, method, 0, exact.section[-1])  # it may lie anywhere
+        options = {"periods": min(run.periods, run.keep + SETTLING), "initial": start}
+    changed = simulate(run.system, run.eta, method, keep=run.keep, record=record, **options, cancelled=cancelled)
     if period:
         return Target(comparison.runs.reference, period).error(changed, cancelled)
     return comparison.statistics.total_of(long_section(changed, cancelled))
@@ -171,3 +242,9 @@ def _remaining_with(comparison: Comparison, method: Newmark | TimeStepping, canc
 def round_to_three_digits(value: float) -> float:
     """Round a K or D that may be proposed to three significant digits, few enough to read."""
     return float(f"{value:.3g}")
+
+
+def _rounded_up(steps: float) -> int:
+    """Round up to one significant digit."""
+    digit = 10 ** np.floor(np.log10(steps))
+    return int(min(np.ceil(steps / digit) * digit, STEPS_RANGE[1]))

@@ -19,7 +19,7 @@ from .agreement import CLOSE, SAME, agreement, is_visible, time_step_scatter
 from .blame import best_experiment, blame_sentence
 from .compare import Comparison, error_from_penalty_state
 from .details import detail_sentences, duration_sentences
-from .experiments import JUMPS, run_experiments, without_jump
+from .experiments import JUMPS, by_remaining, run_experiments, with_enough_steps, without_jump
 from .grid import rms
 from .statistics import SECTION
 
@@ -38,8 +38,9 @@ class Verdict:
     blame : {"steps", "K", "D", "joint damping", "status", "integrator", "law", ""}
         The number or choice whose change alone removes most of the difference; "" if there is none.
     change : dict of str to float, bool or str
-        What to set first: some of ``K``, ``D``, ``steps`` and ``located``; of :class:`engine.TimeStepping` also of
-        ``status``, ``integrator``, ``law`` and ``without_solution``; empty if no setting helps.
+        What to set first, tried before: some of ``K``, ``D``, ``steps``, ``located``, ``status``, ``integrator``,
+        ``law`` and ``without_solution``; empty if no setting helps. :class:`engine.Newmark` has located steps and few
+        laws alone: :class:`engine.TimeStepping` is the same method with all choices.
     left : float
         What remains of the difference without the number that is to blame; nan if none is.
     scatter : float
@@ -106,6 +107,10 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
         return _without_contact(comparison, unchanged)
     agree, first = agreement(comparison)
     best = best_experiment(comparison, experiments, scatter)
+    if best and best.changed in ("steps", "status") and difference.total > SAME:
+        tried = with_enough_steps(comparison, experiments, cancelled)
+        best = tried if best.changed == "steps" and tried.enough else best
+        experiments = by_remaining([*experiments, tried])
     second, change = blame_sentence(comparison, experiments, best)
     scattered = "" if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)
     return Verdict(

@@ -15,7 +15,8 @@ from ..model import System
 from ..result import Status
 from .condition import EPSILON, MARGIN, SimulationSetup
 
-TRUTH = files(assets) / "truth" / "hard.json"
+TRUTH = files(assets) / "truth"
+LIMIT = 1e-20  # a smaller threshold in systems.json stands for its limit 0
 SIGMAS = 5.0  # by which statistics of the same motion may differ: exceeded once in two million times
 
 
@@ -30,7 +31,7 @@ class Case:
     setup : SimulationSetup
         What is solved.
     truth : str
-        Name of its solution in hard.json; empty if there is none.
+        Name of its solution in hard.json or systems.json; empty if there is none.
     clear : str
         For a grazing case: the name of the same case without the graze, whose conditioning shows how errors grow.
     allowed : float or None
@@ -63,16 +64,39 @@ class Case:
 
 @cache
 def solutions() -> dict:
-    """Return the true solutions (computed with 60 and 80 digits) by name."""
-    return json.loads(TRUTH.read_text(encoding="utf-8"))["cases"]
+    """Return the true solutions (computed with 60 and 80 digits) by name, in the form of hard.json."""
+    paper, general = (json.loads((TRUTH / name).read_text(encoding="utf-8")) for name in ("hard.json", "systems.json"))
+    return paper["cases"] | {entry["name"]: _as_in_hard(entry) for entry in general["cases"]}
+
+
+def _as_in_hard(entry: dict) -> dict:
+    """Return a solution of systems.json in the form of hard.json, and what it has besides: the conditioning."""
+    numbers = {"stiffness": "K", "damping": "D", "joint_damping": "joint_damping", "threshold": "threshold"}
+    method = {name: entry[key] for name, key in numbers.items() if key in entry} | {"name": entry["method"]}
+    omitted = method.get("threshold", 1.0) < LIMIT
+    if omitted:
+        method["threshold"] = 0.0
+    samples = len(entry["tau"]) // entry["periods"]
+    constants = {"mu" if name == "mass_ratio" else name: value for name, value in entry["system"].items()}
+    return {
+        "system": constants | entry["excitation"],
+        "eta": entry["eta"],
+        "method": method,
+        "initial": entry["start"],
+        "periods": entry["periods"],
+        "states": entry["state"][samples - 1 :: samples],
+        "events": entry["events"],
+        "omitted": int(omitted),
+        "condition": entry["condition"],
+    }
 
 
 def setup_of(truth: str, **changed) -> SimulationSetup:
-    """Return the setup of a solution in hard.json; ``changed`` replaces attributes of the method."""
+    """Return the setup of a true solution; ``changed`` replaces attributes of the method."""
     entry = solutions()[truth]
     numbers = {name: value for name, value in (entry["method"] | changed).items() if name != "name"}
     method = (Reference if entry["method"]["name"] == "reference" else ExactPenalty)(**numbers)
-    system, initial = System(**entry["system"]), tuple(entry["initial"])
+    system, initial = System.from_dict(entry["system"]), tuple(entry["initial"])
     return SimulationSetup(system, entry["eta"], method, entry["periods"], initial)
 
 
@@ -88,6 +112,7 @@ def hard_cases() -> list[Case]:
         _many_periods,
         _endless_contact,
         _starts,
+        _any_system,
         _chaos,
         _unsolvable,
     )
@@ -95,7 +120,7 @@ def hard_cases() -> list[Case]:
 
 
 def _with_truth(group: str, *truths: str, **changed) -> Iterator[Case]:
-    """Yield cases whose true solution is in hard.json."""
+    """Yield cases whose true solution is known."""
     for truth in truths:
         yield Case(f"{group}: {truth}", setup_of(truth, **changed), truth=truth)
 
@@ -191,6 +216,22 @@ def _starts() -> Iterator[Case]:
     for name in names.split():
         yield from _with_truth("start", f"start|{name}|reference", f"start|{name}|exact")
     yield from _with_truth("start", "start|penetrating|exact")
+
+
+def _any_system() -> Iterator[Case]:
+    """Walls, preload, forces, weights, free vibration: from systems.json, what begins with one of these names."""
+    kinds = (
+        "sticking|",
+        "limits|",
+        "free|",
+        "wall|-0.5|",
+        "clearance|-3|",
+        "forces|all|",
+        "constants|wall 1|",
+        "constants|0.5|1.5,-4|",
+        "mass ratio|twins",
+    )
+    yield from _with_truth("any system", *(truth for truth in solutions() if truth.startswith(kinds)))
 
 
 def _chaos() -> Iterator[Case]:

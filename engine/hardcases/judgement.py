@@ -16,7 +16,7 @@ from ..motions.averages import standard_error
 from ..result import Record, Response, Status
 from ..simulate import simulate
 from .cases import Case, setup_of, solutions
-from .condition import EPSILON, MARGIN, attainable_error, attainable_grazing_error
+from .condition import EPSILON, MARGIN, accumulated_rounding, attainable_error, attainable_grazing_error
 
 BATCHES = 40  # of a long chaotic run, whose means scatter as independent numbers do
 SAMPLES = 400  # per period, at which penetration is looked for
@@ -113,8 +113,9 @@ def _energy_residual(case: Case, response: Response) -> tuple[float, float]:
 def _penetration(response: Response) -> float:
     if not isinstance(response.method, Reference) or response.trajectory is None:
         return 0.0
-    x1, x2 = response.trajectory.displacement
-    return float(max(0.0, (x1 - x2).max()) / max(np.abs(x1).max(), np.abs(x2).max(), 1e-300))
+    (x1, x2), system = response.trajectory.displacement, response.system
+    size = max(np.abs(x1).max(), np.abs(x2).max(), abs(system.clearance), 1e-300)
+    return float(max(0.0, -system.gap(x1, x2).min()) / size)
 
 
 # ---------------------------------------------------------------------------------------------------------- the states
@@ -150,8 +151,12 @@ def _largest(difference: np.ndarray) -> float:
 def _attainable(case: Case) -> float:
     """Return the attainable error; inf where rounding alone decides.
 
-    A motion that passes above the surface, however closely, does not graze: it is as well conditioned as the clear one.
+    Of a general system the conditioning is part of the truth. A motion that passes above the surface, however closely,
+    does not graze: it is as well conditioned as the clear one.
     """
+    condition = solutions()[case.truth].get("condition")
+    if condition is not None:
+        return MARGIN * EPSILON * (condition + accumulated_rounding(case.setup))
     if not case.clear:
         attainable = attainable_error(case.setup)
         return math.inf if attainable is None else attainable

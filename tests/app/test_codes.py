@@ -30,6 +30,16 @@ def test_every_code_is_cited_set_and_written_in_its_own_words(key):
     assert "0.003" in " ".join(lines) or key == "simscape"  # its step is variable
 
 
+@pytest.mark.parametrize("field", ["integrator", "status", "without_solution", "law", "initial_acceleration"])
+def test_whatever_is_set_has_a_source_that_names_it(field):
+    """And a source that has no address says why."""
+    for code in codes().values():
+        named = {name for source in code.sources for name in source.figure.split(", ")}
+        assert not getattr(code, field) or field.replace("_", " ") in named, f"{code.key}: {field} has no source"
+    for source in (source for code in codes().values() for source in code.sources):
+        assert source.url or "not opened" in source.text or "nference" in source.text
+
+
 def test_what_no_source_says_is_the_default():
     empty = Code("key", "name")
     assert empty.method(1.0, 2.0, 8) == TimeStepping(1.0, 2.0, 8)

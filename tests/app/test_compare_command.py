@@ -23,7 +23,7 @@ def test_json_is_the_contract(capsys):
     assert [found[name] for name in NUMBERS] == [getattr(expected, name) for name in NUMBERS]
     assert 0 <= found["residual"] < 1e-10
     assert found["verdict"] == verdict(expected).headline
-    assert (found["blame"], found["change"]) == ("steps", {"located": True})
+    assert (found["blame"], found["change"]) == ("status", {"located": True})
     assert found["reference"] == motion(System(), 2.76, Reference()).as_dict() | {"peak_force": None}  # impacts
     assert found["penalty"] == motion(System(), 2.76, Newmark(12000, 18, 2000)).as_dict()
     assert found["pointwise"]

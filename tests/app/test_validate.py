@@ -48,8 +48,11 @@ def test_where_the_published_figure_is_off_both_stand_with_the_reason():
 
 
 def test_our_own_comparison_blames_the_time_step():
+    """More exactly what a step does not know of contact: the same steps, located, do nearly as well as none."""
     case = CASES["B2-step"]
-    assert verdict(compare(case.system, case.eta, case.method)).blame == "steps"
+    found = verdict(compare(case.system, case.eta, case.method))
+    assert found.blame == "status"
+    assert found.left < 0.5 * compare(case.system, case.eta, case.method).total
 
 
 def test_a_wall_and_a_mirrored_body_give_the_same_force():

@@ -41,6 +41,29 @@ def test_the_hard_cases_cover_the_extreme_parameters():
     assert len(CASES) == len(hard_cases())  # every name is unique
 
 
+def test_the_hard_cases_cover_every_kind_of_system():
+    """With the reference and the exact penalty each: walls, preload, forces on both, weights, nothing that drives."""
+    setups = [case.setup for case in CASES.values()]
+    for method in (Reference, ExactPenalty):
+        systems = [setup.system for setup in setups if isinstance(setup.method, method)]
+        assert sum(system.wall for system in systems) >= 5
+        assert sum(system.clearance < 0 for system in systems) >= 5
+        assert sum(system.clearance > 0 for system in systems) >= 5
+        assert any(system.excitation.force1 and system.excitation.force2 for system in systems)
+        assert any(system.excitation.constant1 and system.excitation.constant2 for system in systems)
+        assert any(not system.excitation.drives for system in systems)
+
+
+def test_a_wrong_number_of_a_general_system_is_noticed():
+    """Of a wall with preload: clearance, force and impacts that differ by little or by one make the case fail."""
+    case = CASES["any system: sticking|wall, threshold|reference"]
+    assert outcome(case).passed
+    system = replace(case.setup.system, clearance=case.setup.system.clearance * (1 + 1e-9))
+    assert not outcome(replace(case, setup=replace(case.setup, system=system))).passed
+    setup = replace(case.setup, method=replace(case.setup.method, threshold=0.02))
+    assert "events differ from the truth" in outcome(replace(case, setup=setup, allowed=1.0)).failures
+
+
 def test_a_wrong_result_is_noticed():
     """Another damper, another excitation, and a status that is not expected make a case fail."""
     case = CASES["resonance: resonance|1.8|damped|table"]

@@ -5,7 +5,7 @@ import math
 import hypothesis.strategies as st
 import pytest
 from hypothesis import given
-from vibroscope.engine import Excitation, System, SystemFile, Units, read_system, system_text
+from vibroscope.engine import Excitation, System, SystemFile, Units, brief_system_text, read_system, system_text
 from vibroscope.engine.system_file import (
     EXCITATION_CONSTANTS,
     SIZE_LIMIT,
@@ -121,3 +121,33 @@ def test_any_bytes_give_a_system_or_an_error_of_one_line(content):
         assert "\n" not in message
     else:
         assert all(math.isfinite(value) for value in found.system.as_dict().values())
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("mass_ratio = 0.5", ["gives no d3; 0.033 is taken", "here 0.007339"]),
+        ("d1 = 0.1", ["gives no d3; 0.033 is taken"]),
+        ("kappa = 3.0", ["kappa3 = 1.8 is taken", "m2/m1 = 0.3889", "gives no d3; 0.033 is taken"]),
+        ("kappa = 3.0\nkappa3 = 2.0", ["gives no d3; 0.033 is taken"]),
+        ('mass_ratio = 0.5\nd3 = "derived"', []),
+        ("mass_ratio = 0.5\nd3 = 0.033", []),
+        ("kappa = 2.41\nd1 = 0.0033", []),  # the paper's
+        ("clearance = 1.0\nrestitution = 0.8", []),  # its pendulums, too
+        ("wall = true\nd1 = 0.1", []),
+    ],
+)
+def test_a_joint_taken_from_the_paper_is_said(content, said):
+    """A file keeps its numbers, whenever it was written; whoever describes other bodies reads what was taken."""
+    found = parse_system(f"[system]\n{content}".encode())
+    assert bool(found.assumed) == bool(said)
+    assert all(words in " ".join(found.assumed) for words in said)
+    if any("0.033" in words for words in said):
+        assert found.system.joint_damping("table") == 0.033
+
+
+@pytest.mark.parametrize(
+    "system", [System(mu=0.5), System(kappa=3.0), System(d1=0.1, d3=None), System(kappa=3, d3=0.1)]
+)
+def test_a_brief_file_of_other_bodies_leaves_nothing_to_assume(system):
+    assert parse_system(brief_system_text(system).encode()) == SystemFile(system, Units())

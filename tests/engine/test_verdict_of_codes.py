@@ -1,11 +1,14 @@
 """Parts and verdict of what codes choose: contact status, integrator, law, and steps without a solution."""
 
 import math
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from vibroscope.engine import (
     HHT,
+    Cancelled,
     CentralDifference,
     Newmark,
     NewmarkBeta,
@@ -18,7 +21,7 @@ from vibroscope.engine import (
     verdict,
 )
 from vibroscope.engine.divergence.blame import best_experiment, blame_sentence
-from vibroscope.engine.divergence.experiments import Experiment, changed_choices, run_experiments
+from vibroscope.engine.divergence.experiments import Experiment, changed_choices, run_experiments, with_enough_steps
 from vibroscope.engine.divergence.time_step import with_located_steps
 
 SYSTEM = System()
@@ -99,6 +102,59 @@ def test_the_contact_status_is_to_blame_and_what_is_advised_leaves_what_it_says(
     advised = compare(SYSTEM, 2.76, with_located_steps(method), periods=200)
     assert advised.total == pytest.approx(found.left, rel=0.05)
     assert advised.total < compared.total
+
+
+def test_one_method_under_two_names_gets_one_verdict():
+    """The paper's Newmark is a choice of status, integrator and law like any other."""
+    options = {"periods": 600, "keep": 50}
+    found = [verdict(compare(SYSTEM, 2.76, kind(12000, 18, 2000), **options)) for kind in (Newmark, TimeStepping)]
+    blamed = "The contact status at the start of the step is to blame: steps cut where contact changes would leave"
+    assert all(blamed in each.headline for each in found)
+    assert [each.blame for each in found] == ["status", "status"]
+    assert [each.change for each in found] == [{"located": True}, {"status": "located"}]
+    assert found[1].left == pytest.approx(found[0].left, rel=0.1)
+
+
+def test_the_number_of_steps_that_is_named_leaves_what_is_said():
+    for method in (Newmark(12000, 18, 500), TimeStepping(12000, 18, 500, CentralDifference())):
+        found = verdict(compare(SYSTEM, 2.76, method))
+        steps, said = re.search(r"([\d,]+) steps a period (?:leave )?([\d.]+) %", found.headline).groups()
+        advised = compare(SYSTEM, 2.76, replace(method, steps=int(steps.replace(",", "")))).total
+        assert 100 * advised == pytest.approx(float(said), rel=0.15)
+        assert advised <= 1.3 * 0.04  # what no time step leaves
+
+
+def test_steps_that_are_not_enough_are_not_proposed():
+    method = Newmark(12000, 18, 500)
+    compared = compare(SYSTEM, 2.76, method, **SHORT)
+    nothing_else = [Experiment("steps", compared.total / 1000)]
+    tried = with_enough_steps(compared, nothing_else)
+    assert (tried.enough, tried.method.steps) == (False, 20 * 500)
+    sentence, change = blame_sentence(compared, [*nothing_else, tried], nothing_else[0])
+    assert "; even 10,000 steps a period leave" in sentence
+    assert change == {}
+
+
+def test_trying_more_steps_and_choices_can_be_cancelled():
+    compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    for search in (with_enough_steps, lambda *arguments: run_experiments(arguments[0], arguments[2])):
+        with pytest.raises(Cancelled):
+            search(compared, [Experiment("steps", 0.03)], lambda: True)
+
+
+def test_a_located_step_has_a_verdict():
+    found = verdict(compare(SYSTEM, 2.76, TimeStepping(12000, 18, 50, status="located")))
+    assert (found.blame, list(found.change)) == ("steps", ["steps"])
+
+
+def test_the_dampers_jump_is_blamed_where_the_law_without_it_leaves_least():
+    system, options = System(kappa=0.6, mu=0.8, d1=0.03, d2=0.03, d3=None), {"periods": 300, "keep": 20}
+    method = Newmark(224, 4.8, 2000)
+    found = verdict(compare(system, 0.76, method, **options))
+    assert (found.blame, found.change) == ("law", {"law": "limited"})
+    assert "The damper's jump at touch is to blame" in found.headline
+    advised = compare(system, 0.76, TimeStepping(224, 4.8, 2000, law="limited"), **options)
+    assert advised.total == pytest.approx(found.left, rel=1e-9)
 
 
 def test_numerical_damping_is_to_blame_where_the_undamped_step_leaves_less():
