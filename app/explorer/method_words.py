@@ -17,6 +17,7 @@ INTEGRATOR_NAMES = {
     "semi-implicit-euler": "semi-implicit Euler",
 }
 STATUS_NAMES = {"start": "start of the step", "end": "end, iterated"}
+WITHOUT_SOLUTION_NAMES = {"stop": "stop", "keep": "keep status", "halve": "halve step"}
 LAW_NAMES = {
     "kelvin-voigt": "Kelvin–Voigt",
     "cut": "Kelvin–Voigt, cut at zero",
@@ -28,6 +29,12 @@ LAW_NAMES = {
     "jankowski": "Jankowski",
     "constant-restitution": "constant restitution",
     "impact": "IMPACT",
+}
+CHOICE_NAMES = {  # of the choices by which methods with a time step differ
+    "integrator": INTEGRATOR_NAMES,
+    "status": STATUS_NAMES,
+    "without_solution": WITHOUT_SOLUTION_NAMES,
+    "law": LAW_NAMES,
 }
 _SYMBOLS = {"beta": "β", "gamma": "γ", "alpha": "α", "rho": "ρ∞"}
 _STATUSES = {

@@ -313,8 +313,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
 
     def texts(self) -> dict[str, str]:
         """Every value as a text from which `read_setting` reads exactly the same value."""
-        values = self._asdict().items()
-        return {name: value if isinstance(value, str) else print_number(value) for name, value in values}
+        return {name: print_value(value) for name, value in self._asdict().items()}
 
 
 _CHOSEN = ("integrator", "status", "law", "initial_acceleration")  # of `STEPPING_FIELDS`, beside numbers
@@ -486,6 +485,11 @@ def quote(text: object) -> str:
     shown = text if isinstance(text, str) else type(text).__name__
     printable = "".join(c if c.isprintable() else "�" for c in shown[:_LONGEST_QUOTE])
     return f"“{printable}{'…' if len(shown) > _LONGEST_QUOTE else ''}”"
+
+
+def print_value(value: float | int | str) -> str:
+    """The text of a choice, or of a number, from which `read_setting` reads exactly the same value."""
+    return value if isinstance(value, str) else print_number(value)
 
 
 def print_number(value: float | int) -> str:

@@ -90,9 +90,7 @@ def _status_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dic
 
 def _integrator_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     new = best.method.integrator
-    change = {"integrator": new.name}
-    if comparison.runs.penalty.method.integrator.name == new.name:
-        change |= {"beta": new.beta, "gamma": new.gamma}
+    change = {"integrator": new.name, "beta": new.beta, "gamma": new.gamma}
     return f"Newmark's ¼ and ½, which damp nothing, leave {percent(best.remaining)}.", change
 
 

@@ -12,7 +12,7 @@ import math
 import param
 from vibroscope.app.explorer.drawing import drawing, drawing_in_words
 from vibroscope.app.explorer.field_units import shown_field, time_text
-from vibroscope.app.explorer.method_words import INTEGRATOR_NAMES, LAW_NAMES, STATUS_NAMES
+from vibroscope.app.explorer.method_words import CHOICE_NAMES
 from vibroscope.app.explorer.ranges import slider_range, stiffer_spring
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
@@ -35,11 +35,10 @@ _UNITS = {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"}
 _SOLVER_SWITCHES = {
     "joint_damping": {"table": "as measured", "derived": "of both dampers"},
     "located": {"no": "at the next step", "yes": "cut at contact"},
-    "status": STATUS_NAMES,
-    "without_solution": {"stop": "stop", "keep": "keep status", "halve": "halve step"},
+    **{name: CHOICE_NAMES[name] for name in ("status", "without_solution")},
     "initial_acceleration": {"equation": "from the equations", "zero": "zero"},
 }
-_SOLVER_SELECTS = {"integrator": INTEGRATOR_NAMES, "law": LAW_NAMES}
+_SOLVER_SELECTS = {name: CHOICE_NAMES[name] for name in ("integrator", "law")}
 _INTEGRATOR_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
 _LAW_NUMBERS = ("exponent", "penetration")  # as far as the law has them
 _VIEW_SWITCHES = {
