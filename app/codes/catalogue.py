@@ -202,16 +202,13 @@ def input_numbers(
     if zeta:  # 2ζω_c = 2/time constant, as in MuJoCo's solref
         numbers["timeconst"] = unit_of_time / (zeta * contact_frequency(system, method.stiffness))
     integrator = getattr(method, "integrator", NewmarkBeta())
-    numbers |= _integrator_numbers(integrator)
+    numbers |= _integrator_numbers(integrator, dt)
     return {name: written(value, digits) for name, value in numbers.items()}
 
 
-def _integrator_numbers(integrator: Integrator) -> dict[str, float]:
-    """The numbers of an integrator, and those that other codes write for them."""
+def _integrator_numbers(integrator: Integrator, dt: float) -> dict[str, float]:
+    """The numbers of an integrator, and those that other codes write for them and for its time step."""
     own = {each.name: getattr(integrator, each.name) for each in fields(integrator)}
-    stage = integrator.stages[0]
     if "alpha" in own:
         own |= {"openseesalpha": 1.0 + own["alpha"], "hhtdecay": -own["alpha"]}
-    if integrator.name == "generalised-alpha":  # OpenSees weighs the end of the step
-        own |= {"alpham": 1.0 - stage.alpha_m, "alphaf": 1.0 - stage.alpha_f}
-    return own
+    return own | {"openseesdt": dt / len(integrator.stages)}  # OpenSees counts each stage as a step
