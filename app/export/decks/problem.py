@@ -6,7 +6,16 @@ from functools import cached_property
 from importlib.metadata import version
 from typing import NamedTuple
 
-from vibroscope.engine import CONTACT_LAWS, Newmark, NewmarkBeta, System, TimeStepping, Units
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    CONTACT_STATUSES,
+    Newmark,
+    NewmarkBeta,
+    System,
+    TimeStepping,
+    Units,
+    status_of,
+)
 from vibroscope.engine.integrators import Integrator
 from vibroscope.engine.model import check_eta, whole
 
@@ -48,8 +57,8 @@ class Problem:
     system : System
     eta : float
     method : Newmark or TimeStepping
-        The contact's numbers and law, the time step, the integrator and the contact status. :class:`Newmark` without
-        located steps leaves the status to the code.
+        The contact's numbers and law, the time step, the integrator and the contact status. That from the start of the
+        step, the default, which no deck has, leaves the status to the code.
     units : Units, optional
         Units of the deck; None: without dimension, ω₁ = 1 rad/s, the unit of length 1 and m₁ = 1.
     initial : tuple of float, optional
@@ -185,10 +194,9 @@ class Problem:
 
     @property
     def status(self) -> str | None:
-        """The contact status that the method asks for: "start", "end", "located"; None: it is left to the code."""
-        if isinstance(self.method, Newmark):
-            return "located" if self.method.located else None
-        return self.method.status
+        """The contact status that the method asks for: "end" or "located"; None: it is left to the code."""
+        status = status_of(self.method)
+        return None if status == CONTACT_STATUSES[0] else status
 
     @property
     def header(self) -> str:
