@@ -14,6 +14,7 @@ from vibroscope.app.commands.options import (
     default_of,
     eta_of,
     stepping_of,
+    stiffness_of,
     system_of,
 )
 from vibroscope.app.commands.output import progress_line
@@ -76,7 +77,7 @@ def _method_of(options: argparse.Namespace) -> Newmark | TimeStepping:
     options.every_step = False
     if options.code is None:
         return stepping_of(options)
-    return code_alone(options).method(options.K, options.D, options.steps)
+    return code_alone(options).method(stiffness_of(options), options.D, options.steps)
 
 
 def _lines(asked: Problem, found: list[Outcome]) -> list[str]:
