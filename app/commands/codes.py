@@ -73,6 +73,7 @@ def _entry(code: Code) -> list[str]:
         "contact status": code.status or "-",
         "without solution": code.without_solution or "-",
         "contact law": " ".join(filter(None, (code.law or "-", code.exponent and f"exponent {code.exponent:g}"))),
+        "damper": code.damper and f"from the {code.damper}",
         "start": code.initial_acceleration and f"acceleration {code.initial_acceleration}",
         "rules of thumb": ", ".join(code.rules) or "-",
         "ours leaves out": code.leaves_out,

@@ -29,6 +29,7 @@ from vibroscope.app.commands.options import (
 from vibroscope.engine import (
     COORDINATES,
     DIRECTIONS,
+    LAWS_BY_RESTITUTION,
     OVER,
     Cancelled,
     ExactPenalty,
@@ -140,7 +141,7 @@ def _add_step(studies) -> None:
     add = command.add_argument
     add("--eta", **ETA)
     add_stiffness_option(command, "contact stiffness", required=True)
-    add("--D", required=True, type=float, metavar="F", help="contact damping")
+    add("--D", type=float, metavar="F", help="contact damping; some laws need none: --law")
     add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
     add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each run starts, in place of rest")
     add_integrator_options(command)
@@ -274,7 +275,8 @@ def _method(options: argparse.Namespace) -> Method:
     names = ("K", "D", "steps") if options.solver == "newmark" else ("K", "D")
     values = vars(options) | ({"K": stiffness_of(options)} if options.solver == "newmark" else {})
     given = {name: options.low if name == options.over else values[name] for name in names}
-    if missing := [f"--{name}" for name, value in given.items() if value is None]:
+    needed = [name for name in names if name != "D" or options.law not in LAWS_BY_RESTITUTION]
+    if missing := [f"--{name}" for name in needed if given[name] is None]:
         raise ValueError(
             f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers: --K 12000 --D 18"
         )

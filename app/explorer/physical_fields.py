@@ -265,7 +265,7 @@ def _with_frequency(entry: Mapping[str, float | bool], setting: Setting) -> dict
     return {**entry, "frequency_Hz": setting.eta * units.omega1 / (2 * math.pi)}
 
 
-def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, float]:
+def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, float | str]:
     """What keeps its physical value: K, D and the start. K and D do not where K would leave its slider."""
     found = {}
     for name, quantity in _CARRIED.items():
@@ -274,7 +274,7 @@ def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, fl
             found[name] = float(f"{getattr(setting, name) * ratio:.12g}")
     if not _is_covered("K", found.get("K", setting.K), after.system):
         found.pop("K", None), found.pop("D", None)
-    return found
+    return found | ({"damper": setting.damper} if "D" in found else {})
 
 
 def _is_covered(name: str, value: float, system: System) -> bool:

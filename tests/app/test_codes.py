@@ -18,7 +18,7 @@ from vibroscope.engine import CONTACT_LAWS, HHT, INTEGRATORS, NewmarkBeta, Syste
 def test_every_code_is_cited_set_and_written_in_its_own_words(key):
     code = codes()[key]
     method = code.method(2500.0, 8.0, 2000)
-    assert (method.stiffness, method.damping, method.steps) == (2500.0, 8.0, 2000)
+    assert (method.stiffness, method.damping, method.steps) == (2500.0, None if code.damper else 8.0, 2000)
     if code.integrator:
         assert method.integrator == INTEGRATORS[code.integrator](**code.numbers)
         assert code.integrator in code.integrators

@@ -208,6 +208,7 @@ class Problem:
         """What a deck says of itself in its first lines, in ASCII."""
         method, system = self.method, self.system
         bodies = "A body and a wall" if system.wall else "Two bodies"
+        damper = "D from the restitution" if method.damping is None else f"D = {method.damping!r}"
         units = self.scale
         counted = (
             "Units: none; omega1 = 1 rad/s, m1 = 1, and displacements in the unit of length of the system."
@@ -216,7 +217,7 @@ class Problem:
         )
         return [
             f"{bodies} that may touch, for {code}. Written by Vibroscope {version('vibroscope')}.",
-            f"eta = {self.eta!r}, K = {method.stiffness!r}, D = {method.damping!r}, {method.steps} steps per period, "
+            f"eta = {self.eta!r}, K = {method.stiffness!r}, {damper}, {method.steps} steps per period, "
             f"contact law {method.law}.",
             counted,
             "Displacements are relative to the base, whose motion acts as forces on the masses.",

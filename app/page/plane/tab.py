@@ -135,7 +135,7 @@ def _side_names(question: PlaneQuestion) -> dict[str, str]:
 def statements(setting: Setting, result: PartialPlane) -> list[list[str]]:
     """Head and text: the cell that holds the setting on both sides, and both planes together."""
     lines = []
-    place = result.cell(setting.K, setting.D)
+    place = result.cell(*setting.place_in_plane)
     if place is not None:
         K, D = (print_number(float(f"{x:.3g}")) for x in result.centre(place))
         names = _side_names(result.question)
