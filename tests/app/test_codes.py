@@ -91,6 +91,10 @@ def test_the_command_prints_the_table_and_entries(capsys):
     assert main(["codes", "calculix"]) == 0
     printed = capsys.readouterr().out
     assert all(text in printed for text in ("*CONTACT DAMPING", "hht alpha=-0.05", codes()["calculix"].sources[0].url))
+    assert main(["codes", "opensees"]) == 0
+    printed = capsys.readouterr().out
+    for name, words in codes()["opensees"].integrators.items():
+        assert all((line if name == "newmark" else f"{name}: {line}") in printed for line in words)
     assert main(["codes", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert [each["key"] for each in found] == list(codes())

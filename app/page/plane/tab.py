@@ -30,7 +30,11 @@ class PlaneTab(StudyTab):
     chosen = {"quantity": "period", "limit": _SUDDEN}  # noqa: RUF012 - read only
     axes = {"K": LOGARITHMIC, "D": LOGARITHMIC}  # noqa: RUF012 - read only
     pictures = (
-        Figure("plane_penalty", "Plane with a time step", "Newmark over K and D: the colours of the page's key."),
+        Figure(
+            "plane_penalty",
+            "Plane with a time step",
+            "The penalty model over K and D: the colours of the page's key.",
+        ),
         Figure("plane_exact", "Plane without one", "The exact penalty model over K and D, which has no time step."),
     )
 
