@@ -191,8 +191,8 @@ class Units:
         Returns
         -------
         dict
-            ``excitation`` in Hz, ``period`` in s; for the penalty model ``stiffness`` and ``damping``; with a time step
-            ``time_step`` in s.
+            ``excitation`` in Hz, ``period`` in s; for the penalty model ``stiffness``, and ``damping`` unless it
+            follows from the restitution; with a time step ``time_step`` in s.
 
         Raises
         ------
@@ -204,7 +204,8 @@ class Units:
         numbers = {"excitation": self.physical("frequency", eta), "period": period}
         if not isinstance(method, Reference):
             numbers["stiffness"] = self.physical("stiffness", method.stiffness)
-            numbers["damping"] = self.physical("damping", method.damping)
+            if method.damping is not None:
+                numbers["damping"] = self.physical("damping", method.damping)
         if isinstance(method, STEPPING):
             numbers["time_step"] = period / method.steps
         return numbers

@@ -25,6 +25,7 @@ from vibroscope.engine import (
     NewmarkBeta,
     TimeStepping,
     Units,
+    effective_restitution,
     integrator_name,
     written,
 )
@@ -52,6 +53,8 @@ class Code:
     key, name : str
     integrator, status, without_solution, law, initial_acceleration : str
         As in `engine.TimeStepping`; empty where no source says.
+    damper : str
+        "restitution" where the law takes its damper from that, else empty.
     numbers : mapping of str to float
         Of the integrator.
     exponent, penetration : float or None
@@ -77,6 +80,7 @@ class Code:
     exponent: float | None = None
     penetration: float | None = None
     initial_acceleration: str = ""
+    damper: str = ""
     rules: tuple[str, ...] = ()
     leaves_out: str = ""
     input: tuple[str, ...] = ()
@@ -91,6 +95,7 @@ class Code:
             ("without_solution", WITHOUT_SOLUTION),
             ("law", CONTACT_LAWS),
             ("initial_acceleration", INITIAL_ACCELERATIONS),
+            ("damper", ("restitution",)),
         ):
             if getattr(self, name):
                 one_of(name, getattr(self, name), allowed)
@@ -109,14 +114,15 @@ class Code:
         law = self.law or CONTACT_LAWS[0]
         if law == "impact":
             more.setdefault("penetration", _PENETRATION)
-        return TimeStepping(stiffness, damping, steps, integrator, status, law=law, **more)
+        own = None if self.damper else damping
+        return TimeStepping(stiffness, own, steps, integrator, status, law=law, **more)
 
     def schemes(self) -> tuple[TimeStepping, ...]:
         """What ours can search over for it: each of its integrators, with its law and its contact status.
 
         Where no source says its status, both whole-step ones; explicit integrators take the start of the step.
         """
-        own = self.method(1.0, 0.0, 1000)
+        own = replace(self.method(1.0, 0.0, 1000), damping=0.0)
         names = dict.fromkeys((own.integrator.name, *self.integrators))
         kinds = [own.integrator if name == own.integrator.name else INTEGRATORS[name]() for name in names]
         statuses = [self.status] if self.status else ["start", "end"]
@@ -129,10 +135,11 @@ class Code:
 
     def words_for(self, system: System, eta: float, method: Newmark | TimeStepping, units: Units | None) -> tuple:
         """Its input for a method, a line each, in these units; without units, without dimension."""
-        k, c, dt = method.stiffness, 2.0 * (method.damping or 0.0), 2.0 * math.pi / (eta * method.steps)
+        k, dt = method.stiffness, 2.0 * math.pi / (eta * method.steps)
+        c = None if method.damping is None else 2.0 * method.damping
         if units is not None:
             numbers = units.settings(eta, method)
-            k, c, dt = numbers["stiffness"], numbers["damping"], numbers["time_step"]
+            k, c, dt = numbers["stiffness"], numbers.get("damping"), numbers["time_step"]
         return self.lines(input_numbers(system, eta, method, k, c, dt), integrator_name(method))
 
     def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
@@ -184,7 +191,7 @@ def codes() -> Mapping[str, Code]:
 
 
 def input_numbers(
-    system: System, eta: float, method: TimeStepping, k: float, c: float, dt: float, digits: int = 6
+    system: System, eta: float, method: TimeStepping, k: float, c: float | None, dt: float, digits: int = 6
 ) -> dict[str, str]:
     """The numbers that stand in the lines of an input, as texts.
 
@@ -193,25 +200,26 @@ def input_numbers(
     system, eta, method
         What is set; of a Newmark solution too.
     k, c, dt : float
-        Contact stiffness, damper (force per speed) and time step in the units of the input.
+        Contact stiffness, damper (force per speed; None where it follows from the restitution) and time step in the
+        units of the input.
     digits : int
     """
-    zeta = damping_ratio(system, method.stiffness, method.damping)
-    unit_of_time = dt * check_eta(eta) * method.steps / (2.0 * math.pi)
-    numbers = {"k": k, "c": c, "dt": dt, "zeta": zeta, "percent": 100.0 * zeta}
-    if zeta:  # 2ζω_c = 2/time constant, as in MuJoCo's solref
-        numbers["timeconst"] = unit_of_time / (zeta * contact_frequency(system, method.stiffness))
-    integrator = getattr(method, "integrator", NewmarkBeta())
-    numbers |= _integrator_numbers(integrator)
+    numbers = {"k": k, "dt": dt}
+    if method.law == "constant-restitution":  # at any closing speed
+        numbers["restitution"] = effective_restitution(system, method, closing_speed=1.0)
+    if method.damping is not None:
+        zeta = damping_ratio(system, method.stiffness, method.damping)
+        numbers |= {"c": c, "zeta": zeta, "percent": 100.0 * zeta}
+        if zeta:  # 2ζω_c = 2/time constant, as in MuJoCo's solref
+            unit_of_time = dt * check_eta(eta) * method.steps / (2.0 * math.pi)
+            numbers["timeconst"] = unit_of_time / (zeta * contact_frequency(system, method.stiffness))
+    numbers |= _integrator_numbers(getattr(method, "integrator", NewmarkBeta()), dt)
     return {name: written(value, digits) for name, value in numbers.items()}
 
 
-def _integrator_numbers(integrator: Integrator) -> dict[str, float]:
-    """The numbers of an integrator, and those that other codes write for them."""
+def _integrator_numbers(integrator: Integrator, dt: float) -> dict[str, float]:
+    """The numbers of an integrator, and those that other codes write for them and for its time step."""
     own = {each.name: getattr(integrator, each.name) for each in fields(integrator)}
-    stage = integrator.stages[0]
     if "alpha" in own:
         own |= {"openseesalpha": 1.0 + own["alpha"], "hhtdecay": -own["alpha"]}
-    if integrator.name == "generalised-alpha":  # OpenSees weighs the end of the step
-        own |= {"alpham": 1.0 - stage.alpha_m, "alphaf": 1.0 - stage.alpha_f}
-    return own
+    return own | {"openseesdt": dt / len(integrator.stages)}  # OpenSees counts each stage as a step

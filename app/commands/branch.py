@@ -35,7 +35,7 @@ def add(commands) -> None:
         "of the range.",
         epilog="Ctrl-C ends the search; what was found is printed, and kept in --out.",
     )
-    add_solver_options(command)
+    add_solver_options(command, follows=False)
     add = command.add_argument
     add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")
     add("--from", dest="low", type=float, required=True, metavar="F", help="its smallest value")

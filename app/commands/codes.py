@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from collections.abc import Sequence
 from dataclasses import fields
 from textwrap import wrap
 
@@ -66,6 +67,11 @@ def _integrator(code: Code) -> str:
     return " ".join([kind.name, *(f"{name}={code.numbers[name]:g}" for name in own)])
 
 
+def _column(head: str, texts: Sequence[str]) -> list[str]:
+    """Lines of an entry, with a head before the first."""
+    return [f"  {head if not i else '':<18}{text}" for i, text in enumerate(texts)]
+
+
 def _entry(code: Code) -> list[str]:
     """An entry at length."""
     rows = {
@@ -73,6 +79,7 @@ def _entry(code: Code) -> list[str]:
         "contact status": code.status or "-",
         "without solution": code.without_solution or "-",
         "contact law": " ".join(filter(None, (code.law or "-", code.exponent and f"exponent {code.exponent:g}"))),
+        "damper": code.damper and f"from the {code.damper}",
         "start": code.initial_acceleration and f"acceleration {code.initial_acceleration}",
         "rules of thumb": ", ".join(code.rules) or "-",
         "ours leaves out": code.leaves_out,
@@ -82,7 +89,9 @@ def _entry(code: Code) -> list[str]:
         if text:
             lines += wrap(text, _WIDTH, initial_indent=f"  {name:<18}", subsequent_indent=20 * " ")
     own = code.integrators.get(code.integrator, ())
-    lines += [f"  {'input' if not i else '':<18}{line}" for i, line in enumerate((*own, *code.input))]
+    others = {name: words for name, words in code.integrators.items() if name != code.integrator}
+    lines += _column("input", (*own, *code.input))
+    lines += _column("in its place", [f"{name}: {line}" for name, words in others.items() for line in words])
     for source in code.sources:
         text = f"{source.figure}: {source.text} {source.url}".strip()
         lines += wrap(text, _WIDTH, initial_indent=f"  {'source':<18}", subsequent_indent=20 * " ")

@@ -116,8 +116,11 @@ def units_of(options: argparse.Namespace) -> Units:
 # --- the solver -------------------------------------------------------------------------------------------------------
 
 
-def add_solver_options(command: argparse.ArgumentParser) -> None:
-    """Add the problem, the solver and the initial state, for :func:`problem_of`."""
+def add_solver_options(command: argparse.ArgumentParser, *, follows: bool = True) -> None:
+    """Add the problem, the solver and the initial state, for :func:`problem_of`.
+
+    ``follows``: whether K can follow the step.
+    """
     add = command.add_argument
     add(
         "--solver",
@@ -126,7 +129,7 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
         help="semi-analytical reference; penalty model without a time step, or by Newmark's method",
     )
     add("--eta", **ETA)
-    add_penalty_options(command)
+    add_penalty_options(command, follows=follows)
     add("--every-step", action="store_true", help="newmark: take every step, as an FE code must (slower)")
     add_joint_damping_option(command)
     add(
@@ -152,11 +155,14 @@ def add_initial_option(command: argparse.ArgumentParser) -> None:
     )
 
 
-def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = False) -> None:
-    """Add ``--K``, ``--D``, ``--steps`` and ``--located``; they are required where no other solver can be chosen."""
+def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = False, follows: bool = True) -> None:
+    """Add ``--K``, ``--D``, ``--steps`` and ``--located``; they are required where no other solver can be chosen.
+
+    ``follows``: whether K can follow the step.
+    """
     both, newmark = ("", "") if required else ("exact, newmark: ", "newmark: ")
     add, number = command.add_argument, {"required": required, "type": float}
-    add("--K", **number, metavar="F", help=f"{both}contact stiffness; the paper uses 100 to 12000")
+    add_stiffness_option(command, f"{both}contact stiffness; the paper uses 100 to 12000", required, follows)
     add(
         "--D",
         type=float,
@@ -165,6 +171,29 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
     )
     add("--steps", **number, metavar="N", help=f"{newmark}steps per excitation period, the time step is T/N")
     add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
+
+
+def add_stiffness_option(
+    command: argparse.ArgumentParser, text: str, required: bool = False, follows: bool = True
+) -> None:
+    """Add ``--K``, and where K can follow the step ``--stiffness-of-step`` in its place."""
+    place = command.add_mutually_exclusive_group(required=required)
+    place.add_argument("--K", type=float, metavar="F", help=text)
+    if follows:
+        place.add_argument(
+            "--stiffness-of-step",
+            type=float,
+            metavar="S",
+            help="newmark: K = S m/(time step)^2 instead of --K, m the reduced mass; half the step has four times K",
+        )
+
+
+def stiffness_of(options: argparse.Namespace) -> float | None:
+    """K that the options give, by itself or by the time step; None if neither does."""
+    scale = getattr(options, "stiffness_of_step", None)
+    if scale is None or options.steps is None:
+        return options.K
+    return stiffness_of_step(system_of(options), eta_of(options), options.steps, scale)
 
 
 def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None:
@@ -182,12 +211,6 @@ def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None
     )
     add("--exponent", type=float, metavar="F", help="power of the penetration in the law, at least 1 (default 1.5)")
     add("--penetration", type=float, metavar="F", help="law impact: penetration from which on the damper acts in full")
-    add(
-        "--stiffness-of-step",
-        type=float,
-        metavar="S",
-        help="newmark: K = S m/(time step)^2 instead of --K, m the reduced mass; half the step then has four times K",
-    )
     add(
         "--integrator",
         choices=(*INTEGRATORS, *more),
@@ -249,12 +272,7 @@ def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
         system = replace(system, restitution=options.restitution)
     if not system.excitation.drives:
         note(FREE_VIBRATION)
-    eta, scale = eta_of(options), getattr(options, "stiffness_of_step", None)
-    if scale is not None and options.solver == "newmark" and options.steps is not None:
-        if options.K is not None:
-            raise ValueError("--K and --stiffness-of-step both give the contact stiffness: leave one of them out")
-        options.K = stiffness_of_step(system, eta, options.steps, scale)
-    return system, eta, method_of(options)
+    return system, eta_of(options), method_of(options)
 
 
 def _own_options(options: argparse.Namespace) -> tuple[str, ...]:
@@ -270,6 +288,8 @@ def method_of(options: argparse.Namespace) -> Method:
     law = law_of(options)
     needed = [name for name in NEEDED[options.solver] if name != "D" or law.get("law") not in LAWS_BY_RESTITUTION]
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
+    if options.solver == "newmark" and getattr(options, "stiffness_of_step", None) is not None:
+        missing = [name for name in missing if name != "--K"]
     if missing:
         raise ValueError(
             f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers for eta 2.76: "
@@ -292,7 +312,8 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | Time
 
     ``numbers``: K, D and steps, in place of those that the options give.
     """
-    K, D, n = (numbers.get(name, getattr(options, name, None)) for name in ("K", "D", "steps"))
+    D, n = (numbers.get(name, getattr(options, name, None)) for name in ("D", "steps"))
+    K = numbers["K"] if "K" in numbers else stiffness_of(options)
     if D is None and getattr(options, "law", None) not in LAWS_BY_RESTITUTION:
         laws = ", ".join(LAWS_BY_RESTITUTION)
         raise ValueError(f"--D is missing: give it, or a --law that takes its damper from the restitution: {laws}")

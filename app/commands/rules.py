@@ -14,11 +14,12 @@ from vibroscope.app.commands.options import (
     default_of,
     eta_of,
     stepping_of,
+    stiffness_of,
     system_of,
 )
 from vibroscope.app.commands.output import progress_line
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine import Newmark, TimeStepping, compare, counted, percent, written
+from vibroscope.engine import METHOD_NUMBERS, Newmark, TimeStepping, compare, counted, percent, written
 
 _SET = Setting()  # what a rule does not give, unless it is given
 _KEEP = default_of(compare, "keep")
@@ -76,7 +77,7 @@ def _method_of(options: argparse.Namespace) -> Newmark | TimeStepping:
     options.every_step = False
     if options.code is None:
         return stepping_of(options)
-    return code_alone(options).method(options.K, options.D, options.steps)
+    return code_alone(options).method(stiffness_of(options), options.D, options.steps)
 
 
 def _lines(asked: Problem, found: list[Outcome]) -> list[str]:
@@ -89,11 +90,13 @@ def _lines(asked: Problem, found: list[Outcome]) -> list[str]:
 
 
 def _row(found: Outcome) -> list[str]:
-    numbers = ("-", "-", "-")
+    values = dict.fromkeys(METHOD_NUMBERS)
     if found.method is not None:
-        values = found.method.stiffness, found.method.damping, found.method.steps
-        names = zip(("K", "D", "steps"), values, strict=True)
-        numbers = tuple(f"{written(value)}{'*' if name in found.rule.gives else ' '}" for name, value in names)
+        values = {name: getattr(found.method, number) for name, number in METHOD_NUMBERS.items()}
+    numbers = [
+        "-" if value is None else f"{written(value)}{'*' if name in found.rule.gives else ' '}"
+        for name, value in values.items()
+    ]
     total = percent(found.total) if found.total == found.total else "-"
     head = _COLUMNS.format(found.rule.title, *numbers, total, _HOLDS[found.holds], found.motion)
     steps = f" {counted(found.without_solution, 'step')} without a solution." if found.without_solution else ""

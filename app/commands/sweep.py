@@ -14,6 +14,7 @@ from vibroscope.app.commands.options import (
     ETA,
     SOLVER_OPTIONS,
     add_integrator_options,
+    add_stiffness_option,
     add_system_option,
     default_of,
     eta_of,
@@ -22,11 +23,13 @@ from vibroscope.app.commands.options import (
     numbers,
     reference_of,
     stepping_of,
+    stiffness_of,
     system_of,
 )
 from vibroscope.engine import (
     COORDINATES,
     DIRECTIONS,
+    LAWS_BY_RESTITUTION,
     OVER,
     Cancelled,
     ExactPenalty,
@@ -84,11 +87,11 @@ def _study(
     return command
 
 
-def _add_solver(command: argparse.ArgumentParser) -> None:
-    """The solver and its numbers."""
+def _add_solver(command: argparse.ArgumentParser, *, follows: bool) -> None:
+    """The solver and its numbers; ``follows``: whether K can follow the step."""
     add = command.add_argument
     add("--solver", required=True, choices=tuple(SOLVER_OPTIONS), help="as in `vibroscope simulate`")
-    add("--K", type=float, metavar="F", help="exact, newmark: contact stiffness")
+    add_stiffness_option(command, "exact, newmark: contact stiffness", follows=follows)
     add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
     add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
@@ -109,7 +112,7 @@ def _add_eta(studies) -> None:
     add("--logarithmic", action="store_true", help="evenly spaced in the logarithm")
     add("--over", choices=OVER, default="eta", help="the parameter that is swept (default eta)")
     add("--eta", **ETA | {"help": f"where another parameter is swept: {ETA['help']}"})
-    _add_solver(command)
+    _add_solver(command, follows=False)
     add("--direction", choices=DIRECTIONS, default="rest", help="each value from rest, or from its neighbour's end")
     add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each value starts, in place of rest")
     add("--coordinates", default="xi1,xi2", metavar="A,B", help=f"of {','.join(COORDINATES)} (default %(default)s)")
@@ -137,8 +140,8 @@ def _add_step(studies) -> None:
     command.set_defaults(located=False)
     add = command.add_argument
     add("--eta", **ETA)
-    add("--K", required=True, type=float, metavar="F", help="contact stiffness")
-    add("--D", required=True, type=float, metavar="F", help="contact damping")
+    add_stiffness_option(command, "contact stiffness", required=True)
+    add("--D", type=float, metavar="F", help="contact damping; some laws need none: --law")
     add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
     add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each run starts, in place of rest")
     add_integrator_options(command)
@@ -167,7 +170,7 @@ def _add_basin(studies) -> None:
     add("--y", required=True, type=_start_axis, metavar="name:a:b:n", help="second axis, as the first")
     add("--start", type=numbers, metavar="x1,v1,x2,v2", help="the numbers that are on no axis (default: rest)")
     add("--phase", type=float, default=0.0, metavar="F", help="where it is on no axis (default %(default)g)")
-    _add_solver(command)
+    _add_solver(command, follows=True)
 
 
 def _add_difference(studies) -> None:
@@ -270,8 +273,10 @@ def _method(options: argparse.Namespace) -> Method:
     if options.solver == "reference":
         return reference_of(options)
     names = ("K", "D", "steps") if options.solver == "newmark" else ("K", "D")
-    given = {name: options.low if name == options.over else getattr(options, name) for name in names}
-    if missing := [f"--{name}" for name, value in given.items() if value is None]:
+    values = vars(options) | ({"K": stiffness_of(options)} if options.solver == "newmark" else {})
+    given = {name: options.low if name == options.over else values[name] for name in names}
+    needed = [name for name in names if name != "D" or options.law not in LAWS_BY_RESTITUTION]
+    if missing := [f"--{name}" for name in needed if given[name] is None]:
         raise ValueError(
             f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers: --K 12000 --D 18"
         )
@@ -294,7 +299,8 @@ def _plane(options: argparse.Namespace, **how):
 
 def _step(options: argparse.Namespace, **how):
     problem = system_of(options), eta_of(options), options.K, options.D, options.steps
-    return sweep_step(*problem, scheme=_scheme(options), initial=options.initial, **how)
+    more = {"stiffness_of_step": options.stiffness_of_step, "initial": options.initial}
+    return sweep_step(*problem, scheme=_scheme(options), **more, **how)
 
 
 def _no_solution(options: argparse.Namespace, **how):

@@ -12,7 +12,7 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
-from vibroscope.app.explorer.state import Setting, is_driven, print_number, read_setting
+from vibroscope.app.explorer.state import Setting, is_driven, print_value, read_setting
 from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.engine import (
     PARTS,
@@ -204,14 +204,14 @@ def _last_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(new, old, row) for row in tail]).astype(np.float32)
 
 
-def _change_texts(change: dict[str, float | bool]) -> dict[str, str]:
-    """The proposed change as texts for the controls."""
+def _change_texts(change: dict[str, float | bool | str]) -> dict[str, str]:
+    """The proposed change as texts for the controls, which have a switch of their own for located steps."""
     texts = {}
     for name, value in change.items():
-        if name == "located":
-            texts[name] = "yes" if value else "no"
+        if "located" in (name, value):
+            texts["located"] = "yes"
         else:
-            texts[name] = print_number(value)
+            texts[name] = print_value(value)
     return texts
 
 

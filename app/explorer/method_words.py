@@ -17,6 +17,8 @@ INTEGRATOR_NAMES = {
     "semi-implicit-euler": "semi-implicit Euler",
 }
 STATUS_NAMES = {"start": "start of the step", "end": "end, iterated"}
+DAMPER_NAMES = {"typed": "D as typed", "restitution": "from the restitution"}
+WITHOUT_SOLUTION_NAMES = {"stop": "stop", "keep": "keep status", "halve": "halve step"}
 LAW_NAMES = {
     "kelvin-voigt": "Kelvin–Voigt",
     "cut": "Kelvin–Voigt, cut at zero",
@@ -28,6 +30,13 @@ LAW_NAMES = {
     "jankowski": "Jankowski",
     "constant-restitution": "constant restitution",
     "impact": "IMPACT",
+}
+CHOICE_NAMES = {  # of the choices by which methods with a time step differ
+    "integrator": INTEGRATOR_NAMES,
+    "status": STATUS_NAMES,
+    "without_solution": WITHOUT_SOLUTION_NAMES,
+    "law": LAW_NAMES,
+    "damper": DAMPER_NAMES,
 }
 _SYMBOLS = {"beta": "β", "gamma": "γ", "alpha": "α", "rho": "ρ∞"}
 _STATUSES = {
@@ -62,7 +71,8 @@ def words_of_method(method: Method) -> str:
     if not isinstance(method, TimeStepping):
         return ""
     law = LAW_NAMES.get(method.law, method.law)
-    return f"{name_of_method(method)}; {_STATUSES.get(method.status, method.status)}; contact law {law}"
+    damper = ", its damper from the restitution" if method.damping is None else ""
+    return f"{name_of_method(method)}; {_STATUSES.get(method.status, method.status)}; contact law {law}{damper}"
 
 
 def brief_name(method: Newmark | TimeStepping) -> str:
@@ -81,9 +91,11 @@ def scheme_as_dict(method: Newmark | TimeStepping) -> dict[str, str]:
 
 
 def scheme_texts(method: TimeStepping) -> dict[str, str]:
-    """Integrator, contact status and law with their numbers, as texts by the names of `engine.TimeStepping`."""
+    """Integrator, contact status and law with their numbers, as texts for `app.explorer.state.read_setting`."""
     names = ("status", "without_solution", "law", "initial_acceleration")
     of_law = ("exponent", "penetration")
     numbers = {name: repr(value) for name in of_law if (value := getattr(method, name)) is not None}
     own = {each.name: repr(getattr(method.integrator, each.name)) for each in fields(method.integrator)}
-    return {"integrator": method.integrator.name, **own, **numbers, **{name: getattr(method, name) for name in names}}
+    choices = {name: getattr(method, name) for name in names}
+    choices["damper"] = "restitution" if method.damping is None else "typed"
+    return {"integrator": method.integrator.name, **own, **numbers, **choices}

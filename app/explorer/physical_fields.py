@@ -15,7 +15,7 @@ from typing import NamedTuple
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField, typed_units
 from vibroscope.app.explorer.ranges import slider_range
-from vibroscope.app.explorer.state import EXCITATION_FIELDS, Setting, print_number, read_number
+from vibroscope.app.explorer.state import EXCITATION_FIELDS, Setting, print_value, read_number
 from vibroscope.engine import System, Units, end_text
 from vibroscope.engine.physical import EITHER, KEYS, physical_entry, system_of_physical
 
@@ -153,7 +153,7 @@ def entered(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
 
 
 def _printed(values: Mapping[str, float | str]) -> dict[str, str]:
-    return {name: value if isinstance(value, str) else print_number(value) for name, value in values.items()}
+    return {name: print_value(value) for name, value in values.items()}
 
 
 def _of_other_bodies(kind: str, setting: Setting) -> dict[str, float | str]:
@@ -265,7 +265,7 @@ def _with_frequency(entry: Mapping[str, float | bool], setting: Setting) -> dict
     return {**entry, "frequency_Hz": setting.eta * units.omega1 / (2 * math.pi)}
 
 
-def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, float]:
+def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, float | str]:
     """What keeps its physical value: K, D and the start. K and D do not where K would leave its slider."""
     found = {}
     for name, quantity in _CARRIED.items():
@@ -274,7 +274,7 @@ def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, fl
             found[name] = float(f"{getattr(setting, name) * ratio:.12g}")
     if not _is_covered("K", found.get("K", setting.K), after.system):
         found.pop("K", None), found.pop("D", None)
-    return found
+    return found | ({"damper": setting.damper} if "D" in found else {})
 
 
 def _is_covered(name: str, value: float, system: System) -> bool:

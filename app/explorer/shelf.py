@@ -13,7 +13,7 @@ from vibroscope.app.explorer.state import (
     PAPER_FIELDS,
     START_FIELDS,
     Setting,
-    print_number,
+    print_value,
     read_setting_at_any_cost,
 )
 from vibroscope.app.runtime.files import asset
@@ -100,7 +100,7 @@ def _read(row: dict) -> ShelfSystem:
     start = zip(START_FIELDS, ("displacement", "velocity") * 2, row.get("start_SI", ()), strict=False)
     values |= {name: units.model(quantity, value) for name, quantity, value in start}
     values = {name: float(f"{value:.15g}") if isinstance(value, float) else value for name, value in values.items()}
-    written = {name: value if isinstance(value, str) else print_number(value) for name, value in values.items()}
+    written = {name: print_value(value) for name, value in values.items()}
     return ShelfSystem(**texts, setting=read_setting_at_any_cost(written))
 
 

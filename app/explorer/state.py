@@ -34,9 +34,11 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
+from vibroscope.engine.laws import damper_of
 from vibroscope.engine.methods import (
     DAMPING_RANGE,
     EXPONENT_RANGE,
+    LAWS_BY_RESTITUTION,
     LAWS_WITH_EXPONENT,
     PENETRATION_RANGE,
     STEPS_RANGE,
@@ -119,6 +121,13 @@ class Explorer(param.Parameterized):
         inclusive_bounds=(False, True),
         label="δ_d",
         doc="penetration from which on the damper of IMPACT acts in full",
+    )
+    damper = param.Selector(
+        default="typed",
+        objects=["typed", "restitution"],
+        label="Damper",
+        doc="Damper of a law that has a formula for it: D as typed, or from the restitution e by the formula of its "
+        "authors",
     )
     initial_acceleration = param.Selector(
         default=INITIAL_ACCELERATIONS[0],
@@ -219,7 +228,7 @@ SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 _FORMER_CHOICES = {("units", "physical"): "si"}  # in older links and files
 # What the penalty solution is computed with, beside K, D and the step.
 STEPPING_FIELDS = ("integrator", "beta", "gamma", "alpha", "rho", "status", "without_solution", "law")
-STEPPING_FIELDS += ("exponent", "penetration", "initial_acceleration")
+STEPPING_FIELDS += ("exponent", "penetration", "damper", "initial_acceleration")
 # A scene of the paper sets them to their defaults.
 PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located", *STEPPING_FIELDS)
 DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them
@@ -262,7 +271,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
             return Newmark(self.K, self.D, self.steps, located=located)
         return TimeStepping(
             self.K,
-            self.D,
+            None if self.follows_restitution else self.D,
             self.steps,
             self.own_integrator,
             "located" if located else self.status,
@@ -271,6 +280,28 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
             **{name: getattr(self, name) for name in law_numbers(self)},
             initial_acceleration=self.initial_acceleration,
         )
+
+    @property
+    def follows_restitution(self) -> bool:
+        """Whether the law takes its damper from the restitution, whatever D is."""
+        return self.damper == "restitution" and self.law in LAWS_BY_RESTITUTION
+
+    @property
+    def damping(self) -> tuple[float, bool]:
+        """D, and whether it is still to be divided by the closing speed of a touch, in Aω₁.
+
+        Raises ValueError where it follows from the restitution, and the formula has none for that.
+        """
+        if not self.follows_restitution:
+            return self.D, False
+        gain, by_speed = damper_of(self.system, self.penalty)
+        return 0.5 * gain * (self.K if by_speed else 1.0), by_speed  # of h = 2D/K, or of c = 2D
+
+    @property
+    def place_in_plane(self) -> tuple[float, float]:
+        """K and D; D is nan where it depends on the closing speed."""
+        D, by_speed = self.damping
+        return self.K, math.nan if by_speed else D
 
     @property
     def constant_step(self) -> Newmark | TimeStepping:
@@ -313,8 +344,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
 
     def texts(self) -> dict[str, str]:
         """Every value as a text from which `read_setting` reads exactly the same value."""
-        values = self._asdict().items()
-        return {name: value if isinstance(value, str) else print_number(value) for name, value in values}
+        return {name: print_value(value) for name, value in self._asdict().items()}
 
 
 _CHOSEN = ("integrator", "status", "law", "initial_acceleration")  # of `STEPPING_FIELDS`, beside numbers
@@ -352,12 +382,15 @@ def read_setting(texts: Mapping[str, object], base: Setting | None = None) -> Se
 def read_setting_at_any_cost(texts: Mapping[str, object], base: Setting | None = None) -> Setting:
     """As `read_setting`, even if this server would not run it: what is offered is the same on every server."""
     setting = (base or Setting())._replace(**read_values(texts))
+    if "D" in texts and "damper" not in texts:  # what is given stays
+        setting = setting._replace(damper="typed")
     if setting.bodies == "wall":  # it does not move
         setting = setting._replace(coordinate="xi1", start_xi2=0.0, start_v2=0.0)
     if any(_start_numbers(setting)):
         setting = setting._replace(zero_start="rest")
     setting = _with_one_status(setting, texts)
     _check_combination(setting)
+    _check_damper(setting, texts)
     given = (name for name in texts if name in ("start_xi1", "start_xi2"))
     _check_gap(setting, "start_xi1" if setting.bodies == "wall" else next(given, "start_xi2"))
     return setting
@@ -423,6 +456,14 @@ def _check_combination(setting: Setting) -> None:
         raise _refused_system(setting, error) from None
 
 
+def _check_damper(setting: Setting, given: Mapping[str, object]) -> None:
+    """Raise `Refused` for what was given last where the damper's formula has no value for the restitution."""
+    try:
+        _ = setting.damping
+    except ValueError as error:
+        raise Refused("restitution" if "restitution" in given else "damper", f"{error}.") from None
+
+
 def _refused_system(setting: Setting, error: ValueError) -> Refused:
     if setting.bodies != "pendulums":
         name = str(error).partition(" ")[0]
@@ -486,6 +527,11 @@ def quote(text: object) -> str:
     shown = text if isinstance(text, str) else type(text).__name__
     printable = "".join(c if c.isprintable() else "�" for c in shown[:_LONGEST_QUOTE])
     return f"“{printable}{'…' if len(shown) > _LONGEST_QUOTE else ''}”"
+
+
+def print_value(value: float | int | str) -> str:
+    """The text of a choice, or of a number, from which `read_setting` reads exactly the same value."""
+    return value if isinstance(value, str) else print_number(value)
 
 
 def print_number(value: float | int) -> str:

@@ -122,6 +122,8 @@ def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, 
     steps_range = (STEPS_MAX_RANGE[0], min(STEPS_MAX_RANGE[1], most_steps()))
     steps_max = int(read_typed_number("T/Δτ allowed", asked["steps"], steps_range, whole=True))
     held = str(asked.get("hold", ""))
+    if "D" in held and setting.follows_restitution:
+        raise Refused("D", "D follows from the restitution, and cannot be held: choose “D as typed” under Solver.")
     etas = _read_etas(setting, asked.get("from", ""), asked.get("to", ""))
     if schemes and len(etas) > 1:
         raise Refused("eta", "What a code has is searched at one frequency: leave the ends of the range empty.")

@@ -10,7 +10,8 @@ import re
 from collections.abc import Mapping
 
 from vibroscope.app.explorer.field_units import shown_field, time_text
-from vibroscope.app.explorer.state import MAIN_FIELDS, Setting
+from vibroscope.app.explorer.method_words import CHOICE_NAMES
+from vibroscope.app.explorer.state import Explorer, Setting
 from vibroscope.engine import Units, written
 
 _NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"
@@ -35,6 +36,7 @@ _RULES = tuple(
 )
 _POWER = re.compile(r"(?<![\w.])[0-9]+(?:\.[0-9]+)?e[+-]?[0-9]+")
 _RANGE = re.compile(rf"η = {_NUMBER} to {_NUMBER}")
+_CUTTING = {"yes": "cutting the step where contact changes", "no": "steps of one length"}
 _DIGITS = {"displacement": 3}  # of scatter, which the engine writes with two; of others four
 
 
@@ -68,10 +70,13 @@ def plain_symbols(text: str) -> str:
 
 def words_of_change(change: Mapping[str, str], setting: Setting) -> str:
     """Texts for the controls as a person reads them, as in "K = 2500, D = 8"; empty for none."""
-    words = [
-        shown_field(name, setting).words(float(text))
-        if name in MAIN_FIELDS
-        else "cutting the step where contact changes"
-        for name, text in change.items()
-    ]
-    return ", ".join(words)
+    return ", ".join(_words_of_field(name, text, setting) for name, text in change.items())
+
+
+def _words_of_field(name: str, text: str, setting: Setting) -> str:
+    rule = Explorer.param[name]
+    if name == "located":
+        return _CUTTING[text]
+    if name in CHOICE_NAMES:
+        return f"{rule.label.lower()}: {CHOICE_NAMES[name][text]}"
+    return shown_field(name, setting).words(float(text))

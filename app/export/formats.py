@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.physical_fields import values_of_system
-from vibroscope.app.explorer.state import FIELDS, SYSTEM_FIELDS, Setting, print_number
+from vibroscope.app.explorer.state import FIELDS, SYSTEM_FIELDS, Setting, print_value
 from vibroscope.engine import Units, system_of_tables, toml_tables
 
 
@@ -104,7 +104,7 @@ def texts_from_toml(text: str) -> dict[str, str]:
     if "setting" in tables or not values:
         given = _read_table(tables, "setting", {name: name for name in FIELDS if name not in _UNITS})
         values |= _of_older_file(given) | given
-    return {name: value if isinstance(value, str) else print_number(value) for name, value in values.items()}
+    return {name: print_value(value) for name, value in values.items()}
 
 
 def _of_older_file(given: Mapping) -> dict:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import param
 from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.method_words import DAMPER_NAMES
 from vibroscope.app.explorer.state import Explorer, Setting
 from vibroscope.app.export.formats import Figure, program
 
@@ -27,4 +28,6 @@ def _row(name: str, text: str, setting: Setting) -> tuple[str, str, str]:
     if not isinstance(rule, param.Number):
         return rule.label, text, rule.doc
     field = shown_field(name, setting)
+    if name == "D" and setting.follows_restitution:
+        return field.label, DAMPER_NAMES["restitution"], field.hint
     return field.label, field.measure(getattr(setting, name)), field.hint

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from vibroscope.app.explorer.force import plain_motion
+from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.explorer.motion_kind import describe_kind
 from vibroscope.app.explorer.state import START_FIELDS, Setting, print_number
 from vibroscope.app.explorer.words_in_units import in_units
@@ -21,6 +22,7 @@ from vibroscope.engine import (
     Newmark,
     Reference,
     System,
+    TimeStepping,
     Units,
     counted,
     percent,
@@ -29,7 +31,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.motions.attractors import STARTS
 
-_TITLES = {"reference": "Reference", "penalty": "Penalty (Newmark)"}
+_SOLVERS = "reference", "penalty"
 
 
 class CoexistingQuestion(NamedTuple):
@@ -38,7 +40,7 @@ class CoexistingQuestion(NamedTuple):
     system: System
     eta: float
     reference: Reference
-    penalty: Newmark
+    penalty: Newmark | TimeStepping
 
     @classmethod
     def of(cls, setting: Setting) -> CoexistingQuestion:
@@ -48,7 +50,7 @@ class CoexistingQuestion(NamedTuple):
     @property
     def methods(self) -> dict[str, Method]:
         """The solvers by their names."""
-        return {name: getattr(self, name) for name in _TITLES}
+        return {name: getattr(self, name) for name in _SOLVERS}
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,11 +96,12 @@ def coexisting_content(result: Coexisting, setting: Setting) -> dict:
         ``head`` (str), and ``solvers``: title and motions of each. A motion has ``name``, ``share`` and ``text``, the
         evidence for its kind ``why``, the texts of its start ``use``, and ``shown``: whether the setting starts there.
     """
+    titles = {"reference": "Reference", "penalty": f"Penalty ({brief_name(result.question.penalty)})"}
     solvers = [
         [title, [_motion(each, setting, "impact" if name == "reference" else "contact") for each in result.found[name]]]
-        for name, title in _TITLES.items()
+        for name, title in titles.items()
     ]
-    counts = (counted(len(result.found[name]), "motion") for name in _TITLES)
+    counts = (counted(len(result.found[name]), "motion") for name in _SOLVERS)
     words = [f"{count} of the {name}" for name, count in zip(("reference", "penalty model"), counts, strict=True)]
     return {"head": f"From {counted(result.done, 'start')}: {' and '.join(words)}", "solvers": solvers}
 

@@ -99,9 +99,7 @@ def _and_more_steps(tried: Experiment) -> str:
 
 def _integrator_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
     new = best.method.integrator
-    change = {"integrator": new.name}
-    if comparison.runs.penalty.method.integrator.name == new.name:
-        change |= {"beta": new.beta, "gamma": new.gamma}
+    change = {"integrator": new.name, "beta": new.beta, "gamma": new.gamma}
     return f"Newmark's ¼ and ½, which damp nothing, leave {percent(best.remaining)}.", change
 
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import laws
 from ..methods import Method, Newmark, TimeStepping
 from ..model import System
 from .axis import ascending_values, start_of
@@ -209,10 +210,11 @@ def sweep_plane(
 def sweep_step(
     system: System,
     eta: float,
-    K: float,
+    K: float | None,
     D: float,
     steps: Sequence[int],
     *,
+    stiffness_of_step: float | None = None,
     scheme: Newmark | TimeStepping | None = None,
     transient: int = 2000,
     sample: int = 50,
@@ -225,8 +227,11 @@ def sweep_step(
     ----------
     system : System
     eta, K, D : float
+        K is None where it follows the step.
     steps : (n,) sequence of int
         Steps per period, ascending.
+    stiffness_of_step : float, optional
+        s of K = s m/Δτ², in place of K: each number of steps has a K of its own, the array ``K`` of the result.
     scheme : Newmark or TimeStepping, optional
         What a code has (integrator, contact status, law), its steps not located; its K, D and n have no effect. By
         default Newmark's method.
@@ -251,8 +256,13 @@ def sweep_step(
     (('steps', 'scheme'), (3, 2))
     """
     steps = ascending_values("steps", steps)
+    if stiffness_of_step is not None:
+        if K is not None:
+            raise ValueError(f"K = {K!r} and stiffness_of_step both give the contact stiffness: leave K at None")
+        K = laws.stiffness_of_step(system, eta, float(steps[0]), stiffness_of_step)
     method = _with_numbers(scheme, K, D, int(steps[0]))
-    return _run(StepStudy(system, method, eta, transient, sample, steps=steps, initial=initial), **how)
+    own = {"steps": steps, "initial": initial, "stiffness_of_step": stiffness_of_step}
+    return _run(StepStudy(system, method, eta, transient, sample, **own), **how)
 
 
 def sweep_no_solution(

@@ -12,6 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from .. import laws
 from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..divergence.time_step import with_located_steps
@@ -45,10 +46,14 @@ class StepStudy(Study):
         Ascending.
     initial : (4,) tuple of float, optional
         ξ₁, ξ₁′, ξ₂, ξ₂′ of every run at τ = 0; rest, if not given.
+    stiffness_of_step : float, optional
+        s of K = s m/Δτ² (:func:`engine.stiffness_of_step`), if K follows the step: a smaller step is another model
+        then, and has an exact penalty solution of its own.
     """
 
     steps: np.ndarray = None
     initial: tuple[float, ...] | None = None
+    stiffness_of_step: float | None = None
     kind: ClassVar[str] = "step"
 
     def __post_init__(self):
@@ -67,8 +72,9 @@ class StepStudy(Study):
 
     @property
     def options(self) -> dict[str, object]:
-        """The start, where it is not rest."""
-        return {} if self.initial is None else {"initial": list(self.initial)}
+        """The start, where it is not rest, and how K follows the step, where it does."""
+        start = {} if self.initial is None else {"initial": list(self.initial)}
+        return start if self.stiffness_of_step is None else start | {"stiffness_of_step": self.stiffness_of_step}
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
@@ -94,11 +100,17 @@ class StepStudy(Study):
     def arrays(self) -> dict[str, StudyArray]:
         """The axes and the reference."""
         joint_damping = self._reference.joint_damping
-        return super().arrays | {
-            "scheme": StudyArray(("scheme",), np.arange(len(self.schemes), dtype=np.int8), vocabulary.SCHEME),
-            "sample": StudyArray(("sample",), np.arange(self.sample), vocabulary.SAMPLE),
-            "error_joint_damping": StudyArray((), joint_damping, vocabulary.JOINT_DAMPING),
-        }
+        own = self._numbers_at(self.steps)
+        stiffness = {"K": StudyArray(("steps",), own["stiffness"], vocabulary.SWEPT["K"])} if own else {}
+        return (
+            super().arrays
+            | stiffness
+            | {
+                "scheme": StudyArray(("scheme",), np.arange(len(self.schemes), dtype=np.int8), vocabulary.SCHEME),
+                "sample": StudyArray(("sample",), np.arange(self.sample), vocabulary.SAMPLE),
+                "error_joint_damping": StudyArray((), joint_damping, vocabulary.JOINT_DAMPING),
+            }
+        )
 
     @property
     def _reference(self) -> ReferenceMotion:
@@ -106,8 +118,15 @@ class StepStudy(Study):
 
     def cells_at(self, points, **more):
         """Cells with these numbers of steps, each from the start of the study."""
-        cells = super().cells_at(points, **more)
+        cells = super().cells_at(points, **self._numbers_at(points["steps"]), **more)
         return cells if self.initial is None else replace(cells, initial=np.tile(self.initial, (len(cells), 1)))
+
+    def _numbers_at(self, steps: np.ndarray) -> dict[str, np.ndarray]:
+        """K at these numbers of steps, where it follows them."""
+        if self.stiffness_of_step is None:
+            return {}
+        scale = self.stiffness_of_step
+        return {"stiffness": np.array([laws.stiffness_of_step(self.system, self.eta, n, scale) for n in steps.ravel()])}
 
     @property
     def inner_lengths(self) -> dict[str, int]:
@@ -144,10 +163,11 @@ class StepStudy(Study):
         points = self.points(batch)
         common = {"threads": threads, "cancelled": cancelled}
         periods = {"transient": self.transient, "sample": self.sample}
-        penalty = self.method.limit
-        start = None if self.initial is None else [self.initial]
-        exact = run_cells(Cells(self.system, [self.eta], penalty, initial=start), **periods, **common)
-        exact = _repeated(exact, len(points["steps"]))
+        follows = self.stiffness_of_step is not None
+        models = points["steps"] if follows else points["steps"][:1]  # all have the same K unless it follows
+        limits = replace(self.cells_at({"steps": models}), method=self.method.limit, steps=None)
+        exact = run_cells(limits, **periods, **common)
+        exact = exact if follows else _repeated(exact, len(points["steps"]))
         columns = []
         for done, method in enumerate(self.schemes.values(), start=1):
             cells = replace(self.cells_at(points), method=method)

@@ -2,20 +2,23 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import pytest
 from vibroscope.app.codes.catalogue import Code, codes, input_numbers
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import CONTACT_LAWS, HHT, INTEGRATORS, GeneralisedAlpha, NewmarkBeta, System, TimeStepping
+from vibroscope.app.export.decks import opensees
+from vibroscope.app.export.decks.problem import Problem
+from vibroscope.engine import CONTACT_LAWS, HHT, INTEGRATORS, NewmarkBeta, System, TimeStepping
 
 
 @pytest.mark.parametrize("key", codes())
 def test_every_code_is_cited_set_and_written_in_its_own_words(key):
     code = codes()[key]
     method = code.method(2500.0, 8.0, 2000)
-    assert (method.stiffness, method.damping, method.steps) == (2500.0, 8.0, 2000)
+    assert (method.stiffness, method.damping, method.steps) == (2500.0, None if code.damper else 8.0, 2000)
     if code.integrator:
         assert method.integrator == INTEGRATORS[code.integrator](**code.numbers)
         assert code.integrator in code.integrators
@@ -73,12 +76,22 @@ def test_the_numbers_of_other_codes_follow_from_ours():
     assert numbers["percent"] == pytest.approx(100 * numbers["zeta"], rel=1e-9)
     damped = 18 / system.mass_share  # ζω_c, half the damper over the reduced mass
     assert numbers["timeconst"] == pytest.approx(3 / damped, rel=1e-9)
-    other = input_numbers(system, eta, replace(method, integrator=GeneralisedAlpha(0.5)), 1, 2, 3, 12)
-    assert float(other["alpham"]) == pytest.approx((2 - 0.5) / (1 + 0.5))  # Chung and Hulbert, weights of the end
-    assert float(other["alphaf"]) == pytest.approx(1 / (1 + 0.5))
     assert "timeconst" not in input_numbers(
         system, eta, replace(method, damping=0.0, integrator=NewmarkBeta()), 1, 0, 1
     )
+
+
+@pytest.mark.parametrize("name", opensees.INTEGRATORS)
+def test_the_words_of_opensees_are_those_of_its_deck(name):
+    """The integrator with its numbers, and the size of its steps, which are halves with two stages."""
+    method = TimeStepping(12000, 18, 500, INTEGRATORS[name](), "end")
+    problem = Problem(System(), 2.76, method)
+    numbers = input_numbers(System(), 2.76, method, 12000, 36, problem.step)
+    first, *lines = codes()["opensees"].lines(numbers, name)
+    assert first == f"integrator({opensees.INTEGRATORS[name](method.integrator)})".replace('"', "'")
+    (size,) = (line.partition(", ")[2].rstrip(")") for line in lines if line.startswith("analyze"))
+    substeps = int(re.search(r"SUBSTEPS = (\d)", opensees.write(problem))[1])
+    assert float(size) == pytest.approx(problem.step / substeps, rel=1e-5)
 
 
 def test_the_command_prints_the_table_and_entries(capsys):
@@ -88,6 +101,10 @@ def test_the_command_prints_the_table_and_entries(capsys):
     assert main(["codes", "calculix"]) == 0
     printed = capsys.readouterr().out
     assert all(text in printed for text in ("*CONTACT DAMPING", "hht alpha=-0.05", codes()["calculix"].sources[0].url))
+    assert main(["codes", "opensees"]) == 0
+    printed = capsys.readouterr().out
+    for name, words in codes()["opensees"].integrators.items():
+        assert all((line if name == "newmark" else f"{name}: {line}") in printed for line in words)
     assert main(["codes", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert [each["key"] for each in found] == list(codes())

@@ -1,5 +1,6 @@
 """Coexisting motions on Explore: what is searched, what is listed, and that a click leads to the motion."""
 
+from dataclasses import replace
 from itertools import islice
 
 import pytest
@@ -44,6 +45,12 @@ def test_shares_are_those_of_the_starts_so_far_and_rest_is_the_first_start(resul
     content = coexisting_content(result, SETTING)
     assert content["head"].startswith(f"From {DONE} starts: 2 motions of the reference and ")
     assert [each["name"] for each in listed(content)["Reference"] if each["shown"]] == ["period 2"]
+
+
+def test_the_list_names_the_integrator_that_is_set(result):
+    hht = CoexistingQuestion.of(SETTING._replace(integrator="hht", law="flores"))
+    for question, title in ((QUESTION, "Penalty (Newmark)"), (hht, "Penalty (HHT-α, Flores)")):
+        assert list(listed(coexisting_content(replace(result, question=question), SETTING))) == ["Reference", title]
 
 
 def test_the_list_is_in_the_units_of_the_setting(result):

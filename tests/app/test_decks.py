@@ -174,11 +174,12 @@ REFUSED = {
     "law": ("opensees", {"law": "cut"}, "OpenSeesPy cannot express law = 'cut'"),
     "averaged": ("opensees", {"integrator": HHT()}, "cannot express integrator = 'hht'"),
     "interpolated": ("calculix", {"integrator": HHTInterpolated()}, "cannot express integrator = 'hht-interpolated'"),
-    "start": ("abaqus", {"status": "start"}, "cannot express status = 'start': it has 'end'"),
+    "located": ("abaqus", {"status": "located"}, "cannot express status = 'located': it has 'end'"),
+    "iterated": ("modelica", {}, "cannot express status = 'end': it has 'located'"),
     "halved": ("ansys", {"without_solution": "halve"}, "the deck's step is constant"),
     "numbers": ("calculix", {"integrator": NewmarkBeta(0.3, 0.6)}, "other numbers of Newmark's method"),
     "too long": ("calculix", {"steps": 200_000}, "100000 rows"),
-    "modelica": ("modelica", {}, "Modelica cannot express the integrator"),
+    "modelica": ("modelica", {"integrator": HHT(), "status": "start"}, "Modelica cannot express the integrator"),
 }
 
 

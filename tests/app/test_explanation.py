@@ -77,6 +77,40 @@ def test_a_change_is_offered_only_if_the_page_takes_it(monkeypatch):
     assert read_setting(explain(compute_runs(setting, cache=CACHE)).change).K == 120_000
 
 
+@pytest.mark.parametrize(
+    ("change", "words", "fields"),
+    [
+        ({"status": "located"}, "cutting the step where contact changes", {"located": "yes", "status": "start"}),
+        ({"located": True}, "cutting the step where contact changes", {"located": "yes", "status": "start"}),
+        ({"status": "start"}, "contact status: start of the step", {"status": "start"}),
+        ({"law": "limited"}, "contact law: limited damper", {"law": "limited"}),
+        ({"without_solution": "keep"}, "step without a solution: keep status", {"without_solution": "keep"}),
+        ({"without_solution": "halve"}, "step without a solution: halve step", {"without_solution": "halve"}),
+        (
+            {"integrator": "newmark", "beta": 0.25, "gamma": 0.5},
+            "integrator: Newmark, β = 0.25, γ = 0.5",
+            {"integrator": "newmark", "beta": 0.25, "gamma": 0.5},
+        ),
+        ({"K": 1.0, "D": 0.5}, "K = 1, D = 0.5", {"K": 1.0, "D": 0.5}),
+    ],
+)
+def test_the_page_takes_every_change_that_the_verdict_can_propose(monkeypatch, change, words, fields):
+    setting = Setting(steps=8, integrator="hht", beta=0.4, gamma=0.7, status="end")
+    monkeypatch.setattr(explanation, "verdict", lambda *_, **__: Verdict("Change it.", "no", change=change))
+    found = explain(compute_runs(setting, cache=CACHE))
+    assert found.headline == "Change it."
+    assert words_of_change(found.change, setting) == words
+    assert read_setting(found.change, setting) == setting._replace(**fields)
+
+
+def test_what_finishes_a_run_without_a_solution_is_offered():
+    setting = Setting(eta=2.76, K=12000.0, D=18.0, steps=500, status="end")
+    found = explain(compute_runs(setting, cache=CACHE))
+    assert "stopped at step" in found.headline
+    assert "Not on this page" not in found.headline
+    assert compute_runs(read_setting(found.change, setting), cache=CACHE).penalty.response.ok
+
+
 def test_the_parts_of_the_difference_are_given_where_the_motions_keep_step():
     found = explain(runs_of("A"))
     assert set(found.parts) == {"total", "time_step", "regularisation", "joint_damping"}

@@ -4,7 +4,7 @@ from concurrent.futures import Future
 
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.export.decks import DECKS
+from vibroscope.app.export.decks import DECKS, modelica
 from vibroscope.app.page.tabs import TABS
 from vibroscope.app.page.take_away import TakeAway, file_writer
 
@@ -63,9 +63,23 @@ def test_what_cannot_be_written_is_refused_in_one_line(kind, capsys):
     assert error.count("\n") == 1
 
 
-def test_modelica_has_the_laws_that_are_piecewise_linear(capsys):
-    assert export("--to", "modelica", "--law", "cut", *NUMBERS) == 0
-    assert "max(0, stiffness*depth + damping*der(depth))" in capsys.readouterr().out
+@pytest.mark.parametrize("law", modelica.LAWS)
+def test_modelica_has_the_laws_that_are_piecewise_linear(law, capsys):
+    """The menu and the command alike, whatever contact status the page has."""
+    assert export("--to", "modelica", "--law", law, *NUMBERS) == 0
+    equation = f"force = if depth >= 0 then {modelica.LAWS[law]} else 0;"
+    assert equation in capsys.readouterr().out
+    for status in ("start", "end"):
+        setting = SETTING._replace(law=law, status=status, without_solution="halve")
+        assert equation in file_writer(TABS["help"](FakeHost()), "deck:modelica", setting, ADDRESS)()["text"]
+
+
+def test_a_status_that_is_not_given_is_left_to_the_code(capsys):
+    assert export("--to", "calculix", "--integrator", "hht", *NUMBERS, "--periods", "1") == 0
+    assert "ALPHA=-5.0" in next(line for line in capsys.readouterr().out.splitlines() if line.startswith("*DYNAMIC"))
+    explicit = SETTING._replace(integrator="central-difference")
+    with pytest.raises(ValueError, match="CalculiX cannot express integrator = 'central-difference'"):
+        file_writer(TABS["help"](FakeHost()), "deck:calculix", explicit, ADDRESS)()
 
 
 @pytest.mark.parametrize("code", DECKS)

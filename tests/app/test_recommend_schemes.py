@@ -99,7 +99,7 @@ def test_a_code_has_the_integrators_of_its_table_with_its_status_and_law(key):
     code, schemes = codes()[key], codes()[key].schemes()
     own = code.method(1.0, 0.0, 1000)
     assert {each.integrator.name for each in schemes} == {own.integrator.name, *code.integrators}
-    assert own in schemes
+    assert replace(own, damping=0.0) in schemes  # the search gives D
     for each in schemes:
         assert (each.law, each.without_solution) == (own.law, own.without_solution)
         if each.integrator.explicit:

@@ -12,7 +12,7 @@ import fsspec
 import numpy as np
 import pytest
 import xarray
-from vibroscope.engine import Reference, System, sweep_basin, sweep_eta, sweep_plane
+from vibroscope.engine import Reference, System, sweep_basin, sweep_eta, sweep_no_solution, sweep_plane
 from vibroscope.engine.sweeps import MISSING, EtaStudy, RunOptions, grow
 
 from .store_files import files
@@ -64,6 +64,16 @@ def test_basins_are_the_same(cluster):
     there = sweep_basin(System(), 3.2, Reference(), values, values, scheduler=cluster[0], cells_per_chunk=30)
     for name in ("motion", "reached", "periods", "motion_share"):
         np.testing.assert_array_equal(here[name], there[name])
+
+
+def test_steps_without_a_solution_are_the_same(cluster):
+    problem = System(), 2.76, np.geomspace(500, 20_000, 5), 18, [100, 200, 400]
+    how = {"transient": 20, "sample": 10}
+    here = sweep_no_solution(*problem, **how)
+    there = sweep_no_solution(*problem, **how, scheduler=cluster[0], cells_per_chunk=4)
+    assert here["steps_without_solution"].any()
+    assert not here["steps_without_solution"].all()
+    xarray.testing.assert_equal(there, here)
 
 
 def test_continuation_goes_chunk_by_chunk(cluster):

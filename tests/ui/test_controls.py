@@ -198,6 +198,25 @@ def test_system_and_solver_are_folded_until_one_is_not_the_default(visit):
     assert "between 1 and kappa" in other.error()
 
 
+def test_a_damper_that_follows_the_restitution_locks_its_slider(visit):
+    explorer = visit("?eta=1.08&K=2500&D=8&steps=200")
+    switch = explorer.page.get_by_role("group", name="Damper")
+    slider, typed = (explorer.page.locator(f"#vibroscope-D-{kind}") for kind in ("slider", "typed"))
+    explorer.page.locator("summary", has_text="Solver").click()
+    assert switch.is_hidden()
+    explorer.page.locator("#vibroscope-law").select_option("constant-restitution")
+    explorer.wait_for_address(law="constant-restitution")
+    switch.get_by_label("from the restitution").check()
+    explorer.wait_for_address(damper="restitution")
+    assert slider.is_disabled()
+    assert typed.is_disabled()
+    assert typed.input_value() != "8"
+    switch.get_by_label("D as typed").check()
+    wait_until(lambda: "damper" not in explorer.address(), 5, "the damper as typed")
+    assert slider.is_enabled()
+    assert typed.input_value() == "8"
+
+
 def test_undo_redo_and_reset(visit):
     explorer = visit(PAPER)
     explorer.moved(lambda: explorer.type("eta", "1.5"))

@@ -1,11 +1,9 @@
 """Decks: the input of other codes, with the system and the numbers that are set. One module for each code."""
 
-from dataclasses import replace
-
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.decks import abaqus, ansys, calculix, modelica, opensees
 from vibroscope.app.export.decks.problem import KEEP, PERIODS, Problem
-from vibroscope.engine import CONTACT_STATUSES, Newmark
+from vibroscope.engine import CONTACT_STATUSES, WITHOUT_SOLUTION
 
 DECKS = {"opensees": opensees, "calculix": calculix, "abaqus": abaqus, "ansys": ansys, "modelica": modelica}
 
@@ -21,12 +19,9 @@ def usual_periods(code: str, steps: int) -> int:
 
 
 def problem_of(setting: Setting, code: str) -> Problem:
-    """What a deck of the page describes: its setting, with the contact status of the code."""
-    method, status = setting.penalty, DECKS[code].STATUS
-    if isinstance(method, Newmark):
-        method = replace(method, located=False)
-    elif status in CONTACT_STATUSES:
-        method = replace(method, status=status, without_solution="stop")
+    """What a deck of the page describes: its setting, with the contact status left to the code."""
+    own = {"located": "no", "status": CONTACT_STATUSES[0], "without_solution": WITHOUT_SOLUTION[0]}
+    method = setting._replace(**own).penalty
     initial = None if setting.from_rest else setting.initial
     periods = usual_periods(code, method.steps)
     return Problem(setting.system, setting.eta, method, setting.scale, initial, periods, min(KEEP, periods))

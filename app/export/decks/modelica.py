@@ -4,6 +4,7 @@ Not run by this project. It needs no library.
 """
 
 from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
+from vibroscope.engine import NewmarkBeta
 
 NAME, SUFFIX, STATUS = "Modelica", "mo", "located"
 LAWS = {  # force while the bodies overlap, with the penetration and its rate
@@ -48,9 +49,9 @@ end TwoBodies;
 
 def write(problem: Problem) -> str:
     """The model; raises ValueError for what it has not."""
-    if hasattr(problem.method, "integrator"):
-        raise refuse(NAME, "the integrator and the status of a step", "its tools choose their own, leave them out")
-    check(problem, NAME, tuple(LAWS), ("newmark",), STATUS)
+    if problem.integrator != NewmarkBeta():
+        raise refuse(NAME, "the integrator", "its tools choose their own; leave Newmark's with beta 1/4, gamma 1/2")
+    check(problem, NAME, tuple(LAWS), (NewmarkBeta.name,), STATUS)
     stiffness, damping = problem.contact
     one, *others = problem.bodies
     second, motion2 = 'parameter Real xi2 = 0 "the wall";', ""

@@ -6,7 +6,16 @@ from functools import cached_property
 from importlib.metadata import version
 from typing import NamedTuple
 
-from vibroscope.engine import CONTACT_LAWS, Newmark, NewmarkBeta, System, TimeStepping, Units
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    CONTACT_STATUSES,
+    Newmark,
+    NewmarkBeta,
+    System,
+    TimeStepping,
+    Units,
+    status_of,
+)
 from vibroscope.engine.integrators import Integrator
 from vibroscope.engine.model import check_eta, whole
 
@@ -48,8 +57,8 @@ class Problem:
     system : System
     eta : float
     method : Newmark or TimeStepping
-        The contact's numbers and law, the time step, the integrator and the contact status. :class:`Newmark` without
-        located steps leaves the status to the code.
+        The contact's numbers and law, the time step, the integrator and the contact status. That from the start of the
+        step, the default, which no deck has, leaves the status to the code.
     units : Units, optional
         Units of the deck; None: without dimension, ω₁ = 1 rad/s, the unit of length 1 and m₁ = 1.
     initial : tuple of float, optional
@@ -185,10 +194,9 @@ class Problem:
 
     @property
     def status(self) -> str | None:
-        """The contact status that the method asks for: "start", "end", "located"; None: it is left to the code."""
-        if isinstance(self.method, Newmark):
-            return "located" if self.method.located else None
-        return self.method.status
+        """The contact status that the method asks for: "end" or "located"; None: it is left to the code."""
+        status = status_of(self.method)
+        return None if status == CONTACT_STATUSES[0] else status
 
     @property
     def header(self) -> str:
@@ -200,6 +208,7 @@ class Problem:
         """What a deck says of itself in its first lines, in ASCII."""
         method, system = self.method, self.system
         bodies = "A body and a wall" if system.wall else "Two bodies"
+        damper = "D from the restitution" if method.damping is None else f"D = {method.damping!r}"
         units = self.scale
         counted = (
             "Units: none; omega1 = 1 rad/s, m1 = 1, and displacements in the unit of length of the system."
@@ -208,7 +217,7 @@ class Problem:
         )
         return [
             f"{bodies} that may touch, for {code}. Written by Vibroscope {version('vibroscope')}.",
-            f"eta = {self.eta!r}, K = {method.stiffness!r}, D = {method.damping!r}, {method.steps} steps per period, "
+            f"eta = {self.eta!r}, K = {method.stiffness!r}, {damper}, {method.steps} steps per period, "
             f"contact law {method.law}.",
             counted,
             "Displacements are relative to the base, whose motion acts as forces on the masses.",

@@ -46,7 +46,7 @@ _NOTHING_SWEPT = (
 )
 MOST_VALUES, MOST_TRANSIENT = 2000, 20_000  # that can be typed: with more, a diagram outlasts its time
 _BRANCHES = {"off": "not shown", "on": "of the diagram", "both": "reference and penalty"}
-_SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty (Newmark)"}
+_SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty with a time step"}
 
 
 class Bifurcation(StudyTab):

@@ -247,7 +247,8 @@ function sliderRow(slider, link) {
   });
   box.append(label, field.typed, range, note);
   const draw = (shown, isLatest) => {
-    const { label: name, name: words, unit, text, span } = shown.fields[slider.name];
+    const { label: name, name: words, unit, text, span, locked } = shown.fields[slider.name];
+    range.disabled = Boolean(locked);
     cover(span);
     setText(symbol, name);
     setText(hint, words);

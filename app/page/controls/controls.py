@@ -12,11 +12,19 @@ import math
 import param
 from vibroscope.app.explorer.drawing import drawing, drawing_in_words
 from vibroscope.app.explorer.field_units import shown_field, time_text
-from vibroscope.app.explorer.method_words import INTEGRATOR_NAMES, LAW_NAMES, STATUS_NAMES
+from vibroscope.app.explorer.method_words import CHOICE_NAMES
 from vibroscope.app.explorer.ranges import slider_range, stiffer_spring
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
-from vibroscope.app.explorer.state import MAIN_FIELDS, START_FIELDS, Explorer, Setting, integrator_numbers, law_numbers
+from vibroscope.app.explorer.state import (
+    MAIN_FIELDS,
+    START_FIELDS,
+    Explorer,
+    Setting,
+    integrator_numbers,
+    law_numbers,
+    print_number,
+)
 from vibroscope.app.page.controls.system import (
     group_spec,
     plain_description,
@@ -24,22 +32,23 @@ from vibroscope.app.page.controls.system import (
     system_fields,
     system_numbers,
     system_title,
+    why_locked,
 )
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.engine import written
+from vibroscope.engine import LAWS_BY_RESTITUTION, written
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
 _BODIES = {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"}
 _UNITS = {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"}
 _SOLVER_SWITCHES = {
+    "damper": CHOICE_NAMES["damper"],
     "joint_damping": {"table": "as measured", "derived": "of both dampers"},
     "located": {"no": "at the next step", "yes": "cut at contact"},
-    "status": STATUS_NAMES,
-    "without_solution": {"stop": "stop", "keep": "keep status", "halve": "halve step"},
+    **{name: CHOICE_NAMES[name] for name in ("status", "without_solution")},
     "initial_acceleration": {"equation": "from the equations", "zero": "zero"},
 }
-_SOLVER_SELECTS = {"integrator": INTEGRATOR_NAMES, "law": LAW_NAMES}
+_SOLVER_SELECTS = {name: CHOICE_NAMES[name] for name in ("integrator", "law")}
 _INTEGRATOR_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
 _LAW_NUMBERS = ("exponent", "penetration")  # as far as the law has them
 _VIEW_SWITCHES = {
@@ -89,7 +98,9 @@ class Controls(Component):
         # a move of a slider changes none of them, another system hardly ever how its numbers are shown
         self.param.update(fields=fields, spans=spans, system=system)
         self.shown = {
-            "texts": setting.texts() | {name: text for name, (_, text) in numbers.items()},
+            "texts": setting.texts()
+            | {"D": print_number(setting.damping[0])}  # where its slider stands
+            | {name: text for name, (_, text) in numbers.items()},
             "numbers": {name: plain_number(name, setting) for name in _other_fields(setting)}
             | {name: number for name, (number, _) in numbers.items()},
             "notes": _notes(setting),
@@ -116,9 +127,21 @@ def _length(setting: Setting) -> dict:
 
 def _notes(setting: Setting) -> dict[str, str]:
     """The notes below the sliders: Δτ, and with units the numbers of the model."""
-    beyond = {name: words for name in MAIN_FIELDS if (words := _beyond_slider(name, setting))}
+    typed = [name for name in MAIN_FIELDS if not why_locked(name, setting)]
+    beyond = {name: words for name in typed if (words := _beyond_slider(name, setting))}
     notes = _numbers_below(setting)
+    if setting.follows_restitution:
+        notes["D"] = _of_restitution(setting)
     return notes | {name: "; ".join(filter(None, (notes.get(name), words))) for name, words in beyond.items()}
+
+
+def _of_restitution(setting: Setting) -> str:
+    """Where the locked D is from, and for which closing speed it holds."""
+    origin = f"from e = {written(setting.restitution)} by the formula of its law"
+    if not setting.damping[1]:
+        return origin
+    speed = "1" if setting.scale is None else setting.scale.text("velocity", 1.0)
+    return f"{origin}, at a closing speed of {speed}; half of it at twice the speed"
 
 
 def _beyond_slider(name: str, setting: Setting) -> str:
@@ -140,7 +163,7 @@ def _numbers_below(setting: Setting) -> dict[str, str]:
     return {
         "eta": f"ratio η = {written(setting.eta, 5)}, period T = {time_text(numbers['period'])}",
         "K": f"K = {written(setting.K, 5)} without dimension",
-        "D": f"D = {written(setting.D, 5)} without dimension",
+        "D": f"D = {written(setting.damping[0], 5)} without dimension",
         "steps": f"time step Δt = T/{setting.steps} = {time_text(numbers['time_step'])}",
     }
 
@@ -160,6 +183,7 @@ def _spec() -> dict:
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
         "scenes": [_button(scene) for scene in buttons()],
         "shelf": [each.button() for each in shelf().values()],
+        "dampedByRestitution": list(LAWS_BY_RESTITUTION),
         "defaults": Setting().texts(),
     }
 

@@ -122,6 +122,7 @@ function solverDetails(spec, link) {
     if (changed || names.includes(shown.refused.name)) box.open = opened = true;
     for (const { name, element } of switches) {
       if (name === "without_solution") element.hidden = shown.texts.status !== "end";
+      if (name === "damper") element.hidden = !spec.dampedByRestitution.includes(shown.texts.law);
     }
   };
   return { element: box, parts: [...parts, ...selects, ...own, ...ofLaw, ...switches, { draw }] };

@@ -31,7 +31,8 @@ FIELDS = tuple(name for names in GROUPS.values() for name in names)
 _ALWAYS = ("restitution",)
 _OF_BODY_2 = ("kappa", "d2", "d3", "force2", "force2_phase", "constant2")
 _OF_KIND = {"pendulums": ("kappa3",), "two": ("mass_ratio",), "wall": ()}
-_DERIVED = "follows from both dampers; choose “as measured” under Solver to type it"
+_OF_BOTH = "follows from both dampers; choose “as measured” under Solver to type it"
+_OF_RESTITUTION = "follows from the restitution; choose “D as typed” under Solver to type it"
 
 
 def group_spec() -> list[dict]:
@@ -95,12 +96,12 @@ def plain_description(name: str, setting: Setting) -> dict:
     return _description(
         field,
         f"{low} to {'' if rule.inclusive_bounds[1] else 'below '}{high}",
-        _DERIVED if is_derived(name, setting) else "",
+        why_locked(name, setting),
     )
 
 
 def _physical_description(name: str, setting: Setting) -> dict:
-    return _description(physical_field(name), physical_range(name), _DERIVED if is_derived(name, setting) else "")
+    return _description(physical_field(name), physical_range(name), why_locked(name, setting))
 
 
 def _description(field, allowed: str, locked: str) -> dict:
@@ -120,15 +121,19 @@ def _description(field, allowed: str, locked: str) -> dict:
 
 def plain_number(name: str, setting: Setting) -> str:
     """A parameter as its field shows it."""
-    if is_derived(name, setting):
+    if why_locked(name, setting) == _OF_BOTH:
         return written(setting.system.derived_joint_damping)
+    if name == "D" and why_locked(name, setting):
+        return written(shown_field(name, setting).factor * setting.damping[0])
     value = setting.initial[START_FIELDS.index(name)] if name in START_FIELDS else getattr(setting, name)
     return shown_field(name, setting).number(value)
 
 
-def is_derived(name: str, setting: Setting) -> bool:
-    """Whether the damping of the joined bodies is shown, and follows from that of each."""
-    return name in ("d3", "joint_damping_ratio") and setting.joint_damping == "derived"
+def why_locked(name: str, setting: Setting) -> str:
+    """Why a number that is shown cannot be changed, since it follows from others; empty if it can."""
+    if name in ("d3", "joint_damping_ratio") and setting.joint_damping == "derived":
+        return _OF_BOTH
+    return _OF_RESTITUTION if name == "D" and setting.follows_restitution else ""
 
 
 def _is_plain(name: str) -> bool:

@@ -12,7 +12,7 @@ from vibroscope.engine import PART_NAMES, percent
 _EXPLANATION_FIELDS = ("headline", "agree", "measure", "note", "change", "details")
 _MEANINGS = {
     "total": ("all of it", "penalty solution against reference"),
-    "time_step": (PART_NAMES["time_step"], "Newmark's steps against the same spring and damper without a time step"),
+    "time_step": (PART_NAMES["time_step"], "its steps against the same spring and damper without a time step"),
     "regularisation": (
         PART_NAMES["regularisation"],
         "contact by spring K and damper D against impacts, both with the joint damping of d₁ and d₂",

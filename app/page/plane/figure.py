@@ -96,7 +96,7 @@ class PlaneView:
 
     def update(self, setting: Setting, result: PartialPlane | None, quantity: str, limit: float | None) -> None:
         """Move the mark; draw the cells as far as they are known."""
-        write(self.mark, {"K": np.array([setting.K], np.float32), "D": np.array([setting.D], np.float32)})
+        write(self.mark, dict(zip(("K", "D"), np.array(setting.place_in_plane, np.float32)[:, None], strict=True)))
         for name, words in (("K", "contact stiffness K"), ("D", "contact damping D")):
             field = shown_field(name, setting)
             words = words.replace("damping D", "damper 2D") if field.unit else words

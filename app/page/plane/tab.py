@@ -30,7 +30,11 @@ class PlaneTab(StudyTab):
     chosen = {"quantity": "period", "limit": _SUDDEN}  # noqa: RUF012 - read only
     axes = {"K": LOGARITHMIC, "D": LOGARITHMIC}  # noqa: RUF012 - read only
     pictures = (
-        Figure("plane_penalty", "Plane with a time step", "Newmark over K and D: the colours of the page's key."),
+        Figure(
+            "plane_penalty",
+            "Plane with a time step",
+            "The penalty model over K and D: the colours of the page's key.",
+        ),
         Figure("plane_exact", "Plane without one", "The exact penalty model over K and D, which has no time step."),
     )
 
@@ -135,7 +139,7 @@ def _side_names(question: PlaneQuestion) -> dict[str, str]:
 def statements(setting: Setting, result: PartialPlane) -> list[list[str]]:
     """Head and text: the cell that holds the setting on both sides, and both planes together."""
     lines = []
-    place = result.cell(setting.K, setting.D)
+    place = result.cell(*setting.place_in_plane)
     if place is not None:
         K, D = (print_number(float(f"{x:.3g}")) for x in result.centre(place))
         names = _side_names(result.question)

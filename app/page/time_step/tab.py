@@ -110,7 +110,7 @@ class TimeStepTab(StudyTab):
         """``vibroscope sweep step`` of the same steps."""
         system, eta, method, initial = self.script_question(setting)
         numbers = {"eta": eta, "K": method.stiffness, "D": method.damping}
-        options = "".join(f" --{name} {print_number(x)}" for name, x in numbers.items())
+        options = "".join(f" --{name} {print_number(x)}" for name, x in numbers.items() if x is not None)
         options += f" --steps {','.join(map(str, STEPS))}{scheme_options(method)}"
         options += f" --transient {TRANSIENT} --sample {SAMPLE}"
         options += initial_option(initial)

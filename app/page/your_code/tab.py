@@ -178,7 +178,11 @@ def _other(setting: Setting, code: Code) -> list[str]:
     """What of a code's known defaults is set otherwise, in the words of the controls."""
     own, texts = setting.texts(), code.texts()
     names = {"integrator": "integrator", "status": "contact status", "law": "contact law"}
-    names |= {"initial_acceleration": "first acceleration", "without_solution": "steps without a solution"}
+    names |= {
+        "damper": "damper",
+        "initial_acceleration": "first acceleration",
+        "without_solution": "steps without a solution",
+    }
     numbers = [
         f"{name} of the integrator"
         for name in ("beta", "gamma", "alpha", "rho")
