@@ -14,9 +14,11 @@ from ..kernels.equations.rates import free_rate, pressed_rate
 from ..kernels.parameters import Parameters
 from ..kernels.time_stepping.contact_location import LocatedScheme
 from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, GAP, STATE_ROWS, LinearScheme
+from ..kernels.time_stepping.located import halvings_at
 from .step_maps import bodies_of, step_maps
 
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
+BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
 SAME = 1e-12  # rows that differ by less, as a share of their size, are watched once
 
 
@@ -50,7 +52,7 @@ class LocatedTables:
 
     def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator):
         self._scheme, self._parameters, self._integrator = m, p, integrator
-        halvings = max(0, math.ceil(math.log2(m.h / m.shortest_step))) if m.shortest_step > 0.0 else TABULATED
+        halvings, _ = uncompiled(halvings_at)(m, True, 0.0)
         self.arrays = _empty_tables([[None]] * (CONTACT + 1 + min(halvings, TABULATED)), p)
         self.arrays.counts[:] = MISSING
 
@@ -207,8 +209,8 @@ def _supremum(rows: np.ndarray, inner: np.ndarray, outer: np.ndarray) -> np.ndar
     largest = np.abs(begun).max(axis=0)
     side_by_side = outer.transpose(1, 0, 2).reshape(COLUMNS, -1)  # one product of matrices instead of many
     for r in range(largest.shape[0]):
-        for i in range(0, len(begun), ENTRIES):
-            images = np.abs(begun[i : i + ENTRIES, r] @ side_by_side).max(axis=0).reshape(-1, COLUMNS)
+        for i in range(0, len(begun), BLOCK):
+            images = np.abs(begun[i : i + BLOCK, r] @ side_by_side).max(axis=0).reshape(-1, COLUMNS)
             np.maximum(largest[r], images.max(axis=0), out=largest[r])
     return largest
 
