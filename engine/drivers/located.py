@@ -17,7 +17,7 @@ from ..methods import TimeStepping
 from ..result import Checkpoint, Cost, Status
 from .newmark import has_strides
 from .parameters import parameters_of
-from .skip_tables import located_tables
+from .skip_tables import LocatedTables
 from .stepping import SteppingDriver
 
 SOLVES_PER_CALL = 2_000_000
@@ -49,12 +49,9 @@ class LocatedDriver(SteppingDriver):
         self._forces, angle = self.forces_of_steps(), self.angles_of_steps()[:-1]
         self._tables = None
         if self._can_skip(p):
-            pieces = uncompiled(kernel.next_piece)(self._scheme, True, 0.0, self._scheme.h)[0]
-            tables, angles = (
-                located_tables(self._scheme, p, integrator, pieces),
-                np.array([np.cos(angle), np.sin(angle)]),
-            )
-            self._tables, self._us = (tables, pieces, p.free_position, angles), np.zeros((5, COLUMNS))
+            angles = np.array([np.cos(angle), np.sin(angle)])
+            self._tables, self._us = LocatedTables(self._scheme, p, integrator), np.zeros((5, COLUMNS))
+            self._skipping = self._tables.arrays, p.free_position, angles
         if len(start.state) == kernel.STATE.size:
             self._state = np.array(start.state)
         else:
@@ -89,11 +86,15 @@ class LocatedDriver(SteppingDriver):
     def _kernel(self):
         return kernel.integrate_located if self._tables is None else located_skip.integrate_skipping
 
+    def prepare(self) -> None:
+        if self._tables is not None:
+            self._tables.make_asked()
+
     def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
         if self._tables is None:
             return self._take_every_step(last, most, buffers)
         arrays = self._forces, self._state, self._us, last, most, self._window, buffers.views
-        return located_skip.integrate_skipping(self._scheme, *self._tables, *arrays)
+        return located_skip.integrate_skipping(self._scheme, *self._skipping, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
         arrays = self._forces, self._state, last, most, self._window, buffers.views

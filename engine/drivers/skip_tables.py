@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..integrators import Integrator
-from ..kernels.accelerated.located_skip import PIECES, WHOLE
+from ..kernels.accelerated.located_skip import ASKED, CONTACT, MISSING, TABULATED, write_piece_matrix
 from ..kernels.accelerated.matrix_skip import FREE, LEVELS, MODES, PRESSED, PULLED, SkipTables
 from ..kernels.accelerated.step_map import ENTRIES, REACHES
 from ..kernels.compile.options import uncompiled
@@ -14,10 +14,11 @@ from ..kernels.equations.rates import free_rate, pressed_rate
 from ..kernels.parameters import Parameters
 from ..kernels.time_stepping.contact_location import LocatedScheme
 from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, GAP, STATE_ROWS, LinearScheme
+from ..kernels.time_stepping.located import halvings_at
 from .step_maps import bodies_of, step_maps
 
-MOST_PIECES = 256  # of a step, so that tables are made in no time
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
+BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
 SAME = 1e-12  # rows that differ by less, as a share of their size, are watched once
 
 
@@ -32,7 +33,8 @@ def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
             # a gap may be a small difference of rows; a force is as large as its displacements make it
             tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :2]).max(axis=1))
             x_of_u, _ = _relative_basis(touch)
-            levels = _fill_mode(tables, mode, status, _step_matrix(maps, status, m.turn, touch), rows @ x_of_u, p)
+            step, stride = _step_matrix(maps, status, m.turn, touch), _stride(p, status == 1, m.system.h)
+            levels = _fill_mode(tables, mode, step, rows @ x_of_u, stride)
             if status:
                 forces = [pair[1][FORCE] for pair in _stages(maps, 1)]
                 row = m.system.h * sum(weight * force for weight, force in zip(m.weights, forces, strict=False))
@@ -40,45 +42,66 @@ def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
     return tables
 
 
-def located_tables(m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: int) -> SkipTables:
-    """The tables of located steps of size Δτ, and of the ``pieces`` of a step in which a contact begins."""
-    bodies, unit = bodies_of(p), np.eye(COLUMNS)
-    whole = step_maps(bodies, integrator, m.h)
-    law = -m.stiffness * unit[1] - 2.0 * m.damper * unit[3]
-    cuts = {FREE: 1, PIECES: pieces if 1 < pieces <= MOST_PIECES else 0, WHOLE: 1}
-    tables = _empty_tables([[None] * (cuts[mode] > 0) for mode in range(MODES)], p)
-    for mode, parts in cuts.items():
-        if parts == 0:
-            continue
-        side, status, h = (1.0, 0, m.h) if mode == FREE else (-1.0, 1, m.h / parts)
-        maps = whole if parts == 1 else step_maps(bodies, integrator, h)
-        piece = _step_matrix(maps, status, p.eta * h, -p.free_gap)
-        within = [unit]
-        for _ in range(parts):
-            within.append(within[-1] @ piece)
-        within = np.array(within)
-        tables.sizes[mode] = 1.0
-        levels = _fill_mode(tables, mode, status, within[-1], side * unit[1:2] @ within[-1], p)
-        accelerations = unit[5] @ within[:-1]  # g″ at the beginning of each piece of the first step
+class LocatedTables:
+    """The tables of located steps of size Δτ and of their pieces, made as a run asks for them.
+
+    Attributes
+    ----------
+    arrays : SkipTables
+    """
+
+    def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator):
+        self._scheme, self._parameters, self._integrator = m, p, integrator
+        halvings, _ = uncompiled(halvings_at)(m, True, 0.0)
+        self.arrays = _empty_tables([[None]] * (CONTACT + 1 + min(halvings, TABULATED)), p)
+        self.arrays.counts[:] = MISSING
+
+    def make_asked(self) -> None:
+        """Make the tables that the kernel has asked for."""
+        for mode in np.flatnonzero(self.arrays.counts == ASKED):
+            self._make(int(mode))
+
+    def _make(self, mode: int) -> None:
+        """Make the tables of a mode."""
+        m, p, tables, unit = self._scheme, self._parameters, self.arrays, np.eye(COLUMNS)
+        pressed, halvings = mode != FREE, max(mode - CONTACT, 0)
+        h = m.h / 2**halvings
+        piece, entries = self._piece_matrix(pressed, h), ENTRIES
+        stride = _stride(p, pressed, h)
+        if halvings > 0 and stride > 1:  # no more pieces follow each other, Eq. (13)
+            entries = min(ENTRIES, int(2.0 / m.step_per_age / stride) + 1)
+        tables.sizes[mode], tables.counts[mode] = 1.0, 1
+        signed_gap = -unit[1:2] if pressed else unit[1:2]
+        levels = _fill_mode(tables, mode, piece, signed_gap @ piece, stride, entries)
         with np.errstate(all="ignore"):
-            supremum = _supremum(accelerations, levels[0][: max(tables.strides[mode] - 1, 0)], levels[-1])
-        tables.dips[mode] = supremum.max(axis=0) * (m.h**2 / 2)
-        _fill_impulses(tables, mode, 0.5 * h * law @ (within[:-1] + within[1:]).sum(axis=0), levels)
-    return tables
+            supremum = _supremum(unit[5:6], levels[0][: max(stride - 1, 0)], levels[-1])  # of |g″| at ends of pieces
+        tables.dips[mode] = supremum[0] * (h**2 / 2)
+        if pressed:
+            law = -m.stiffness * unit[1] - 2.0 * m.damper * unit[3]
+            _fill_impulses(tables, mode, 0.5 * h * law @ (unit + piece), levels)
+
+    def _piece_matrix(self, pressed: bool, h: float) -> np.ndarray:
+        """Φ of a piece of length h."""
+        m, p = self._scheme, self._parameters
+        if m.stages.count > 0:
+            return _step_matrix(step_maps(bodies_of(p), self._integrator, h), int(pressed), p.eta * h, -p.free_gap)
+        matrix = np.empty((COLUMNS, COLUMNS))
+        write_piece_matrix(m, pressed, h, p.free_position, matrix)
+        return matrix
 
 
 def _empty_tables(watched: list[list], p: Parameters) -> SkipTables:
-    most = max(len(rows) for rows in watched)
+    modes, most = len(watched), max(len(rows) for rows in watched)
     return SkipTables(
-        rows=np.zeros((MODES, most, LEVELS, COLUMNS, ENTRIES)),
-        firsts=np.zeros((MODES, most, LEVELS, COLUMNS)),
-        bounds=np.zeros((MODES, most, COLUMNS)),
-        sizes=np.zeros((MODES, most)),
+        rows=np.zeros((modes, most, LEVELS, COLUMNS, ENTRIES)),
+        firsts=np.zeros((modes, most, LEVELS, COLUMNS)),
+        bounds=np.zeros((modes, most, COLUMNS)),
+        sizes=np.zeros((modes, most)),
         counts=np.array([len(rows) for rows in watched]),
-        strides=np.zeros(MODES, dtype=np.int64),
-        columns=np.zeros((MODES, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
-        impulses=np.zeros((MODES, LEVELS, ENTRIES, COLUMNS)),
-        dips=np.zeros((MODES, COLUMNS)),
+        strides=np.zeros(modes, dtype=np.int64),
+        columns=np.zeros((modes, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
+        impulses=np.zeros((modes, LEVELS, ENTRIES, COLUMNS)),
+        dips=np.zeros((modes, COLUMNS)),
         period=2 * math.pi / p.eta,
     )
 
@@ -142,34 +165,41 @@ def _step_matrix(maps: np.ndarray, status: int, turn: float, touch: float) -> np
     return u_of_x @ matrix @ x_of_u
 
 
-def _powers(matrix: np.ndarray) -> np.ndarray:
-    """Its first ENTRIES powers, each a product of two earlier ones."""
+def _powers(matrix: np.ndarray, entries: int = ENTRIES) -> np.ndarray:
+    """Its first powers, each a product of two earlier ones."""
     powers = matrix[None]
-    while len(powers) < ENTRIES:
+    while len(powers) < entries:
         powers = np.concatenate([powers, powers[-1] @ powers])
-    return powers[:ENTRIES]
+    return powers[:entries]
+
+
+def _stride(p: Parameters, pressed: bool, h: float) -> int:
+    """Steps of length h from entry to entry of the coarser level."""
+    rate, reach = (pressed_rate, REACHES[PRESSED]) if pressed else (free_rate, REACHES[FREE])
+    return min(int(reach / (uncompiled(rate)(p) * h)), LONGEST)
 
 
 def _fill_mode(
-    tables: SkipTables, mode: int, status: int, step: np.ndarray, rows: np.ndarray, p: Parameters
+    tables: SkipTables, mode: int, step: np.ndarray, rows: np.ndarray, stride: int, entries: int = ENTRIES
 ) -> list[np.ndarray]:
-    """Write the watched rows of a mode and the powers of its step, of each level, and return the powers."""
-    rate, reach = (pressed_rate, REACHES[PRESSED]) if status else (free_rate, REACHES[FREE])
-    stride = min(int(reach / (uncompiled(rate)(p) * 2 * math.pi / p.eta / p.steps)), LONGEST)
+    """Write the watched rows of a mode and the powers of its step, of each level, and return the powers.
+
+    ``entries``: of the coarser level, which is made if the stride is more than a step.
+    """
     with np.errstate(all="ignore"):  # of a method that is not stable: a number beyond bounds skips nothing
         levels = [_powers(step)]
         if stride > 1:
             tables.strides[mode] = stride
-            levels.append(_powers(levels[0][stride - 1]))
+            levels.append(_powers(levels[0][stride - 1], entries))
             change = step - np.eye(COLUMNS)
             supremum = _supremum(rows @ change @ change, levels[0][: stride - 1], levels[1][:-1])
             tables.bounds[mode, : len(rows)] = supremum * (stride**2 / 8)
         for level, powers in enumerate(levels):
-            tables.columns[mode, level] = powers.transpose(0, 2, 1)
+            tables.columns[mode, level, : len(powers)] = powers.transpose(0, 2, 1)
             first = rows if level == 0 else rows @ levels[0][stride - 2]
             tables.firsts[mode, : len(rows), level] = first
             after = np.concatenate([first[None], first @ powers[:-1]])
-            tables.rows[mode, : len(rows), level] = after.transpose(1, 2, 0)
+            tables.rows[mode, : len(rows), level, :, : len(powers)] = after.transpose(1, 2, 0)
     return levels
 
 
@@ -179,8 +209,8 @@ def _supremum(rows: np.ndarray, inner: np.ndarray, outer: np.ndarray) -> np.ndar
     largest = np.abs(begun).max(axis=0)
     side_by_side = outer.transpose(1, 0, 2).reshape(COLUMNS, -1)  # one product of matrices instead of many
     for r in range(largest.shape[0]):
-        for i in range(0, len(begun), ENTRIES):
-            images = np.abs(begun[i : i + ENTRIES, r] @ side_by_side).max(axis=0).reshape(-1, COLUMNS)
+        for i in range(0, len(begun), BLOCK):
+            images = np.abs(begun[i : i + BLOCK, r] @ side_by_side).max(axis=0).reshape(-1, COLUMNS)
             np.maximum(largest[r], images.max(axis=0), out=largest[r])
     return largest
 
@@ -190,4 +220,5 @@ def _fill_impulses(tables: SkipTables, mode: int, row: np.ndarray, levels: list[
     with np.errstate(all="ignore"):
         for level, powers in enumerate(levels):
             first = row if level == 0 else tables.impulses[mode, 0, tables.strides[mode] - 1]
-            tables.impulses[mode, level] = np.cumsum(np.concatenate([first[None], first @ powers[:-1]]), axis=0)
+            after = np.concatenate([first[None], first @ powers[:-1]])
+            tables.impulses[mode, level, : len(powers)] = np.cumsum(after, axis=0)

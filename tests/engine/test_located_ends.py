@@ -36,12 +36,12 @@ def test_300_settings_end_and_make_sense():
 
 
 def most_solves(response):
-    """What the kernel's module says that a run costs; steps that are cut have one piece more each, at most."""
+    """What the kernel's module says that a run costs: pieces are at least half as long as they may be."""
     m = scheme(response.eta, response.method)
     half = 1 / m.step_per_age  # N/2, the solves for half a cycle
     halves = np.diff(response.contacts).ravel() * m.step_per_age / m.shortest_step  # 2t/T_c
     solves = half * (np.minimum(halves, 1) + np.log(np.maximum(halves, 1))) + 40
-    return 2 * response.periods * m.steps + 1.1 * solves.sum()
+    return 2 * response.periods * m.steps + 2 * solves.sum()
 
 
 @pytest.mark.parametrize("eta", [1.08, 2.76])
@@ -74,7 +74,7 @@ def test_extremes_end(eta, stiffness, damping, n):
 
 
 def test_too_many_solves_in_one_step_have_a_status(monkeypatch):
-    monkeypatch.setattr(kernel, "SOLVES_PER_STEP", 500)
+    monkeypatch.setattr(kernel, "SOLVES_PER_STEP", 20)
     for name in ("advance", "integrate_located"):  # a constant is compiled into the kernel
         monkeypatch.setattr(kernel, name, uncompiled(getattr(kernel, name)))
     found = simulate(System(), 0.001, Newmark(1e9, 0.0, 4, located=True), periods=5, keep=1)

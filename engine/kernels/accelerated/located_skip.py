@@ -1,42 +1,61 @@
-"""Skips of whole steps whose changes of contact are located within the step, by the tables of :mod:`.matrix_skip`.
+"""Skips of pieces of steps whose changes of contact are located within them, by the tables of :mod:`.matrix_skip`.
 
-The modes are flight, contact in whole steps, and the beginning of a contact that is resolved by pieces, of which each
-step has as many as the one before. What is watched is the gap at the ends of steps. Within a step of length Δτ that
-begins with the gap g (with the sign by which it is positive while the mode stays) and whose ends have accelerations of
-mean b, a gap that comes back to its side is looked for where 2gb ≤ g′² and −g′ < bΔτ
-(:func:`..time_stepping.contact_location.locate_change`), hence g < bΔτ²/2. With the supremum of |g″| over all pieces of
-the level in the place of b, this *dip* is added to every bound.
+The modes are flight, in whole steps, and contact with steps that are halved j = 0, 1, … times (Eq. (13) of
+:mod:`..time_stepping.located`); of one mode all pieces from one point of its sub-grid to the next are alike. What is
+watched is the gap at the ends of pieces. Within a piece of length s that begins with the gap g (with the sign by which
+it is positive while the mode stays) and whose ends have accelerations of mean b, a gap that comes back to its side is
+looked for where 2gb ≤ g′² and −g′ < bs (:func:`..time_stepping.contact_location.locate_change`), hence g < bs²/2. With
+the supremum of |g″| over all pieces of the table in the place of b, this *dip* is added to every bound.
+
+The tables of a mode are made when a run first needs them: most runs need few.
 
 Plain twin: :func:`..time_stepping.located.integrate_located` (tests/engine/kernels/test_located_skip.py).
 """
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import with_impulse
+from ..linear.cos_sin import cos_sin
 from ..status import OK, PAUSED
-from ..time_stepping.contact_location import contact_force
+from ..time_stepping.contact_location import contact_force, side, step
+from ..time_stepping.linear_step import COLUMNS
 from ..time_stepping.located import (
+    ROUNDING,
     LocatedState,
     advance,
+    halvings_at,
     motion_of,
-    next_piece,
+    points_passed,
     unpack_state,
     write_output,
     write_state,
 )
 from .matrix_skip import ENTRIES, UNLIMITED, find_skip, impulse_of, next_output, write_u_at
 
-FREE, PIECES, WHOLE = range(3)  # modes
+FREE, CONTACT = range(2)  # modes; CONTACT + j: in contact, with steps halved j times
+TABULATED = 30  # halvings: with more, all pieces are solved
+MISSING, ASKED = -1, -2  # in the place of a number of watched rows: tables that have not been made, and shall be
 
 
 @jit_inlined
 def mode_of(m, s):
-    """The mode from a step of the grid on, −1 if there is none, and the steps that it may last."""
-    if not s.pressed:
-        return FREE, UNLIMITED
-    if next_piece(m, True, s.since, m.h)[0] == 1:
-        return WHOLE, UNLIMITED
-    left = m.shortest_step - m.step_per_age * s.since  # until pieces grow
-    return (PIECES, int(left / (m.step_per_age * m.h))) if left > 0.0 else (-1, 0)
+    """The mode of the next pieces, and how many it may last: none before a point of its sub-grid.
+
+    Returns
+    -------
+    tuple
+        Mode; pieces that it may last; pieces of a step; pieces of the current step that are done.
+    """
+    halvings, parts = halvings_at(m, s.pressed, s.since)
+    piece = m.h / parts
+    done = points_passed(piece, s.offset)
+    if done * piece != s.offset or halvings > TABULATED:
+        return FREE, 0, 1, 0
+    lasts = UNLIMITED
+    if halvings > 0:
+        lasts = int(
+            2.0 / (m.step_per_age * (1.0 + ROUNDING)) - s.since / piece
+        )  # until the longest piece is twice this
+    return (CONTACT + halvings if s.pressed else FREE), lasts, int(parts), int(done)
 
 
 @jit_inlined
@@ -53,19 +72,35 @@ def motion_at(u, rest):
 
 
 @jit_no_alloc
-def write_skipped(m, t, mode, s, coarse, end, us, rest, window, buffers):
-    """Write the section rows and samples of the steps s.step + 1 … end."""
+def write_piece_matrix(m, pressed, s, rest, out):
+    """Write Φ of a piece of length s, (COLUMNS, COLUMNS), of Newmark's own step: what it makes of each unit vector."""
+    (f1, f2, f3), (f4, f5, f6) = m.forcing
+    cosine, sine = cos_sin(s * m.frequency)
+    for j in range(COLUMNS):
+        u = out[:, j]
+        u[:] = 0.0
+        u[j] = 1.0
+        one, c, d = u[9], cosine * u[7] - sine * u[8], sine * u[7] + cosine * u[8]
+        forcing = f1 * c + f2 * d + f3 * one, f4 * c + f5 * d + f6 * one
+        z = step(side(m, pressed), motion_at(u, rest * one), s, forcing)
+        write_relative(z, contact_force(m, pressed, z), rest * one, c, d, u)
+        u[9] = one
+
+
+@jit_no_alloc
+def write_skipped(m, t, mode, s, parts, done, coarse, end, us, rest, window, buffers):
+    """Write the section rows and samples of the steps s.step + 1 … end; ``done``: of the ``parts`` of the first."""
     sampled = buffers.samples.shape[0] > 0
     i = next_output(s.step, m.steps, window, sampled)
     while i <= end:
         if i > window[0] or i == window[1]:
-            write_u_at(t, mode, i - s.step, coarse, us)
+            write_u_at(t, mode, (i - s.step) * parts - done, coarse, us)
             write_output(m, i, i % m.steps, motion_at(us[4], rest), s.pressed, window, buffers)
         i = next_output(i, m.steps, window, sampled)
 
 
 @jit_no_alloc
-def integrate_skipping(m, t, pieces, rest, angles, forces, state, us, stop, most, window, buffers):
+def integrate_skipping(m, t, rest, angles, forces, state, us, stop, most, window, buffers):
     """Integrate to the end of step ``stop`` of the grid as :func:`..time_stepping.located.integrate_located` does.
 
     A skip that reaches beyond is not made, as in :func:`.matrix_skip.integrate_skipping`.
@@ -75,8 +110,6 @@ def integrate_skipping(m, t, pieces, rest, angles, forces, state, us, stop, most
     m, forces, state, stop, most, window, buffers
         As there.
     t : SkipTables
-    pieces : int
-        Of a step at the beginning of a contact.
     rest : float
         ξ₁ at the static equilibrium of the separated bodies.
     angles : (2, n) float64
@@ -87,34 +120,42 @@ def integrate_skipping(m, t, pieces, rest, angles, forces, state, us, stop, most
     Returns
     -------
     int
-        As there.
+        As there; PAUSED, too, for want of tables: those of which ``t.counts`` is ASKED.
     """
     s, status, recorded = unpack_state(state), OK, buffers.contacts.shape[0] > 0
     pause = s.solves + most
     if s.offset == 0.0:
         write_output(m, s.step, s.step % m.steps, motion_of(s), s.pressed, window, buffers)
     while s.step < stop and status == OK:
-        mode, lasts, coarse, fine = -1, 0, 0, 0
-        if s.offset == 0.0:
-            mode, lasts = mode_of(m, s)
+        mode, lasts, parts, done = mode_of(m, s)
+        coarse, fine = 0, 0
+        if lasts > 0 and t.counts[mode] < 0:
+            t.counts[mode], status = ASKED, PAUSED
+            break
         if lasts > 0 and t.counts[mode] > 0:
-            k = s.step % m.steps
-            z = motion_of(s)
-            write_relative(z, contact_force(m, s.pressed, z), rest, angles[0, k], angles[1, k], us[0])
+            k, z = s.step % m.steps, motion_of(s)
+            cosine, sine = angles[0, k], angles[1, k]
+            if done > 0:
+                cosine, sine = cos_sin((k * m.h + s.offset) * m.frequency)
+            write_relative(z, contact_force(m, s.pressed, z), rest, cosine, sine, us[0])
             coarse, fine = find_skip(t, mode, us, 0.0, -s.g if s.pressed else s.g, lasts)
         if coarse + fine > 0:
-            steps = coarse * t.strides[mode] + fine
+            pieces = coarse * t.strides[mode] + fine
+            steps, after = (done + pieces) // parts, (done + pieces) % parts
             reached = s.step + steps
             if recorded:
-                write_skipped(m, t, mode, s, coarse, min(reached, stop), us, rest, window, buffers)
+                write_skipped(m, t, mode, s, parts, done, coarse, min(reached, stop), us, rest, window, buffers)
             if reached >= stop:
                 break
-            contact, solved = s.contact, s.solves + steps * (pieces if mode == PIECES else 1)
-            if recorded and s.pressed:
-                contact = with_impulse(contact, contact.impulse + impulse_of(t, mode, coarse, fine, us))
+            contact, since, solves = s.contact, s.since, s.solves + pieces
+            if s.pressed:
+                since += pieces * (m.h / parts)
+                if recorded:
+                    contact = with_impulse(contact, contact.impulse + impulse_of(t, mode, coarse, fine, us))
+            before = solves - after if steps > 0 else s.solves_before
             x, v, a, g, u, b = motion_at(us[2], rest)
-            since = s.since + steps * m.h if s.pressed else s.since
-            s = LocatedState(x, v, a, g, u, b, s.pressed, reached, 0.0, solved, solved, since, contact)
+            offset = after * (m.h / parts)
+            s = LocatedState(x, v, a, g, u, b, s.pressed, reached, offset, solves, before, since, contact)
         if max(coarse, fine) < ENTRIES:  # else the table has ended, and not the mode
             s, status = advance(m, forces, s, window, buffers)
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:

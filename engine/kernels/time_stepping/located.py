@@ -7,14 +7,19 @@ what is left of the step follows. So the grid stays as it is, whatever happens b
 gives its restitution only where it resolves the contact mode, of fastest rate |s| (Eq. (7) of
 :mod:`..equations.contact_law`). On the grid the fastest of what moves without contact, T_f = 2π/max(1, κ, η), has
 T_f/Δτ steps to the cycle. A contact begins with as many to its own cycle T_c = 2π/|s|. A contact longer than half a
-cycle is not an impact; what the beginning of contact excited decays, and the step s grows with the time t since then,
-so that every time scale has the same number of steps:
+cycle is not an impact; what the beginning of contact excited decays, and the longest step grows with the time t since
+then, so that every time scale has the same number of steps:
 
-    s = Δτ · min(1, max(T_c, 2t) / T_f)                                                                     (13)
+    s ≤ Δτ · min(1, max(T_c, 2t) / T_f)                                                                     (13)
+
+A step of the grid is therefore halved j times, until its pieces keep to (13) when they begin. A piece ends at the next
+point of this sub-grid: a contact that begins within a step begins with a shorter piece, and so does a coarser sub-grid
+of which the last piece did not end at a point. All other pieces with one j are alike, so they can be skipped
+(:mod:`..accelerated.located_skip`).
 
 Every step is then proportional to Δτ, and the method is of second order throughout. With N = T_f/Δτ an impact costs N/2
-solves and some four to locate each change, a contact of duration t > T_c/2 costs N/2 (1 + ln(2t/T_c)), however stiff it
-is. (In an FE code a step of another length costs another factorisation too.)
+to N solves and some four to locate each change, a contact of duration t > T_c/2 costs up to twice N/2 (1 + ln(2t/T_c)),
+however stiff it is. (In an FE code a step of another length costs another factorisation too.)
 """
 
 import math
@@ -49,6 +54,9 @@ from .contact_location import (
 )
 from .newmark import LIMIT
 
+MOST_HALVINGS = 60  # of a step of the grid
+ROUNDING = 1e-6  # of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which …
+SLIGHT = 1e-15  # … rounding must not decide; where pieces are as short as the rounding of their instants, they grow
 SOLVES_PER_STEP = 10_000_000  # some tenths of a second within one step: contacts too short for this excitation period
 
 
@@ -159,12 +167,20 @@ def write_output(m, i, k, z, pressed, window, buffers):
 
 
 @jit_inlined
-def next_piece(m, pressed, since, left):
-    """Into how many pieces what is ``left`` of a step is cut, Eq. (13), and their length."""
-    longest = min(m.h, max(m.shortest_step, m.step_per_age * since)) if pressed else m.h
-    # a contact that begins at a step of the grid gives whole ratios, which rounding must not decide
-    pieces = math.ceil(left / longest - 1e-6) if left > longest else 1
-    return pieces, left / pieces
+def halvings_at(m, pressed, since):
+    """How often a step is halved until its pieces keep to Eq. (13), and into how many pieces that cuts it."""
+    halvings, parts = 0, 1.0
+    if pressed:
+        longest = max(m.shortest_step, m.step_per_age * since) * (1.0 + ROUNDING)
+        while parts * longest < m.h and halvings < MOST_HALVINGS:
+            halvings, parts = halvings + 1, 2.0 * parts
+    return halvings, parts
+
+
+@jit_inlined
+def points_passed(piece, offset):
+    """Points of a sub-grid from a step of the grid to the time ``offset`` after it."""
+    return math.floor(offset / piece * (1.0 + SLIGHT) + ROUNDING)
 
 
 @jit_inlined
@@ -178,8 +194,11 @@ def advance(m, forces, s, window, buffers):
     """
     z, pressed, i, offset, since, contact = motion_of(s), s.pressed, s.step, s.offset, s.since, s.contact
     solves, before, status, k = s.solves, s.solves_before, OK, s.step % m.steps
-    pieces, length = next_piece(m, pressed, since, m.h - offset)
-    if m.stages.count == 0 and pieces == 1:
+    _, parts = halvings_at(m, pressed, since)
+    piece = m.h / parts
+    point = min(parts, points_passed(piece, offset) + 1.0)  # of the sub-grid, at which the piece ends
+    length = point * piece - offset
+    if m.stages.count == 0 and point == parts:
         end = step(side(m, pressed), z, length, (forces[k + 1, 0], forces[k + 1, 1]))
     else:
         end = step_from(m, pressed, z, length, k, offset)
@@ -192,7 +211,7 @@ def advance(m, forces, s, window, buffers):
         twice = contact_force(m, pressed, z) + contact_force(m, pressed, end)
         contact = with_impulse(contact, contact.impulse + 0.5 * length * twice)
     solves += 1 + more
-    offset += length
+    offset = offset + length if changed else point * piece
     z = end
     if changed:
         pressed, since, now = not pressed, 0.0, i * m.h + offset
@@ -205,7 +224,7 @@ def advance(m, forces, s, window, buffers):
         z = with_accelerations(side(m, pressed), z, forcing_at(m, k, offset))
         if no_room(buffers):
             status = PAUSED
-    elif pieces == 1:
+    elif point == parts:
         i, offset, before = i + 1, 0.0, solves
         k = k + 1 if k + 1 < m.steps else 0
         if k == 0 or i >= window[1]:

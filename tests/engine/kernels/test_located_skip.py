@@ -19,9 +19,9 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.drivers.located import stages_of
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.drivers.skip_tables import located_tables
+from vibroscope.engine.drivers.skip_tables import LocatedTables
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
-from vibroscope.engine.kernels.accelerated.located_skip import FREE, PIECES, WHOLE
+from vibroscope.engine.kernels.accelerated.located_skip import ASKED, CONTACT, FREE
 from vibroscope.engine.kernels.time_stepping.contact_location import contact_force, step_of_stages
 from vibroscope.engine.kernels.time_stepping.located import located_scheme
 
@@ -101,24 +101,30 @@ def test_located_steps_have_the_order_of_the_integrator(integrator, order):
     assert math.log(errors[0] / errors[1], 4) == pytest.approx(order, abs=0.2)
 
 
-def test_no_gap_dips_within_a_step_by_more_than_its_bound():
+@pytest.mark.parametrize("halvings", [None, 0, 2, 5], ids=["flight", "contact", "quarters", "shortest"])
+def test_no_gap_dips_within_a_piece_by_more_than_its_bound(halvings):
     """The largest |g″| over all pieces of both levels, formed piece by piece."""
     method = Newmark(2500.0, 8.0, 1000, located=True)
     p = parameters_of(System(), 1.08, method)
-    m, pieces = located_scheme(p), 9
-    tables = located_tables(m, p, NewmarkBeta(), pieces)
-    bodies = bodies_of(p)
-    for mode, parts in ((FREE, 1), (PIECES, pieces), (WHOLE, 1)):
-        x_of_u = np.eye(10)
-        x_of_u[[1, 3, 5], [0, 2, 4]] = 1.0
-        step = np.eye(10)
-        step[:7] = step_maps(bodies, NewmarkBeta(), m.h / parts)[int(mode != FREE), :7]
-        c, s = math.cos(1.08 * m.h / parts), math.sin(1.08 * m.h / parts)
-        step[7:9, 7:9] = [[c, -s], [s, c]]
-        step[6] *= mode != FREE
-        step = np.linalg.solve(x_of_u, step @ x_of_u)
-        row, largest = np.eye(10)[5], 0.0
-        for _ in range(129 * int(max(tables.strides[mode], 1)) * parts):
-            largest, row = np.maximum(largest, np.abs(row)), row @ step
-        assert (tables.dips[mode] >= largest * m.h**2 / 2 * (1 - 1e-9)).all()
-        assert (tables.dips[mode] <= 1.01 * largest * m.h**2 / 2 + 1e-18).all()
+    m = located_scheme(p)
+    made, mode = LocatedTables(m, p, NewmarkBeta()), FREE if halvings is None else CONTACT + halvings
+    tables, length = made.arrays, m.h / 2 ** (halvings or 0)
+    tables.counts[mode] = ASKED
+    made.make_asked()
+    assert tables.counts[mode] == 1
+    assert (np.delete(tables.counts, mode) < 0).all()
+    x_of_u = np.eye(10)
+    x_of_u[[1, 3, 5], [0, 2, 4]] = 1.0
+    step = np.eye(10)
+    step[:7] = step_maps(bodies_of(p), NewmarkBeta(), length)[int(mode != FREE), :7]
+    c, s = math.cos(1.08 * length), math.sin(1.08 * length)
+    step[7:9, 7:9] = [[c, -s], [s, c]]
+    step[6] *= mode != FREE
+    step = np.linalg.solve(x_of_u, step @ x_of_u)
+    np.testing.assert_allclose(tables.columns[mode, 0, 0].T, step, rtol=1e-9, atol=1e-12)
+    entries = np.count_nonzero(tables.columns[mode, 1].any(axis=(1, 2)))
+    row, largest = np.eye(10)[5], 0.0
+    for _ in range(max(128, (entries + 1) * int(tables.strides[mode]))):
+        largest, row = np.maximum(largest, np.abs(row)), row @ step
+    assert (tables.dips[mode] >= largest * length**2 / 2 * (1 - 1e-9)).all()
+    assert (tables.dips[mode] <= 1.01 * largest * length**2 / 2 + 1e-18).all()
