@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .margins import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, Margin, indicator, least
+from .margins import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, Margin, indicator
 from .plane import Place, Plane
 from .point_equations import Condition, Equations, gradient_of, regular, short_pairs
 from .roots import first_zero
@@ -60,9 +60,13 @@ class Meetings:
         """What keeps the orbit one of this sequence."""
         return self._plane.margins(place, self._touch)
 
+    def least(self, place: Place) -> float:
+        """The smallest margin; infinite where there is none."""
+        return min((margin.value for margin in self.margins(place)), default=np.inf)
+
     def last_of_sequence(self, at: At, length: float) -> tuple[float, Place, Margin] | None:
         """Where the first margin becomes zero: the distance, the place and the margin; None if it is not found."""
-        s = first_zero(lambda s: _value_at(at, s, lambda there: least(self.margins(there))), 0.0, length)
+        s = first_zero(lambda s: _value_at(at, s, lambda there: self.least(there)), 0.0, length)
         place = None if s is None else at(s)
         return place and (s, place, min(self.margins(place), key=lambda each: each.value))
 

@@ -31,6 +31,8 @@ class Axis(NamedTuple):
 
     def value(self, share: float) -> float:
         """The number at a share of the range."""
+        if share in (0.0, 1.0):  # not beyond it by rounding
+            return self.high if share else self.low
         if self.logarithmic:
             return self.low * math.exp(share * math.log(self.high / self.low))
         return self.low + share * (self.high - self.low)

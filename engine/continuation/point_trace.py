@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .curve import null_vector
-from .margins import Margin, least
+from .margins import Margin
 from .meetings import Meetings
 from .orbit import check_cancelled
 from .plane import Place, Plane
@@ -95,24 +95,26 @@ class Trace:
     def _advance(self, matrix: np.ndarray, tangent: np.ndarray, step: float) -> float:
         """Take a step; return the length to try next."""
         here, start = self.place, self._meetings.tests(self.place)
-        found = self._ahead(here, matrix, tangent, step)
+        found, reason = self._border_ahead(here, tangent, step)
         while found is None:
+            found = self._ahead(here, matrix, tangent, step)
+            if found is not None:
+                found, reason = self._within(here, found)
+                if found is None:
+                    self.reason = reason
+                    return step
+                break
             step /= 2
             if step < SMALLEST_STEP:
                 self.reason = f"no orbit is found beyond {self._words(here)}"
                 return step
-            found = self._ahead(here, matrix, tangent, step)
-        found, reason = self._within(here, found)
-        if found is None:
-            self.reason = reason
-            return step
         scales, end = self.equations.scales, found
         length = float(tangent @ (found.scaled(scales) - here.scaled(scales)))
 
         def at(s: float) -> Place | None:
             return here if s == 0 else end if s == length else self._ahead(here, matrix, tangent, s)
 
-        if least(self._meetings.margins(found)) <= 0:
+        if self._meetings.least(found) <= 0:
             last = self._meetings.last_of_sequence(at, length)
             place = last and self._meetings.at_margin(*last[1:])
             if place is not None:
@@ -153,6 +155,27 @@ class Trace:
         found = self.equations.solved(guess, tangent, lambda there: tangent @ (there.scaled(scales) - target), matrix)
         far = np.inf if found is None else np.linalg.norm(found.scaled(scales) - target)
         return found if far <= FAR * abs(s) + ROUNDING else None
+
+    def _border_ahead(self, here: Place, tangent: np.ndarray, step: float) -> tuple[Place | None, str]:
+        """The place on the border that a step would cross, and why the curve ends there; None if it crosses none.
+
+        Beyond the border there may be no problem, as with a restitution above one.
+        """
+        scales, n = self.equations.scales, len(self.equations.scales)
+        for k, axis in enumerate(self.plane.axes):
+            border = min(max(here.shares[k] + step * tangent[n + k], 0.0), 1.0)
+            if border not in (0.0, 1.0) or border == here.shares[k]:
+                continue
+            s = (border - here.shares[k]) / tangent[n + k]
+            target = here.scaled(scales) + s * tangent
+            target[n + k] = border
+            if (target[n:] < 0).any() or (target[n:] > 1).any():
+                continue
+            guess = self.plane.at(replace(here.orbit, unknowns=target[:n] * scales), target[n:])
+            found = self._at_share(self.equations, guess, k, border)
+            if found is not None and np.linalg.norm(found.scaled(scales) - target) <= FAR * step:
+                return found, f"{axis.name} leaves the range"
+        return None, ""
 
     def _within(self, here: Place, found: Place) -> tuple[Place | None, str]:
         """The place, or that on the border of the ranges if it lies outside, and then why the curve ends."""
