@@ -14,7 +14,8 @@ class Closed:
 
     With E the free motion over T, and h the part of the state that is free, h after the impact is (1 + e)V c,
     c = (E − 1)⁻¹(0, 1), V the closing speed. The forced part P = σ − (1 + e)V c₁, P′ = −V(e + (1 + e)c₂) has the
-    amplitude γ of the linear response: P² + (P′/ω)² = γ², which is quadratic in V. The Poincaré map has the Jacobian E S,
+    amplitude γ of the linear response: P² + (P′/ω)² = γ², which is quadratic in V. The Poincaré map has the
+    Jacobian E S,
     S = [[−e, 0], [(a⁺ + e a⁻)/V, −e]], a∓ the acceleration before and after the impact; it doubles where
     1 + tr + det = 0.
     """
@@ -75,7 +76,7 @@ def cases(count):
             for _ in range(200):
                 middle = 0.5 * (low + high)
                 low, high = (middle, high) if orbit.doubling(middle) * values[k] > 0 else (low, middle)
-            found += [(omega, d, e, low)] * (abs(orbit.doubling(low)) < 1e-9)
+            found += [(omega, d, e, low)] * bool(abs(orbit.doubling(low)) < 1e-9)
     return found
 
 
