@@ -55,6 +55,7 @@ _LATER = {
         "Branch",
         "Point",
         "PointCurve",
+        "PointCurves",
         "branches_dataset",
         "continue_branch",
         "continue_point",

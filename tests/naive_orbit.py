@@ -1,4 +1,4 @@
-"""Plain twin of the points of branches over η: the paper's system in mpmath, derivatives by differences.
+"""Plain twin of the points of branches: the paper's system in mpmath, derivatives by differences.
 
 Bodies swing by the equations of motion in ξ₁, ξ₁′, ξ₂, ξ₂′, each phase by a matrix exponential. An orbit solves that
 the watched quantity is zero at each event and that the state returns; a point, that a determinant is zero, or the
@@ -16,12 +16,19 @@ TOUCHING = ("stick", "touch")
 
 
 class Twin:
-    """Orbits of one sequence of events: ``events``, whether the bodies touch at τ = 0, and the period."""
+    """Orbits of one sequence of events: ``events``, whether the bodies touch at τ = 0, and the period.
 
-    def __init__(self, system, method, events, first, period):
-        self.system, self.method = system, method
+    ``over`` is the number that varies, the last of the unknowns: "eta", "K", "D" or "restitution".
+    """
+
+    def __init__(self, system, eta, method, events, first, period, over="eta"):
+        self.system, self.method, self.over = system, method, over
         self.events, self.first, self.period = events, first, period
-        self.kappa, self.mu, self.e = (mp.mpf(each) for each in (system.kappa, system.mass_ratio, system.restitution))
+        self.kappa, self.mu = mp.mpf(system.kappa), mp.mpf(system.mass_ratio)
+        self.numbers = {"eta": mp.mpf(eta), "restitution": mp.mpf(system.restitution)}
+        if method.name == "exact":
+            self.numbers |= {"K": mp.mpf(method.stiffness), "D": mp.mpf(method.damping)}
+        self.partings = []  # of the impacts of the orbit evaluated last
 
     def generator(self, eta, touching):
         """A of z′ = A z, z = (ξ₁, ξ₁′, ξ₂, ξ₂′, cos ητ, sin ητ)."""
@@ -37,7 +44,7 @@ class Twin:
         a[1, 0], a[1, 1], a[1, 4] = mp.mpf(-1), -2 * d1, eta**2
         a[3, 2], a[3, 3], a[3, 4] = -(self.kappa**2), -2 * d2 * self.kappa, eta**2
         if touching:
-            for column, factor in ((0, mp.mpf(self.method.stiffness)), (1, 2 * mp.mpf(self.method.damping))):
+            for column, factor in ((0, self.numbers["K"]), (1, 2 * self.numbers["D"])):
                 a[1, column] -= factor
                 a[1, column + 2] += factor
                 a[3, column] += factor / self.mu
@@ -50,8 +57,9 @@ class Twin:
         return free[1] - joined[1]
 
     def residual(self, x):
-        """F at x = (ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, instants in periods, η), and the phases: A, z at the start, length."""
-        eta, instants, y = x[-1], list(x[4:-1]), list(x[:4])
+        """F at x = (ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, instants in periods, λ), and the phases: A, z at the start, length."""
+        self.numbers[self.over], self.partings = x[-1], []
+        eta, e, instants, y = self.numbers["eta"], self.numbers["restitution"], list(x[4:-1]), list(x[:4])
         matrices = {touching: self.generator(eta, touching) for touching in (False, True)}
         found, phases, turn, touching = [], [], mp.mpf(0), self.first
         for k, end in enumerate([*instants, mp.mpf(self.period)]):
@@ -65,10 +73,11 @@ class Twin:
                 break
             rate, event = y[3] - y[1], self.events[k]
             found.append(self.force(z, eta) if event == "release" else y[2] - y[0])
-            left = {"impact": -self.e * rate, "stick": mp.mpf(0)}.get(event, rate)
+            left = {"impact": -e * rate, "stick": mp.mpf(0)}.get(event, rate)
             y[1] += self.mu / (1 + self.mu) * (rate - left)
             y[3] = y[1] + left
             touching = event in TOUCHING
+            self.partings += [left] * (event == "impact")
         return mp.matrix([*(a - b for a, b in zip(y, x[:4], strict=True)), *found]), phases
 
     def jacobian(self, x):
@@ -131,6 +140,10 @@ class Twin:
         """What is zero at a point of this kind."""
         if kind == "grazing":
             return self.lowest_gap(x)
+        if kind == "sticking begins":
+            self.residual(x)
+            threshold = mp.mpf(self.method.threshold)
+            return min((parting - threshold for parting in self.partings), key=abs)
         if kind == "fold":
             n = len(x) - 1
             return mp.det(self.jacobian(x)[:, :n])
@@ -141,7 +154,7 @@ class Twin:
         return abs(pair) - 1
 
     def located(self, kind, x):
-        """η of the point near a guess, by the secant method along the curve."""
+        """λ of the point near a guess, by the secant method along the curve."""
         fixed = 4 if kind == "fold" else len(x) - 1
         low = self.solved(x.copy(), fixed)
         high = low.copy()

@@ -10,9 +10,10 @@ from vibroscope.engine import (
     PARAMETERS,
     Branch,
     Cancelled,
+    Point,
     PointCurve,
+    PointCurves,
     branches_dataset,
-    continue_point,
     find_branches,
     finite_or_none,
     search_branches,
@@ -67,9 +68,11 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Follow the branches and print their points."""
-    problem, found, curves, notes, code = _problem(options), [], [], [], 0
+    problem, found, code = _problem(options), [], 0
+    curves, notes, lost = [], [], []
     progress = progress_line(lambda count: f"{count} branches", float("inf"))
     with watch_interrupt() as cancelled:
+        along = _along(options, problem, cancelled)
         try:
             search = search_branches(
                 *problem,
@@ -87,7 +90,8 @@ def run(options: argparse.Namespace) -> int:
                 found.append(branch)
                 if progress is not None:
                     progress(len(found))
-            curves = _curves(options, problem, found, cancelled)
+            for point in _points(options, found) if along else ():
+                _follow(along, point, curves, lost)
         except Cancelled:
             note(f"stopped after {len(found)} branches; the same command begins anew")
             code = 130
@@ -100,11 +104,14 @@ def run(options: argparse.Namespace) -> int:
         report["notes"] = notes
         if options.along:
             report["curves"] = [_plain_curve(each) for each in curves]
+            report["not_followed"] = [{"kind": p.kind, options.over: p.value, "reason": why} for p, why in lost]
         print(json.dumps(report, allow_nan=False))
     else:
         print("\n".join(line for branch in found for line in _lines(branch)) or "no branches")
         for curve in curves:
             print("\n".join(_curve_lines(curve)))
+        for point, why in lost:
+            print(f"{point.kind} at {options.over} {point.value:.8g} is not followed: {why}")
     return code
 
 
@@ -116,16 +123,31 @@ def _problem(options: argparse.Namespace) -> tuple:
     return problem_of(options)
 
 
-def _curves(options: argparse.Namespace, problem: tuple, found: list[Branch], cancelled) -> list[PointCurve]:
-    """The curves of the points of one kind along the second number."""
+def _along(options: argparse.Namespace, problem: tuple, cancelled) -> PointCurves | None:
+    """The plane of both numbers, if a second one is asked for."""
     if not options.along:
-        return []
+        return None
     if options.along_from is None or options.along_to is None:
         raise ValueError(f"--along {options.along} needs --along-from and --along-to, the ends of its range")
     reach = {"over": options.over, "low": options.low, "high": options.high}
     along = {"along": options.along, "along_low": options.along_from, "along_high": options.along_to}
-    points = {round(p.value, 9): p for branch in found for p in branch.points if p.kind == options.point}
-    return [continue_point(*problem, point, **reach, **along, cancelled=cancelled) for point in points.values()]
+    return PointCurves(*problem, **reach, **along, cancelled=cancelled)
+
+
+def _points(options: argparse.Namespace, found: list[Branch]) -> list[Point]:
+    """The points of the kind that is followed."""
+    return [point for branch in found for point in branch.points if point.kind == options.point]
+
+
+def _follow(along: PointCurves, point: Point, curves: list[PointCurve], lost: list[tuple[Point, str]]) -> None:
+    """Add the curve of a point, or why there is none; nothing if it lies on a curve that there is."""
+    try:
+        curve = along.follow(point)
+    except ValueError as error:
+        lost.append((point, str(error)))
+        return
+    if curve is not None:
+        curves.append(curve)
 
 
 def _plain_curve(curve: PointCurve) -> dict:

@@ -9,7 +9,7 @@ from .branch import Branch, Point
 from .dataset import branches_dataset
 from .family import PARAMETERS
 from .margins import POINT_KINDS
-from .point_curve import PointCurve, continue_point
+from .point_curve import PointCurve, PointCurves, continue_point
 from .search import continue_branch, find_branches, search_branches
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "Branch",
     "Point",
     "PointCurve",
+    "PointCurves",
     "branches_dataset",
     "continue_branch",
     "continue_point",

@@ -19,6 +19,8 @@ def values(branch, kind):
 
 # Where to look, to four digits: method, kind, η of the point, and from where to where to follow which motion.
 POINTS = [
+    (Reference(), "sticking begins", 1.09499, (1.09, 1.10, 1.12)),
+    (EXACT, "fold", 1.2502, (1.22, 1.30, 1.31)),
     (Reference(), "period doubling", 2.7889, (2.70, 2.76, 2.80)),
     (Reference(), "period doubling", 3.7903, (2.70, 2.76, 3.80)),
     (Reference(), "Neimark-Sacker", 3.8248, (2.70, 2.76, 3.90)),
@@ -41,10 +43,31 @@ def test_points_of_the_papers_system_equal_those_of_a_solution_of_25_digits(meth
     branch = continue_branch(PAPER, eta, method, low=low, high=high, max_period=1)
     point = min((p for p in branch.points if p.kind == kind), key=lambda p: abs(p.value - near))
     assert abs(point.value - near) < 2e-4
+    assert abs(of_twin(eta, method, "eta", point) - point.value) < CLOSE
+
+
+# The same over other numbers: method, number, kind, η, and the range.
+OTHERS = [
+    (EXACT, "K", "period doubling", 2.78, (6000.0, 30_000.0)),
+    (EXACT, "D", "period doubling", 2.78, (10.0, 30.0)),
+    (Reference(), "restitution", "period doubling", 2.79, (0.4, 0.6)),
+]
+
+
+@pytest.mark.parametrize(("method", "over", "kind", "eta", "reach"), every(OTHERS))
+def test_points_over_other_numbers_equal_those_of_a_solution_of_25_digits(method, over, kind, eta, reach):
+    low, high = reach
+    branch = continue_branch(PAPER, eta, method, over=over, low=low, high=high, max_period=1)
+    (point,) = (p for p in branch.points if p.kind == kind)
+    assert abs(of_twin(eta, method, over, point) - point.value) < CLOSE * (high - low)
+
+
+def of_twin(eta, method, over, point):
+    """Where the twin has a point."""
     with mp.workdps(DIGITS):
-        twin = Twin(PAPER, method, point.events, point.events[-1] in TOUCHING, point.period)
-        located = twin.located(kind, [mp.mpf(float(each)) for each in (*point.state, *point.instants, point.value)])
-        assert abs(located - mp.mpf(float(point.value))) < CLOSE
+        twin = Twin(PAPER, eta, method, point.events, point.events[-1] in TOUCHING, point.period, over)
+        guess = [mp.mpf(float(each)) for each in (*point.state, *point.instants, point.value)]
+        return float(twin.located(point.kind, guess))
 
 
 def budd_dux(omega, e, clearance, sign=1):

@@ -53,6 +53,10 @@ VIEWS = of_scenes() | {
     "refused": View("?eta=nan"),
     # A system that no other test sweeps, since other directions that were computed before are drawn in grey.
     "bifurcation": View(f"?tab=bifurcation&{STUDY}&d1=0.0034", r"\.value|_periods"),
+    "branches": View(
+        "?tab=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200",
+        r"\.value|_periods",
+    ),
     "plane": View(f"?tab=plane&{STUDY}", r"\.image|_diverged"),
     "basin": View("?tab=basin&eta=3.2&K=12000&D=18&steps=2000", r"\.(image|motion|period)"),
     "step": View(f"?tab=step&{STUDY}", r"_fixed\.(xi2|v2|size)|spread_located\.size"),
@@ -116,8 +120,15 @@ def at_rest(explorer, view):
         explorer.explained().judged()
     elif "tab=help" not in view.query:
         complete(explorer, 200)
+        searched(explorer, 200)
     explorer.settle()
     return explorer
+
+
+def searched(explorer, seconds):
+    """Wait until a search of branches, where there is one, is over."""
+    section = explorer.page.locator("section.branches-list[data-running=true]")
+    wait_until(lambda: section.count() == 0, seconds, "all branches")
 
 
 # The picture has the size of its frame; it is drawn again when that changes.

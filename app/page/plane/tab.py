@@ -11,10 +11,13 @@ from vibroscope.app.explorer.link import LOGARITHMIC
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_python, names_in, scheme_options, sweep_command, sweep_python
+from vibroscope.app.page.plane.curves import PlaneCurves
 from vibroscope.app.page.plane.figure import PlaneView
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
 from vibroscope.app.studies import cell_classes as classes
+from vibroscope.app.studies.branches import why_none
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
+from vibroscope.app.studies.plane_curves import CurvesQuestion
 from vibroscope.engine import TimeStepping
 from vibroscope.engine.sweeps import CellKind, kind_words
 
@@ -27,7 +30,7 @@ class PlaneTab(StudyTab):
     key = "plane"
     title = "K–D plane"
     grow = staticmethod(grow_plane)
-    chosen = {"quantity": "period", "limit": _SUDDEN}  # noqa: RUF012 - read only
+    chosen = {"quantity": "period", "limit": _SUDDEN, "curves": "off"}  # noqa: RUF012 - read only
     axes = {"K": LOGARITHMIC, "D": LOGARITHMIC}  # noqa: RUF012 - read only
     pictures = (
         Figure(
@@ -36,25 +39,31 @@ class PlaneTab(StudyTab):
             "The penalty model over K and D: the colours of the page's key.",
         ),
         Figure("plane_exact", "Plane without one", "The exact penalty model over K and D, which has no time step."),
+        Figure("plane_curves", "Curves of bifurcations", "Folds, doublings and grazing over K and D.", drawn=False),
     )
 
     def build(self) -> pn.viewable.Viewable:
-        """Two planes and the panel."""
+        """Two planes, the panel, and the list of the curves."""
         self.view = PlaneView(self._set, self.refresh)
-        return self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
+        self.curves = PlaneCurves(self.host, list(self.view.figures.values()), self._push)
+        self.curves.view.css_classes = ["cell", "wide", "branches"]
+        self._page = self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
+        self._page.append(self.curves.view)
+        return self._page
 
     @classmethod
     def spec(cls) -> dict:
         """What can be chosen."""
         return {
             "title": "K–D plane",
-            "keyed": [picture.name for picture in cls.pictures],
+            "keyed": [picture.name for picture in cls.pictures if picture.drawn],
             "switches": [
                 {
                     "name": "quantity",
                     "label": "Colour",
                     "choices": {name: quantity.label for name, quantity in classes.QUANTITIES.items()},
-                }
+                },
+                {"name": "curves", "label": "Curves", "choices": {"off": "not shown", "on": "of bifurcations"}},
             ],
             "limits": [{"name": "limit", "label": "Short contact below (steps)", "low": 2, "high": 200}],
             "hint": "A click sets K and D; so do their sliders, which the arrow keys move. Cells "
@@ -78,8 +87,45 @@ class PlaneTab(StudyTab):
             more["other"] = replace(penalty, stiffness=1.0, damping=1.0)
         return PlaneQuestion(setting.system, setting.eta, setting.steps, located, **more, **self.view.spans)
 
+    def curves_question(self, setting: Setting) -> tuple[CurvesQuestion | None, list[str]]:
+        """The curves to search for, and sentences about what they are, or why there are none."""
+        if self.panel.chosen["curves"] == "off":
+            return None, []
+        method = setting.penalty.limit
+        if why := why_none("K", method):
+            return None, [why]
+        asked = CurvesQuestion(setting.system, setting.eta, **self.view.spans)
+        return asked, ["The curves are those of the exact penalty: at the left they show what the time step moves."]
+
+    def _ask(self) -> None:
+        super()._ask()
+        self.curves.ask(self.curves_question(self._move.setting)[0])
+
+    def _cancel(self) -> None:
+        super()._cancel()
+        self.curves.cancel()
+
+    def _write(self) -> None:
+        if self._visible and (self._obstacle or self.panel.chosen["curves"] == "off"):
+            self.curves.clear()
+        super()._write()
+        if self._visible:
+            classes = [each for each in self._page.css_classes if each != "listed"]
+            self._page.css_classes = [*classes, *(["listed"] if self.curves.view.visible else [])]
+
+    def figures(self) -> list[Figure]:
+        """Those of the planes, and the table of the curves once there are any."""
+        return [each for each in super().figures() if each.drawn or (self.curves.result and self.curves.result.curves)]
+
+    def data(self) -> dict[str, object]:
+        """The planes and the curves."""
+        curves = self.curves.result
+        return super().data() | ({"curves": curves.data()} if curves is not None else {})
+
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:
         """Both planes and the key."""
+        if self.panel.chosen["curves"] != "off":
+            self.curves.draw(self.curves_question(setting)[1])
         quantity = self.panel.chosen["quantity"]
         if result is not None:
             missing = {"error": not result.question.errors, "near_period": not result.question.judged}
@@ -91,10 +137,12 @@ class PlaneTab(StudyTab):
 
     def describe(self, setting: Setting, result: PartialPlane) -> list[list[str]]:
         """The cell that is set, and both planes together."""
-        return statements(setting, result)
+        return [*statements(setting, result), *self.curves.words()]
 
     def table(self, name: str) -> list[Series]:
-        """A row for each cell that is known."""
+        """A row for each cell that is known, or for each vertex of the curves."""
+        if name == "plane_curves":
+            return [Series("Exact penalty", self.curves.result.table())]
         side, known = name.removeprefix("plane_"), self.result.known
         K, D = np.meshgrid(self.result.question.axis("K"), self.result.question.axis("D"))
         tables = {"K": K, "D": D, **self.result.columns(side), "contact_steps": self.result.contact_steps(side)}
@@ -115,7 +163,8 @@ class PlaneTab(StudyTab):
             for side, own in steps.items()
         }
         names = names_in(question.other) if other else ()
-        return sweep_python(calls, question.system, *names)
+        script = sweep_python(calls, question.system, *names)
+        return script if self.curves.result is None else script + self.curves.python()
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep plane`` over the rectangle in view, with and without a time step."""
@@ -126,7 +175,8 @@ class PlaneTab(StudyTab):
         located = " --located" if question.located and not other else ""
         newmark, exact = f" --steps {question.steps}{located}{other}", f" --solver exact{other}"
         given = f" --eta {print_number(question.eta)}{axes}"
-        return sweep_command("plane", question.system, *(given + own + how for own in (newmark, exact)))
+        sweep = sweep_command("plane", question.system, *(given + own + how for own in (newmark, exact)))
+        return sweep if self.curves.result is None else sweep + self.curves.command()
 
     def _set(self, K: float, D: float) -> None:
         self.host.set({"K": print_number(K), "D": print_number(D)})

@@ -1,0 +1,144 @@
+"""The curves of folds, period doublings and grazing in the K–D plane, while they are searched for. No panel import.
+
+They are those of the exact penalty solution. Branches are followed over K at some values of D, and each of their points
+in both numbers, each curve once.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from vibroscope.engine import Cancelled, ExactPenalty, PointCurve, PointCurves, System, search_branches
+
+KINDS = {"fold": "folds", "period doubling": "period doublings", "grazing": "grazing"}
+ROWS = 3  # values of D at which branches are followed
+SEARCH = {"max_period": 2, "most_orbits": 300}
+SECONDS = 120.0
+MOST_CURVES = 80
+
+
+class CurvesQuestion(NamedTuple):
+    """The rectangle of K and D, and what holds in all of it."""
+
+    system: System
+    eta: float
+    K: tuple[float, float]
+    D: tuple[float, float]
+
+    @property
+    def rows(self) -> list[float]:
+        """The values of D at which branches are followed."""
+        return np.geomspace(*self.D, 2 * ROWS + 1)[1::2].tolist()
+
+    def method(self, damping: float) -> ExactPenalty:
+        """The exact penalty at the low end of K."""
+        return ExactPenalty(self.K[0], damping)
+
+    @property
+    def search(self) -> dict[str, object]:
+        """The numbers of the search of branches, by their names in `engine.search_branches`."""
+        return {"over": "K", "low": self.K[0], "high": self.K[1]} | SEARCH
+
+    @property
+    def plane(self) -> dict[str, object]:
+        """The ranges of both numbers, by their names in `engine.PointCurves`."""
+        return {"over": "K", "low": self.K[0], "high": self.K[1], "along": "D", "along_low": self.D[0]} | {
+            "along_high": self.D[1]
+        }
+
+
+class PartialCurves:
+    """The curves that were found so far.
+
+    Attributes
+    ----------
+    question : CurvesQuestion
+    curves : tuple of PointCurve
+    share : float
+        1 when the search is over.
+    cut : str
+        What was left out, in a sentence; empty if nothing was.
+    """
+
+    def __init__(self, question: CurvesQuestion, curves: tuple[PointCurve, ...], share: float, cut: str = "") -> None:
+        self.question, self.curves, self.share, self.cut = question, curves, share, cut
+
+    def words(self) -> str:
+        """How many curves there are of each kind."""
+        numbers = {kind: sum(curve.kind == kind for curve in self.curves) for kind in KINDS}
+        parts = [f"{number} of {KINDS[kind]}" for kind, number in numbers.items() if number]
+        return f"{len(self.curves)} curve{'' if len(self.curves) == 1 else 's'}" + (
+            f": {', '.join(parts)}" * bool(parts)
+        )
+
+    def table(self) -> dict[str, np.ndarray]:
+        """Every vertex of every curve: the columns of a table."""
+        sizes = [len(curve.values) for curve in self.curves]
+        values = np.concatenate([curve.values for curve in self.curves] or [np.empty((0, 2))])
+        columns = {
+            "curve": np.arange(len(sizes)) + 1,
+            "kind": np.array([curve.kind for curve in self.curves]),
+            "period": np.array([curve.period for curve in self.curves]),
+        }
+        repeated = {name: np.repeat(column, sizes) for name, column in columns.items()}
+        return {**repeated, "K": values[:, 0], "D": values[:, 1]}
+
+    def data(self) -> dict[str, object]:
+        """What is known, for a file."""
+        return {"curves": self.table(), "cut": self.cut}
+
+
+def grow_curves(
+    question: CurvesQuestion, last: PartialCurves | None, cancelled: Callable[[], bool]
+) -> Iterator[PartialCurves]:
+    """The curves so far, after each; those of ``last`` if its search was over. Raises `Cancelled`."""
+    if last is not None and last.share == 1:
+        yield last
+        return
+    kept, found, lost, cut = (last.curves if last else ()), (), 0, ""
+    used, begin = 0.0, time.monotonic()  # other studies have their turn between two curves
+
+    def ends() -> bool:
+        return cancelled() or used + time.monotonic() - begin > SECONDS
+
+    try:
+        for curve, share in _curves(question, ends):
+            if curve is None:
+                lost += 1
+                continue
+            found = (*found, curve)
+            if len(found) == MOST_CURVES:
+                cut = f"The search ended at {MOST_CURVES} curves: a narrower range shows the others."
+                break
+            used += time.monotonic() - begin
+            yield PartialCurves(question, max(found, kept, key=len), share)
+            begin = time.monotonic()
+    except Cancelled:
+        if cancelled():
+            raise
+        cut = f"The search ended after {SECONDS:g} s and may have missed curves: a narrower range is quicker."
+    if lost and not cut:
+        cut = f"{lost} point{'' if lost == 1 else 's'} of branches could not be followed."
+    yield PartialCurves(question, found, 1.0, cut)
+
+
+def _curves(question: CurvesQuestion, ends: Callable[[], bool]) -> Iterator[tuple[PointCurve | None, float]]:
+    """Each curve, and how much of the search is over; None for a point that could not be followed."""
+    rows = question.rows
+    plane = PointCurves(question.system, question.eta, question.method(rows[0]), **question.plane, cancelled=ends)
+    for number, damping in enumerate(rows):
+        problem = question.system, question.eta, question.method(damping)
+        for branch in search_branches(*problem, **question.search, cancelled=ends):
+            for point in branch.points:
+                if point.kind not in KINDS:
+                    continue
+                try:
+                    curve = plane.follow(point, damping)
+                except ValueError:
+                    yield None, number / len(rows)
+                    continue
+                if curve is not None:
+                    yield curve, number / len(rows)

@@ -1,0 +1,127 @@
+"""Points of codimension two: where another bifurcation, or a change of the sequence of events, lies on a curve.
+
+Both conditions are solved together, so that such a point is the same from either curve. That of a point that grazes,
+too, is solved on the curve of grazings, whose touch is an event.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .margins import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, Margin, indicator
+from .plane import Place, Plane
+from .point_equations import Condition, Equations, gradient_of, regular, short_pairs
+from .roots import first_zero
+from .touches import touched_at, without
+
+CUSP = "cusp"
+NEAR = 1e-3  # scaled, of the place that a step shows
+ON_CIRCLE = 1e-4  # a multiplier that close to the unit circle lies on it
+
+Key = tuple[str, bool]  # kind of the other bifurcation, and whether it is one of the orbit without the touch
+At = Callable[[float], Place | None]  # the place a distance ahead
+
+
+class Meetings:
+    """What may lie on the curve of one kind of points with one sequence of events."""
+
+    def __init__(self, plane: Plane, equations: Equations) -> None:
+        self._plane, self._equations = plane, equations
+        self._kind, self._touch = equations.condition.kind, equations.condition.touch
+
+    def tests(self, place: Place) -> dict[Key, float]:
+        """Numbers that change their sign where another bifurcation lies on the curve."""
+        keys = [(kind, False) for kind in BIFURCATIONS if kind not in (self._kind, BRANCH_POINT)]
+        if self._touch is not None:  # a touching impact has no multipliers, and a marker has no determinant
+            bare = [(kind, True) for kind, _ in keys]
+            keys = [*bare, *(key for key in keys if self._plane.rigid and key[0] != NEIMARK_SACKER)]
+        if self._kind == FOLD:
+            keys.append((CUSP, False))
+        return {key: self._test(key, place) for key in keys}
+
+    def located(self, at: At, length: float, start: dict[Key, float], found: Place) -> list[tuple[str, Place]]:
+        """Other bifurcations between two places, in their order: kind and place."""
+        met = []
+        for key, after in self.tests(found).items():
+            if not start[key] * after < 0:
+                continue
+            s = first_zero(lambda s, key=key: _value_at(at, s, lambda there: self._test(key, there)), 0.0, length)
+            near = None if s is None else at(s)
+            if near is None:
+                continue
+            place = self._both(near, lambda there, key=key: self._test(key, there))
+            if place is None:  # the sign changes by rounding
+                continue
+            if key[0] != NEIMARK_SACKER or _on_unit_circle(self._bare(place) if key[1] else place):
+                met.append((s, key[0], place))
+        return [(kind, place) for _, kind, place in sorted(met, key=lambda each: each[0])]
+
+    def margins(self, place: Place) -> list[Margin]:
+        """What keeps the orbit one of this sequence."""
+        return self._plane.margins(place, self._touch)
+
+    def least(self, place: Place) -> float:
+        """The smallest margin; infinite where there is none."""
+        return min((margin.value for margin in self.margins(place)), default=np.inf)
+
+    def last_of_sequence(self, at: At, length: float) -> tuple[float, Place, Margin] | None:
+        """Where the first margin becomes zero: the distance, the place and the margin; None if it is not found."""
+        s = first_zero(lambda s: _value_at(at, s, lambda there: self.least(there)), 0.0, length)
+        place = None if s is None else at(s)
+        return place and (s, place, min(self.margins(place), key=lambda each: each.value))
+
+    def at_margin(self, near: Place, margin: Margin) -> Place | None:
+        """The point of the curve at which a margin is zero, from a place near it; None if there is none."""
+        if margin.kind == GRAZING and self._kind != GRAZING:
+            return self._grazing_too(near, margin)
+        return self._both(near, lambda there: self._margin(there, margin))
+
+    def _margin(self, place: Place, margin: Margin) -> float:
+        return next((each.value for each in self.margins(place) if each[:3] == margin[:3]), np.nan)
+
+    def _grazing_too(self, near: Place, margin: Margin) -> Place | None:
+        orbit, touch = touched_at(self._plane, near, margin)
+        grazing = Meetings(self._plane, Equations(self._plane, Condition(GRAZING, touch), orbit))
+        key = self._kind, margin.inside or not self._plane.rigid
+        return grazing._both(self._plane.at(orbit, near.shares), lambda there: grazing._test(key, there))
+
+    def _both(self, near: Place, other: Callable[[Place], float]) -> Place | None:
+        """Where another function is zero, too."""
+        equations = self._equations
+        try:
+            row = gradient_of(other, self._plane, near, equations.scales)
+        except ValueError:
+            return None
+        size = np.abs(row).max()
+        if not 0 < size < np.inf:
+            return None
+        found = equations.solved(near, row / size, lambda there: other(there) / size)
+        return found if found is not None and np.abs(found.shares - near.shares).max() < NEAR else None
+
+    def _bare(self, place: Place) -> Place:
+        """The orbit without its touch."""
+        return self._plane.at(without(place.orbit, self._touch), place.shares)
+
+    def _test(self, key: Key, place: Place) -> float:
+        kind, bare = key
+        if kind == CUSP:
+            return self._equations.condition.curvature(self._plane, place, self._equations.scales)
+        there = self._bare(place) if bare else place
+        if kind == NEIMARK_SACKER:
+            return indicator(kind, there)
+        orbit = there.orbit
+        matrix, _ = regular(kind, there, np.ones(len(orbit.unknowns)), short_pairs(orbit))
+        with np.errstate(all="ignore"):  # a contact of no length
+            return float(np.linalg.det(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)))
+
+
+def _value_at(at: At, s: float, value: Callable[[Place], float]) -> float:
+    there = at(s)
+    return np.nan if there is None else value(there)
+
+
+def _on_unit_circle(place: Place) -> bool:
+    """Whether a pair of multipliers does: a complex one, or two real ones at a resonance."""
+    values = place.evaluation.multipliers
+    on = values[np.abs(np.abs(values) - 1) < ON_CIRCLE]
+    return len(on) > 1

@@ -1,0 +1,107 @@
+"""The plane of two numbers in which bifurcation points are followed: its problems, and orbits in it."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..drivers.orbit import WHERE, Evaluation, OrbitEquations
+from ..methods import Reference
+from .family import Family
+from .margins import Margin, margins
+from .orbit import Orbit
+
+DECADES = 10.0  # a range whose ends differ by more is followed in the logarithm
+BESIDE = 1e-4  # excitation periods: a minimum of the gap closer to a touch is the touch
+MOST_TABLES = 8
+
+
+class Axis(NamedTuple):
+    """The range of a number, and its scale."""
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether it is followed in the logarithm."""
+        return self.low > 0 and self.high > DECADES * self.low
+
+    def value(self, share: float) -> float:
+        """The number at a share of the range."""
+        if share in (0.0, 1.0):  # not beyond it by rounding
+            return self.high if share else self.low
+        if self.logarithmic:
+            return self.low * math.exp(share * math.log(self.high / self.low))
+        return self.low + share * (self.high - self.low)
+
+    def share(self, value: float) -> float:
+        """Where a number lies in the range: 0 at its low end, 1 at the high one; nan if it cannot lie anywhere."""
+        if self.logarithmic:
+            return math.log(value / self.low) / math.log(self.high / self.low) if value > 0 else math.nan
+        return (value - self.low) / (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A solution, or a guess: the orbit, the shares of both numbers, and what the equations say there."""
+
+    orbit: Orbit
+    shares: np.ndarray
+    evaluation: Evaluation
+
+    def scaled(self, scales: np.ndarray) -> np.ndarray:
+        """X in units of ``scales``, (n + 2,)."""
+        return np.append(self.orbit.unknowns / scales, self.shares)
+
+
+class Plane:
+    """The problems over two numbers; the tables of the last few are kept."""
+
+    def __init__(self, over: Family, along: Family, axes: tuple[Axis, Axis]) -> None:
+        self.over, self.along, self.axes = over, along, axes
+        self._known: dict[tuple[float, float], OrbitEquations] = {}
+
+    @property
+    def rigid(self) -> bool:
+        """Whether impacts are instantaneous."""
+        return isinstance(self.over.method, Reference)
+
+    def values(self, shares: np.ndarray) -> tuple[float, float]:
+        """λ and μ at shares of their ranges."""
+        return self.axes[0].value(float(shares[0])), self.axes[1].value(float(shares[1]))
+
+    def problem(self, shares: np.ndarray) -> tuple:
+        """System, η and method."""
+        value, along = self.values(shares)
+        system, eta, method = self.along.at(along)
+        return Family(self.over.over, system, eta, method).at(value)
+
+    def equations(self, shares: np.ndarray) -> OrbitEquations:
+        """The equations at shares of the ranges; raises ValueError where a number is out of its range."""
+        key = float(shares[0]), float(shares[1])
+        found = self._known.get(key)
+        if found is None:
+            if len(self._known) > MOST_TABLES:
+                self._known.clear()
+            found = self._known[key] = OrbitEquations(*self.problem(shares))
+        return found
+
+    def at(self, orbit: Orbit, shares: np.ndarray) -> Place:
+        """The equations of an orbit at shares of the ranges."""
+        found = self.equations(shares)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+        return Place(orbit, np.asarray(shares, dtype=float), found)
+
+    def margins(self, place: Place, touch: int | None = None) -> list[Margin]:
+        """What keeps it an orbit, but for a touch that is a grazing itself."""
+        found = margins(place.orbit, place.evaluation, self.problem(place.shares)[2])
+        if touch is None:
+            return found
+        instant, where = place.orbit.instants[touch], place.evaluation.facts[:, WHERE]
+        return [
+            each
+            for each in found
+            if not (each.event == touch if not each.inside else abs(where[each.event] - instant) < BESIDE)
+        ]

@@ -1,0 +1,78 @@
+"""The events of orbits that graze, with the touch as one of them; and events that pass the ends of the cycle."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ..drivers.orbit import IMPACT, PART, WHERE, Evaluation, OrbitEquations
+from .margins import GRAZING, Margin, margins
+from .orbit import TOUCHING, Orbit, touching_at_start
+from .plane import Place, Plane
+
+SHORT = 1e-5  # excitation periods: a contact shorter than that is a touch
+
+
+def touched(plane: Plane, place: Place) -> Iterator[tuple[Orbit, int]]:
+    """A grazing orbit with its touch as an event, and which: for each touch there may be, the closest first."""
+    orbit = place.orbit
+    if not plane.rigid and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < SHORT:
+        yield marked(orbit, int(np.argmin(lengths)))
+    found = [each for each in margins(orbit, place.evaluation, plane.over.method) if each.kind == GRAZING]
+    for margin in sorted(found, key=lambda each: abs(each.value)):
+        yield touched_at(plane, place, margin)
+
+
+def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:
+    """The orbit with the touch at which a margin is zero as an event, and which."""
+    orbit, k = place.orbit, margin.event
+    if not margin.inside:
+        return (orbit, k) if plane.rigid else marked(orbit, k)
+    kind, where = (IMPACT if plane.rigid else PART), place.evaluation.facts[k, WHERE]
+    unknowns = np.insert(orbit.unknowns, 4 + k, where)
+    return replace(orbit, kinds=(*orbit.kinds[:k], kind, *orbit.kinds[k:]), unknowns=unknowns), k
+
+
+def marked(orbit: Orbit, k: int) -> tuple[Orbit, int]:
+    """The orbit with a marker in place of event k and of that next to it in time, and where."""
+    m, instants, period = len(orbit.kinds), orbit.instants, orbit.period
+    after, before = (k + 1) % m, (k - 1) % m
+    ahead, behind = (instants[after] - instants[k]) % period, (instants[k] - instants[before]) % period
+    first, length = (k, ahead) if ahead <= behind else (before, behind)
+    second = (first + 1) % m
+    middle = instants[first] + 0.5 * length
+    rest = [j for j in range(m) if j not in (first, second)]
+    place = sum(j < first for j in rest)
+    kinds = [orbit.kinds[j] for j in rest]
+    kinds.insert(place, orbit.kinds[second])
+    unknowns = np.concatenate([orbit.unknowns[:4], np.insert(instants[rest], place, middle)])
+    first_touching = touching_at_start(tuple(kinds), orbit.first)
+    return Orbit(period, tuple(kinds), first_touching, unknowns), place
+
+
+def without(orbit: Orbit, k: int) -> Orbit:
+    """The orbit without event k."""
+    kinds = (*orbit.kinds[:k], *orbit.kinds[k + 1 :])
+    first = orbit.kinds[k] in TOUCHING and not kinds
+    return Orbit(orbit.period, kinds, touching_at_start(kinds, first), np.delete(orbit.unknowns, 4 + k))
+
+
+def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations) -> tuple[Orbit, int]:
+    """The same orbit with all events in [0, p), and by how many places they are turned.
+
+    Events that have passed either end of the cycle are counted anew; the state at τ = 0 is that before or behind them.
+    """
+    m, instants, period = len(orbit.kinds), orbit.instants, orbit.period
+    early = int((instants < 0).sum())
+    late = 0 if early else int((instants >= period).sum())
+    if not early and not late:
+        return orbit, 0
+    turned = -early if early else late
+    kinds = tuple(np.roll(orbit.kinds, turned).tolist())
+    times = np.roll(instants, turned)
+    times[m - early :] += period
+    times[:late] -= period
+    source = (early - 1) if early else (m - 1 - late) % m
+    turn = evaluation.after[source, 4] - (0 if early else period * (1 if late < m else 2))
+    state = equations.state_later(orbit.kinds[source] in TOUCHING, evaluation.after[source, :4], turn, -turn)
+    return Orbit(period, kinds, touching_at_start(kinds, orbit.first), np.concatenate([state, times])), turned

@@ -1,0 +1,120 @@
+"""The curves of bifurcations over the cells of the K–D plane: searched for, drawn, listed and taken away."""
+
+import numpy as np
+import pytest
+from vibroscope.app.page.plane import curves as page
+from vibroscope.app.page.plane.curves import PlaneCurves
+from vibroscope.app.page.shared.figure import legend, make_figure
+from vibroscope.app.studies import plane_curves as study
+from vibroscope.app.studies.plane_curves import CurvesQuestion, PartialCurves, grow_curves
+from vibroscope.engine import Cancelled, PointCurve, System
+
+from .fakes import FakeHost, send
+
+QUESTION = CurvesQuestion(System(), 2.78, (6000.0, 30_000.0), (15.0, 22.0))
+
+
+def never():
+    return False
+
+
+def curve(kind, *values, meetings=()):
+    """A curve with these vertices."""
+    return PointCurve(kind, "K", "D", 1, np.array(values), meetings, ("K leaves the range", "D leaves the range"))
+
+
+CURVES = (
+    curve("fold", (3000.0, 17.0), (5000.0, 18.0), (9000.0, 20.0), meetings=(("cusp", 3500.0, 17.5),)),
+    curve("grazing", (4000.0, 17.0), (6000.0, 20.0)),
+)
+
+
+class Job:
+    """Stands for `StudyJob`."""
+
+    def __init__(self, question, grow, deliver):
+        self.question, self.deliver, self.cancelled, self.out_of_time = question, deliver, False, False
+        Job.last = self
+
+    def cancel(self):
+        self.cancelled = True
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    """The curves in two figures, with their host."""
+    monkeypatch.setattr(page, "StudyJob", Job)
+    monkeypatch.setattr(page.RESULTS, "get", lambda question: None)
+    plots = [make_figure("", "", "", x_range=(1, 2), y_range=(1, 2)) for _ in range(2)]
+    for plot in plots:
+        plot.add_layout(legend([]))
+    return PlaneCurves(host := FakeHost(), plots, lambda: None), plots, host
+
+
+def test_each_point_of_a_branch_lies_on_a_curve_that_is_followed_once(monkeypatch):
+    monkeypatch.setattr(study, "SEARCH", {"max_period": 1, "most_orbits": 200})
+    *_, last = grow_curves(QUESTION, None, never)
+    assert last.share == 1
+    assert last.words() == "1 curve: 1 of period doublings"  # though every row has a point on it
+    table = last.table()
+    assert set(table["kind"]) == {"period doubling"}
+    np.testing.assert_allclose(sorted(table["D"][[0, -1]]), QUESTION.D, rtol=1e-12)
+    assert list(grow_curves(QUESTION, last, lambda: pytest.fail("searched again"))) == [last]
+
+
+def test_a_search_that_is_cancelled_or_out_of_time_says_so(monkeypatch):
+    with pytest.raises(Cancelled):
+        list(grow_curves(QUESTION, None, lambda: True))
+    monkeypatch.setattr(study, "SECONDS", -1.0)
+    *_, last = grow_curves(QUESTION, None, never)
+    assert (last.curves, last.share) == ((), 1)
+    assert last.cut.startswith("The search ended after -1 s")
+
+
+def test_curves_are_drawn_over_both_planes_and_listed(shown):
+    made, plots, host = shown
+    made.ask(QUESTION)
+    Job.last.deliver(Job.last, PartialCurves(QUESTION, CURVES, 0.5))
+    made.draw(["A note."])
+    assert made.view.visible
+    assert made.view.status["running"]
+    assert made.view.status["text"] == "Exact penalty: 2 curves: 1 of folds, 1 of grazing; searching …"
+    np.testing.assert_array_equal(made.lines["fold"].data["K"][:3], [3000, 5000, 9000])
+    for plot in plots:
+        items = {item.label.value: item.visible for item in plot.legend[0].items}
+        assert items == {"folds": True, "period doublings": False, "grazing": True}
+    assert made.meetings.data["other"] == ["cusp"]
+    first = made.view.points["rows"][0]
+    assert [cell["text"] for cell in first["cells"]] == ["fold", "1", "3000 to 9000", "17 to 20", "cusp"]
+    send(made.view, {"open": first["cells"][0]["open"]})
+    assert host.visits[-1][:2] == ("explore", {"K": "5000", "D": "18"})
+    send(made.view, {"open": "99999"})
+    send(made.view, {"open": 3})
+
+
+def test_a_search_is_stopped_goes_on_and_ends_with_its_question(shown):
+    made, _, _ = shown
+    made.ask(QUESTION)
+    first = Job.last
+    send(made.view, {"stop": True})
+    assert first.cancelled
+    made.ask(QUESTION)
+    assert Job.last is first
+    send(made.view, {"stop": False})
+    assert Job.last is not first
+    Job.last.deliver(Job.last, ValueError("K = -1 is out of range"))
+    made.draw([])
+    assert "ended early" in made.view.status["notes"][0]
+    made.clear()
+    assert not made.view.visible
+    assert made.result is None
+
+
+def test_the_script_finds_the_same_curves_and_the_commands_are_those_of_the_rows(shown):
+    made, _, _ = shown
+    made.ask(QUESTION)
+    Job.last.deliver(Job.last, PartialCurves(QUESTION, CURVES, 1.0))
+    assert f"CurvesQuestion(system, 2.78, {QUESTION.K!r}, {QUESTION.D!r})" in made.python()
+    lines = made.command().splitlines()
+    assert len([line for line in lines if line.startswith("vibroscope branch")]) == 9
+    assert made.words() == [["Curves of bifurcations", "2 curves: 1 of folds, 1 of grazing."]]

@@ -1,0 +1,66 @@
+"""Curves of points in two parameters: where they meet, where they end, and that each is followed once."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import ExactPenalty, PointCurves, Reference, System, continue_branch, continue_point
+
+PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
+CLOSE = 1e-8
+WIDE = {"low": 0.5, "high": 4.0, "along": "K", "along_low": 500.0, "along_high": 90_000.0}
+
+
+def points(eta, method, low, high, kind):
+    """The points of a kind of the branch of period one."""
+    branch = continue_branch(PAPER, eta, method, low=low, high=high, max_period=1)
+    return [point for point in branch.points if point.kind == kind]
+
+
+def met(curve, kind):
+    """Where a curve meets points of a kind, (n, 2)."""
+    return np.array([place for other, *place in curve.meetings if other == kind])
+
+
+def test_doublings_and_grazings_meet_in_the_same_points_from_either_curve():
+    (first,) = points(1.7, EXACT, 1.66, 1.71, "period doubling")
+    (grazing,) = points(1.6, EXACT, 1.565, 1.61, "grazing")
+    last = points(1.9, EXACT, 1.79, 1.91, "period doubling")[0]
+    on_grazing = met(continue_point(PAPER, 1.6, EXACT, grazing, **WIDE), "period doubling")
+    for point in (first, last):
+        (meeting,) = met(continue_point(PAPER, 1.7, EXACT, point, **WIDE), "grazing")
+        assert (np.abs(on_grazing / meeting - 1).max(axis=1)).min() < CLOSE
+
+
+def test_two_folds_meet_in_a_cusp_and_lie_on_one_curve():
+    folds = [fold for fold in points(1.2, EXACT, 1.155, 1.205, "fold") if fold.value < 1.165]
+    assert len(folds) == 2
+    reach = WIDE | {"along_low": 3000.0, "along_high": 20_000.0}
+    curves = [continue_point(PAPER, 1.2, EXACT, fold, **reach) for fold in folds]
+    one, other = (met(curve, "cusp") for curve in curves)
+    assert np.abs(one / other - 1).max() < CLOSE
+    together = PointCurves(PAPER, 1.2, EXACT, **reach)
+    assert together.follow(folds[0]) is not None
+    assert together.follow(folds[1]) is None
+
+
+def test_a_curve_reaches_the_border_of_the_range():
+    (point,) = points(2.76, Reference(), 2.7, 2.8, "period doubling")
+    reach = {"low": 2.5, "high": 3.0, "along": "restitution", "along_low": 0.6, "along_high": 1.0}
+    with pytest.raises(ValueError, match="begin within the range"):
+        PointCurves(PAPER, 2.76, Reference(), **reach)
+    curve = continue_point(PAPER, 2.76, Reference(), point, **reach | {"along_low": 0.6 * PAPER.restitution})
+    for end, reason in zip((curve.values[0], curve.values[-1]), curve.ends, strict=True):
+        number = {"eta": 0, "restitution": 1}[reason.split()[0]]
+        assert reason.endswith("leaves the range")
+        limits = [(2.5, 3.0), (0.6 * PAPER.restitution, 1.0)][number]
+        assert min(abs(end[number] - limit) for limit in limits) < 1e-12
+
+
+def test_grazing_of_the_linear_response_over_two_numbers_is_that_of_closed_form():
+    system = System(wall=True, d1=0.05, clearance=1.0, restitution=0.8)
+    system = system.changed({"base": 0.0, "force1": 0.5})
+    branch = continue_branch(system, 1.0, Reference(), over="force1", low=0.01, high=1.0, max_period=1)
+    point = next(p for p in branch.points if p.kind == "grazing")
+    reach = {"over": "force1", "low": 0.001, "high": 1.0, "along": "eta", "along_low": 0.1, "along_high": 1.4}
+    curve = continue_point(system, 1.0, Reference(), point, **reach)
+    force, eta = curve.values.T
+    assert np.abs(force - np.hypot(1 - eta**2, 0.1 * eta)).max() < 1e-11
