@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import NEWMARK_LAWS, Newmark, System, TimeStepping
+from vibroscope.engine import Newmark, System, TimeStepping
 from vibroscope.engine.sweeps import (
     MISSING,
     SCHEMES,
@@ -26,8 +26,7 @@ from vibroscope.engine.sweeps import (
 
 STEPS = (500, 1000, 2000, 4000, 6000, 8000, 16_000, 32_000)  # the paper's Figure 14 has 2,000 to 8,000
 STEPS_AT_ONCE = 4  # from one partial result to the next; the last has half its cost in one run
-# Steps with which a motion is judged of which none is skipped, a located one or one with another law: with more it
-# takes long, and its scatter is small.
+# Steps with which a motion is judged of which none is skipped: with more it takes long, and its scatter is small.
 MOST_TAKEN = 4000
 TRANSIENT, SAMPLE = 2000, 50
 
@@ -135,7 +134,7 @@ def _judge(result: PartialStep, scheme: str, options: RunOptions) -> dict[int, t
     """Kind and period of the motions that a section of another period than one leaves open, by their place."""
     status, period = (result.of_scheme(name, scheme) for name in ("status", "period"))
     method = result.study.schemes[scheme]
-    skipped = scheme == "fixed" and method.law in NEWMARK_LAWS
+    skipped = scheme == "fixed"
     chosen = np.flatnonzero((status == 0) & (period != 1) & (skipped | (result.steps <= MOST_TAKEN)))
     if not len(chosen):
         return {}

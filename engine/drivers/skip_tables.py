@@ -24,7 +24,7 @@ SAME = 1e-12  # rows that differ by less, as a share of their size, are watched 
 
 def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
     """The tables of all modes, with the steps of size Δτ of a scheme."""
-    maps, touch = m.maps[0], m.system.touch
+    maps, touch = _maps_of_statuses(m), m.system.touch
     watched = [_watched_rows(maps, m, mode) for mode in range(MODES)]
     tables = _empty_tables(watched, p)
     for mode in range(MODES):
@@ -106,6 +106,15 @@ def _empty_tables(watched: list[list], p: Parameters) -> SkipTables:
     )
 
 
+def _maps_of_statuses(m: LinearScheme) -> np.ndarray:
+    """The matrices of a step with each status (:func:`.step_maps.step_maps`); those of other laws without contact."""
+    maps = m.maps[0]
+    if m.system.law <= CUT:
+        return maps
+    flight = maps[:, : STATE_ROWS + 1, :COLUMNS]
+    return flight[[0, 0, 1, 1, 1, 1] if len(flight) > 1 else [0, 0]]
+
+
 def _stages(maps: np.ndarray, status: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """The ends of each stage without and with contact, if all stages before have this status."""
     pairs = [(maps[0], maps[1])]
@@ -117,7 +126,7 @@ def _stages(maps: np.ndarray, status: int) -> list[tuple[np.ndarray, np.ndarray]
 def _watched_rows(maps: np.ndarray, m: LinearScheme, mode: int) -> list[np.ndarray]:
     """Rows, to be multiplied by x before the step, that are positive while the mode stays; none without such a mode."""
     status, cut = int(mode == PRESSED), m.system.law == CUT
-    if mode == PULLED and not cut:
+    if (mode == PULLED and not cut) or (mode == PRESSED and m.system.law > CUT):
         return []
     pairs, side = _stages(maps, status), 1.0 if mode == FREE else -1.0
     end = pairs[-1][status]

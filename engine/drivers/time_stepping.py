@@ -5,7 +5,7 @@ import numpy as np
 from ..kernels.accelerated import matrix_skip
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
-from ..kernels.equations.contact_law import gain_at, law_force
+from ..kernels.equations.contact_law import CONSTANT, CUT, KELVIN_VOIGT, gain_at, law_force
 from ..kernels.equations.coordinates import contact_coordinates
 from ..kernels.equations.motion import accelerations, coefficients
 from ..kernels.equations.rates import free_rate
@@ -13,7 +13,8 @@ from ..kernels.parameters import Parameters
 from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import linear_step as kernel
 from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_of
-from ..methods import NEWMARK_LAWS, WITHOUT_SOLUTION, TimeStepping
+from ..methods import WITHOUT_SOLUTION, TimeStepping
+from ..model import System
 from ..result import Checkpoint, Cost, Status
 from .newmark import has_strides
 from .parameters import parameters_of
@@ -24,11 +25,18 @@ from .stepping import SteppingDriver
 STEPS_PER_CALL = 1_000_000
 
 
+def parameters_of_steps(system: System, eta: float, method: TimeStepping) -> Parameters:
+    """The parameters of a run; Eq. (20) with n = 1 is Eq. (5), with which a step is linear."""
+    p = parameters_of(system, eta, method)
+    same = p.law == CONSTANT and p.exponent == 1.0
+    return p._replace(law=float(KELVIN_VOIGT), damping=0.5 * p.gain) if same else p
+
+
 def linear_scheme(p: Parameters, method: TimeStepping) -> kernel.LinearScheme:
     """The matrices of a method, and of its parts of steps if it may cut them."""
     bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
     levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
-    of_step = step_maps if method.law in NEWMARK_LAWS else law_maps
+    of_step = step_maps if p.law <= CUT else law_maps
     maps = np.array([of_step(bodies, method.integrator, system.h / 2**level) for level in levels])
     weights = [stage.weight for stage in method.integrator.stages]
     return kernel.LinearScheme(
@@ -45,14 +53,14 @@ class TimeSteppingDriver(SteppingDriver):
     """One run of :class:`engine.TimeStepping`."""
 
     def begin(self, start: Checkpoint) -> None:
-        method, p = self._method, parameters_of(*self.run)
+        method, p = self._method, parameters_of_steps(*self.run)
         self.solution = f"the solution by {method.integrator.name}"
         self._bodies, self._scheme = bodies_of(p), linear_scheme(p, method)
-        self._linear = method.law in NEWMARK_LAWS
+        self._linear = p.law <= CUT
         angle = self.angles_of_steps()[:-1]
         self._angles = np.array([np.cos(angle), np.sin(angle)])
         self._work = np.zeros((matrix_skip.WORK_ROWS, kernel.WORK))
-        skips = self._linear and not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
+        skips = not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
         self._tables = skip_tables(self._scheme, p) if skips else None
         own = len(start.state) == kernel.STATE.size
         self._state = np.array(start.state) if own else kernel.STATE.pack(self._start_state(p, start.state))

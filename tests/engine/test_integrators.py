@@ -139,6 +139,23 @@ def test_rho_is_the_spectral_radius_at_high_frequencies(kind, rho):
     assert radius(kind(rho), 1e6) == pytest.approx(rho, abs=1e-3)  # a triple root at ρ = 0
 
 
+UNCONDITIONAL = [
+    *(kind(alpha) for kind in (HHT, HHTInterpolated) for alpha in (-1 / 3, -0.2, -0.05, 0.0)),
+    *(kind(rho) for kind in (GeneralisedAlpha, Bathe) for rho in (0.0, 0.3, 0.7, 1.0)),
+    NewmarkBeta(0.25, 0.5),
+    NewmarkBeta(0.4, 0.6),
+    TRBDF2(),
+]
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.05, 0.9])
+@pytest.mark.parametrize("integrator", UNCONDITIONAL, ids=repr)
+def test_unconditional_stability(integrator, damping):
+    """Up to ωΔτ = 1e6, where ρ∞ = 1 has a double root 1 of generalised-α, with half the digits."""
+    rounding = 1e-5 if integrator == GeneralisedAlpha(1.0) else 1e-12
+    assert max(radius(integrator, size, damping) for size in np.logspace(-3, 6, 37)) <= 1 + rounding
+
+
 def test_both_stages_of_the_bathe_method_have_one_effective_stiffness():
     for rho in (0.0, 0.7, 1.0):
         first, second = Bathe(rho).stages

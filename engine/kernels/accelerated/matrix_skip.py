@@ -16,6 +16,11 @@ level no more than b = B s²/8 below its chord: where it exceeds b at both, the 
 (:mod:`.step_map`, with the same condition for the first interval). B is the supremum over all steps of the level, each
 of which is formed when the tables are made (:mod:`engine.drivers.skip_tables`).
 
+Of other laws the flight is such a mode, and contact is not: its force is solved for step by step. Their force at a
+positive gap is zero, or that of :data:`..equations.contact_law.COMPRESSION`, which no end without contact that is open
+allows to be closed with contact: λ = −Kg + c max(v, 0) would not be negative there, as it must be to close the gap. So
+the ends without contact are watched alone.
+
 Single steps are skipped by the sign of the rows. A skip ends before the first step of which a row is not positive, or
 so near to zero that rounding could change its sign; the plain loop's own step follows.
 
@@ -271,7 +276,7 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
     """
     s, code, n, us = unpack_state(state), OK, angles.shape[1], work[3:8]
     y, at, recorded = s.y, s.progress, buffers.contacts.shape[0] > 0
-    write_first_sample(m, y, at, window, buffers)
+    write_first_sample(m, n, y, at, window, buffers)
     while at.step < stop and code == OK:
         mode, coarse, fine = mode_of(t, m.at_end, at), 0, 0
         if mode >= 0 and t.counts[mode] > 0:

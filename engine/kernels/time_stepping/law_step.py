@@ -6,15 +6,26 @@ a, b ≥ 0, so that one scalar equation is left,
     λ = L(−g₀ − aλ, −r₀ − bλ),                                                            (27)
 
 L by Eqs. (16) to (21) of :mod:`..equations.contact_law`. L falls with λ, hence the root lies between zero and
-L(−g₀, −r₀). The secants of a bracket that always holds the root find it (Illinois: Dowell & Jarratt, BIT 11 (1971)
+L(−g₀, −r₀), and that of the larger, or the smaller, of two forces is the larger, or the smaller, of their roots: so
+are those of the laws that are piecewise linear,
+
+    Kδ + min(max(cv, −Kδ), Kδ) = max(0, min(Kδ + cv, 2Kδ)),        Kδ + c max(v, 0) = max(Kδ + cv, Kδ).
+
+For the others the secants of a bracket that always holds the root find it (Illinois: Dowell & Jarratt, BIT 11 (1971)
 168), across the kinks of a law as well, to the last digits.
 """
 
-from ..compile.options import jit_no_alloc
-from ..equations.contact_law import law_force
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..equations.contact_law import COMPRESSION, LIMITED, law_force
 
 SOLVES = 100  # secants, of which 6 to 10 are needed
 CLOSE = 4 * 2.0**-52
+
+
+@jit_inlined
+def linear_root(stiffness, gain, gap, rate, by_gap, by_rate):
+    """λ of Eq. (27) with the force Kδ + cv."""
+    return -(stiffness * gap + gain * rate) / (1.0 + stiffness * by_gap + gain * by_rate)
 
 
 @jit_no_alloc
@@ -32,6 +43,17 @@ def solve_force(m, gain, gap, rate, by_gap, by_rate):
     by_gap, by_rate : float
         a and b.
     """
+    if m.law == LIMITED or m.law == COMPRESSION:
+        both = linear_root(m.stiffness, gain, gap, rate, by_gap, by_rate)
+        if m.law == COMPRESSION:
+            return max(both, linear_root(m.stiffness, 0.0, gap, rate, by_gap, by_rate))
+        return max(0.0, min(both, linear_root(2.0 * m.stiffness, 0.0, gap, rate, by_gap, by_rate)))
+    return bracketed_root(m, gain, gap, rate, by_gap, by_rate)
+
+
+@jit_no_alloc
+def bracketed_root(m, gain, gap, rate, by_gap, by_rate):
+    """λ of Eq. (27) of a law that is not linear."""
     first = law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
     low, below, high = 0.0, -first, first
     above = first - law_force(

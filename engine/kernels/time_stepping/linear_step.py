@@ -293,10 +293,12 @@ def advance(m, angles, y, at, work, window, buffers):
 
 
 @jit_inlined
-def write_first_sample(m, y, at, window, buffers):
-    """Write the sample at the step with which sampling begins, if the run stands there."""
+def write_first_sample(m, n, y, at, window, buffers):
+    """Write the sample at the step with which sampling begins, if the run stands there; n: steps per period."""
     if at.step == window[1] and buffers.samples.shape[0] > 0:
         write_sample(m.system, buffers.samples[0], motion_of(m, y), at.pressed)
+        if m.system.law > CUT:
+            write_law_force(m, at.step, at.step % n, n, y, at.pressed, at.contact, window, buffers)
 
 
 @jit_no_alloc
@@ -324,9 +326,7 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
     """
     s, code = unpack_state(state), OK
     y, at, n = s.y, s.progress, angles.shape[1]
-    write_first_sample(m, y, at, window, buffers)
-    if m.system.law > CUT and at.step == window[1]:
-        write_law_force(m, at.step, at.step % n, n, y, at.pressed, at.contact, window, buffers)
+    write_first_sample(m, n, y, at, window, buffers)
     while at.step < stop and code == OK:
         at, code = advance(m, angles, y, at, work, window, buffers)
     write_progress(state, at)

@@ -1,0 +1,50 @@
+"""Steps with other laws than spring and damper, every integrator and status, beside a twin that brackets λ."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, System, TimeStepping, simulate
+
+from tests.naive_law_stepping import LawTwin
+from tests.share import every
+
+PERIODS = 4
+NUMBERS = {
+    "impact": {"exponent": 2.2, "penetration": 0.05},
+    "hunt-crossley": {"exponent": 1.0},
+    "constant-restitution": {"exponent": 2.0},
+}
+
+
+def cases():
+    """Integrator, status and law, each with its formula's damper where it has one."""
+    for turn, law in enumerate(CONTACT_LAWS[2:]):
+        for kind in INTEGRATORS.values():
+            for status in ("start", "end")[: 1 if kind.explicit else 2]:
+                yield kind, status, law, bool(turn % 2)
+
+
+@pytest.mark.parametrize(("kind", "status", "law", "wall"), every(cases()))
+def test_every_step_is_that_of_the_twin(kind, status, law, wall):
+    system = System(wall=wall, mu=None if wall else 0.7, kappa=2.0, d1=0.4, d2=0.5, clearance=0.1)
+    steps = 120 if kind.explicit else 50
+    damping = None if law in CONTACT_LAWS[4:9] else 2.0
+    method = TimeStepping(80.0, damping, steps, kind(), status, "keep", law, every_step=True, **NUMBERS.get(law, {}))
+    run = simulate(system, 1.3, method, periods=PERIODS, keep=PERIODS)
+    twin = LawTwin(system, 1.3, method)
+    expected = twin.run(PERIODS)
+    assert run.ok
+    assert twin.contacts == len(run.contacts) >= PERIODS - 1
+    np.testing.assert_allclose(run.section, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+    assert (run.steps_without_solution, run.steps_with_two) == (twin.none, twin.two)
+
+
+@pytest.mark.parametrize("law", ["compression", "constant-restitution"])
+def test_steps_without_a_solution_of_a_damper_that_jumps(law):
+    numbers = {"exponent": 1.0} if law == "constant-restitution" else {}
+    system = System(d1=0.4, d2=0.5, clearance=0.1)
+    method = TimeStepping(300.0, 30.0, 60, status="end", without_solution="keep", law=law, every_step=True, **numbers)
+    run = simulate(system, 1.1, method, periods=6, keep=6)
+    twin = LawTwin(system, 1.1, method)
+    np.testing.assert_allclose(run.section, twin.run(6), rtol=0, atol=1e-11)
+    assert run.steps_without_solution == twin.none > 0
+    assert run.steps_with_two == twin.two
