@@ -43,6 +43,7 @@ extensions = [
     "sphinxcontrib.programoutput",
     "matplotlib.sphinxext.plot_directive",
     "gallery",
+    "stores",
 ]
 myst_heading_anchors = 4
 nb_execution_mode = "force"
