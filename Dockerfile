@@ -36,7 +36,7 @@ RUN tools/container-entry .venv/bin/vibroscope warm \
  && .venv/bin/python -m compileall -q app assets engine
 
 
-# The documentation, with its figures, and a wheel beside it, which /docs offers. Its tools do not stay in the image.
+# The documentation, with its figures, and a wheel beside it, which /docs/wheel/ offers. Its tools do not stay in the image.
 FROM build AS docs
 COPY requirements/docs.txt requirements/
 RUN python3 -m venv /opt/docs \
@@ -47,7 +47,9 @@ COPY CHANGELOG.md CONTRIBUTING.md ./
 RUN tools/container-entry /opt/docs/bin/python -m sphinx --fail-on-warning --quiet --doctree-dir /tmp/docs/doctrees docs /tmp/docs/site \
  && mv /tmp/docs/site assets/ \
  && /opt/docs/bin/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir /tmp . \
- && mv /tmp/*.whl assets/site/
+ && name=$(basename /tmp/*.whl) \
+ && mv "/tmp/$name" assets/site/wheel/ \
+ && sed --in-place "s|^<p>No wheel.*|<p><a href=\"$name\">$name</a></p>|; /^<code>dist/d" assets/site/wheel/index.html
 
 
 FROM ${BASE}

@@ -1,8 +1,8 @@
 """The only module of the app that uses private or undocumented names of Panel, Bokeh or Tornado.
 
-Each part names what it uses, why, and the measurement that justifies it; ``benchmarks/hooks.py`` repeats the
-measurement. `tests/app/test_compat.py` has a contract test for each part, and pyproject.toml caps the libraries'
-versions. The hooks into the libraries' scripts are in ``page/shared/compat.js``.
+Each part names what it uses and why: what cannot be had without it, or the measurement that justifies it, which
+``benchmarks/hooks.py`` repeats. `tests/app/test_compat.py` has a contract test for each part, and pyproject.toml caps
+the libraries' versions. The hooks into the libraries' scripts are in ``page/shared/compat.js``.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ def update_silently(source: ColumnDataSource, columns: Mapping[str, np.ndarray])
     """Put columns into a source without sending them.
 
     Relies on ``source.data`` being a ``dict`` whose own ``update`` reports the change to the document. The page sends
-    the columns of all sources in one message instead (`app.page.explore.column_sender`).
+    the columns of all sources in one message instead (`app.page.explore.column_sender`);
+    ``benchmarks/hooks.py columns`` measures the page without it.
     """
     dict.update(source.data, columns)
 
@@ -72,7 +73,8 @@ def stop_compressing(handler: WebSocketHandler) -> None:
 def claim_document(doc: Document) -> None:
     """Make the calling thread the one that changes a document, which another thread has built.
 
-    Uses ``panel.state._thread_id_``. Otherwise Panel puts each change off to the next turn of the loop.
+    Uses ``panel.state._thread_id_``. Otherwise Panel puts each change off to the next turn of the loop
+    (``benchmarks/hooks.py claimed``).
     """
     state._thread_id_[doc] = threading.get_ident()
 
@@ -104,7 +106,8 @@ def leave_collections_out() -> None:
 def stream_of(handler: WebSocketHandler) -> IOStream:
     """Return the stream that a websocket writes to.
 
-    Uses ``HTTP1Connection.stream`` of the request, before the connection becomes a websocket.
+    Uses ``HTTP1Connection.stream`` of the request, before the connection becomes a websocket. The limits cannot
+    do without it: what a client sends and does not read is counted at the stream, which Tornado's handlers do not show.
     """
     return handler.request.connection.stream
 

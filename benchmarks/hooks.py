@@ -31,6 +31,7 @@ COMPONENT = "from vibroscope.app.compat import FastUpdates; del FastUpdates."
 SERVER_HOOKS = {
     "events": f"{COMPONENT}_process_bokeh_event",
     "updates": f"{COMPONENT}_update_model",
+    "claimed": "from vibroscope.app.server import building; building.claim_document = id",
     "design": "from vibroscope.app.page.shared import component; del component._CachedDesign.params",
     "sent": "from vibroscope.app.server.protocol import PatchMessage; del PatchMessage.create",
     "received": "from vibroscope.app.server.protocol import PatchMessage; del PatchMessage.apply_to_document",

@@ -1,7 +1,9 @@
 """How the documentation is built (`make docs`): Sphinx from Markdown, with its figures, commands and reference."""
 
 import os
+import platform
 import sys
+from datetime import UTC, datetime
 from importlib.metadata import version as version_of
 from pathlib import Path
 
@@ -10,10 +12,29 @@ sys.path.insert(0, str(Path(__file__).parent))
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 os.environ.setdefault("COLUMNS", "100")
 
+
+def processor() -> str:
+    """Name of the processor; its architecture where the system does not say more."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(named, platform.processor() or platform.machine())
+
+
+def made() -> str:
+    """When and on what this site is built."""
+    libraries = ", ".join(f"{name} {version_of(name.lower())}" for name in ("NumPy", "Numba", "Vibroscope"))
+    return f"{datetime.now(UTC):%d %B %Y}, {processor()}, Python {platform.python_version()}, {libraries}"
+
+
 project = "Vibroscope"
 version = release = version_of("vibroscope")
 root_doc = "index"
-exclude_patterns = ["examples", "figures"]
+myst_enable_extensions = ["substitution"]
+myst_substitutions = {"made": made()}
+exclude_patterns = ["examples", "extra", "figures"]
 extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
@@ -22,6 +43,7 @@ extensions = [
     "sphinxcontrib.programoutput",
     "matplotlib.sphinxext.plot_directive",
     "gallery",
+    "stores",
 ]
 myst_heading_anchors = 4
 nb_execution_mode = "force"
@@ -57,3 +79,4 @@ html_copy_source = False
 html_show_copyright = False
 html_static_path = ["site.css"]
 html_css_files = ["site.css"]
+html_extra_path = ["extra"]  # wheel/: the image puts a wheel there

@@ -7,7 +7,7 @@ closing speed v₀ at each touch and the reduced mass m:
     h = 3(1 − e)/(2v₀)                          Hunt & Crossley, J. Appl. Mech. 42 (1975) 440            (22)
     h = 3(1 − e²)/(4v₀)                         Lankarani & Nikravesh, J. Mech. Des. 112 (1990) 369      (23)
     h = 8(1 − e)/(5ev₀)                         Flores et al., Multibody Syst. Dyn. 25 (2011) 357        (24)
-    c = 2√(Km) · 9√5 (1 − e²)/(2e(e(9π − 16) + 16))    Jankowski, Earthq. Eng. Struct. Dyn. 35 (2006) 517   (25)
+    c = √(Km) · 9√5 (1 − e²)/(e(e(9π − 16) + 16))      Jankowski, Earthq. Eng. Struct. Dyn. 35 (2006) 517   (25)
     c = √(Km) · √(2(n + 1)) (−ln e)/√(π² + ln² e)      arXiv 2603.27764; exact, at any v₀                   (26)
 
 (22) to (25) are approximations: :func:`engine.effective_restitution` says what a contact really gives.
@@ -41,15 +41,16 @@ def formula_damper(law: str, e: float, stiffness: float, mass: float, exponent: 
     if e == 0.0 and law in DIVIDING:
         raise ValueError(f"restitution = 0 gives the law {law!r} no damper, since its formula divides by it: give D")
     if law == "hunt-crossley":
-        return 1.5 * (1.0 - e), True
+        return 1.5 * (1.0 - e), True  # Eq. (22)
     if law == "lankarani-nikravesh":
-        return 0.75 * (1.0 - e * e), True
+        return 0.75 * (1.0 - e * e), True  # Eq. (23)
     if law == "flores":
-        return 1.6 * (1.0 - e) / e, True
+        return 1.6 * (1.0 - e) / e, True  # Eq. (24)
     critical = math.sqrt(stiffness * mass)
     if law == "jankowski":
+        # Eq. (25)
         return 9.0 * math.sqrt(5.0) * (1.0 - e * e) / (e * (e * (9.0 * math.pi - 16.0) + 16.0)) * critical, False
-    logarithm = -math.log(e)
+    logarithm = -math.log(e)  # Eq. (26)
     return math.sqrt(2.0 * (exponent + 1.0)) * logarithm / math.hypot(math.pi, logarithm) * critical, False
 
 

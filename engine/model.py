@@ -258,13 +258,18 @@ class System:
 
     @classmethod
     def from_mass_ratio(cls, mass_ratio: float, *, kappa: float = 2.41, **others) -> "System":
-        """The system with μ = m₂/m₁ given instead of κ₃: κ₃² = (1 + μκ²)/(1 + μ)."""
+        """The system with μ = m₂/m₁ given instead of κ₃, Eq. (33)."""
         mu = require("mass_ratio", mass_ratio, *MASS_RATIO_RANGE, "give m₂/m₁")
         return cls(kappa=kappa, mu=mu, **others)
 
     @cached_property
     def mass_ratio(self) -> float:
-        """μ = m₂/m₁ = (κ₃² − 1)/(κ² − κ₃²): two springs joined on one mass (docs/theory/model.md); inf for a wall."""
+        """μ = m₂/m₁; inf for a wall.
+
+        Two springs that are joined on one mass give
+
+            κ₃² = (1 + μκ²)/(1 + μ),    μ = (κ₃² − 1)/(κ² − κ₃²),    μ/(1 + μ) = (κ₃² − 1)/(κ² − 1)      (33)
+        """
         if self.wall:
             return math.inf
         if self.mu is not None:
@@ -290,7 +295,12 @@ class System:
 
     @cached_property
     def derived_joint_damping(self) -> float:
-        """d₃ if the joint held the two dampers and nothing else: (d₁ + μd₂κ)/((1 + μ)κ₃); 0 for a wall."""
+        """d₃ if the joint held the two dampers and nothing else; 0 for a wall.
+
+        It is
+
+            d₃ = (d₁ + μd₂κ)/((1 + μ)κ₃)                                                    (34)
+        """
         if self.wall:
             return 0.0
         mu = self.mass_ratio

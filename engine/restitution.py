@@ -158,13 +158,13 @@ def _given(
     exponent, penetration = numbers
     ratio = gain / (2.0 * math.sqrt(stiffness * mass))
     if law == "kelvin-voigt":
-        return restitution_of(ratio)
+        return restitution_of(ratio)  # Eq. (28)
     if law == "cut":
-        return restitution_without_pull(ratio)
+        return restitution_without_pull(ratio)  # Eq. (29)
     if law == "compression":
-        return math.sqrt(restitution_without_pull(ratio))
+        return math.sqrt(restitution_without_pull(ratio))  # Eq. (30)
     if law == "constant-restitution":
-        return restitution_of(2.0 * ratio / math.sqrt(2.0 * (exponent + 1.0)))
+        return restitution_of(2.0 * ratio / math.sqrt(2.0 * (exponent + 1.0)))  # Eq. (31)
     if law in RATIO_LAWS:
         return _ratio_law(gain * closing)
     return restitution_by_steps(law, stiffness, gain, exponent, penetration or 0.0, mass, closing)

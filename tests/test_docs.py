@@ -4,6 +4,7 @@ import re
 import shlex
 import subprocess
 import sys
+from importlib.metadata import version as version_of
 from pathlib import Path
 
 import pytest
@@ -122,6 +123,26 @@ def test_every_command_that_is_shown_has_these_options(name):
 
 def test_commands_of_the_documents_are_found():
     assert {"README.md", "docs/choosing.md", "docs/guide.md", "docs/start.md", "docs/sweeps.md"} <= SHOWING.keys()
+
+
+def first_column(document):
+    """What begins the rows of its tables."""
+    return set(re.findall(r"^\| `?([^|`]+?)`? \|", DOCUMENTS[document].read_text(), re.MULTILINE))
+
+
+def test_the_guide_names_every_tab():
+    tabs = [text for path, text in CODE.items() if path.startswith("/app/page/") and path.endswith("/tab.py")]
+    titles = {title for text in tabs for title in re.findall(r'^    title = "(.+)"$', text, re.MULTILINE)}
+    assert {"Explore", "Help"} <= titles <= first_column("docs/guide.md")
+
+
+def test_the_table_of_benchmarks_names_every_script():
+    scripts = {path.name for path in (ROOT / "benchmarks").glob("[!_]*.py")}
+    assert scripts <= first_column("docs/validation.md")
+
+
+def test_no_document_holds_the_number_of_the_version():
+    assert not [name for name, path in DOCUMENTS.items() if version_of("vibroscope") in path.read_text()]
 
 
 def test_the_readme_is_short():

@@ -151,6 +151,22 @@ assert b"Vibroscope" in urlopen(site + "docs/").read()
 inside "${entry[0]}" python3 -c "$documented" http://127.0.0.1:5006/ || { cat "$work/server.log"; fail "the documentation"; }
 say "documentation under /docs, with the headers of the page"
 
+offered='
+import io
+import re
+import sys
+import zipfile
+from urllib.request import urlopen
+folder = sys.argv[1] + "docs/wheel/"
+name = re.search(r"href=\"(vibroscope-[^\"]*\.whl)\"", urlopen(folder, timeout=60).read().decode())[1]
+held = zipfile.ZipFile(io.BytesIO(urlopen(folder + name, timeout=60).read()))
+assert held.testzip() is None
+assert "vibroscope/assets/site/index.html" in held.namelist()
+print(name)
+'
+wheel=$(inside python3 -c "$offered" http://127.0.0.1:5006/) || { cat "$work/server.log"; fail "the wheel"; }
+say "$wheel under /docs/wheel/"
+
 scene=(vibroscope simulate --solver newmark --eta 2.76 --K 12000 --D 18 --steps 2000 --json)
 inside "${entry[0]}" "${scene[@]}" | inside python3 -c 'import json, sys; assert json.load(sys.stdin)["status"] == "ok"' \
     || fail "${scene[*]}"

@@ -16,10 +16,14 @@ For ζ ≥ 1 the gap creeps back and e(ζ) = 0.
 *Pulling.* Before that, from where g″ = 0 on, the contact force λ = μ/(1 + μ)·g″ is negative: the damper pulls. With
 ζ = sin φ, g″ = 0 reads tan ω_d t = −tan 2φ, so that ω_d t = π − 2φ, and there g′ = e°(ζ) v with
 
-    e°(ζ) = exp(−ζ (π − 2 arcsin ζ)/√(1 − ζ²)),        exp(−2ζ arcosh ζ/√(ζ² − 1)) for ζ > 1.
+    e°(ζ) = exp(−ζ (π − 2 arcsin ζ)/√(1 − ζ²)),        exp(−2ζ arcosh ζ/√(ζ² − 1)) for ζ > 1          (54)
 
 A contact that ended where its force vanishes would deliver e° > e(ζ) (Schwager and Pöschel, Granular Matter 9 (2007)
 465).
+
+*Equal restitution.* e(ζ) = e gives ζ(e) = −ln e/√(π² + ln² e) and
+
+    D = ζ(e) √(Kμ/(1 + μ))                                                                        (55)
 
 These relations are approximate for the model: the springs and the excitation act during the contact as well, and a time
 step resolves it only in part.

@@ -2,7 +2,7 @@
 
     Newmark(K, D, Δτ) − reference(d₃) =  [Newmark(K, D, Δτ) − exact penalty(K, D)]       time step
                                        + [exact penalty(K, D) − reference(derived d₃)]   regularisation by K and D
-                                       + [reference(derived d₃) − reference(d₃)]         joint damping, the model's form
+                                       + [reference(derived d₃) − reference(d₃)]         joint damping         (53)
 
 Each bracket changes one thing: the time step tends to zero; then K tends to infinity at the restitution e; then the
 joined pendulums have the measured damping instead of that of the two dampers. The sum telescopes, so that it holds at

@@ -6,7 +6,7 @@ regularisation, all with derived joint damping:
 
     exact penalty(K, D) − reference(e) =  [exact penalty(K, D) − reference(e(ζ))]   finite contact time
                                         + [reference(e(ζ)) − reference(e°(ζ))]      pulling at the end of contact
-                                        + [reference(e°(ζ)) − reference(e)]         restitution of the damper alone
+                                        + [reference(e°(ζ)) − reference(e)]         restitution of the damper alone (57)
 
 The last two together are the effect of a wrong restitution e(ζ) ≠ e. At equal restitution they cancel, since
 D = ζ(e)√(Kμ/(1 + μ)) takes the pulling into account. The first part is also the remainder: it includes everything that

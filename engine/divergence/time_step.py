@@ -1,7 +1,7 @@
 """The two parts of the time step: the contact status of whole steps, and the integrator.
 
     penalty(K, D, Δτ) − exact penalty(K, D) =  [steps with their status − the same steps located]   status
-                                             + the rest                                             integrator
+                                             + the rest                                             integrator     (56)
 
 A located step is cut where contact changes, so that it has the right status all along. The two runs of the first
 bracket are those of the method itself. What remains is the error that the integrator makes with the right status: of

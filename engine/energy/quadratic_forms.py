@@ -4,11 +4,10 @@ Between two events the state z = (ξ₁ − ξ₁*, ξ₁′, g − g*, g′, co
 obeys z′ = A z (:mod:`..kernels.linear.tables`). The powers depend on velocities and excitation alone, so that the
 equilibrium does not matter to them. Every power is a quadratic form zᵀVz, with the integral over a duration s
 
-    ∫₀ˢ zᵀVz dτ = z(0)ᵀ G(s) z(0),    G(s) = ∫₀ˢ E(τ)ᵀ V E(τ) dτ,    E(τ) = exp(Aτ).
+    ∫₀ˢ zᵀVz dτ = z(0)ᵀ G(s) z(0),    G(s) = ∫₀ˢ E(τ)ᵀ V E(τ) dτ,    G(2s) = G(s) + E(s)ᵀ G(s) E(s)     (50)
 
-G and E follow for short durations from their Taylor series, and for longer ones by doubling:
-
-    G(2s) = G(s) + E(s)ᵀ G(s) E(s),    E(2s) = E(s)².
+with E(τ) = exp(Aτ). G and E follow for short durations from their Taylor series, and for longer ones by doubling,
+where E(2s) = E(s)².
 """
 
 from typing import NamedTuple

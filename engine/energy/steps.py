@@ -6,7 +6,11 @@ In a step each force does the mean of its values at both ends times the change o
 
 with λ by the contact law at the ends. Average acceleration (Newmark's method, α = ½, β = ¼) has Δξ = Δτ·mean ξ′ and
 Δξ′ = Δτ·mean ξ″, so that its steps balance exactly as long as contact does not change. The residual of a step of
-another method is mean ξ′ Δξ′ − mean ξ″ Δξ, with ξ″ by the equations of motion at the ends: its numerical damping. Of a
+another method is its numerical damping,
+
+    energy created = mean ξ′ Δξ′ − mean ξ″ Δξ                                                     (51)
+
+with ξ″ by the equations of motion at the ends. Of a
 smooth motion that is sampled, all that remains is the change of a function of the state, of second order.
 """
 

@@ -4,7 +4,10 @@ Every number of the data carries a relative rounding error ε_m = 2⁻⁵². A s
 is not much larger than the change of the result when the data change by ε_m. This change is not measured at ε_m, where
 it would include the solver's own errors, but at a larger relative change r, and scaled down: the solver's errors then
 contribute at most the fraction ε_m/r. r is the largest change for which no event appears or disappears and the result
-changes in proportion to r.
+changes in proportion to r. The change per relative error is the *sensitivity*; with a rounding error for each radian of
+the fastest motion, and MARGIN = 64 for what each piece of a run rounds,
+
+    attainable error = 64 ε_m (sensitivity + accumulated rounding),        ε_m = 2⁻⁵².        (43)
 
 In a grazing impact there is no such r: the smallest change decides whether there is an impact. A gap in error by δg
 changes the speed of such an impact by at most √(2 g″ δg): only half of the digits are left.

@@ -2,7 +2,7 @@
 
 A measurement begins at an unknown phase τ₀ of the excitation. It is estimated as the one with the least sum of squares
 
-    Σ |x(tᵢ) − ξ(tᵢ + τ₀) [− cos η(tᵢ + τ₀)]|²,    0 ≤ τ₀ < pT,
+    min over 0 ≤ τ₀ < pT of  Σ |x(tᵢ) − ξ(tᵢ + τ₀) [− cos η(tᵢ + τ₀)]|²,                          (58)
 
 with the bracket for fixed sensors. The sum has several minima (about one for each impact), so that τ₀ is searched for
 on a grid first and then refined by the Gauss–Newton method. Each solution has its own τ₀. What remains is then

@@ -4,7 +4,7 @@ The paper (section 3) determines e and the damping from the measured motion by e
 the measurement begins, minimise the sum of squares of measured − reference over all samples of both displacements. With
 independent noise of one size σ_n, the estimates scatter about the truth with the covariance
 
-    C = σ_n² (JᵀJ)⁻¹,    σ_n² = Σ r² / (2n − k),
+    C = σ_n² (JᵀJ)⁻¹,    σ_n² = Σ r² / (2n − k),                                                 (59)
 
 where J is the Jacobian of the residuals r and k the number of parameters. The standard errors are the square roots of
 its diagonal. They hold if the model is right: if the residuals are larger than the measurement's own noise, or depend

@@ -5,7 +5,7 @@ and orbits that the run does not approach. So an orbit y* is accepted only if th
 be the Jacobian at y* and |·| a norm in which DP shrinks every vector at least by a factor ψ < 1. A state y whose image
 differs from the linear prediction by at most
 
-    |P(y) − y* − DP (y − y*)| ≤ ½ (1 − ψ) |y − y*|
+    |P(y) − y* − DP (y − y*)| ≤ ½ (1 − ψ) |y − y*|                                               (47)
 
 has an image that is closer to y* than y itself, by the factor ½ (1 + ψ) at least. The left-hand side is of second order
 in y − y* as long as the events occur in the same sequence, so that from there on the condition keeps holding. The

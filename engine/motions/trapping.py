@@ -4,7 +4,7 @@ Let P be the map over so many turns of a cycle that disturbances fall to a half,
 in which DP shrinks every vector at least by ψ < 1 (:mod:`.orbit`). The ball |F (y − y*)| ≤ r is trapping if each y in
 it satisfies
 
-    |F (P(y) − y* − DP (y − y*))| ≤ ½ (1 − ψ) |F (y − y*)|
+    |F (P(y) − y* − DP (y − y*))| ≤ ½ (1 − ψ) |F (y − y*)|                                       (48)
 
 with the cycle's own sequence of events: P(y) then lies in the ball of ½ (1 + ψ) r, and the motion comes to the cycle.
 The left-hand side grows with the square of the distance, and the sequence changes where the ball crosses a surface of

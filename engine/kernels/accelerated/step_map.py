@@ -10,9 +10,13 @@ gaps at the ends of the next ENTRIES steps are rows ρ Φʲ⁻¹ times one state
 
 **Levels.** The same at every s-th step reaches s times as far. Between two entries of such a level the gaps keep to a
 bound: where the second differences of a sequence, gⱼ₊₁ − 2gⱼ + gⱼ₋₁, are at most B, it lies at the share u of s steps
-no more than 4u(1 − u) b below its chord, b = B s²/8, as a parabola would. So where it exceeds b at both ends, it has no
-zero inside. The second differences are rows too, ρ (Φ − 1)² Φʲ⁻², of which the supremum over all steps of a level is
-taken, element by element. The entries of a level are made from those of the level below.
+no more below its chord than a parabola would,
+
+    B = sup|ρ (Φ − 1)² Φʲ⁻² z|,        b = B s²/8                                                 (45)
+    signed gap ≥ chord − 4u(1 − u) b                                                              (46)
+
+So where it exceeds b at both ends, it has no zero inside. The second differences are rows too, of which the supremum
+over all steps of a level is taken, element by element. The entries of a level are made from those of the level below.
 
 **Signed gap.** In contact the gap's negative is tabulated, so that for both contact states the signed gap is positive
 until contact changes. It is the tabulated one, relative to the equilibrium, less a *surface*: what is tabulated where

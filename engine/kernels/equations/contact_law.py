@@ -55,7 +55,7 @@ KELVIN_VOIGT, CUT, LIMITED, COMPRESSION, HUNT_CROSSLEY, _, FLORES, JANKOWSKI, CO
 @jit_uncontracted
 def force(stiffness, damping, gap, rate):
     """λ of a spring and a damper, Eq. (5)."""
-    return -stiffness * gap - 2.0 * damping * rate
+    return -stiffness * gap - 2.0 * damping * rate  # Eq. (5)
 
 
 @jit_inlined
@@ -96,22 +96,22 @@ def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
         linear = stiffness * depth + gain * speed
         return max(linear, 0.0) if law == CUT else linear
     if law == COMPRESSION:
-        return stiffness * depth + gain * max(speed, 0.0)
+        return stiffness * depth + gain * max(speed, 0.0)  # Eq. (17)
     if not depth > 0.0:
         return 0.0
     if law == LIMITED:
         spring = stiffness * depth
-        return spring + min(max(gain * speed, -spring), spring)
+        return spring + min(max(gain * speed, -spring), spring)  # Eq. (16)
     spring = stiffness * power(depth, exponent)
     if law <= FLORES:
-        return spring * (1.0 + gain * speed)
+        return spring * (1.0 + gain * speed)  # Eq. (18)
     if law == JANKOWSKI:
-        return spring + gain * math.sqrt(math.sqrt(depth)) * max(speed, 0.0)
+        return spring + gain * math.sqrt(math.sqrt(depth)) * max(speed, 0.0)  # Eq. (19)
     if law == CONSTANT:
         share = math.sqrt(math.sqrt(depth)) if exponent == 1.5 else depth ** (0.5 * (exponent - 1.0))
-        return spring + gain * share * speed
+        return spring + gain * share * speed  # Eq. (20)
     share = min(depth / penetration, 1.0)
-    return max(spring + gain * share * share * (3.0 - 2.0 * share) * speed, 0.0)
+    return max(spring + gain * share * share * (3.0 - 2.0 * share) * speed, 0.0)  # Eq. (21)
 
 
 @jit

@@ -3,7 +3,7 @@
 Impacts conserve momentum, so the common motion ξ̄ = ξ₁ + μ̂ g, μ̂ = μ/(1 + μ), is smooth, and the bodies bounce on
 each other in it. With the coefficients of :mod:`..equations.motion`, to first order in g,
 
-    g″ = −a_g + J_g t − γ g′,    γ = c₂ − μ̂ (c₂ − c₁),
+    g″ = −a_g + J_g t − γ g′,    γ = c₂ − μ̂ (c₂ − c₁),                                          (36)
 
 where a_g = −g″ and J_g = g‴ − γa_g belong to the free motion from g = g′ = 0.
 
@@ -13,11 +13,11 @@ where a_g = −g″ and J_g = g‴ − γa_g belong to the free motion from g = 
 
 ends after
 
-    t = 2r/a_g · [1 + r (2J_g/(3a_g²) − γ/(3a_g)) + …]
+    t = 2r/a_g · [1 + r (2J_g/(3a_g²) − γ/(3a_g)) + …]                                           (37)
 
 and the next one begins with e times the rate at which it ends. Summed over the whole sequence, the chatter lasts
 
-    t∞ = 2r / (a_g(1 − e)) · [1 + r (2J_g/(3a_g²) − γ/(3a_g)) / (1 − e)] + O(r³).
+    t∞ = 2r / (a_g(1 − e)) · [1 + r (2J_g/(3a_g²) − γ/(3a_g)) / (1 − e)] + O(r³).                (38)
 
 The common motion feels a gap of order r² over a time of order r. Its series is taken from g = g′ = 0 as free motion,
 in which g falls to −a_g t²/2 instead of bouncing back to zero. What ξ̄″ = … − μ̂(1 − μ̂)(c₂ − c₁) g′ makes of this is

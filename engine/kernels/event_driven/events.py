@@ -89,7 +89,7 @@ def impact(p, a):
 
     With ε = 0 permanent contact begins only at the end of a chatter, or at an impact with e = 0.
     """
-    parting = -p.restitution * a.rate
+    parting = -p.restitution * a.rate  # Eq. (9)
     common = a.v1 + p.mass_share * a.rate
     if parting <= p.threshold:
         force = p.force_position * a.x1 + p.force_velocity * common + other_force(p, a.tau / p.period)

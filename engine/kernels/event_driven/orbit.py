@@ -4,7 +4,7 @@ The unknowns are the state y₀ = (ξ₁, ξ₁′, g, g′) at τ = 0 and the i
 periods. From y₀ on each phase is a linear motion in closed form that lasts until the next instant, and each event is
 its reset. The equations say that the quantity watched in a phase is zero at its end, and that the state returns:
 
-    f_k(y_k⁻, θ_k) = 0  (k = 1 … m),        y(pT) − y₀ = 0.
+    f_k(y_k⁻, θ_k) = 0,   k = 1 … m,          y(pT) − y₀ = 0                              (52)
 
 All of them are analytic in the unknowns and in the parameters as long as the *sequence* of events is the same, also
 where an impact grazes or a flight touches, since nothing is solved for an instant: where the closing speed passes zero

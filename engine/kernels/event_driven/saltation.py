@@ -6,12 +6,12 @@ a tabulated transition, then the polynomials of ξ₁ and g, and of their rates,
 
 An event takes place where the watched quantity f = w·y falls to zero, so the change moves its time and the state there:
 
-    dτ = −w·δ / f′,        δ_e = δ + y′ dτ        the change *along the event*, y′ before it,
+    dτ = −w·δ / f′,        δ_e = δ + y′ dτ        the change *along the event*, y′ before it,    (39)
 
 and after it, with the y′ of the phase that follows, δ = δ_e − y′ dτ. Between the two lies the reset y⁺ = R(y⁻),
 δ_e⁺ = R δ_e⁻:
 
-    δ⁺ = [R + (y′⁺ − R y′⁻) (−wᵀ/f′)] δ⁻,
+    δ⁺ = [R + (y′⁺ − R y′⁻) (−wᵀ/f′)] δ⁻,                                                        (40)
 
 which is known as the saltation matrix. Only the resets have to be written down:
 
@@ -24,8 +24,8 @@ which is known as the saltation matrix. Only the resets have to be written down:
 - *End of a chatter*, which moves by dτ + dt∞. In the names of :mod:`.chatter`, with B_c = 2J_g/(3a_g²) − γ/(3a_g) =
   2g‴/(3a_g²) − γ/a_g, it lasts t∞ = 2r(1 + rB_c/(1 − e)) / ((1 − e)a_g), and
 
-      dt∞ = t∞ (dr/r − da_g/a_g) + 2r (B_c dr + r dB_c) / ((1 − e)²a_g),
-      dB_c = 2 dg‴/(3a_g²) − (4g‴/(3a_g) − γ) da_g/a_g²,
+      dt∞ = t∞ (dr/r − da_g/a_g) + 2r (B_c dr + r dB_c) / ((1 − e)²a_g),                         (41)
+      dB_c = 2 dg‴/(3a_g²) − (4g‴/(3a_g) − γ) da_g/a_g²,                                         (42)
 
   a_g = −g″ and g‴ being those of the common motion: with the rows w of the gap's derivatives da_g = −w₂·δ − g‴ dτ and
   dg‴ = w₃·δ + g⁗ dτ. The common motion is a solution of the free equations, and has a δ of its own.

@@ -1,7 +1,10 @@
 """The first zero of a watched quantity within one block of a phase, with a certificate that none is missed.
 
 **Across the block.** f at the POINTS instants jh of the block is POINTS rows times one state. Where f exceeds
-c = h²/8 · sup|f″| at both ends of an interval, it has no zero inside: f lies above its chord less c.
+
+    b = h²/8 · sup|f″|,        |f″| ≤ Σᵢ sup|(w A² E)ᵢ| |zᵢ|                                      (35)
+
+at both ends of an interval, it has no zero inside: f lies above its chord less b.
 
 Tables hold f − f*, f* the value at the phase's equilibrium (:mod:`.tables`), which is added to a polynomial as to all
 of its Bernstein coefficients, and taken from the bound.

@@ -4,7 +4,7 @@ Pressed together, the bodies have modes of very different speed: that of the con
 their own springs. The fast modes decay, and then the solver need not follow them at their pace: what is left of the
 state lies in the invariant subspace of the slow eigenvalues and obeys z′ = A P_s z, P_s the spectral projector on it,
 
-    P_s = 1/(2πi) ∮ (ν − A)⁻¹ dν
+    P_s = 1/(2πi) ∮ (ν − A)⁻¹ dν                                                                 (44)
 
 around a circle between the two groups. The trapezoidal rule on the circle converges as the q-th power of the ratio of a
 radius and an eigenvalue, q the number of its nodes, whether or not eigenvalues within a group coincide. With the

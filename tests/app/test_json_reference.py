@@ -1,0 +1,79 @@
+"""The keys of every JSON object that a command prints are those that docs/reference/files.md names."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from vibroscope.app.commands import stability
+from vibroscope.app.commands.cli import main
+from vibroscope.app.paper import CLAIMS, Finding, as_dict
+from vibroscope.app.performance import bench
+from vibroscope.engine.hardcases.cases import hard_cases
+from vibroscope.engine.hardcases.judgement import outcome
+
+REFERENCE = (Path(__file__).parents[2] / "docs/reference/files.md").read_text()
+MET = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "2000"]
+RANGE = ["--solver", "reference", "--from", "3.1", "--to", "3.2", "--most-orbits", "20", "--max-period", "1"]
+CALLS = {
+    "simulate": ["--solver", "newmark", *MET],
+    "motion": ["--solver", "newmark", *MET],
+    "compare": MET,
+    "recommend": ["--eta", "2.76", "--tolerance", "0.2"],
+    "validate": ["B5"],
+    "codes": ["calculix"],
+    "rules": ["ansys-mode", *MET],
+    "branch": RANGE,
+}
+ASKED = {"solver", "eta"}  # what a table may name although a call without it does not print it
+PARTS = {"rules": ("rules", "each outcome"), "branch": ("branches", "each branch")}
+
+
+def keys_of(title):
+    """What the table with this title names in its first column."""
+    table = re.search(rf"^\| {title} *\| \|\n\|.*\n((?:\|.*\n)+)", REFERENCE, re.MULTILINE)[1]
+    cells = [line.split("|")[1] for line in table.splitlines()]
+    return set(re.findall(r"`(\w+)`", " ".join(cells)))
+
+
+def title_of(command):
+    """How the table of a command begins; that of `motion` serves `compare`, too."""
+    return rf"`{command}`[^|]*?(?<!each outcome)(?<!each branch)"
+
+
+def printed(capsys, *words):
+    """The JSON of a call."""
+    main([*words, "--json"])
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("command", CALLS)
+def test_the_keys_of_the_json_are_those_that_are_documented(command, capsys):
+    found = printed(capsys, command, *CALLS[command])
+    found = found[0] if isinstance(found, list) else found
+    assert set(found) - ASKED <= keys_of(title_of(command))
+    assert keys_of(title_of(command)) - {"curves"} <= set(found) | ASKED
+    if command in PARTS:
+        name, words = PARTS[command]
+        assert set(found[name][0]) == keys_of(rf"`{command}`, {words}")
+
+
+def test_the_keys_of_studies(capsys, tmp_path):
+    sweep = ["sweep", "basin", "--eta", "3.2", "--solver", "reference", "--x", "xi2:-1:1:3", "--y", "v2:-1:1:3"]
+    paths = [str(tmp_path / name) for name in ("first.zarr", "second.zarr")]
+    for path in paths:
+        found = printed(capsys, *sweep, "--transient", "200", "--sample", "64", "--out", path)
+        assert set(found) == keys_of("`sweep`")
+    assert set(printed(capsys, "sweep", "basin-difference", *paths)) == keys_of("`sweep basin-difference`")
+    assert set(printed(capsys, "sweep", "check", paths[0])) == keys_of("`sweep check`")
+
+
+def test_the_keys_of_hard_cases_and_claims():
+    assert set(stability.as_dict(outcome(hard_cases()[0]))) == keys_of("`stability`")
+    finding = Finding(True, "found", None)
+    assert set(as_dict(next(iter(CLAIMS.values())), finding)) == keys_of("`paper`")
+
+
+def test_the_keys_of_the_benchmark(monkeypatch):
+    monkeypatch.setattr(bench, "measure_scene", lambda *asked: {})
+    assert set(bench.report(1, 1)) == keys_of("`bench`")

@@ -1,0 +1,171 @@
+"""Displayed formulas: where they stand in pages and docstrings, and what one is for the numbers of its symbols."""
+
+import ast
+import math
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+FUNCTIONS = {"max": max, "min": min, "exp": math.exp, "cos": math.cos, "ln": math.log, "arccos": math.acos}
+FUNCTIONS |= {"arcsin": math.asin, "arcosh": math.acosh, "√": math.sqrt}
+NUMBERS = {"π": math.pi, "½": 0.5, "¼": 0.25}
+POWERS = {"²": 2.0, "³": 3.0}
+
+
+def shown(text):
+    """The numbered formulas of a text by number: the lines of a block that end with the number, as one."""
+    found = {}
+    for block in re.findall(r"(?:^ {4,}.+\n?)+", text, re.MULTILINE):
+        lines = []
+        for line in block.splitlines():
+            number = re.search(r"\((\d+)\)[.,]?$", line.rstrip())
+            lines.append(line[: number.start()] if number else line)
+            if number:
+                found.setdefault(int(number[1]), []).append("    ".join(one.strip() for one in lines))
+                lines = []
+    return found
+
+
+def of_pages():
+    """The formulas of the theory by number; each number stands in one place."""
+    found = {}
+    for page in (ROOT / "docs/theory").glob("*.md"):
+        for number, formulas in shown(page.read_text()).items():
+            assert number not in found, f"({number}) stands twice"
+            (found[number],) = formulas
+    return found
+
+
+def of_docstrings():
+    """The formulas of the engine's docstrings by number."""
+    found = {}
+    for path in (ROOT / "engine").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                for number, formulas in shown(ast.get_docstring(node) or "").items():  # and lines of text that end so
+                    found.setdefault(number, []).extend(one for one in formulas if re.search("[=≤≥]", one))
+    return found
+
+
+def parts(formula):
+    """What a line says: equations and conditions that gaps separate, without the words for a law."""
+    pieces = [piece.strip(" .,") for piece in re.split(r" {3,}", formula)]
+    return [piece for piece in pieces if re.search("[=≤≥]", piece) and '"' not in piece] or pieces[:1]
+
+
+class Reader:
+    """Reads an expression as it is displayed: products side by side, powers and indices as they are set.
+
+    A function without brackets has what follows without a space as its argument, and √ the next factor. A character
+    that is no symbol, number or sign raises ValueError.
+    """
+
+    def __init__(self, text, symbols):
+        self.text, self.at, self.bars, self.symbols = text, 0, 0, NUMBERS | symbols
+        names = sorted((*self.symbols, *FUNCTIONS), key=len, reverse=True)
+        self.name = re.compile("|".join(map(re.escape, names)))
+
+    def next_is(self, characters):
+        """Whether the next character is one of these."""
+        return self.text[self.at : self.at + 1] in tuple(characters)
+
+    def take(self, pattern):
+        """What matches here, or None."""
+        found = re.compile(pattern).match(self.text, self.at)
+        self.at = found.end() if found else self.at
+        return found and found[0]
+
+    def need(self, pattern):
+        """What has to match here."""
+        found = self.take(pattern)
+        if found is None:
+            raise ValueError(f"{self.text[self.at :]!r} in {self.text!r} is no notation that is known")
+        return found
+
+    def sum(self):
+        """Terms with signs."""
+        self.take(" *")
+        total = -self.product() if self.take("−") else self.product()
+        while sign := self.take(" *[+−] *"):
+            total += self.product() if "+" in sign else -self.product()
+        self.take(" *")
+        return total
+
+    def product(self, tight=False):
+        """Factors side by side; a tight product ends at the first space."""
+        value = self.factor()
+        while not (tight and self.next_is(" /·")):
+            mark = self.at
+            sign = self.take(r" *(/|·) *") or self.take(" *")
+            if "/" in sign:
+                value /= self.factor()
+            elif "·" in sign or self.begins_a_factor():
+                value *= self.factor()
+            else:
+                self.at = mark
+                break
+        return value
+
+    def begins_a_factor(self):
+        """Whether a name, a number or a bracket follows."""
+        follows = self.name.match(self.text, self.at) or self.next_is("([0123456789")
+        return bool(follows) or (self.next_is("|") and not self.bars)
+
+    def factor(self):
+        """An atom with its powers."""
+        value = self.atom()
+        while True:
+            if raised := self.take("[²³ⁿ]"):
+                value **= POWERS[raised] if raised in POWERS else self.symbols["n"]
+            elif self.take(r"\^"):
+                value **= self.atom()
+            else:
+                return value
+
+    def atom(self):
+        """A number, a symbol, a bracket, a magnitude or a function."""
+        if self.next_is("(["):
+            return self.bracket()[0]
+        if self.take(r"\|"):
+            self.bars += 1
+            value = self.sum()
+            self.bars -= 1
+            self.need(r"\|")
+            return abs(value)
+        if number := self.take(r"\d+(\.\d+)?"):
+            return float(number)
+        name = self.need(self.name)
+        return self.function(name) if name in FUNCTIONS or callable(self.symbols[name]) else self.symbols[name]
+
+    def bracket(self):
+        """The values in a bracket."""
+        self.need(r"[(\[]")
+        values = [self.sum()]
+        while self.take(","):
+            values.append(self.sum())
+        self.need(r"[)\]]")
+        return values
+
+    def function(self, name):
+        """A function of its argument, perhaps with a power of its own."""
+        raised = self.take("[²³]")
+        if self.next_is("(["):
+            values = self.bracket()
+        else:
+            self.take(" ")
+            values = [self.factor() if name == "√" else self.product(tight=True)]
+        return (FUNCTIONS | self.symbols)[name](*values) ** POWERS.get(raised, 1)
+
+
+def value(text, symbols):
+    """The number of a displayed expression, for the numbers of its symbols; a function is a symbol, too."""
+    reader = Reader(text, symbols)
+    found = reader.sum()
+    reader.need("$")
+    return found
+
+
+def sides(formula, which=0):
+    """Left-hand and right-hand side of one of the equations of a line."""
+    left, _, right = parts(formula)[which].partition(" = ")
+    return left, right
