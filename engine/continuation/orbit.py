@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, IMPACT, PART, RELEASE, STICK, TOUCH, TOUCHING
+from ..drivers.orbit import CHATTER, IMPACT, JOINS, PART, RELEASE, STICK, TOUCH
 from ..methods import Reference
 from ..motions.poincare_map import PoincareMap
 from ..result import Cancelled, Checkpoint
@@ -59,7 +59,7 @@ class Orbit:
 
 def touching_at_start(kinds: tuple[int, ...], default: bool) -> bool:
     """Whether the bodies touch at τ = 0, by the last event of the cycle."""
-    return kinds[-1] in TOUCHING if kinds else default
+    return kinds[-1] in JOINS if kinds else default
 
 
 def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:

@@ -15,11 +15,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, IMPACT, PART, RELEASE, STICK, TOUCH, WHERE
+from ..drivers.orbit import CHATTER, IMPACT, JOINS, PART, RELEASE, STICK, TOUCH, WHERE
 from ..methods import Reference
 from .curve import Curve, CurvePoint
 from .margins import GRAZING, OPENS, STAYS_SHUT, Margin, least, margins
-from .orbit import TOUCHING, Orbit, orbit_of_run, touching_at_start
+from .orbit import Orbit, orbit_of_run, touching_at_start
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 LONG_STEPS = 10.0 ** np.arange(-7, -1.0, 0.5)  # the same after a jump
@@ -126,7 +126,7 @@ def _with(orbit: Orbit, k: int, events: dict[float, int]) -> Orbit:
 
 def _without(orbit: Orbit, events: set[int]) -> Orbit:
     kinds = tuple(kind for k, kind in enumerate(orbit.kinds) if k not in events)
-    alone = orbit.kinds[min(events)] not in TOUCHING if len(events) > 1 and not kinds else False
+    alone = orbit.kinds[min(events)] not in JOINS if len(events) > 1 and not kinds else False
     first = touching_at_start(kinds, alone)
     return replace(orbit, kinds=kinds, first=first, unknowns=np.delete(orbit.unknowns, [4 + k for k in events]))
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..drivers.orbit import IMPACT, PART, WHERE, Evaluation, OrbitEquations
+from ..drivers.orbit import IMPACT, JOINS, PART, WHERE, Evaluation, OrbitEquations
 from .margins import GRAZING, Margin, margins
-from .orbit import TOUCHING, Orbit, touching_at_start
+from .orbit import Orbit, touching_at_start
 from .plane import Place, Plane
 
 SHORT = 1e-5  # excitation periods: a contact shorter than that is a touch
@@ -53,7 +53,7 @@ def marked(orbit: Orbit, k: int) -> tuple[Orbit, int]:
 def without(orbit: Orbit, k: int) -> Orbit:
     """The orbit without event k."""
     kinds = (*orbit.kinds[:k], *orbit.kinds[k + 1 :])
-    first = orbit.kinds[k] in TOUCHING and not kinds
+    first = orbit.kinds[k] in JOINS and not kinds
     return Orbit(orbit.period, kinds, touching_at_start(kinds, first), np.delete(orbit.unknowns, 4 + k))
 
 
@@ -74,5 +74,5 @@ def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations
     times[:late] -= period
     source = (early - 1) if early else (m - 1 - late) % m
     turn = evaluation.after[source, 4] - (0 if early else period * (1 if late < m else 2))
-    state = equations.state_later(orbit.kinds[source] in TOUCHING, evaluation.after[source, :4], turn, -turn)
+    state = equations.state_later(orbit.kinds[source] in JOINS, evaluation.after[source, :4], turn, -turn)
     return Orbit(period, kinds, touching_at_start(kinds, orbit.first), np.concatenate([state, times])), turned

@@ -11,6 +11,7 @@ from ..kernels.event_driven.orbit import (
     FACTS,
     FORCE,
     IMPACT,
+    JOINS,
     LOWEST,
     PART,
     PARTING,
@@ -21,6 +22,7 @@ from ..kernels.event_driven.orbit import (
     orbit_equations,
     state_later,
 )
+from ..kernels.event_driven.saltation import make_variation
 from ..kernels.event_driven.setup import set_up_events
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import no_keys
@@ -34,20 +36,19 @@ __all__ = [
     "CLOSING",
     "FORCE",
     "IMPACT",
+    "JOINS",
     "LOWEST",
     "PART",
     "PARTING",
     "RELEASE",
     "STICK",
     "TOUCH",
-    "TOUCHING",
     "WHERE",
     "Evaluation",
     "OrbitEquations",
 ]
 
 
-TOUCHING = (STICK, CHATTER, TOUCH)  # events after which the bodies touch
 INFINITE = 1e10  # an element of the Jacobian above that is one of a grazing impact
 
 
@@ -142,8 +143,7 @@ class OrbitEquations:
         n = 4 + m
         sizes = (n,), (n, n), (m + 1, FACTS), (m + 1, 5), (period, 4)
         found = Evaluation(*map(np.zeros, sizes))
-        work = np.zeros((4, n)), np.zeros(n), np.zeros((4, 4))
-        if not self._has_contact and (first or any(kind in TOUCHING for kind in kinds)):
+        if not self._has_contact and (first or any(kind in JOINS for kind in kinds)):
             self._set_up(contact=True)
         orbit_equations(
             self._packed,
@@ -153,7 +153,8 @@ class OrbitEquations:
             float(period),
             unknowns,
             tuple(found),
-            work,
+            make_variation(n),
+            np.zeros(n),
         )
         return found
 

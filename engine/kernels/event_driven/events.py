@@ -84,6 +84,12 @@ def other_force(p, share):
 
 
 @jit_inlined
+def joint_force_at(p, x1, v1, share):
+    """Contact force of the joined bodies, Eq. (8); ``share`` of the period."""
+    return p.force_position * x1 + p.force_velocity * v1 + other_force(p, share)
+
+
+@jit_inlined
 def impact(p, a):
     """Newton's law, Eq. (9), at g = 0, g′ < 0; or the beginning of a permanent contact.
 
@@ -91,10 +97,8 @@ def impact(p, a):
     """
     parting = -p.restitution * a.rate  # Eq. (9)
     common = a.v1 + p.mass_share * a.rate
-    if parting <= p.threshold:
-        force = p.force_position * a.x1 + p.force_velocity * common + other_force(p, a.tau / p.period)
-        if force > 0.0:
-            return begin_contact(p, a, 0.0, 0.0)
+    if parting <= p.threshold and joint_force_at(p, a.x1, common, a.tau / p.period) > 0.0:
+        return begin_contact(p, a, 0.0, 0.0)
     return begin_flight(a, common - p.mass_share * parting, parting, 1.0)
 
 

@@ -17,6 +17,8 @@ powers of its length as derivatives vanish there: one after an impact, three aft
 that shrinks to nothing is followed up to that point.
 
 With M, B, C, D the parts of the Jacobian, [[M − 1, B], [C, D]], the Jacobian of the Poincaré map is M − B D⁻¹ C.
+
+Plain twin: the same orbits solved with many digits (tests/naive_orbit.py, tests/engine/test_branch_truth.py).
 """
 
 import numpy as np
@@ -36,16 +38,17 @@ from ..linear.tables import (
     state_after,
 )
 from .chatter import sum_up
-from .events import other_force
-from .saltation import slope_of
+from .events import joint_force_at
+from .saltation import add_row, carry, carry_over_sum, leave_event, multiply, scale_row, shift, slope_of
 from .state import absolute, unpack_system
 
 # what happens at an event
 IMPACT, STICK, CHATTER, RELEASE, TOUCH, PART = range(6)
+JOINS = (STICK, CHATTER, TOUCH)  # events after which the bodies touch
+ORDERS = (1, 0, 0, 3, 1, 1)  # derivatives of what is watched that vanish where the phase after an event begins
 CLOSING, PARTING, FORCE, LOWEST, WHERE = range(5)  # columns of the facts of an event
 FACTS = 5
 BACKWARDS = -3.0  # intervals that a phase can be extended before its beginning
-DIFFERENCE = 1e-5  # relative, of central differences of a chatter's sum
 MINIMUM_STEPS = 60  # of the search for a minimum
 FINEST = 16  # halvings of the first interval of a phase
 
@@ -56,15 +59,6 @@ def relative_state(p, phase, y, turn):
     c, s = cos_sin(turn - np.floor(turn))
     first, speed = (0.0, 0.0) if p.wall else (y[0] - phase.position, y[1])
     return first, speed, y[2] - phase.gap, y[3], c, s
-
-
-@jit_no_alloc
-def multiply_columns(matrix, d):
-    """Multiply the (4, n) matrix d by the upper left part of a matrix, in place."""
-    for k in range(d.shape[1]):
-        a, b, g, r = d[0, k], d[1, k], d[2, k], d[3, k]
-        for i in range(4):
-            d[i, k] = matrix[i, 0] * a + matrix[i, 1] * b + matrix[i, 2] * g + matrix[i, 3] * r
 
 
 @jit_no_alloc
@@ -114,8 +108,8 @@ def write_section(p, phase, z, begin, end, section):
 
 
 @jit_no_alloc
-def flow(phase, z, length, d, matrix):
-    """(ξ₁, ξ₁′, g, g′) of z after a length of time, and d with it.
+def flow(phase, z, length, d):
+    """(ξ₁, ξ₁′, g, g′) of z after a length of time, and δ with it.
 
     A length below zero extends the phase backwards, as far as the polynomials of its first interval reach.
     """
@@ -124,14 +118,9 @@ def flow(phase, z, length, d, matrix):
     while n > 0:
         step = min(n, POINTS)
         z = state_after(phase, z, step)
-        multiply_columns(phase.transitions[step - 1], d)
+        multiply(phase.transitions[step - 1], d)
         n -= step
-    for j in range(4):
-        matrix[0, j], rate = polynomial_at(phase.rows[j, POSITION:GAP], u)
-        matrix[1, j] = rate / phase.spacing
-        matrix[2, j], rate = polynomial_at(phase.rows[j, GAP:CURVATURE], u)
-        matrix[3, j] = rate / phase.spacing
-    multiply_columns(matrix, d)
+    carry(phase, d, 0, u)
     return state_at(phase, z, u)
 
 
@@ -208,61 +197,136 @@ def lowest_minimum(phase, z, length, from_zero, scratch):
 
 
 @jit_no_alloc
-def force_on(p, y, turn):
-    """Contact force of joined bodies."""
-    return p.force_position * y[0] + p.force_velocity * y[1] + other_force(p, turn - np.floor(turn))
+def write_event_equation(p, d, y, end, kind, k, residual, jacobian):
+    """Write the equation of event k at its instant ``end``, gap or contact force = 0, and its derivative."""
+    row = jacobian[4 + k]
+    if kind != RELEASE:
+        residual[4 + k] = y[2]
+        for j in range(row.shape[0]):
+            row[j] = d.state[2, j]
+        return
+    residual[4 + k] = joint_force_at(p, y[0], y[1], end - np.floor(end))
+    for j in range(row.shape[0]):
+        row[j] = p.force_position * d.state[0, j] + p.force_velocity * d.state[1, j]
+    angle = 2.0 * np.pi * end
+    row[4 + k] += 2.0 * np.pi * (p.force_sine * np.cos(angle) - p.force_cosine * np.sin(angle))
 
 
 @jit_no_alloc
-def summed_chatter(p, x1, v1, rate, turn):
-    """Duration of the chatter that begins with a parting rate, and ξ₁ and ξ₁′ at its end."""
-    z = relative_state(p, p.flight, (x1, v1, 0.0, rate), turn)
-    s, x, v = sum_up(p.flight, z, p.restitution, p.mass_share, p.scratch)
-    return s, x + p.flight.position, v
+def divide_by_length(residual, jacobian, k, order, length, begun):
+    """Divide the equation of event k by a power of the length of its phase; ``begun``: derivative of its beginning."""
+    row, power = jacobian[4 + k], 1.0
+    for _ in range(order):
+        power *= length
+    value = residual[4 + k] / power
+    for j in range(row.shape[0]):
+        row[j] = row[j] / power + order * value / length * begun[j]
+    row[4 + k] -= order * value / length
+    residual[4 + k] = value
 
 
 @jit_no_alloc
-def carry_over_sum(p, y, turn, d, t_row):
-    """The state after a summed chatter and its duration; d and t_row, of its end, with them, by central differences."""
-    x1, v1, _, rate = y
-    s, x, v = summed_chatter(p, x1, v1, rate, turn)
-    reach = max(abs(x1), abs(v1), abs(rate), 1e-300) * DIFFERENCE
-    small, bit = abs(rate) * DIFFERENCE, DIFFERENCE
-    above = summed_chatter(p, x1 + reach, v1, rate, turn), summed_chatter(p, x1, v1 + reach, rate, turn)
-    below = summed_chatter(p, x1 - reach, v1, rate, turn), summed_chatter(p, x1, v1 - reach, rate, turn)
-    faster, slower = summed_chatter(p, x1, v1, rate + small, turn), summed_chatter(p, x1, v1, rate - small, turn)
-    later, sooner = summed_chatter(p, x1, v1, rate, turn + bit), summed_chatter(p, x1, v1, rate, turn - bit)
-    for k in range(d.shape[1]):
-        a, b, c, t = (
-            d[0, k] / (2 * reach),
-            d[1, k] / (2 * reach),
-            d[3, k] / (2 * small),
-            t_row[k] / (2 * bit * p.period),
-        )
-        t_row[k] += (
-            (above[0][0] - below[0][0]) * a
-            + (above[1][0] - below[1][0]) * b
-            + (faster[0] - slower[0]) * c
-            + (later[0] - sooner[0]) * t
-        )
-        d[0, k] = (
-            (above[0][1] - below[0][1]) * a
-            + (above[1][1] - below[1][1]) * b
-            + (faster[1] - slower[1]) * c
-            + (later[1] - sooner[1]) * t
-        )
-        d[1, k] = (
-            (above[0][2] - below[0][2]) * a
-            + (above[1][2] - below[1][2]) * b
-            + (faster[2] - slower[2]) * c
-            + (later[2] - sooner[2]) * t
-        )
-        d[2, k] = d[3, k] = 0.0
-    return (x, v, 0.0, 0.0), s
+def write_facts(p, kind, y, end, row):
+    """Write closing speed, parting speed and force of the joined bodies at an event with the state y before it."""
+    row[CLOSING] = -y[3]
+    row[PARTING] = y[3] if kind == PART else -p.restitution * y[3]
+    row[FORCE] = joint_force_at(p, y[0], y[1] + p.mass_share * y[3], end - np.floor(end)) if p.rigid else 0.0
 
 
 @jit_no_alloc
-def orbit_equations(packed, wall, kinds, first, periods, unknowns, out, work):
+def reset(p, d, y, end, kind):
+    """The state right after an event and its time in excitation periods, and δ_e with it."""
+    left = p.restitution if kind in (IMPACT, CHATTER) else 0.0
+    if kind in (IMPACT, STICK, CHATTER):
+        gained = p.mass_share * (1.0 + left)
+        add_row(d, 1, gained, 3)
+        y = y[0], y[1] + gained * y[3], 0.0, -left * y[3]
+        scale_row(d, 3, -left)
+    elif kind == RELEASE:
+        y = y[0], y[1], 0.0, 0.0
+        scale_row(d, 3, 0.0)
+    else:
+        y = y[0], y[1], 0.0, y[3]
+    scale_row(d, 2, 0.0)
+    if kind != CHATTER:
+        return y, end
+    z = relative_state(p, p.flight, y, end)
+    length, x, v = sum_up(p.flight, z, p.restitution, p.mass_share, p.scratch)
+    later = end + length / p.period
+    c, s = cos_sin(later - np.floor(later))
+    carry_over_sum(p, d, z, length, c, s)
+    return (x + p.flight.position, v, 0.0, 0.0), later
+
+
+@jit_no_alloc
+def start_at(p, d, unknowns, touching):
+    """y₀ of the unknowns, with the derivatives of what it does not depend on set to zero."""
+    if p.wall:
+        d.state[0, 0] = d.state[1, 1] = 0.0
+    if touching and p.rigid:
+        d.state[2, 2] = d.state[3, 3] = 0.0
+    x1, v1 = (0.0, 0.0) if p.wall else (unknowns[0], unknowns[1])
+    return (x1, v1, 0.0, 0.0) if touching and p.rigid else (x1, v1, unknowns[2], unknowns[3])
+
+
+@jit_no_alloc
+def write_after(row, y, turn):
+    """Write a state and its time in excitation periods."""
+    row[0], row[1], row[2], row[3], row[4] = y[0], y[1], y[2], y[3], turn
+
+
+@jit_no_alloc
+def are_within(unknowns, periods):
+    """Whether the unknowns are numbers, and all instants near the cycle: Newton's method may have gone astray."""
+    for k in range(unknowns.shape[0]):
+        if not np.isfinite(unknowns[k]) or (k >= 4 and not -1.0 <= unknowns[k] <= periods + 1.0):
+            return False
+    return True
+
+
+@jit_no_alloc
+def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
+    """Fill what :func:`orbit_equations` fills; False if a phase is too short for its tables."""
+    residual, jacobian, facts, after, section = out
+    m, order, turn = kinds.shape[0], 0, 0.0
+    y = start_at(p, d, unknowns, touching)
+    for k in range(m + 1):
+        end = unknowns[4 + k] if k < m else periods
+        phase = p.contact if touching else p.flight
+        z, length = relative_state(p, phase, y, turn), (end - turn) * p.period
+        if length < BACKWARDS * phase.spacing:
+            return False
+        for j in range(begun.shape[0]):
+            begun[j] = d.time[j] / p.period
+        leave_event(phase, d, z)
+        facts[k, LOWEST], where = lowest_minimum(phase, z, length, order > 0, p.scratch)
+        facts[k, WHERE] = turn + where / p.period
+        write_section(p, phase, z, turn, end, section)
+        x1, v1, gap, rate = flow(phase, z, length, d)
+        y = absolute(phase, (x1, v1, gap, rate))
+        if k == m:
+            break
+        c, s = cos_sin(end - np.floor(end))
+        d.time[4 + k] = p.period
+        shift(d, slope_of(phase, (x1, v1, gap, rate, c, s)), 1.0)
+        write_event_equation(p, d, y, end, kinds[k], k, residual, jacobian)
+        if order > 0:
+            divide_by_length(residual, jacobian, k, order, end - turn, begun)
+        write_facts(p, kinds[k], y, end, facts[k])
+        y, turn = reset(p, d, y, end, kinds[k])
+        write_after(after[k], y, turn)
+        touching, order = kinds[k] in JOINS, ORDERS[kinds[k]]
+    write_after(after[m], y, periods)
+    for i in range(4):
+        residual[i] = y[i] - unknowns[i]
+        for j in range(unknowns.shape[0]):
+            jacobian[i, j] = d.state[i, j]
+        jacobian[i, i] -= 1.0
+    return True
+
+
+@jit_no_alloc
+def orbit_equations(packed, wall, kinds, first, periods, unknowns, out, d, begun):
     """Evaluate the equations of an orbit and their Jacobian.
 
     Parameters
@@ -279,126 +343,21 @@ def orbit_equations(packed, wall, kinds, first, periods, unknowns, out, work):
     unknowns : (4 + m,) float64
         y₀, then the instants in excitation periods.
     out : tuple
-        ``residual`` (4 + m,), ``jacobian`` (4 + m, 4 + m), ``facts`` (m + 1, FACTS), ``after`` (m + 1, 5): filled.
-        Facts of each event: closing speed, parting speed, force of the joined bodies right after it, and the lowest
-        minimum of what is watched in the phase that it ends, with its instant; the last row belongs to the end of the
-        cycle. ``after``: the state right after each event and its time in periods, last that at the end. ``section``
-        (p, 4): the states at whole periods.
-    work : tuple
-        (4, 4 + m), (4 + m,) and (4, 4) of work space.
+        ``residual`` (4 + m,), ``jacobian`` (4 + m, 4 + m), ``facts`` (m + 1, FACTS), ``after`` (m + 1, 5): filled, the
+        first three with nan if there is no such orbit. Facts of each event: closing speed, parting speed, force of the
+        joined bodies right after it, and the lowest minimum of what is watched in the phase that it ends, with its
+        instant; the last row belongs to the end of the cycle. ``after``: the state right after each event and its time
+        in periods, last that at the end. ``section`` (p, 4): the states at whole periods.
+    d : Variation
+        Of the 4 + m unknowns, at the start of a run; changed.
+    begun : (4 + m,) float64
+        Work space.
     """
-    p = unpack_system(packed, wall)
-    residual, jacobian, facts, after, section = out
-    d, t_row, matrix = work
-    m = kinds.shape[0]
-    n = 4 + m
-    period = p.period
-    for k in range(n):  # Newton's method may have gone astray
-        outside = k >= 4 and not -1.0 <= unknowns[k] <= periods + 1.0
-        if outside or not np.isfinite(unknowns[k]):
-            residual[:] = np.nan
-            jacobian[:] = np.nan
-            facts[:] = np.nan
-            return
-    for k in range(n):
-        t_row[k] = 0.0
-        for i in range(4):
-            d[i, k] = 1.0 if i == k else 0.0
-    y = unknowns[0], unknowns[1], unknowns[2], unknowns[3]
-    if p.wall:
-        d[0, 0] = d[1, 1] = 0.0
-        y = 0.0, 0.0, y[2], y[3]
-    touching, order = first, 0
-    if touching and p.rigid:
-        d[2, 2] = d[3, 3] = 0.0
-        y = y[0], y[1], 0.0, 0.0
-    turn = 0.0  # where the phase begins, in periods
-    for k in range(m + 1):
-        end = unknowns[4 + k] if k < m else periods
-        phase = p.contact if touching else p.flight
-        z = relative_state(p, phase, y, turn)
-        slope = slope_of(phase, z)
-        for j in range(n):
-            for i in range(4):
-                d[i, j] -= slope[i] * t_row[j]
-        length = (end - turn) * period
-        if length < BACKWARDS * phase.spacing:
-            residual[:] = np.nan
-            jacobian[:] = np.nan
-            facts[:] = np.nan
-            return
-        facts[k, LOWEST], where = lowest_minimum(phase, z, length, order > 0, p.scratch)
-        facts[k, WHERE] = turn + where / period
-        write_section(p, phase, z, turn, end, section)
-        x1, v1, gap, rate = flow(phase, z, length, d, matrix)
-        c, s = cos_sin(end - np.floor(end))
-        slope = slope_of(phase, (x1, v1, gap, rate, c, s))
-        y = absolute(phase, (x1, v1, gap, rate))
-        if k == m:
-            break
-        for i in range(4):
-            d[i, 4 + k] += slope[i] * period
-        # the equation of the event
-        row = jacobian[4 + k]
-        if kinds[k] == RELEASE:
-            value = force_on(p, y, end)
-            angle = 2.0 * np.pi * end
-            turning = 2.0 * np.pi * (-p.force_cosine * np.sin(angle) + p.force_sine * np.cos(angle))
-            for j in range(n):
-                row[j] = p.force_position * d[0, j] + p.force_velocity * d[1, j]
-            row[4 + k] += turning
-        else:
-            value = y[2]
-            for j in range(n):
-                row[j] = d[2, j]
-        if order > 0:
-            power = 1.0
-            for _ in range(order):
-                power *= end - turn
-            value /= power
-            for j in range(n):
-                row[j] = row[j] / power + order * value / (end - turn) * t_row[j] / period
-            row[4 + k] -= order * value / (end - turn)
-        residual[4 + k] = value
-        for j in range(n):
-            t_row[j] = 0.0
-        t_row[4 + k] = period
-        # its reset
-        kind, turn = kinds[k], end
-        facts[k, CLOSING] = -y[3]
-        facts[k, PARTING] = y[3] if kind == PART else -p.restitution * y[3]
-        common = y[0], y[1] + p.mass_share * y[3], 0.0, 0.0
-        facts[k, FORCE] = force_on(p, common, end) if p.rigid else 0.0
-        for j in range(n):
-            d[2, j] = 0.0
-        if kind in (IMPACT, CHATTER):
-            for j in range(n):
-                d[1, j] += p.mass_share * (1.0 + p.restitution) * d[3, j]
-                d[3, j] *= -p.restitution
-            y = y[0], y[1] + p.mass_share * (1.0 + p.restitution) * y[3], 0.0, -p.restitution * y[3]
-            touching, order = False, 1
-            if kind == CHATTER:
-                y, s = carry_over_sum(p, y, end, d, t_row)
-                turn = end + s / period
-                touching, order = True, 0
-        elif kind == STICK:
-            for j in range(n):
-                d[1, j] += p.mass_share * d[3, j]
-                d[3, j] = 0.0
-            y = common
-            touching, order = True, 0
-        elif kind == RELEASE:
-            for j in range(n):
-                d[3, j] = 0.0
-            y = y[0], y[1], 0.0, 0.0
-            touching, order = False, 3
-        else:
-            y = y[0], y[1], 0.0, y[3]
-            touching, order = kind == TOUCH, 1
-        after[k, 0], after[k, 1], after[k, 2], after[k, 3], after[k, 4] = y[0], y[1], y[2], y[3], turn
-    after[m, 0], after[m, 1], after[m, 2], after[m, 3], after[m, 4] = y[0], y[1], y[2], y[3], periods
-    for i in range(4):
-        residual[i] = y[i] - unknowns[i]
-        for j in range(n):
-            jacobian[i, j] = d[i, j]
-        jacobian[i, i] -= 1.0
+    found = are_within(unknowns, periods)
+    if found:
+        found = find_orbit(unpack_system(packed, wall), kinds, first, periods, unknowns, out, d, begun)
+    if not found:
+        residual, jacobian, facts, _, _ = out
+        residual[:] = np.nan
+        jacobian[:] = np.nan
+        facts[:] = np.nan

@@ -50,20 +50,22 @@ COURSES = 2**61 - 1  # a prime
 
 
 class Variation(NamedTuple):
-    """What each unit change of the start changes; columns belong to the start, rows to what is changed."""
+    """What a unit change of each of n numbers changes, the first four being the start; rows: what is changed."""
 
-    state: np.ndarray  # (4, 4) δ within a phase, δ_e at an event
-    time: np.ndarray  # (4,) dτ of the event; zero within a phase
+    state: np.ndarray  # (4, n) δ within a phase, δ_e at an event
+    time: np.ndarray  # (n,) dτ of the event; zero within a phase
     end: np.ndarray  # (4,) the motion (ξ₁, ξ₁′, g, g′) at the end of the run
     course: np.ndarray  # (1,) int64: differs between different sequences of phases
     matrix: np.ndarray  # (4, 4) work space
-    rows: np.ndarray  # (2, 4) work space
+    rows: np.ndarray  # (2, n) work space
 
 
-def make_variation() -> Variation:
-    """The variation at the start of a run: δ = 1."""
+def make_variation(numbers: int = 4) -> Variation:
+    """The variation at the start of a run: δ = 1 for the start, and 0 for what comes later."""
     course = np.ones(1, dtype=np.int64)
-    return Variation(np.eye(4), np.zeros(4), np.zeros(4), course, np.zeros((4, 4)), np.zeros((2, 4)))
+    return Variation(
+        np.eye(4, numbers), np.zeros(numbers), np.zeros(4), course, np.zeros((4, 4)), np.zeros((2, numbers))
+    )
 
 
 # -- within a phase ----------------------------------------------------------------------------------------------------
@@ -98,7 +100,7 @@ def carry_to_end(p, phase, d, z, s):
 @jit_no_alloc
 def multiply(matrix, d):
     """Multiply δ, or δ_e, by the upper left part of a matrix."""
-    for k in range(4):
+    for k in range(d.state.shape[1]):
         old = d.state[0, k], d.state[1, k], d.state[2, k], d.state[3, k]
         for i in range(4):
             d.state[i, k] = (
@@ -109,14 +111,14 @@ def multiply(matrix, d):
 @jit_no_alloc
 def add_row(d, i, factor, j):
     """Add so many times row j of δ, or δ_e, to row i."""
-    for k in range(4):
+    for k in range(d.state.shape[1]):
         d.state[i, k] += factor * d.state[j, k]
 
 
 @jit_no_alloc
 def scale_row(d, i, factor):
     """Scale row i of δ, or δ_e."""
-    for k in range(4):
+    for k in range(d.state.shape[1]):
         d.state[i, k] = factor * d.state[i, k] if factor != 0.0 else 0.0
 
 
@@ -137,7 +139,7 @@ def slope_of(phase, z):
 @jit_no_alloc
 def shift(d, slope, sign):
     """From fixed time to the event (sign = 1), or back (−1)."""
-    for k in range(4):
+    for k in range(d.state.shape[1]):
         for i in range(4):
             d.state[i, k] += sign * slope[i] * d.time[k]
 
@@ -145,7 +147,7 @@ def shift(d, slope, sign):
 @jit_no_alloc
 def meet_event(phase, d, z, slope):
     """From δ to δ_e at the event z that ends a phase, f′ = ``slope``."""
-    for k in range(4):
+    for k in range(d.state.shape[1]):
         value = 0.0
         for i in range(4):
             value += phase.rows[i, POWERS] * d.state[i, k]
@@ -159,8 +161,8 @@ def leave_event(phase, d, z):
     if d is None:
         return
     shift(d, slope_of(phase, z), -1.0)
-    for i in range(4):
-        d.time[i] = 0.0
+    for k in range(d.time.shape[0]):
+        d.time[k] = 0.0
 
 
 @jit_no_alloc
@@ -234,7 +236,7 @@ def chatter_lengthening(p, d, z, r, parting, out):
         snap += phase.rows[i, GAP + 4] * z[i] * 24.0 / (h * h * h * h)
     y, b = slope_of(phase, z), 2.0 * j / (3.0 * a * a) - gamma / a
     first = 2.0 * r * k / a
-    for i in range(4):
+    for i in range(d.time.shape[0]):
         da, dj = -j * d.time[i], snap * d.time[i]
         for n in range(4):
             delta = d.state[n, i] - y[n] * d.time[i]
@@ -255,26 +257,30 @@ def carry_over_chatter(p, d, before, after, stop):
         leave_event(p.contact, d, z)
         carry_to_end(p, p.contact, d, z, (stop - before.period) * p.period - before.tau)
         return True
-    z = linear_state(p, p.flight, before)
-    length, r = time_of(p, after) - time_of(p, before), z[3]
-    parting, end = d.rows[0], d.rows[1]
-    for i in range(4):
-        parting[i] = d.state[3, i]
+    _, _, _, _, c, s = linear_state(p, p.flight, after)
+    carry_over_sum(p, d, linear_state(p, p.flight, before), time_of(p, after) - time_of(p, before), c, s)
+    return False
+
+
+@jit_no_alloc
+def carry_over_sum(p, d, z, length, c, s):
+    """δ_e over the summed end of a chatter that begins at z and lasts a time; c, s: cos ητ and sin ητ at its end."""
+    parting, end, r = d.rows[0], d.rows[1], z[3]
+    for k in range(d.time.shape[0]):
+        parting[k] = d.state[3, k]
     z = join(p, d, z)
     chatter_lengthening(p, d, z, r, parting, end)
-    for i in range(4):
-        end[i] += d.time[i]
+    for k in range(d.time.shape[0]):
+        end[k] += d.time[k]
     leave_event(p.flight, d, z)
     u = length / p.flight.spacing
     carry(p.flight, d, 0, u)
     x, v = position_at(p.flight, z, u, p.scratch)
     g, rate = gap_at(p.flight, z, u, p.scratch)
-    _, _, _, _, c, s = linear_state(p, p.flight, after)
-    for i in range(4):
-        d.time[i] = end[i]
+    for k in range(d.time.shape[0]):
+        d.time[k] = end[k]
     shift(d, slope_of(p.flight, (x, v, g, rate, c, s)), 1.0)
     difference, _ = damper_terms(p.flight, p.mass_share)
     add_row(d, 0, p.mass_share, 2)
     add_row(d, 1, p.mass_share * (1.0 - p.mass_share) * difference, 2)
     join(p, d, z)
-    return False
