@@ -88,8 +88,10 @@ def test_a_branch_reaches_the_ends_of_what_a_number_may_be(over, reach, method):
 def test_runs_from_near_a_stable_orbit_settle_to_it(method):
     compared = 0
     for branch in find_branches(PAPER, 2.76, method, low=2.6, high=2.9, max_period=2):
-        stable = np.flatnonzero(branch.stable & (np.abs(branch.multipliers[:, 0]) < 0.97))[::4]
-        starts = branch.sections[stable, 0] * (1 + 1e-10)  # next to a grazing the basin is narrow
+        # the basin is as narrow as the distance to where the sequence of events changes
+        clear = np.abs(branch.values[:, None] - [point.value for point in branch.points]).min(axis=1, initial=1) > 1e-6
+        stable = np.flatnonzero(clear & branch.stable & (np.abs(branch.multipliers[:, 0]) < 0.97))[::4]
+        starts = branch.sections[stable, 0] * (1 + 1e-10)
         starts[:, 2] = np.maximum(starts[:, 2], starts[:, 0])
         if len(stable):
             runs = run_cells(Cells(PAPER, branch.values[stable], method, initial=starts), transient=1600, sample=8)
