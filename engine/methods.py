@@ -322,6 +322,11 @@ def status_of(method: Newmark | TimeStepping) -> str:
     return "located" if is_located(method) else getattr(method, "status", CONTACT_STATUSES[0])
 
 
+def counts_solutions(method: Method) -> bool:
+    """Whether steps of a method may have no solution, or two: its contact status is that of the end."""
+    return getattr(method, "status", "") == "end"
+
+
 def stages_of(method: Newmark | TimeStepping) -> int:
     """Stages of a step, each of which is solved for."""
     return len(method.integrator.stages) if isinstance(method, TimeStepping) else 1

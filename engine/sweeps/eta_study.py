@@ -17,7 +17,7 @@ import numpy as np
 from ..arguments import shown
 from ..batch import run_cells
 from ..cells import CellResults, Cells
-from ..methods import METHOD_NUMBERS, STEPPING, ExactPenalty, Reference
+from ..methods import METHOD_NUMBERS, STEPPING, ExactPenalty, Reference, counts_solutions
 from ..model import require, whole
 from ..motions.lyapunov import PERIODS_RANGE, lyapunov
 from ..motions.motion import FARTHEST, classify
@@ -130,6 +130,8 @@ class EtaStudy(Study):
             found |= variables_of(vocabulary.EXPONENT, cell)
         found["motion"] = Variable(cell, "i1", vocabulary.KIND, KIND_FLAGS)
         found |= variables_of(vocabulary.IMPACT_PHASE, cell)
+        if counts_solutions(self.method):
+            found |= variables_of(vocabulary.SOLUTION_COUNTS, cell)
         found["end"] = Variable((*cell, "component"), "f8", vocabulary.END)
         return found | {"status": status_variable(cell)}
 
@@ -168,7 +170,8 @@ class EtaStudy(Study):
             progress=progress,
             cancelled=cancelled,
         )
-        values = {name: getattr(found, name) for name in vocabulary.MOTION} | {"impact_phase": found.phase}
+        values = {name: getattr(found, name) for name in (*vocabulary.MOTION, *vocabulary.SOLUTION_COUNTS)}
+        values["impact_phase"] = found.phase
         values |= {"end": found.end, "status": found.status}
         values["motion"] = np.where(found.period > 0, CellKind.PERIODIC, CellKind.UNDECIDED)
         if self.lyapunov:

@@ -16,7 +16,7 @@ import numpy as np
 from ..batch import run_cells
 from ..cells import CellResults
 from ..divergence.contact import equal_restitution_damping
-from ..methods import STEPPING
+from ..methods import STEPPING, counts_solutions
 from . import variables as vocabulary
 from .axis import ascending_values
 from .errors import reference_motion
@@ -68,6 +68,8 @@ class PlaneStudy(Study):
         found = dict(own)
         if not isinstance(self.method, STEPPING):
             del found["longest_contact_steps"]
+        if counts_solutions(self.method):
+            found |= variables_of(vocabulary.SOLUTION_COUNTS, dims)
         if self.parts:
             found |= variables_of(vocabulary.ERRORS, dims)
         if self.parts and isinstance(self.method, STEPPING):
@@ -132,7 +134,7 @@ class PlaneStudy(Study):
         return {name: values[name].reshape(points["K"].shape) for name in names}
 
     def _described(self, found: CellResults) -> dict[str, np.ndarray]:
-        values = {name: getattr(found, name) for name in vocabulary.PENALTY_MOTION}
+        values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, *vocabulary.SOLUTION_COUNTS)}
         values |= {"impact_phase": found.phase, "status": found.status}
         if "impact_phase_error" in self.variables:
             apart = found.phase - reference_motion(self.system, self.eta).first_impact

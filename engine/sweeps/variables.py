@@ -40,9 +40,13 @@ PENALTY_MOTION = {name: described for name, described in MOTION.items() if name 
 PENALTY_MOTION["impacts_per_period"] = ("f8", "contacts that begin per excitation period")
 IMPACT_PHASE = {"impact_phase": ("f8", "instant of the first impact in the last cycle, as a share of T")}
 PHASE_ERROR = {"impact_phase_error": ("f8", "the same less the reference's, between -1/2 and 1/2")}
-SOLUTIONS = {
+# Of a scheme whose contact status is that of the end of the step.
+SOLUTION_COUNTS = {
     "steps_without_solution": ("i4", "steps of the run in which neither contact status agreed with its own end"),
     "steps_with_two": ("i4", "steps of the run in which both did"),
+}
+SOLUTIONS = {
+    **SOLUTION_COUNTS,
     "periods_until_stopped": ("f8", "excitation periods until the run stopped for want of a solution; nan: it did not"),
     "period": MOTION["period"],
 }

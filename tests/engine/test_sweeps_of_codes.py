@@ -1,6 +1,7 @@
 """Studies with integrators, contact statuses and laws of codes, and the plane of steps without a solution."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -43,6 +44,18 @@ def test_a_diagram_has_the_section_of_single_runs():
     found = sweep_eta(SYSTEM, method, [1.0, 1.08], **FEW)
     run = simulate(SYSTEM, 1.08, method, periods=80, keep=20)
     np.testing.assert_array_equal(found.xi2[1], run.section[:, 2])
+
+
+def test_a_diagram_and_a_plane_count_steps_without_a_solution_where_there_may_be_some():
+    method = replace(KEEP, stiffness=1000, damping=5, steps=100)
+    diagram = sweep_eta(SYSTEM, method, [1.0, 1.08], **FEW)
+    plane = sweep_plane(SYSTEM, 1.08, [1000], [5], steps=100, scheme=KEEP, **FEW)
+    run = simulate(SYSTEM, 1.08, method, periods=80)
+    for name in ("steps_without_solution", "steps_with_two"):
+        assert diagram[name][1] == plane[name][0, 0] == getattr(run, name)
+    assert run.steps_without_solution > 0
+    start = sweep_eta(SYSTEM, replace(method, status="start"), [1.0], **FEW)
+    assert "steps_without_solution" not in start
 
 
 def test_a_plane_and_a_step_study_take_what_a_code_has():
