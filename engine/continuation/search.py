@@ -17,6 +17,7 @@ from ..methods import ExactPenalty, Reference
 from ..model import System, require, whole
 from ..motions.steady import MAX_PERIOD_LIMIT
 from ..result import Cancelled
+from ..simulate import starting_checkpoint
 from .branch import Branch, Point
 from .curve import Curve, CurvePoint, null_vectors
 from .family import Family
@@ -248,6 +249,8 @@ class BranchSearch:
     def _given(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[tuple[float, Orbit]]:
         """The motion at a state, or that a run from there settles to."""
         value = self.family.value
+        if initial is not None:
+            starting_checkpoint(initial, *self.family.at(value))  # refuses what is no state
         if initial is not None and self.curve.low <= value <= self.curve.high:
             try:
                 yield value, self.finder.near(value, initial) or self.finder.settled(value, initial)
