@@ -10,9 +10,9 @@ from ..model import System, check_eta
 OF_METHOD = {"K": METHOD_NUMBERS["K"], "D": METHOD_NUMBERS["D"], "threshold": "threshold"}
 OF_SYSTEM = (
     "kappa", "kappa3", "d1", "d2", "d3", "restitution", "clearance",
-    "base", "force1", "force2", "constant1", "constant2",
+    "base", "force1", "force2", "constant1", "constant2", "base_phase", "force1_phase", "force2_phase",
 )  # fmt: skip
-PARAMETERS = ("eta", *OF_METHOD, *OF_SYSTEM)
+PARAMETERS = ("eta", *OF_METHOD, *OF_SYSTEM, "mass_ratio")
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,8 @@ class Family:
             return self.system, check_eta(value), self.method
         if self.over in OF_METHOD:
             return self.system, self.eta, replace(self.method, **{OF_METHOD[self.over]: value})
-        return self.system.changed({self.over: value}), self.eta, self.method
+        own = "mu" if self.over == "mass_ratio" else self.over
+        return self.system.changed({own: value}), self.eta, self.method
 
     @property
     def value(self) -> float:

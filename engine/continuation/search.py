@@ -17,6 +17,7 @@ from ..methods import ExactPenalty, Reference
 from ..model import System, require, whole
 from ..motions.steady import MAX_PERIOD_LIMIT
 from ..result import Cancelled
+from ..simulate import starting_checkpoint
 from .branch import Branch, Point
 from .curve import Curve, CurvePoint, null_vectors
 from .family import Family
@@ -29,6 +30,7 @@ SEEDS = 40  # values of the number at which motions are looked for
 STARTS = 6  # at each, the first of them rest
 FINE_SEEDS = 500  # values at which they are looked for then, from one start
 STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
+LONGEST_UNSTABLE = 300  # orbits, of a motion of more than one period
 EVERY = 10  # orbits: how often a branch is compared with those found before
 WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at another one
@@ -128,7 +130,8 @@ def find_branches(
     max_period : int
         Longest cycle, in excitation periods; cascades of period doublings are followed up to it.
     unstable : bool
-        Follow also what begins where an unstable motion bifurcates: there may be very many such branches.
+        Follow also what begins where an unstable motion bifurcates, and motions of several periods however long they
+        stay unstable: there may be very many such branches.
     most_orbits : int
         After which each branch is given up, in each direction.
     initial : (4,) sequence, optional
@@ -246,6 +249,8 @@ class BranchSearch:
     def _given(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[tuple[float, Orbit]]:
         """The motion at a state, or that a run from there settles to."""
         value = self.family.value
+        if initial is not None:
+            starting_checkpoint(initial, *self.family.at(value))  # refuses what is no state
         if initial is not None and self.curve.low <= value <= self.curve.high:
             try:
                 yield value, self.finder.near(value, initial) or self.finder.settled(value, initial)
@@ -283,11 +288,17 @@ class BranchSearch:
 
     def _traced(self, start: CurvePoint) -> Tracer:
         tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
+        since = 0  # the last orbit that was stable
         try:
             for count, _ in enumerate(tracer.run(self.most_orbits), start=1):
                 here = tracer.points[-1]
                 if count % EVERY == 0 and self._is_known(here.orbit, here.value):
                     tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
+                    break
+                stable = np.abs(here.evaluation.multipliers).max() < 1 + STABLE
+                since = count if stable else since
+                if not self.unstable and here.orbit.period > 1 and count - since >= LONGEST_UNSTABLE:
+                    tracer.reason = f"unstable over {LONGEST_UNSTABLE} orbits: ask for unstable motions to go on"
                     break
         except Cancelled:
             tracer.reason = STOPPED

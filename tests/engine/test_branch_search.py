@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from vibroscope.engine import (
+    Cancelled,
     Cells,
     ExactPenalty,
     Excitation,
@@ -10,6 +11,7 @@ from vibroscope.engine import (
     System,
     find_branches,
     run_cells,
+    search_branches,
     simulate,
     steady,
 )
@@ -91,3 +93,35 @@ def test_unstable_motions_are_found_where_no_run_settles_to_them():
     (branch,) = find_branches(PAPER, 3.2, Reference(), low=3.1, high=3.3, max_period=1)
     assert branch.stable_ranges == ()
     assert (branch.values.min(), branch.values.max()) == (3.1, 3.3)
+
+
+def test_a_cancelled_branch_is_kept_as_far_as_it_goes():
+    asked, found = [], []
+
+    def cancelled():
+        asked.append(1)
+        return len(asked) > 60
+
+    reach = {"low": 2.6, "high": 3.0, "initial": (0, 0, 0, 0), "cancelled": cancelled}
+    with pytest.raises(Cancelled):
+        found.extend(search_branches(PAPER, 2.76, Reference(), **reach))
+    (branch,) = found
+    assert branch.ends == ("stopped", "stopped")
+    assert len(branch.values) > 5
+
+
+def test_the_motion_of_a_start_is_followed_first():
+    other, usual = (
+        next(search_branches(PAPER, 3.2, Reference(), low=3.19, high=3.21, initial=initial))
+        for initial in (PAPER.rest, (1.0, 2.0, 3.0, -4.0))
+    )
+    assert {other.period, usual.period} == {2, 6}
+
+
+def test_what_is_not_found_is_said_with_its_reason():
+    notes = []
+    how = {"low": 3.365, "high": 3.3651, "max_period": 1, "initial": PAPER.rest, "note": notes.append}
+    find_branches(PAPER, 3.365, Reference(), **how)
+    assert notes[0].startswith("from the initial state there is no periodic motion to follow")
+    with pytest.raises(ValueError, match="four numbers"):
+        find_branches(PAPER, 3.365, Reference(), **(how | {"initial": (1.0, 2.0)}))

@@ -194,6 +194,7 @@ COMMANDS = (
     ["sweep", "plane", "--eta", "2.76", "--K", "100:200:2", "--D", "1:2:2", "--steps", "50", *STUDY],
     ["sweep", "basin", *STARTS, "--solver", "exact", *PENALTY[2:6], "--transient", "5", "--sample", "32", *STUDY[-2:]],
     ["sweep", "step", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "50,100", *STUDY],
+    ["branch", "--solver", "reference", "--from", "2.7", "--to", "2.72", "--max-period", "1", "--most-orbits", "10"],
     ["system"],
     ["measurement", "--eta", "2.76", "--periods", "5"],
 )
