@@ -28,7 +28,7 @@ class Twin:
         self.numbers = {"eta": mp.mpf(eta), "restitution": mp.mpf(system.restitution)}
         if method.name == "exact":
             self.numbers |= {"K": mp.mpf(method.stiffness), "D": mp.mpf(method.damping)}
-        self.partings = []  # of the impacts of the orbit evaluated last
+        self.impacts = []  # of the orbit evaluated last: parting speed, and contact force if the bodies stayed joined
 
     def generator(self, eta, touching):
         """A of z′ = A z, z = (ξ₁, ξ₁′, ξ₂, ξ₂′, cos ητ, sin ητ)."""
@@ -52,13 +52,13 @@ class Twin:
         return a
 
     def force(self, z, eta):
-        """Contact force of the joined bodies: what body 1 alone would accelerate more than both together."""
-        free, joined = self.generator(eta, False) * z, self.generator(eta, True) * z
-        return free[1] - joined[1]
+        """Contact force of the joined bodies, in a unit of its own: what body 1 would gain on body 2 apart (Eq. 8)."""
+        free = self.generator(eta, False) * z
+        return free[1] - free[3]
 
     def residual(self, x):
         """F at x = (ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, instants in periods, λ), and the phases: A, z at the start, length."""
-        self.numbers[self.over], self.partings = x[-1], []
+        self.numbers[self.over], self.impacts = x[-1], []
         eta, e, instants, y = self.numbers["eta"], self.numbers["restitution"], list(x[4:-1]), list(x[:4])
         matrices = {touching: self.generator(eta, touching) for touching in (False, True)}
         found, phases, turn, touching = [], [], mp.mpf(0), self.first
@@ -74,10 +74,13 @@ class Twin:
             rate, event = y[3] - y[1], self.events[k]
             found.append(self.force(z, eta) if event == "release" else y[2] - y[0])
             left = {"impact": -e * rate, "stick": mp.mpf(0)}.get(event, rate)
+            if event == "impact" and self.method.name == "reference":
+                common = y[1] + self.mu / (1 + self.mu) * rate
+                joined = mp.matrix([y[0], common, y[2], common, z[4], z[5]])
+                self.impacts.append((left, self.force(joined, eta)))
             y[1] += self.mu / (1 + self.mu) * (rate - left)
             y[3] = y[1] + left
             touching = event in TOUCHING
-            self.partings += [left] * (event == "impact")
         return mp.matrix([*(a - b for a, b in zip(y, x[:4], strict=True)), *found]), phases
 
     def jacobian(self, x):
@@ -143,7 +146,7 @@ class Twin:
         if kind == "sticking begins":
             self.residual(x)
             threshold = mp.mpf(self.method.threshold)
-            return min((parting - threshold for parting in self.partings), key=abs)
+            return min((max(parting - threshold, -force) for parting, force in self.impacts), key=abs)
         if kind == "fold":
             n = len(x) - 1
             return mp.det(self.jacobian(x)[:, :n])
@@ -158,7 +161,7 @@ class Twin:
         fixed = 4 if kind == "fold" else len(x) - 1
         low = self.solved(x.copy(), fixed)
         high = low.copy()
-        high[fixed] += mp.mpf(10) ** -9
+        high[fixed] += mp.mpf(10) ** -9 * max(1, abs(high[fixed]))
         high = self.solved(high, fixed)
         below, above = self.at_point(kind, low), self.at_point(kind, high)
         for _ in range(6):
@@ -166,6 +169,6 @@ class Twin:
             following[fixed] -= above * (high[fixed] - low[fixed]) / (above - below)
             low, below, high = high, above, self.solved(following, fixed)
             above = self.at_point(kind, high)
-            if abs(high[fixed] - low[fixed]) < mp.mpf(10) ** -16:
+            if abs(high[fixed] - low[fixed]) < mp.mpf(10) ** -16 * max(1, abs(high[fixed])):
                 return high[-1]
         raise AssertionError("the twin finds no point")

@@ -2,9 +2,14 @@
 
 import numpy as np
 import pytest
+from vibroscope.app.explorer.link import View
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.plane import curves as page
 from vibroscope.app.page.plane.curves import PlaneCurves
+from vibroscope.app.page.plane.tab import PlaneTab
 from vibroscope.app.page.shared.figure import legend, make_figure
+from vibroscope.app.page.study import tab as tab_of_studies
+from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import plane_curves as study
 from vibroscope.app.studies.plane_curves import CurvesQuestion, PartialCurves, grow_curves
 from vibroscope.engine import Cancelled, PointCurve, System
@@ -118,3 +123,20 @@ def test_the_script_finds_the_same_curves_and_the_commands_are_those_of_the_rows
     lines = made.command().splitlines()
     assert len([line for line in lines if line.startswith("vibroscope branch")]) == 9
     assert made.words() == [["Curves of bifurcations", "2 curves: 1 of folds, 1 of grazing."]]
+
+
+def test_the_switch_of_the_tab_asks_for_the_curves_of_what_is_in_view(monkeypatch):
+    for module in (page, tab_of_studies):
+        monkeypatch.setattr(module, "StudyJob", Job)
+        monkeypatch.setattr(module.RESULTS, "get", lambda question: None)
+    tab = PlaneTab(FakeHost())
+    tab.build()
+    tab.show(Move(1, Setting(eta=2.76)))
+    assert not tab.curves.view.visible
+    tab.restore(View(choice={"curves": "on"}))
+    tab.refresh()
+    assert Job.last.question == CurvesQuestion(System(), 2.76, **tab.view.spans)
+    assert tab.curves.view.visible
+    assert tab.view_texts()["choice"] == "curves:on"
+    tab.hide()
+    assert Job.last.cancelled
