@@ -29,7 +29,7 @@ help:
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
 	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx, curl; openssl)"
-	@echo "make release    image and proxy where they can run, fuzz, faults, load, soak: an hour and a half, prints its figures"
+	@echo "make release    image, proxy and the wheel of dist/ where they can be tried, fuzz, faults, load, soak: an hour and a half"
 	@echo "make clean      remove .venv and the files of tools"
 
 run: $(VENV)/run
@@ -97,6 +97,8 @@ release: $(VENV)/test
 	  echo "NOT TRIED: the image, which needs root, debootstrap and buildah (Debian; make image installs the two)"; fi; \
 	if command -v nginx >/dev/null && command -v curl >/dev/null; then tools/rehearse-proxy.sh; else \
 	  echo "NOT TRIED: the proxy, which needs nginx and curl (Debian: apt install nginx-light curl)"; fi; \
+	if [ -n "$$(ls dist/*.whl 2>/dev/null)" ]; then tools/try-dist.sh; else \
+	  echo "NOT TRIED: the wheel, which make dist builds"; fi; \
 	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release $(ARGS); \
 	} 2>&1 | tee build/release.log; code=$$?; \
 	echo; grep -E 'NOT (TRIED|PINNED)' build/release.log || echo "release: nothing was left out"; exit $$code

@@ -7,20 +7,12 @@ from datetime import UTC, datetime
 from importlib.metadata import version as version_of
 from pathlib import Path
 
+from vibroscope.app.performance.bench import processor
+
 sys.path.insert(0, str(Path(__file__).parent))
 # the commands that pages show are found beside this Python
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 os.environ.setdefault("COLUMNS", "100")
-
-
-def processor() -> str:
-    """Name of the processor; its architecture where the system does not say more."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        lines = []
-    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(named, platform.processor() or platform.machine())
 
 
 def made() -> str:
@@ -80,3 +72,16 @@ html_show_copyright = False
 html_static_path = ["site.css"]
 html_css_files = ["site.css"]
 html_extra_path = ["extra"]  # wheel/: the image puts a wheel there
+
+
+def make_reachable(app, pagename, templatename, context, doctree) -> None:
+    """Say which level the captions of the contents have, and let keys scroll what is wider than the page."""
+    tree = context.get("furo_navigation_tree", "")
+    context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
+    body = context.get("body", "").replace("<pre>", '<pre tabindex="0">')
+    context["body"] = body.replace('<table class="docutils', '<table tabindex="0" class="docutils')
+
+
+def setup(app) -> None:
+    """Change pages after the theme has made its part."""
+    app.connect("html-page-context", make_reachable, priority=900)

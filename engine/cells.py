@@ -201,6 +201,9 @@ class CellResults:
     steps_with_two: np.ndarray
     steps_taken: np.ndarray
 
+    def __repr__(self) -> str:
+        return f"CellResults({len(self.status)} cells, {self.ok.sum()} ok, {self.section.shape[1]} periods kept)"
+
     @property
     def ok(self) -> np.ndarray:
         """Which cells reached their end, (n,) of bool."""

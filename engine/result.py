@@ -54,6 +54,10 @@ class Impacts:
     def __len__(self) -> int:
         return len(self.time)
 
+    def __repr__(self) -> str:
+        speeds = f", closing at {self.closing_speed.min():.3g} to {self.closing_speed.max():.3g}" if len(self) else ""
+        return f"Impacts({len(self)}{speeds})"
+
     def position2(self, system: System) -> np.ndarray:
         """ξ₂ where the bodies touch, (n,)."""
         return self.position - system.clearance
@@ -77,6 +81,10 @@ class Trajectory:
     displacement: np.ndarray
     velocity: np.ndarray
     force: np.ndarray
+
+    def __repr__(self) -> str:
+        times = f", tau from {self.time[0]:g} to {self.time[-1]:g}" if len(self.time) else ""
+        return f"Trajectory({len(self.time)} samples{times})"
 
 
 @dataclass(frozen=True)

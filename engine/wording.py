@@ -5,6 +5,8 @@ that one number has the same digits wherever it stands.
 """
 
 import math
+from collections.abc import Mapping
+from html import escape
 
 NOT_KNOWN = "not known"  # no sentence holds nan or inf
 MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
@@ -96,3 +98,10 @@ def every(periods: int) -> str:
 def _hides_side(shown: float, fraction: float, limit: float) -> bool:
     """Whether the rounded fraction lies on the other side of the limit than the fraction, or on the limit."""
     return fraction != limit and (shown - limit) * (fraction - limit) <= 0
+
+
+def html_table(title: str, rows: Mapping[str, object]) -> str:
+    """A result as a notebook shows it: its line, and a row for each of its numbers."""
+    texts = {name: f"{value:.6g}" if isinstance(value, float) else str(value) for name, value in rows.items()}
+    body = "".join(f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in texts.items())
+    return f"<p>{escape(title)}</p><table>{body}</table>"

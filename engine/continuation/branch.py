@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..wording import html_table
+
 
 @dataclass(frozen=True)
 class Point:
@@ -90,3 +92,6 @@ class Branch:
             f"Branch(period {self.period} over {self.over} from {low:g} to {high:g}: {len(self.values)} orbits, "
             f"{np.mean(self.stable):.0%} stable, {len(self.points)} points)"
         )
+
+    def _repr_html_(self) -> str:
+        return html_table(repr(self), {f"{point.kind}, {self.over}": point.value for point in self.points})

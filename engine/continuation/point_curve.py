@@ -53,6 +53,10 @@ class PointCurve:
     meetings: tuple[tuple[str, float, float], ...]
     ends: tuple[str, str]
 
+    def __repr__(self) -> str:
+        what = f"{self.kind} of period {self.period} over {self.over} and {self.along}"
+        return f"PointCurve({what}: {len(self.values)} points, {len(self.meetings)} meetings)"
+
 
 def continue_point(
     system: System,

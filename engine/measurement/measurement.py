@@ -50,6 +50,10 @@ class Measurement:
     def __len__(self) -> int:
         return len(self.time)
 
+    def __repr__(self) -> str:
+        sensor = "" if self.contact is None else ", with a contact sensor"
+        return f"Measurement({len(self)} samples over tau = {self.span:g}, {self.frame}{sensor})"
+
     @property
     def span(self) -> float:
         """τ from the first to the last sample."""

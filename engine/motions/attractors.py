@@ -45,6 +45,9 @@ class Attractor:
     share: float
     start: np.ndarray
 
+    def __repr__(self) -> str:
+        return f"Attractor({self.share:.3g} of the starts: {self.motion})"
+
 
 def attractors(
     system: System,

@@ -8,6 +8,7 @@ import numpy as np
 from ..drivers.section import describe_section, name_numbers
 from ..methods import Reference
 from ..result import Response, Status
+from ..wording import html_table
 from .contact_force import impulse_per_period, peak_force
 
 # The paper takes a contact of fewer than 30 steps of T/2000 as one sudden impact (Figures 10 to 12). In units of T:
@@ -130,6 +131,15 @@ class Motion:
     step_noise: float = 0.0
     bands: tuple[tuple[int, float], ...] = ()
     body: int = 2
+
+    def __repr__(self) -> str:
+        period = f", period {self.period}" if self.period else ""
+        rates = f"{self.impacts_per_period:.3g} impacts per period, {self.contact_share:.3g} of the time in contact"
+        return f"Motion({self.type}{period}: {rates})"
+
+    def _repr_html_(self) -> str:
+        numbers = {name: value for name, value in self.as_dict().items() if isinstance(value, str | float) and value}
+        return html_table(repr(self), numbers)
 
     def as_dict(self) -> dict:
         """Return plain numbers and lists for scripts; None for unknown numbers, ``floquet`` as pairs [re, im]."""

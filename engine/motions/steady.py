@@ -103,6 +103,11 @@ class Steady:
     periods: int
     response: Response
 
+    def __repr__(self) -> str:
+        if not self.periodic:
+            return f"Steady(no periodic motion: {self.message})"
+        return f"Steady(period {self.period}, {'stable' if self.stable else 'unstable'}, residual {self.residual:.1g})"
+
     @property
     def stable(self) -> bool:
         """Whether the motion is periodic and small disturbances die away."""

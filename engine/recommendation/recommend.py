@@ -21,6 +21,7 @@ from ..motions.motion import motion
 from ..motions.steady import Steady, steady
 from ..motions.words import difference_in_kind
 from ..simulate import simulate
+from ..wording import html_table
 from .contact_search import ContactSearch
 from .front import monotone_front
 from .limits import Limits
@@ -92,6 +93,14 @@ class Recommendation(Suggested):
     reason: str
     kind: str = ""
     scheme: Newmark | TimeStepping | None = None
+
+    def __repr__(self) -> str:
+        how = "met" if self.met else f"not met: {self.reason}"
+        return f"Recommendation({self.method} for a tolerance of {self.tolerance:g}, {how})"
+
+    def _repr_html_(self) -> str:
+        rows = {str(self.with_setting(each.setting)): f"error {each.robust:.3g}" for each in self.front}
+        return html_table(repr(self), rows)
 
     @property
     def method(self) -> Newmark | TimeStepping | None:

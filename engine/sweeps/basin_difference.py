@@ -34,6 +34,11 @@ class BasinDifference:
     error: float
     same: np.ndarray
 
+    def __repr__(self) -> str:
+        first, second = self.same.shape
+        motions = f"{first} and {second} motions, {self.same.any(1).sum()} in both"
+        return f"BasinDifference({100 * self.share:.2f} ± {100 * self.error:.2f} % of the starts; {motions})"
+
 
 def basin_difference(first: "xarray.Dataset", second: "xarray.Dataset") -> BasinDifference:
     """The starts from which two solvers end on different motions.

@@ -1,0 +1,33 @@
+"""The documentation on a phone in the dark: a site of its pages that compute nothing, built as by `make docs`."""
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.served import ROOT
+
+from .axe import AXE, serious
+
+LEFT_OUT = "examples,extra,figures,gallery.md,notebook.ipynb,results.md,choosing.md,start.md,reference"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Its folder."""
+    folder = tmp_path_factory.mktemp("site")
+    call = [sys.executable, "-m", "sphinx", "-Q", "-D", f"exclude_patterns={LEFT_OUT}", "docs", str(folder)]
+    subprocess.run(call, cwd=ROOT, check=True, capture_output=True, timeout=300)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["index", "glossary", "theory/model"])
+def test_a_page_can_be_read_on_a_phone_in_the_dark(site, windows, name):
+    page = windows(viewport={"width": 390, "height": 844}, color_scheme="dark").new_page()
+    page.goto((site / f"{name}.html").as_uri())
+    page.evaluate(AXE)
+    assert serious(page) == []
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    shade = page.evaluate("getComputedStyle(document.body).backgroundColor.match(/[\\d.]+/g).slice(0, 3)")
+    assert max(float(part) for part in shade) < 64
+    page.close()
