@@ -12,7 +12,7 @@ BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
 
-.PHONY: help run check in-process test bench codes docs dist lint lock snapshots diagram image proxy release clean
+.PHONY: help run check in-process test bench codes docs gallery dist lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
@@ -20,6 +20,7 @@ help:
 	@echo "make check      check style, run the tests that need no browser and no process of their own: some two minutes"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
 	@echo "make docs       build the documentation, which the explorer serves under /docs: a minute or two"
+	@echo "make gallery    write reports of all scenes and published systems into build/gallery, to open without a server"
 	@echo "make dist       build wheel and source archive into dist/, the documentation in them"
 	@echo "make bench      measure costs and errors"
 	@echo "make codes      run OpenSees and CalculiX beside ours where they are installed, and write the table"
@@ -61,6 +62,9 @@ docs: $(VENV)/test
 	rm -rf build/docs assets/site
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir build/docs/doctrees docs build/docs/site
 	mv build/docs/site assets/
+
+gallery: $(VENV)/test
+	$(BIN)/python docs/static_gallery.py $(ARGS)
 
 dist: docs
 	rm -rf dist

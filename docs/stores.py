@@ -1,5 +1,6 @@
 """The directive ``store``: the variables that a study writes, with dimensions, kind and meaning, from a small study."""
 
+import re
 from collections.abc import Callable
 
 from docutils import nodes
@@ -52,7 +53,11 @@ class Store(SphinxDirective):
         lines = [".. list-table::", "   :header-rows: 1", "", "   * - variable", "     - dimensions", "     - dtype"]
         lines.append("     - meaning")
         for name, *kind, text in rows(STUDIES[self.arguments[0]]()):
-            lines += [f"   * - ``{name}``", *(f"     - {one}" for one in kind), f"     - {text}"]
+            lines += [
+                f"   * - ``{name}``",
+                *(f"     - {one}" for one in kind),
+                "     - " + re.sub(r"([\\_*|`])", r"\\\1", text),
+            ]
         return self.parse_text_to_nodes(StringList(lines, source="stores"))
 
 

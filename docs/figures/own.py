@@ -1,12 +1,10 @@
 """The system of ``my.toml``: displacement and contact force of the reference over those of a penalty model."""
 
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 from style import PENALTY, REFERENCE
 from vibroscope.engine import Newmark, Record, Reference, read_system, simulate
 
-found = read_system(Path(__file__).parents[1] / "my.toml")
+found = read_system("../my.toml")  # figures are drawn in their own folder
 record = Record(periods=2, per_period=1000)
 figure, (above, below) = plt.subplots(2, 1, figsize=(8, 4), sharex=True)
 for name, method, style in (

@@ -14,7 +14,7 @@ from vibroscope.engine.hardcases.judgement import outcome
 
 REFERENCE = (Path(__file__).parents[2] / "docs/reference/files.md").read_text()
 MET = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "2000"]
-RANGE = ["--solver", "reference", "--from", "3.1", "--to", "3.2", "--most-orbits", "20", "--max-period", "1"]
+RANGE = ["--solver", "reference", "--from", "2.74", "--to", "2.76", "--most-orbits", "20", "--max-period", "1"]
 CALLS = {
     "simulate": ["--solver", "newmark", *MET],
     "motion": ["--solver", "newmark", *MET],

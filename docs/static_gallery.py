@@ -1,0 +1,77 @@
+"""Writes the gallery as files that open without a server: a report for each scene and each system of the shelf.
+
+.venv/bin/python docs/static_gallery.py [--out FOLDER] [KEY …]
+"""
+
+import argparse
+import io
+import sys
+from datetime import UTC, datetime
+from html import escape
+from importlib.metadata import version
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "figures")]
+mpl.use("svg")
+
+from entries import histories, phases  # noqa: E402
+from gallery import comparison, settings  # noqa: E402
+from vibroscope.app.explorer.scenes import scenes  # noqa: E402
+from vibroscope.app.explorer.shelf import shelf  # noqa: E402
+from vibroscope.app.export.formats import Figure  # noqa: E402
+from vibroscope.app.export.report import as_report  # noqa: E402
+from vibroscope.app.export.scripts import as_command, as_python  # noqa: E402
+from vibroscope.engine import percent, verdict  # noqa: E402
+
+PLANE = "Velocity over displacement, at most twelve periods"
+TIME = "Displacements and contact force over time; the reference has impulses in place of a force"
+FIGURES = {Figure("phases", "Phase plots", PLANE): phases, Figure("histories", "Over time", TIME): histories}
+
+
+def drawn(figure) -> str:
+    """A figure as SVG that stands in a page."""
+    text = io.StringIO()
+    figure.savefig(text, format="svg", bbox_inches="tight")
+    plt.close(figure)
+    return text.getvalue()[text.getvalue().index("<svg") :]
+
+
+def page(key: str) -> str:
+    """The report of one entry, with its figures."""
+    entry, setting = (scenes() | shelf())[key], settings()[key]
+    found = comparison(setting)
+    said = verdict(found)
+    parts = {name.replace("_", " "): percent(getattr(found, name)) for name in found.part_names} if found.parts else {}
+    words = {"What it shows": entry.caption, "Verdict": " ".join((said.headline, *said.details))}
+    words |= {"Parts of the difference": "; ".join(f"{name} {text}" for name, text in parts.items())} if parts else {}
+    source = {"program": f"Vibroscope {version('vibroscope')}", "made": f"{datetime.now(UTC):%d %B %Y}", "address": ""}
+    text = as_report(entry.title, words, setting, list(FIGURES), [as_command(setting), as_python(setting)], source)
+    for figure, draw in FIGURES.items():
+        place = f'<div data-figure="{figure.name}"></div>'
+        text = text.replace(place, f"<div>{drawn(draw(setting))}</div>")
+    return text
+
+
+def main() -> None:
+    """Write the pages and their index."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--out", type=Path, default=Path("build/gallery"), metavar="FOLDER")
+    parser.add_argument("keys", nargs="*", metavar="KEY", help="only these")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    entries = scenes() | shelf()
+    for key in options.keys or entries:
+        (options.out / f"{key}.html").write_text(page(key))
+        print(options.out / f"{key}.html", flush=True)
+    links = "".join(
+        f'<li><a href="{key}.html">{escape(entries[key].title)}</a></li>' for key in options.keys or entries
+    )
+    head = '<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Vibroscope: gallery</title><h1>Gallery</h1>'
+    (options.out / "index.html").write_text(f"{head}<ul>{links}</ul></html>")
+
+
+if __name__ == "__main__":
+    main()
