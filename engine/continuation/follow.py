@@ -27,7 +27,7 @@ from .margins import (
 )
 from .orbit import check_cancelled
 from .roots import first_zero
-from .sequences import after_chatter, beyond, within_cycle
+from .sequences import after_chatter, beyond, point_within_cycle
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
@@ -131,7 +131,7 @@ class Tracer:
             self.reason = f"joins a branch of period {there.orbit.period // 2} at {where}"
             return step
         self._mark_bifurcations(here, there, step)
-        self.points.append(within_cycle(self.curve, there))
+        self.points.append(point_within_cycle(self.curve, there))
         self._indicators = indicators(self.points[-1])
         if not self.reason and self._returned():
             onwards = self.points[0].tangent @ self.points[-1].tangent > 0
@@ -213,7 +213,7 @@ class Tracer:
         for _, kind, point in sorted(found, key=lambda each: each[0]):
             self.mark(kind, point)
             if kind == FOLD:  # the farthest orbit of its branch
-                self.points.append(within_cycle(self.curve, point))
+                self.points.append(point_within_cycle(self.curve, point))
 
     def _indicator(self, here: CurvePoint, s: float, k: int) -> float:
         point = self.at(here, s) if s else here
@@ -233,7 +233,7 @@ class Tracer:
 
     def mark(self, kind: str, point: CurvePoint) -> None:
         """Note a point of the branch."""
-        point = within_cycle(self.curve, point)
+        point = point_within_cycle(self.curve, point)
         system, _, _ = self.curve.family.at(point.value)
         state = displaced_state(system, point.evaluation.section[0])
         orbit = point.orbit
@@ -285,12 +285,12 @@ class Tracer:
             self._grazings = []
             following = after_chatter(self.curve, last)
         # on its own side of the end, where it is an orbit beyond rounding
-        self.points.append(within_cycle(self.curve, self.at(here, (1 - INSIDE) * located) or last))
+        self.points.append(point_within_cycle(self.curve, self.at(here, (1 - INSIDE) * located) or last))
         if following is None:
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"
             return True
-        self.points.append(within_cycle(self.curve, following))
+        self.points.append(point_within_cycle(self.curve, following))
         self._indicators = indicators(self.points[-1])
         return True
 

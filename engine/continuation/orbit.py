@@ -4,7 +4,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, IMPACT, JOINS, PART, RELEASE, STICK, TOUCH
+from ..drivers.orbit import (
+    CHATTER,
+    IMPACT,
+    JOINS,
+    PART,
+    RELEASE,
+    STICK,
+    TOUCH,
+    Evaluation,
+    OrbitEquations,
+)
 from ..methods import Reference
 from ..motions.poincare_map import PoincareMap
 from ..result import Cancelled, Checkpoint
@@ -60,6 +70,28 @@ class Orbit:
 def touching_at_start(kinds: tuple[int, ...], default: bool) -> bool:
     """Whether the bodies touch at τ = 0, by the last event of the cycle."""
     return kinds[-1] in JOINS if kinds else default
+
+
+def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations) -> tuple[Orbit, int]:
+    """The same orbit with all events in [0, p), and by how many places they are turned.
+
+    Events that have passed an end of the cycle are counted at the other end; the state at τ = 0 then is that after
+    them, or before them. With events beyond both ends, those beyond the second are left to another call.
+    """
+    m, instants, period = len(orbit.kinds), orbit.instants, orbit.period
+    early = int((instants < 0).sum())
+    late = 0 if early else int((instants >= period).sum())
+    if not early and not late:
+        return orbit, 0
+    turned = -early if early else late
+    kinds = tuple(np.roll(orbit.kinds, turned).tolist())
+    times = np.roll(instants, turned)
+    times[m - early :] += period
+    times[:late] -= period
+    source = (early - 1) if early else (m - 1 - late) % m
+    turn = evaluation.after[source, 4] - (0 if early else period * (1 if late < m else 2))
+    state = equations.state_later(orbit.kinds[source] in JOINS, evaluation.after[source, :4], turn, -turn)
+    return Orbit(period, kinds, touching_at_start(kinds, orbit.first), np.concatenate([state, times])), turned
 
 
 def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:

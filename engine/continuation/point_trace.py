@@ -8,10 +8,9 @@ import numpy as np
 from .curve import null_vector
 from .margins import Margin
 from .meetings import Meetings
-from .orbit import check_cancelled
+from .orbit import check_cancelled, within_cycle
 from .plane import Place, Plane
 from .point_equations import Condition, Equations
-from .touches import within_cycle
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.02, 1e-7  # scaled lengths
 ROUGH_STEP = 1e-5  # scaled: where a longer one leads out of the sequence, a shorter one may find its end

@@ -19,7 +19,7 @@ from ..drivers.orbit import CHATTER, IMPACT, JOINS, PART, RELEASE, STICK, TOUCH,
 from ..methods import Reference
 from .curve import Curve, CurvePoint
 from .margins import GRAZING, OPENS, STAYS_SHUT, Margin, least, margins
-from .orbit import Orbit, orbit_of_run, touching_at_start
+from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 LONG_STEPS = 10.0 ** np.arange(-7, -1.0, 0.5)  # the same after a jump
@@ -54,33 +54,16 @@ def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
     return _after_jump(curve, last, complete=True)
 
 
-def within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
-    """The same orbit with all its events in [0, p).
-
-    Events that have passed an end of the cycle are counted at the other end; its state at τ = 0 then is that after
-    them, or before them.
-    """
-    orbit, m = point.orbit, len(point.orbit.kinds)
-    before, behind = (int(part.sum()) for part in (orbit.instants < 0, orbit.instants >= orbit.period))
-    if not (before or behind):
+def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
+    """The same orbit with all its events in [0, p)."""
+    orbit, turned = within_cycle(point.orbit, point.evaluation, curve.equations(point.value))
+    if not turned:
         return point
-    turned = before or -behind  # events that go to the end of the cycle
-    kinds = orbit.kinds[turned:] + orbit.kinds[:turned]
-    instants = np.roll(orbit.instants, -turned)
-    instants[m - before :] += orbit.period
-    instants[: 0 if before else behind] -= orbit.period
-    if behind == m:
-        source, time = orbit.unknowns[:4], 0.0
-    else:
-        *source, time = point.evaluation.after[turned - 1]
-    first = touching_at_start(kinds, orbit.first)
-    length = (0.0 if before else orbit.period) - time
-    state = curve.equations(point.value).state_later(first, np.array(source), time, length)
-    moved = Orbit(orbit.period, kinds, first, np.concatenate([state, instants]))
-    moved = curve.corrected(moved, point.value) or moved  # at a grazing there is nothing to correct with
-    towards = np.concatenate([np.zeros(4), np.roll(point.tangent[4:-1], -turned), point.tangent[-1:]])
-    there = CurvePoint(curve, moved, point.value, towards)
-    return within_cycle(curve, there) if before and behind else there
+    orbit = curve.corrected(orbit, point.value) or orbit  # at a grazing there is nothing to correct with
+    towards = np.concatenate([np.zeros(4), np.roll(point.tangent[4:-1], turned), point.tangent[-1:]])
+    there = CurvePoint(curve, orbit, point.value, towards)
+    both = (point.orbit.instants < 0).any() and (point.orbit.instants >= point.orbit.period).any()
+    return point_within_cycle(curve, there) if both else there
 
 
 def _holds(curve: Curve, point: CurvePoint) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..drivers.orbit import IMPACT, JOINS, PART, WHERE, Evaluation, OrbitEquations
+from ..drivers.orbit import IMPACT, JOINS, PART, WHERE
 from .margins import GRAZING, Margin, margins
 from .orbit import Orbit, touching_at_start
 from .plane import Place, Plane
@@ -55,24 +55,3 @@ def without(orbit: Orbit, k: int) -> Orbit:
     kinds = (*orbit.kinds[:k], *orbit.kinds[k + 1 :])
     first = orbit.kinds[k] in JOINS and not kinds
     return Orbit(orbit.period, kinds, touching_at_start(kinds, first), np.delete(orbit.unknowns, 4 + k))
-
-
-def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations) -> tuple[Orbit, int]:
-    """The same orbit with all events in [0, p), and by how many places they are turned.
-
-    Events that have passed either end of the cycle are counted anew; the state at τ = 0 is that before or behind them.
-    """
-    m, instants, period = len(orbit.kinds), orbit.instants, orbit.period
-    early = int((instants < 0).sum())
-    late = 0 if early else int((instants >= period).sum())
-    if not early and not late:
-        return orbit, 0
-    turned = -early if early else late
-    kinds = tuple(np.roll(orbit.kinds, turned).tolist())
-    times = np.roll(instants, turned)
-    times[m - early :] += period
-    times[:late] -= period
-    source = (early - 1) if early else (m - 1 - late) % m
-    turn = evaluation.after[source, 4] - (0 if early else period * (1 if late < m else 2))
-    state = equations.state_later(orbit.kinds[source] in JOINS, evaluation.after[source, :4], turn, -turn)
-    return Orbit(period, kinds, touching_at_start(kinds, orbit.first), np.concatenate([state, times])), turned
