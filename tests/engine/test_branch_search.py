@@ -67,7 +67,7 @@ def test_a_branch_goes_on_where_the_flight_grazes_together_with_its_impact():
 def test_every_periodic_run_of_a_sweep_ends_on_a_branch(system, method, reach):
     found = find_branches(system, 3.0, method, low=reach[0], high=reach[1], max_period=6)
     values = np.linspace(*reach, 102)[1:-1]
-    runs = run_cells(Cells(system, values, method), transient=2000, sample=64)
+    runs = run_cells(Cells(system, values, method), transient=20_000, sample=64)
     compared = 0
     for value, period, end in zip(values, runs.period, runs.end, strict=True):
         if 0 < period <= 6:
