@@ -57,7 +57,7 @@ class Twin:
         return free[1] - free[3]
 
     def residual(self, x):
-        """F at x = (ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, instants in periods, λ), and the phases: A, z at the start, length."""
+        """F at x = (ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, instants in periods, α₁), and the phases: A, z at the start, length."""
         self.numbers[self.over], self.impacts = x[-1], []
         eta, e, instants, y = self.numbers["eta"], self.numbers["restitution"], list(x[4:-1]), list(x[:4])
         matrices = {touching: self.generator(eta, touching) for touching in (False, True)}
@@ -157,7 +157,7 @@ class Twin:
         return abs(pair) - 1
 
     def located(self, kind, x):
-        """λ of the point near a guess, by the secant method along the curve."""
+        """α₁ of the point near a guess, by the secant method along the curve."""
         fixed = 4 if kind == "fold" else len(x) - 1
         low = self.solved(x.copy(), fixed)
         high = low.copy()

@@ -1,8 +1,8 @@
 """Curves of closed orbits with one sequence of events: pseudo-arclength steps, and roots along them.
 
-A point X = (unknowns, λ) of a curve solves F(X) = 0, one equation fewer than unknowns. From a point, its tangent leads
+A point X = (unknowns, α₁) of a curve solves F(X) = 0, one equation fewer than unknowns. From a point, its tangent leads
 to a predicted one; Newton's method brings it back to the curve in the plane orthogonal to the tangent, so that folds
-are nothing special (Keller 1977). Distances are scaled: states by their largest, λ by the width of its range, instants
+are nothing special (Keller 1977). Distances are scaled: states by their largest, α₁ by the width of its range, instants
 by the excitation period.
 """
 
@@ -18,8 +18,8 @@ from .orbit import Orbit
 NEWTON_STEPS = 10
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
 STALLED = 1e-7  # the same, where rounding prevents any smaller
-DIFFERENCE = 1e-6  # of the width of the range, of central differences in λ
-STEEP = 0.01  # component of the tangent along λ
+DIFFERENCE = 1e-6  # of the width of the range, of central differences in α₁
+STEEP = 0.01  # component of the tangent along α₁
 FAR = 0.5  # of a step: a correction as long as that leads to another curve
 
 
@@ -31,15 +31,15 @@ class CurvePoint:
     curve : Curve
     orbit : Orbit
     value : float
-        λ.
+        α₁.
     towards : (5 + m,) ndarray, optional
-        Scaled direction on whose side the tangent points, by default that of growing λ.
+        Scaled direction on whose side the tangent points, by default that of growing α₁.
 
     Attributes
     ----------
     evaluation : Evaluation
     slope : (4 + m,) ndarray
-        ∂F/∂λ.
+        ∂F/∂α₁.
     tangent : (5 + m,) ndarray
         Scaled, of length one.
     """
@@ -50,7 +50,7 @@ class CurvePoint:
 
     @cached_property
     def slope(self) -> np.ndarray:
-        """See the class; made where it is asked for, since it needs the tables of two more λ."""
+        """See the class; made where it is asked for, since it needs the tables of two more α₁."""
         return self._curve.slope(self.orbit, self.value)
 
     @cached_property
@@ -76,13 +76,13 @@ class CurvePoint:
 
 
 class Curve:
-    """The equations of a family over a range of λ.
+    """The equations of a family over a range of α₁.
 
     Parameters
     ----------
     family : Family
     low, high : float
-        The range: λ may leave it by as much as a difference needs.
+        The range: α₁ may leave it by as much as a difference needs.
     """
 
     def __init__(self, family: Family, low: float, high: float) -> None:
@@ -91,7 +91,7 @@ class Curve:
         self._known: dict[float, OrbitEquations] = {}
 
     def equations(self, value: float) -> OrbitEquations:
-        """The equations at λ; the last ones are kept."""
+        """The equations at α₁; the last ones are kept."""
         found = self._known.get(value)
         if found is None:
             last = next(reversed(self._known.values()), None)
@@ -101,11 +101,11 @@ class Curve:
         return found
 
     def evaluate(self, orbit: Orbit, value: float) -> Evaluation:
-        """F, its Jacobian and the facts of an orbit at λ."""
+        """F, its Jacobian and the facts of an orbit at α₁."""
         return self.equations(value)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
 
     def slope(self, orbit: Orbit, value: float) -> np.ndarray:
-        """∂F/∂λ by differences of second order: central, or one-sided where λ is at the end of what it may be."""
+        """∂F/∂α₁ by differences of second order: central, or one-sided where α₁ is at the end of what it may be."""
         h = DIFFERENCE * self.width
         for offsets in ((-h, h), (0.0, h, 2 * h), (0.0, -h, -2 * h)):
             try:
@@ -123,7 +123,7 @@ class Curve:
         return np.concatenate([np.full(4, size), np.ones(len(orbit.kinds)), [self.width]])
 
     def corrected(self, orbit: Orbit, value: float) -> Orbit | None:
-        """The orbit at this λ near a guess; None if Newton's method does not find it."""
+        """The orbit at this α₁ near a guess; None if Newton's method does not find it."""
         scales, before = self.scales(orbit)[:-1], np.inf
         for _ in range(NEWTON_STEPS):
             found = self.evaluate(orbit, value)
@@ -140,9 +140,9 @@ class Curve:
         return orbit if before < STALLED else None
 
     def ahead(self, point: CurvePoint, s: float) -> tuple[Orbit, float] | None:
-        """The orbit and λ at the distance s along the tangent of a point; None if there is none.
+        """The orbit and α₁ at the distance s along the tangent of a point; None if there is none.
 
-        Where the curve is steep enough λ is that of the tangent, since the tables of one λ then serve all steps of
+        Where the curve is steep enough α₁ is that of the tangent, since the tables of one α₁ then serve all steps of
         Newton's method; near a fold the orbit is sought in the plane orthogonal to the tangent.
         """
         scales = self.scales(point.orbit)
@@ -156,7 +156,7 @@ class Curve:
             else:
                 row = point.tangent / scales
                 found = self.constrained(orbit, float(guess[-1]), row, row @ guess, point.slope)
-        except ValueError:  # λ is out of its range
+        except ValueError:  # α₁ is out of its range
             return None
         if found is None:
             return None
@@ -166,10 +166,10 @@ class Curve:
     def constrained(
         self, orbit: Orbit, value: float, row: np.ndarray, target: float, slope: np.ndarray | None = None
     ) -> tuple[Orbit, float] | None:
-        """The orbit and λ near a guess at which row·X has a given value; None if Newton's method does not find it.
+        """The orbit and α₁ near a guess at which row·X has a given value; None if Newton's method does not find it.
 
-        ``slope``: ∂F/∂λ nearby, by default that of the guess. Each step corrects it by what the one before missed
-        (Broyden 1965), since differences would need the tables of two more λ.
+        ``slope``: ∂F/∂α₁ nearby, by default that of the guess. Each step corrects it by what the one before missed
+        (Broyden 1965), since differences would need the tables of two more α₁.
         """
         scales, x, step = self.scales(orbit), np.append(orbit.unknowns, value), None
         if slope is None:

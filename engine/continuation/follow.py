@@ -53,7 +53,7 @@ class Tracer:
     start : CurvePoint
         The first orbit; its tangent gives the direction.
     doublings : sequence of (int, float), optional
-        Known period doublings: the period, and λ.
+        Known period doublings: the period, and α₁.
     cancelled : callable, optional
 
     Attributes
@@ -65,7 +65,7 @@ class Tracer:
     reason : str
         Why the branch ends.
     joined : float or None
-        λ where it ends in a branch of half the period.
+        α₁ where it ends in a branch of half the period.
     """
 
     def __init__(
@@ -157,7 +157,7 @@ class Tracer:
         return border, (border - here.value) / along if along else np.inf
 
     def _distance_of(self, here: CurvePoint, there: CurvePoint, value: float) -> float:
-        """The distance of λ = ``value`` between two orbits, or beyond them."""
+        """The distance of α₁ = ``value`` between two orbits, or beyond them."""
         return self._distance(here, there) * (value - here.value) / (there.value - here.value)
 
     def _at_border(self, here: CurvePoint, way: float, border: float) -> CurvePoint | None:
@@ -188,9 +188,9 @@ class Tracer:
         return _difference_of_halves(here) @ _difference_of_halves(there) < 0
 
     def _value_of_joining(self, here: CurvePoint, there: CurvePoint) -> float:
-        """λ where two branches meet: the known period doubling between two orbits, or next to them.
+        """α₁ where two branches meet: the known period doubling between two orbits, or next to them.
 
-        The equations are singular there; near it λ varies with the square of the difference of the halves.
+        The equations are singular there; near it α₁ varies with the square of the difference of the halves.
         """
         one, two = (float(np.square(_difference_of_halves(point)).sum()) for point in (here, there))
         share = one / (one - two) if one != two else 0.5
@@ -259,7 +259,7 @@ class Tracer:
     # -- other sequences -----------------------------------------------------------------------------------------------
 
     def _change_sequence(self, here: CurvePoint, step: float) -> bool:
-        """Locate where the sequence of events stops to hold within a step, and go on with the one that follows.
+        """Locate where the sequence of events ceases to hold within a step, and go on with the one that follows.
 
         False if the place is not found, since orbits on the way are missing: a shorter step may find it.
         """

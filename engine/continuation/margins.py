@@ -1,4 +1,4 @@
-"""What keeps a solution of the equations an orbit, and what tells the bifurcations of orbits: functions with zeros.
+"""What keeps a solution of the equations an orbit, and where orbits bifurcate: functions with zeros.
 
 Each is smooth along a curve of orbits with one sequence of events. A *margin* is positive as long as the solution is an
 orbit with this sequence; at its zero the sequence changes. An *indicator* changes its sign at a bifurcation.

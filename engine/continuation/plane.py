@@ -70,7 +70,7 @@ class Plane:
         return isinstance(self.over.method, Reference)
 
     def values(self, shares: np.ndarray) -> tuple[float, float]:
-        """λ and μ at shares of their ranges."""
+        """α₁ and α₂ at shares of their ranges."""
         return self.axes[0].value(float(shares[0])), self.axes[1].value(float(shares[1]))
 
     def problem(self, shares: np.ndarray) -> tuple:

@@ -1,7 +1,7 @@
 """Curves of bifurcation points in two parameters: where a fold, a doubling or a grazing lies as another one varies.
 
 A curve is followed by pseudo-arclength in all unknowns (:mod:`.point_equations`), so that its turning points and its
-cusps are nothing special. Where another bifurcation lies on it, or where the sequence of events stops to hold, both
+cusps are nothing special. Where another bifurcation lies on it, or where the sequence of events ceases to hold, both
 conditions are solved together: a point of codimension two, the same from either curve (:mod:`.meetings`).
 """
 

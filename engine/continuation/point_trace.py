@@ -29,7 +29,7 @@ class Trace:
     Attributes
     ----------
     values : list of (float, float)
-        λ and μ.
+        α₁ and α₂.
     meetings : list of (str, float, float)
     reason : str
         Why it ends.
@@ -54,7 +54,7 @@ class Trace:
         return self.equations.condition.kind
 
     def follow(self, way: float) -> None:
-        """Follow the curve, at first towards larger μ if ``way`` is 1."""
+        """Follow the curve, at first towards larger α₂ if ``way`` is 1."""
         self._accept(self.place)
         step, tangent = FIRST_STEP, None
         while not self.reason:
@@ -123,7 +123,7 @@ class Trace:
                 return step / 4
             else:
                 kind = last[2].kind if last else "the end of its sequence of events"
-                self.reason = f"at {self._words(here)} it can no longer be told from {kind}"
+                self.reason = f"at {self._words(here)} it can no longer be distinguished from {kind}"
             return step
         self._note(self._meetings.located(at, length, start, found))
         self.reason = reason

@@ -1,4 +1,4 @@
-"""Where a sequence of events stops to hold: which one follows, and the first orbit that has it.
+"""Where a sequence of events ceases to hold: which one follows, and the first orbit that has it.
 
 - *Grazing* of an impact, or a touch, whose closing speed falls to zero: the same orbit without it. The other way round,
   where the gap of a flight falls to zero: the same orbit with an impact, or a contact, more. Likewise a contact of the
@@ -7,7 +7,7 @@
   so that the motion jumps by as much. The next orbit is one with the sequence that a run from this one shows; it may
   begin a little before or behind.
 
-Which way the new curve goes is told by its own margins.
+Its own margins say which way the new curve goes.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -124,7 +124,7 @@ def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, k: int) -> C
 
 
 def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | None:
-    """The first orbit near a guess at the last λ, on the side on which its sequence holds."""
+    """The first orbit near a guess at the last α₁, on the side on which its sequence holds."""
     start = _start(curve, last, guess, last.value, last.tangent[-1])
     return start and _first(curve, (start, start.turned()), STEPS)
 
@@ -142,7 +142,7 @@ def _start(curve: Curve, last: CurvePoint, guess: Orbit, value: float, onwards: 
 def _first(
     curve: Curve, starts: Sequence[CurvePoint], steps: np.ndarray, leads_on: Callable[[float], bool] = lambda _: True
 ) -> CurvePoint | None:
-    """The first orbit ahead of one of these whose sequence holds, at a λ that leads on."""
+    """The first orbit ahead of one of these whose sequence holds, at a α₁ that leads on."""
     for step in steps:
         for start in starts:
             ahead = curve.ahead(start, step)
@@ -173,7 +173,7 @@ def _after_jump(curve: Curve, last: CurvePoint, complete: bool = False) -> Curve
 
 
 def _leading_on(curve: Curve, start: CurvePoint, last: float, onwards: float) -> CurvePoint | None:
-    """The first orbit from another one on beyond the last λ, or else away from it: between them it may lead back."""
+    """The first orbit from another one on beyond the last α₁, or else away from it: between them it may lead back."""
     jump = start.value - last
     found = None
     if jump * onwards < 0:

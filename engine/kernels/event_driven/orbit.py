@@ -9,7 +9,7 @@ its reset. The equations say that the quantity watched in a phase is zero at its
 All of them are analytic in the unknowns and in the parameters as long as the *sequence* of events is the same, also
 where an impact grazes or a flight touches, since nothing is solved for an instant: where the closing speed passes zero
 the Jacobian stays regular, although the Poincaré map has no derivative there. Whether a solution is an orbit, that is
-whether impacts close and nothing penetrates on the way, is told by its margins; where one of them passes zero, the
+whether impacts close and nothing penetrates on the way, its margins say; where one of them passes zero, the
 sequence changes. (Event times as unknowns: as in collocation for hybrid systems, e.g. VIVID, arXiv 2510.16218.)
 
 A phase that begins with f = 0 has its own beginning as a trivial zero. The equation of its end is divided by as many
