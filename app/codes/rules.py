@@ -48,6 +48,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.divergence.agreement import CLOSE
 from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
+from vibroscope.engine.model import check_eta
 
 Stepping = Newmark | TimeStepping
 Numbers = dict[str, float]  # some of stiffness, damping and steps
@@ -56,11 +57,20 @@ ENDED = "ended early"  # what stands for the motion of a run without a result
 
 @dataclass(frozen=True)
 class Problem:
-    """What a rule is asked for: a system, its excitation frequency η, and what is set."""
+    """What a rule is asked for: a system, its excitation frequency η, and what is set.
+
+    Raises
+    ------
+    ValueError
+        If η is out of range.
+    """
 
     system: System
     eta: float
     method: Stepping
+
+    def __post_init__(self) -> None:
+        check_eta(self.eta)
 
     @property
     def step(self) -> float:

@@ -26,6 +26,7 @@ from vibroscope.engine import (
     read_system,
     stiffness_of_step,
 )
+from vibroscope.engine.methods import LAWS_WITH_EXPONENT
 
 # What can be asked of a method with a time step, beside its numbers
 INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
@@ -285,8 +286,7 @@ def _own_options(options: argparse.Namespace) -> tuple[str, ...]:
 def method_of(options: argparse.Namespace) -> Method:
     """The method that the options describe; options of other solvers get a note on stderr."""
     note_unused(options)
-    law = law_of(options)
-    needed = [name for name in NEEDED[options.solver] if name != "D" or law.get("law") not in LAWS_BY_RESTITUTION]
+    needed = [name for name in NEEDED[options.solver] if name != "D" or options.law not in LAWS_BY_RESTITUTION]
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if options.solver == "newmark" and getattr(options, "stiffness_of_step", None) is not None:
         missing = [name for name in missing if name != "--K"]
@@ -298,13 +298,18 @@ def method_of(options: argparse.Namespace) -> Method:
     if options.solver == "reference":
         return reference_of(options)
     if options.solver == "exact":
-        return ExactPenalty(options.K, options.D, **law)
+        return ExactPenalty(options.K, options.D, **law_of(options))
     return stepping_of(options)
 
 
 def law_of(options: argparse.Namespace) -> dict[str, str | float]:
-    """The options of the contact law that are given."""
-    return {name: value for name in LAW_OPTIONS if (value := getattr(options, name, None)) is not None}
+    """The options of the contact law that are given; raises ValueError for a number that the law does not have."""
+    given = {name: value for name in LAW_OPTIONS if (value := getattr(options, name, None)) is not None}
+    law = given.get("law", CONTACT_LAWS[0])
+    for name, laws in {"exponent": LAWS_WITH_EXPONENT, "penetration": ("impact",)}.items():
+        if name in given and law not in laws:
+            raise ValueError(f"--{name} is no number of the law {law}: leave it out, or give --law {' or '.join(laws)}")
+    return given
 
 
 def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | TimeStepping:
@@ -323,7 +328,7 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | Time
     if given.get("integrator") == NewmarkBeta.name:
         del given["integrator"]
     law, every_step = law_of(options), getattr(options, "every_step", False)
-    linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS and len(law) < 2
+    linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS
     if not given and linear and (located or status == CONTACT_STATUSES[0]):
         return Newmark(K, D, n, every_step, located, **law)
     if located and status not in (CONTACT_STATUSES[0], "located"):

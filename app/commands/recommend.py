@@ -28,6 +28,7 @@ from vibroscope.engine import (
     TimeStepping,
     Units,
     design_curve,
+    end_text,
     percent,
     recommend,
     recommend_range,
@@ -72,7 +73,8 @@ def add(commands) -> None:
     add_joint_damping_option(command)
     add("--K", type=float, metavar="F", help="hold K and look for the rest")
     add("--D", type=float, metavar="F", help="hold D and look for the rest")
-    add("--K-max", type=float, metavar="F", help="largest K to try (default %(default)g)")
+    largest = end_text(default_of(Limits, "stiffness_max"))
+    add("--K-max", type=float, metavar="F", help=f"largest K to try (default {largest})")
     add("--steps-max", type=float, metavar="N", help="most steps per period to try (default %(default)s)")
     add_units_option(command)
     add_system_option(command)

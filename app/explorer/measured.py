@@ -25,6 +25,7 @@ from vibroscope.engine import (
     fit,
     measured_verdict,
     parse_measurement,
+    percent,
     written,
 )
 
@@ -117,15 +118,15 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
         return [text(sensor) if sensor else "-", *both(lambda a: text(a.sensor))]
 
     def closings(alignment) -> str:
-        return "-" if alignment.closing_error is None else f"{alignment.closing_error:.2%} of T"
+        return "-" if alignment.closing_error is None else f"{percent(alignment.closing_error)} of T"
 
     return [
         ["", "measured", "reference", "penalty"],
         ["repeats after", *(str(each.period) for each in (recurrence, *solved))],
-        ["rms off", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: f"{a.rms:.2%}")],
+        ["rms off", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
         ["begins at" if scale else "begins at tau", "", *both(lambda a: shown("time", a.phase, 4))],
         ["sensor closes", *of_sensor(lambda one: f"{one.per_period:.3g}")],
-        ["sensor closed", *of_sensor(lambda one: f"{one.share:.2%}")],
+        ["sensor closed", *of_sensor(lambda one: percent(one.share))],
         ["closings off", "", *both(closings)],
         ["mean off", "", *both(lambda a: ", ".join(shown("displacement", value, 2) for value in a.offset))],
     ]

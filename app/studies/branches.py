@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import (
     COORDINATES,
     METHOD_NUMBERS,
@@ -162,7 +163,8 @@ def grow_branches(
         return cancelled() or used + time.monotonic() - begin > SECONDS
 
     try:
-        for branch in search_branches(*question.problem, **question.search, note=notes.append, cancelled=ends):
+        how = {"threads": current_settings().threads, "note": notes.append, "cancelled": ends}
+        for branch in search_branches(*question.problem, **question.search, **how):
             found = (*found, branch)
             if len(found) == MOST_BRANCHES:
                 cut = f"The search ended at {MOST_BRANCHES} branches: a narrower range shows the others."

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import Cancelled, ExactPenalty, PointCurve, PointCurves, System, search_branches
 
 KINDS = {"fold": "folds", "period doubling": "period doublings", "grazing": "grazing"}
@@ -129,9 +130,10 @@ def _curves(question: CurvesQuestion, ends: Callable[[], bool]) -> Iterator[tupl
     """Each curve, and how much of the search is over; None for a point that could not be followed."""
     rows = question.rows
     plane = PointCurves(question.system, question.eta, question.method(rows[0]), **question.plane, cancelled=ends)
+    how = {"threads": current_settings().threads, "cancelled": ends}
     for number, damping in enumerate(rows):
         problem = question.system, question.eta, question.method(damping)
-        for branch in search_branches(*problem, **question.search, cancelled=ends):
+        for branch in search_branches(*problem, **question.search, **how):
             for point in branch.points:
                 if point.kind not in KINDS:
                     continue

@@ -47,6 +47,7 @@ def continue_branch(
     initial: Sequence[float] | None = None,
     max_period: int = 8,
     most_orbits: int = MOST_ORBITS,
+    threads: int | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Branch:
     """Follow the periodic motion that a run settles to, both ways through a range of one number.
@@ -70,6 +71,8 @@ def continue_branch(
         Longest cycle to look for, in excitation periods.
     most_orbits : int
         After which a branch is given up, in each direction.
+    threads : int, optional
+        That run what the search begins with; as many as there are processors, if not given.
     cancelled : callable, optional
         Polled many times a second; when it returns true the work is cancelled.
 
@@ -91,7 +94,7 @@ def continue_branch(
     >>> [(point.kind, round(point.value, 8)) for point in branch.points]
     [('period doubling', 2.78895505)]
     """
-    limits = {"max_period": max_period, "most_orbits": most_orbits}
+    limits = {"max_period": max_period, "most_orbits": most_orbits, "threads": threads}
     search = BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits)
     value = search.family.value
     if not low <= value <= high:
@@ -117,6 +120,7 @@ def find_branches(
     unstable: bool = False,
     most_orbits: int = MOST_ORBITS,
     initial: Sequence[float] | None = None,
+    threads: int | None = None,
     progress: Callable[[int], None] | None = None,
     note: Callable[[str], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -125,7 +129,7 @@ def find_branches(
 
     Parameters
     ----------
-    system, eta, method, over, low, high, cancelled
+    system, eta, method, over, low, high, threads, cancelled
         As for :func:`continue_branch`.
     max_period : int
         Longest cycle, in excitation periods; cascades of period doublings are followed up to it.
@@ -172,6 +176,7 @@ def find_branches(
         unstable=unstable,
         most_orbits=most_orbits,
         initial=initial,
+        threads=threads,
         note=note,
         cancelled=cancelled,
     ):
@@ -193,6 +198,7 @@ def search_branches(
     unstable: bool = False,
     most_orbits: int = MOST_ORBITS,
     initial: Sequence[float] | None = None,
+    threads: int | None = None,
     note: Callable[[str], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Iterator[Branch]:
@@ -200,7 +206,7 @@ def search_branches(
 
     A branch that is being followed when the search is cancelled is yielded as far as it goes, before the exception.
     """
-    limits = {"max_period": max_period, "most_orbits": most_orbits, "unstable": unstable}
+    limits = {"max_period": max_period, "most_orbits": most_orbits, "unstable": unstable, "threads": threads}
     search = BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits)
     yield from search.all(initial, note or (lambda _: None))
 
@@ -217,6 +223,7 @@ class BranchSearch:
         max_period: int,
         most_orbits: int,
         unstable: bool = False,
+        threads: int | None = None,
         cancelled: Callable[[], bool] | None = None,
     ) -> None:
         low, high = (
@@ -230,7 +237,7 @@ class BranchSearch:
         self.family, self.curve = family, Curve(family, low, high)
         self.most_orbits = whole("most_orbits", most_orbits, 2, 1_000_000, "give the orbits of a branch")
         self.cancelled, self.unstable = cancelled, unstable
-        self.finder = OrbitFinder(self.curve, self.max_period, cancelled)
+        self.finder = OrbitFinder(self.curve, self.max_period, threads, cancelled)
         self._traces: list[tuple[list[CurvePoint], np.ndarray]] = []
         self._joined: list[float] = []  # where branches of twice the period end in others
         self._doublings: list[tuple[int, float]] = []

@@ -36,11 +36,16 @@ class OrbitFinder:
         Its equations and range.
     max_period : int
         Longest cycle, in excitation periods.
+    threads : int or None
+        That run cells; None for as many as there are processors.
     cancelled : callable or None
     """
 
-    def __init__(self, curve: Curve, max_period: int, cancelled: Callable[[], bool] | None) -> None:
-        self.curve, self.family, self.max_period, self.cancelled = curve, curve.family, max_period, cancelled
+    def __init__(
+        self, curve: Curve, max_period: int, threads: int | None, cancelled: Callable[[], bool] | None
+    ) -> None:
+        self.curve, self.family, self.max_period = curve, curve.family, max_period
+        self.threads, self.cancelled = threads, cancelled
         self.kinds_of_runs = Counter()  # "periodic", "longer", "aperiodic", "ended"
         self._random = np.random.default_rng(0)
 
@@ -150,7 +155,7 @@ class OrbitFinder:
         cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.method}
         if self.family.over in ("K", "D"):
             cells["stiffness" if self.family.over == "K" else "damping"] = values
-        how = {"transient": TRANSIENT, "sample": SAMPLE, "cancelled": self.cancelled}
+        how = {"transient": TRANSIENT, "sample": SAMPLE, "threads": self.threads, "cancelled": self.cancelled}
         runs = run_cells(Cells(systems, **cells), **how)
         if every == 1:
             return runs

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from vibroscope.app.commands.cli import build_parser
 from vibroscope.engine import ExactPenalty, Newmark, System, TimeStepping, simulate, stiffness_of_step
 
 from .command_line import run_command
@@ -71,3 +72,58 @@ def test_what_has_no_effect_is_noted(capsys):
     assert status == 0
     assert "--law has no effect on the reference solver" in err
     assert "--penetration has no effect" in err
+
+
+PENALTY = "--eta 2.76 --K 12000 --D 18 --steps 100"
+COMMANDS = [
+    f"simulate --solver newmark {PENALTY}",
+    f"simulate --solver exact {PENALTY}",
+    f"motion --solver newmark {PENALTY}",
+    f"compare {PENALTY}",
+    f"rules ansys-mode {PENALTY}",
+    f"export --to opensees {PENALTY}",
+    "recommend --eta 2.76",
+    "sweep eta --from 2 --to 3 --count 2 --solver newmark --K 100 --D 1 --steps 50 --out NOWHERE",
+]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("option", ["--exponent 1.5", "--penetration 0.02", "--exponent 2 --law jankowski"])
+def test_a_number_that_the_law_does_not_have_is_refused_in_a_line(capsys, command, option):
+    status, out, err = run_command(capsys, *command.split(), *option.split())
+    line = err.splitlines()[-1]
+    assert (status, out) == (2, "")
+    assert f"{option.split()[0]} is no number of the law " in line
+    assert "give --law " in line
+
+
+def test_a_number_of_a_law_has_no_effect_on_the_reference(capsys):
+    status, _, err = run(capsys, "--solver", "reference", "--exponent", "2", *FEW)
+    assert (status, err) == (0, "vibroscope: --exponent has no effect on the reference solver\n")
+
+
+VALUES = {
+    "integrator": "hht",
+    "status": "end",
+    "law": "limited",
+    "without-solution": "keep",
+    "initial-acceleration": "zero",
+    "initial": "0,0,1,0",
+    "joint-damping": "derived",
+}
+
+
+def test_every_option_alone_ends_in_a_result_or_in_one_line(capsys):
+    """A number is given as 0.5, which is in the range of some options and out of that of others."""
+    parser = build_parser(["simulate"])._subparsers._group_actions[0].choices["simulate"]
+    options = [action for action in parser._actions if action.nargs != 0 and action.option_strings]
+    ended = set()
+    for name in (action.option_strings[-1].removeprefix("--") for action in options):
+        if name in ("solver", "system"):
+            continue
+        words = [*PENALTY.split(), "--periods", "5", "--keep", "2", f"--{name}", VALUES.get(name, "0.5")]
+        status, out, err = run_command(capsys, "simulate", "--solver", "newmark", *words)
+        assert (status, bool(out)) in ((0, True), (2, False)), name
+        assert len(err.splitlines()) <= 1 or err.startswith("usage"), err
+        ended.add(status)
+    assert ended == {0, 2}

@@ -24,6 +24,7 @@ from vibroscope.engine import (
     verdict,
 )
 
+from tests.served import ROOT
 from tests.share import share
 
 NO_NUMBER = re.compile(r"(?<![\w/])[+-]?(?:nan|inf|infinity)\b", re.IGNORECASE)
@@ -111,3 +112,10 @@ def test_wordings_of_any_number(value, beside, digits):
     texts = [percent(value, beside), rounded(value, digits), counted(value, "turn"), many(value)]
     assert not [text for text in texts if NO_NUMBER.search(text)]
     assert ("not known" in texts[1]) == (not math.isfinite(value))
+
+
+def test_every_share_passes_through_percent():
+    """Written otherwise 180 % becomes "1.8e+02 %", and one number has other digits in another place."""
+    by_hand = re.compile(r":\.[0-9]g\} %|:\.[0-9]%\}")
+    found = [path for path in (ROOT / "app").rglob("*.py") if by_hand.search(path.read_text(encoding="utf-8"))]
+    assert found == []

@@ -21,15 +21,21 @@ def threads(server):
     return len(os.listdir(f"/proc/{server.process.pid}/task"))
 
 
+TABS = {
+    "sweeps": ("tab=plane", "tab=bifurcation", "tab=step", "tab=plane", "tab=paper"),
+    "searches": ("tab=bifurcation&choice=branches:on", "tab=plane&choice=curves:on", "tab=basin"),
+}
+
+
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="counts threads in /proc")
-def test_a_server_with_two_threads_starts_few_on_a_machine_with_many_cores(tmp_path):
+@pytest.mark.parametrize("tabs", TABS.values(), ids=TABS)
+def test_a_server_with_two_threads_starts_few_on_a_machine_with_many_cores(tmp_path, tabs):
     (tmp_path / "sitecustomize.py").write_text(f"import os\nos.cpu_count = lambda: {CORES}\n")
     counted = []
 
-    async def busy(server, key, number):
-        async with Client(server.url, f"eta=1.{number}71") as client:
+    async def busy(server, query, number):
+        async with Client(server.url, f"eta=1.{number}71&{query}") as client:
             await client.ready()
-            await client.patch(client.message(mapped({"tab": key}), "Header"))
             await client.patch(client.message(mapped({"take": "report"}), "Header"))
             for _ in range(10):
                 await asyncio.wait([asyncio.ensure_future(client.receive())], timeout=0.5)
@@ -38,8 +44,7 @@ def test_a_server_with_two_threads_starts_few_on_a_machine_with_many_cores(tmp_p
     async def all_of_them(server):
         scripts = set(re.findall(r'src="(static/[^"]+)"', (await get(server.url)).body.decode()))
         fetched = [get(f"{server.url}/{path}", headers={"Accept-Encoding": "gzip"}) for path in scripts]
-        tabs = ("plane", "bifurcation", "step", "plane", "paper")
-        await asyncio.gather(*fetched, *(busy(server, key, number) for number, key in enumerate(tabs)))
+        await asyncio.gather(*fetched, *(busy(server, query, number) for number, query in enumerate(tabs)))
 
     with served(tmp_path / "log.txt", VIBROSCOPE_THREADS="2", PYTHONPATH=str(tmp_path)) as server:
         asyncio.run(asyncio.wait_for(all_of_them(server), 100))

@@ -5,6 +5,7 @@ import pytest
 from vibroscope.app.codes.catalogue import codes
 from vibroscope.app.codes.rules import AS_SET, Outcome, Rule, rules
 from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.state import Setting, read_setting
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code.rules import HEIGHT, WIDTH, brief_why, rows_of
@@ -77,6 +78,16 @@ def test_a_rule_that_gives_none_or_too_many_steps_is_a_sentence(few_rules, monke
     assert found.orbit.shape == (2, 0)
 
 
+def test_a_rule_that_asks_for_more_than_the_server_computes_is_shown_but_not_set():
+    rule = Rule("key", "title", "steps_per_contact", 1e5, "claim", "source")
+    with pytest.raises(Refused):
+        read_setting(rule_texts(rule, COARSE), COARSE)
+    found = your_code._judge(rule, COARSE, lambda: False)
+    (row,) = rows_of([found], np.empty((2, 0)), [], lambda name, value: f"{name} = {value:.3g}")["rows"]
+    assert row["numbers"] != []
+    assert not row["settable"]
+
+
 def judged(holds=True, motion="repeats every period", why="K and D cause 1 % of difference.", without=0):
     method = rules()["abaqus-ten"].method(your_code.Problem(COARSE.system, COARSE.eta, COARSE.penalty))
     outcome = Outcome(rules()["abaqus-ten"], method, motion, 0.01, 0.01, holds, why, without)
@@ -91,7 +102,7 @@ def test_the_rows_of_the_table_hold_numbers_words_and_pictures():
     )
     first, second = found["rows"]
     assert (first["key"], first["settable"], first["path"]) == ("as-set", False, "")
-    assert (second["own"], second["holds"], second["total"]) == (True, "yes", "1 %")
+    assert (second["own"], second["settable"], second["holds"], second["total"]) == (True, True, "yes", "1 %")
     assert second["numbers"] == ["K = 50.7"]
     assert second["why"] == "K and D cause 1 % of difference. 1 step without a solution."
     numbers = [float(x) for x in second["path"].replace("M", "").replace("L", " ").split()]

@@ -20,7 +20,8 @@ from vibroscope.engine.system_file import EXCITATION_CONSTANTS, SYSTEM_CONSTANTS
 
 from tests.app.test_sentences import NO_NUMBER
 from tests.release.odd import random_text
-from tests.release.test_fuzz import COMMANDS, all_finite, all_numbers_finite, ended
+from tests.release.test_fuzz import all_finite, all_numbers_finite
+from tests.release.test_fuzzed_commands import COMMANDS, ended
 
 # Tables that describe a system as they stand; a file changes some of their numbers.
 WHOLE = (

@@ -18,7 +18,7 @@ from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.branches import why_none
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
 from vibroscope.app.studies.plane_curves import CurvesQuestion
-from vibroscope.engine import TimeStepping
+from vibroscope.engine import TimeStepping, percent
 from vibroscope.engine.sweeps import CellKind, kind_words
 
 _SUDDEN = 30  # steps: the paper takes a contact of fewer for one sudden impact
@@ -213,7 +213,7 @@ def _cell(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
     text = f"{_repetition(result, side, place)}, impacts per period {impacts:.3g}, longest contact {steps:.3g} steps"
     if result.question.errors:
         error = result.shown(side, "error")[place]
-        text += f", error {100 * error:.2g} %" if math.isfinite(error) else ", no error: the motions keep no step"
+        text += f", error {percent(error)}" if math.isfinite(error) else ", no error: the motions keep no step"
     return f"{text}."
 
 

@@ -21,7 +21,7 @@ from vibroscope.app.export.scripts import (
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
-from vibroscope.engine import STATUSES, Status
+from vibroscope.engine import STATUSES, Status, percent
 from vibroscope.engine.sweeps import SCHEMES
 
 
@@ -120,6 +120,7 @@ class TimeStepTab(StudyTab):
         self.host.set({"steps": str(steps)})
 
 
+_ROUNDING = 1e-11  # of a displacement: what a motion that repeats exactly scatters by
 _ENDED = {Status.DIVERGED: "blown up.", Status.WITHOUT_SOLUTION: "stopped: a step has no solution."}
 
 
@@ -140,8 +141,9 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str:
     if status != 0:
         return _ENDED.get(STATUSES[int(status)], "ended early.")
     symbol = "ξ₁" if result.question.system.wall else "ξ₂"
-    text = f"{result.words(index, scheme)}; {symbol} scatters by {spread:.2g}; longest contact {steps:.3g} steps"
-    return f"{text}; error against the reference {100 * error:.2g} %." if math.isfinite(error) else f"{text}."
+    scatter = f"{symbol} scatters by {spread:.2g}" if spread > _ROUNDING else "no scatter beyond rounding"
+    text = f"{result.words(index, scheme)}; {scatter}; longest contact {steps:.3g} steps"
+    return f"{text}; error against the reference {percent(error)}." if math.isfinite(error) else f"{text}."
 
 
 def _orders(result: PartialStep, name: str) -> str:

@@ -73,7 +73,7 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], measure: Calla
         "title": rule.title,
         "claim": rule.claim,
         "own": rule.key in marked,
-        "settable": rule is not AS_SET and found.method is not None,
+        "settable": rule is not AS_SET and bool(found.motion),  # else the server would refuse it
         "numbers": numbers,
         "motion": found.motion,
         "total": percent(found.total) if math.isfinite(found.total) else "",
