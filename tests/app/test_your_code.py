@@ -86,13 +86,11 @@ def judged(holds=True, motion="repeats every period", why="K and D cause 1 % of 
 def test_the_rows_of_the_table_hold_numbers_words_and_pictures():
     set_now = Judged(Outcome(AS_SET, COARSE.penalty, "", 0.1, 0.1, None, "why."), np.empty((2, 0)))
     reference = np.array([[0.0, 1.0], [0.0, 2.0]])
-    found = rows_of(
-        [judged(without=1), set_now], reference, ["abaqus-ten"], lambda name, value: f"{name} = {value:.3g}"
-    )
+    found = rows_of([judged(without=1), set_now], reference, ["abaqus-ten"], COARSE)
     first, second = found["rows"]
     assert (first["key"], first["settable"], first["path"]) == ("as-set", False, "")
     assert (second["own"], second["holds"], second["total"]) == (True, "yes", "1 %")
-    assert second["numbers"] == ["K = 50.7"]
+    assert second["numbers"] == [f"K = {judged().outcome.method.stiffness:.4g}"]
     assert second["why"] == "K and D cause 1 % of difference. 1 step without a solution."
     numbers = [float(x) for x in second["path"].replace("M", "").replace("L", " ").split()]
     assert all(

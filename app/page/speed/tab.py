@@ -65,7 +65,7 @@ class Speed(StudyTab):
             "switches": [],
             "limits": [],
             "hint": f"Error: the largest of the four state components after {CHECKED} periods, against the "
-            f"exact penalty model, in base amplitudes A (velocities: Aω₁). Cost: processor time of this machine over "
+            f"exact penalty model, divided by what the axis names. Cost: processor time of this machine over "
             f"{PERIODS} periods, all solvers in turn. "
             "Vertical lines: the reference and the exact penalty model, without a time step and without this error. "
             "Integrator, contact status and law are those that are set under Solver.",
