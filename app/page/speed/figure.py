@@ -9,7 +9,7 @@ import numpy as np
 from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, LabelSet, Legend, LegendItem
 from bokeh.plotting import figure
-from vibroscope.app.explorer.method_words import brief_name, name_of_integrator
+from vibroscope.app.explorer.method_words import CUT, brief_name, name_of_integrator
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
@@ -183,7 +183,7 @@ def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, 
         "exact": "exact penalty",
         "fixed": f"{name}, {'steps skipped' if 'plain' in kinds else 'every step taken'}",
         "plain": f"{name}, plain loop",
-        "located": f"{name_of_integrator(integrator_name(method))} located",
+        "located": f"{name_of_integrator(integrator_name(method))}, {CUT}",
     }
     return {kind: names[kind] for kind in kinds}
 

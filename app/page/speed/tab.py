@@ -25,7 +25,7 @@ _SHIPPED = f"""
 <summary>Six problems and other solvers, as measured and shipped</summary>
 <p>Error after ten periods against 60-digit solutions, over the time that one period takes. The solvers in closed form
 are single points: they have no time step. Newmark's error falls about as the step, and irregularly, since each contact
-change is missed by a part of a step; that of the located step, which lands on the contact changes, falls as its
+change is missed by a part of a step; that of steps that are cut where contact changes falls as its
 square.</p>
 <img class="figure" src="{FIGURE}" alt="Error after ten periods against time per period for six problems: the closed
 form solvers lie furthest to the lower left, plain Newmark furthest to the upper right.">
