@@ -14,9 +14,10 @@ from vibroscope.app.explorer.state import SHARES, Explorer, Setting, print_numbe
 from vibroscope.engine import Units, written
 
 _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
-_QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity", **_STARTS}
-_QUANTITIES |= dict.fromkeys(("clearance", "base", "penetration"), "displacement")
-_QUANTITIES |= dict.fromkeys(("force1", "force2", "constant1", "constant2"), "force")
+# Quantity of each field of the setting that has one.
+FIELD_QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity", **_STARTS}
+FIELD_QUANTITIES |= dict.fromkeys(("clearance", "base", "penetration"), "displacement")
+FIELD_QUANTITIES |= dict.fromkeys(("force1", "force2", "constant1", "constant2"), "force")
 # In units: other quantities than η and D, and other symbols than those without dimension.
 _LABELS = {"eta": ("f", "excitation frequency"), "D": ("2D", "penalty damper")}
 _LABELS |= {
@@ -108,15 +109,15 @@ def shown_field(name: str, setting: Setting) -> ShownField:
         return _defining_field(name, rule, setting)
     share = {"%": 0.01} if name in SHARES else {}
     if setting.scale is None:
-        natural = _NATURAL.get(_QUANTITIES.get(name, ""), "")
+        natural = _NATURAL.get(FIELD_QUANTITIES.get(name, ""), "")
         if natural == "base amplitude" and not setting.base:
             natural = "A"  # of another length
         hint = rule.doc if name != "eta" or setting.is_driven else _NOT_DRIVEN
         return ShownField(rule.label, hint, "", 1.0, {"": 1.0, **share}, natural)
-    if name not in _QUANTITIES:
+    if name not in FIELD_QUANTITIES:
         ratio = {"Hz": 2 * math.pi / setting.omega1} if name in ("kappa", "kappa3") else {}  # as the frequency it gives
         return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share, **ratio})
-    quantity = _QUANTITIES[name]
+    quantity = FIELD_QUANTITIES[name]
     label, hint = _LABELS.get(name, (rule.label, rule.doc))
     hint = hint if name != "eta" or setting.is_driven else _NOT_DRIVEN
     factor = setting.scale.factor(quantity)

@@ -38,11 +38,13 @@ CHOICE_NAMES = {  # of the choices by which methods with a time step differ
     "law": LAW_NAMES,
     "damper": DAMPER_NAMES,
 }
+CUT = "cut at contact"  # of steps that end where contact changes, as titles and legends have it
+STEP_NAMES = {"fixed": "constant step", "located": f"step {CUT}"}
 _SYMBOLS = {"beta": "β", "gamma": "γ", "alpha": "α", "rho": "ρ∞"}
 _STATUSES = {
     "start": "contact status from the start of the step",
     "end": "contact status iterated to the end of the step",
-    "located": "contact changes located within the step",
+    "located": "steps cut where contact changes",
 }
 
 
@@ -54,7 +56,7 @@ def name_of_integrator(name: str) -> str:
 def name_of_method(method: Method) -> str:
     """A penalty solution with a time step in a few words, as "HHT-α, forces averaged (α = −0.05)"."""
     if isinstance(method, Newmark):
-        return "Newmark, located" if method.located else "Newmark"
+        return f"Newmark, {CUT}" if method.located else "Newmark"
     if not isinstance(method, TimeStepping):
         return str(method.name)
     own = method.integrator

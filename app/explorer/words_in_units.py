@@ -35,7 +35,8 @@ _RULES = tuple(
     )
 )
 _POWER = re.compile(r"(?<![\w.])[0-9]+(?:\.[0-9]+)?e[+-]?[0-9]+")
-_RANGE = re.compile(rf"η = {_NUMBER} to {_NUMBER}")
+_RANGE = re.compile(rf"(?<!\w)([ηKD]) = {_NUMBER} to {_NUMBER}")
+_RANGES = {"η": ("f", "frequency"), "K": ("K", "stiffness"), "D": ("2D", "damping")}
 _CUTTING = {"yes": "cutting the step where contact changes", "no": "steps of one length"}
 _DIGITS = {"displacement": 3}  # of scatter, which the engine writes with two; of others four
 
@@ -44,7 +45,7 @@ def in_units(text: str, scale: Units | None) -> str:
     """A sentence of the engine in the units of the page, with numbers as the page writes them."""
     if scale is None:
         return _POWER.sub(lambda match: written(float(match[0])), text)
-    text = _RANGE.sub(lambda m: " to ".join(_frequencies(m, scale)), text)
+    text = _RANGE.sub(lambda m: _range(m, scale), text)
     for pattern, shown, quantity in _RULES:
         text = pattern.sub(lambda m, s=shown, q=quantity: f"{s}{_measure(scale, q, float(m[1]))}", text)
     return text.replace(" in ξ₁", " in x₁").replace(" in ξ₂", " in x₂")
@@ -56,9 +57,11 @@ def _measure(scale: Units, quantity: str, value: float) -> str:
     return scale.text(quantity, value, _DIGITS.get(quantity, 4))
 
 
-def _frequencies(match: re.Match, scale: Units) -> tuple[str, str]:
-    first, last = (scale.text("frequency", float(number)) for number in match.groups())
-    return f"f = {first.removesuffix(' Hz')}", last
+def _range(match: re.Match, scale: Units) -> str:
+    symbol, *ends = match.groups()
+    shown, quantity = _RANGES[symbol]
+    first, last = (scale.text(quantity, float(end)) for end in ends)
+    return f"{shown} = {first.removesuffix(f' {scale.unit(quantity)}')} to {last}"
 
 
 def plain_symbols(text: str) -> str:

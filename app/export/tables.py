@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from vibroscope.app.explorer.field_units import FIELD_QUANTITIES
 from vibroscope.app.explorer.present import Columns, quantity_of
 from vibroscope.app.export.formats import MEASURED, Figure, Series
 from vibroscope.engine import Units
@@ -92,14 +93,17 @@ def difference_table(columns: Columns, coordinate: str, scale: Units | None = No
     return [Series(coordinate, {_column_title(_LONG.get(n, n), n, scale): column for n, column in columns.items()})]
 
 
-# Columns of studies: quantity, and name with units.
+# Columns of studies and fields of the setting: quantity, and name with units.
+_TITLES = {"eta": "f", "D": "2D"}
 _MODEL_COLUMNS = {
-    **{name: ("frequency", name.replace("eta", "f")) for name in ("eta", "from_eta", "to_eta")},
-    "K": ("stiffness", "K"),
-    "D": ("damping", "2D"),
+    f"{end}{name}": (quantity, f"{end}{_TITLES.get(name, name)}")
+    for name, quantity in FIELD_QUANTITIES.items()
+    for end in ("", "from_", "to_")
+} | {
     **{f"xi{k}": ("displacement", f"x{k}") for k in (1, 2)},
     **{f"v{k}": ("velocity", f"velocity{k}") for k in (1, 2)},
     "spread": ("displacement", "spread"),
+    "longest_contact": ("time", "longest_contact"),
 }
 
 
@@ -109,17 +113,28 @@ def table_in_units(table: list[Series], scale: Units | None) -> list[Series]:
 
 
 def columns_in_units(columns: Columns, scale: Units | None) -> Columns:
-    """Columns of numbers of the model in units, which their names hold; columns with a unit already stay."""
+    """Columns of numbers of the model in units, which their names hold; columns with a unit already stay.
+
+    A column may be a table of columns; a column of texts, or of no number, stays as it is.
+    """
     if scale is None:
         return columns
     found = {}
     for name, column in columns.items():
         quantity, title = _MODEL_COLUMNS.get(name, ("", name))
-        if quantity:
-            found[f"{title} [{scale.unit(quantity)}]"] = scale.factor(quantity) * np.asarray(column)
+        if isinstance(column, Mapping):
+            found[name] = columns_in_units(column, scale)
+        elif quantity:
+            found[f"{title} [{scale.unit(quantity)}]"] = _times(scale.factor(quantity), column)
         else:
             found[name] = column
     return found
+
+
+def _times(factor: float, column: object) -> object:
+    """A column or a number times a factor; what is no number stays."""
+    numbers = np.asarray(column)
+    return factor * numbers if numbers.dtype.kind in "fiu" else column
 
 
 def _column_title(name: str, column: str, scale: Units | None) -> str:

@@ -12,6 +12,7 @@ from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.cell_classes import DIVERGED, NO_NUMBER, SPECIAL, UNKNOWN
 from vibroscope.engine import CONTACT_LAWS, Method, Reference, System, TimeStepping
 from vibroscope.engine.sweeps import (
+    COORDINATES,
     KIND_FLAGS,
     MISSING,
     BasinDifference,
@@ -201,7 +202,7 @@ class PartialBasin:
     def data(self) -> dict[str, object]:
         """What is known, for a file."""
         question = self.question
-        found: dict[str, object] = {"eta": question.eta, "start": np.array(question.start)}
+        found: dict[str, object] = {"eta": question.eta, "start": dict(zip(COORDINATES, question.start, strict=True))}
         found |= {side: self.columns(side) for side in SIDES}
         found["motions"] = {
             "name": np.array([each.name for each in self.motions]),

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.explorer.motion_kind import describe_kind
@@ -94,7 +95,8 @@ def coexisting_content(result: Coexisting, setting: Setting) -> dict:
     -------
     dict
         ``head`` (str), and ``solvers``: title and motions of each. A motion has ``name``, ``share`` and ``text``, the
-        evidence for its kind ``why``, the texts of its start ``use``, and ``shown``: whether the setting starts there.
+        evidence for its kind ``why``, its start in words ``starts`` and as texts ``use``, and ``shown``: whether the
+        setting starts there.
     """
     titles = {"reference": "Reference", "penalty": f"Penalty ({brief_name(result.question.penalty)})"}
     solvers = [
@@ -113,9 +115,16 @@ def _motion(each: Attractor, setting: Setting, event: str) -> dict:
         "share": percent(each.share),
         "text": _strength(each.motion, setting.scale, event),
         "why": in_units(kind.evidence, setting.scale),
+        "starts": _start_words(each, setting),
         "use": {"zero_start": "zero", **dict(zip(START_FIELDS, map(print_number, each.start.tolist()), strict=True))},
         "shown": tuple(each.start.tolist()) == setting.initial,
     }
+
+
+def _start_words(each: Attractor, setting: Setting) -> str:
+    """The start with the symbols and units of the page."""
+    fields = zip(START_FIELDS, each.start.tolist(), strict=True)
+    return ", ".join(shown_field(name, setting).words(value) for name, value in fields)
 
 
 def _strength(found: Motion, scale: Units | None, event: str) -> str:

@@ -73,7 +73,7 @@ def test_the_time_step_study_is_of_what_is_set_and_its_command_makes_the_same_nu
 def test_the_time_step_is_titled_and_described_by_what_is_set(few):
     result, view = step_result(HHT_END), TimeStepView(print)
     view.update(HHT_END, result)
-    assert view.phases["fixed"].title.text.startswith("T/200 fixed, HHT-α, status at the end: η = 2.76")
+    assert view.phases["fixed"].title.text.startswith("T/200, constant step, HHT-α, status at the end: η = 2.76")
     lines = TimeStepTab(FakeHost()).describe(HHT_END, result)
     assert lines[0] == [
         "Penalty solution",
@@ -81,7 +81,7 @@ def test_the_time_step_is_titled_and_described_by_what_is_set(few):
     ]
     usual = step_result(Setting()._replace(**{name: getattr(HHT_END, name) for name in ("eta", "K", "D", "steps")}))
     view.update(HHT_END, usual)
-    assert view.phases["fixed"].title.text.startswith("T/200 fixed: η = 2.76")
+    assert view.phases["fixed"].title.text.startswith("T/200, constant step: η = 2.76")
 
 
 def test_a_law_without_located_steps_has_the_fixed_one_alone(few):
@@ -93,18 +93,18 @@ def test_a_law_without_located_steps_has_the_fixed_one_alone(few):
     assert len(view.sizes["spread", "located"].data["n"]) == 2
     view.update(HERTZ, result)
     assert "Hunt–Crossley" in view.phases["fixed"].title.text
-    assert view.phases["located"].title.text == "This contact law has no located steps"
+    assert view.phases["located"].title.text == "This contact law has no step cut at contact"
     sources = view.sizes["spread", "located"], view.orbits["located"], view.sections["located"]
     assert not any(len(column) for source in sources for column in source.data.values())
     assert [item.visible for item in view.curves["spread"].legend[0].items] == [True, False]
     text = str(statements(HERTZ, result))
     assert "located" not in text
-    assert "T/200, fixed step" in text
+    assert "T/200, constant step" in text
 
 
 def test_a_run_that_stops_for_want_of_a_solution_is_not_said_to_have_blown_up(few):
     stops = HHT_END._replace(without_solution="stop")
-    assert "stopped: a step has no solution." in dict(statements(stops, step_result(stops)))["T/200, fixed step"]
+    assert "stopped: a step has no solution." in dict(statements(stops, step_result(stops)))["T/200, constant step"]
 
 
 @pytest.mark.parametrize("kind", [TimeStepTab, Speed])

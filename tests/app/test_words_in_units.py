@@ -22,6 +22,8 @@ SCALE = Units(20.0, 3.0, 2.5, "mm-t-s")
         ("no K up to 100 gave a run", "no K up to 120 N/mm gave a run"),
         ("K is to blame: up to 100 the contact", "K is to blame: up to 120 N/mm the contact"),
         ("From η = 0.5 to 4", "From f = 1.592 to 12.73 Hz"),
+        ("From K = 100 to 1e+05", "From K = 120 to 120000 N/mm"),
+        ("From D = 8 to 10", "From 2D = 0.96 to 1.2 N·s/mm"),
         ("cell at K ≈ 100, D ≈ 8", "cell at K ≈ 120 N/mm, 2D ≈ 0.96 N·s/mm"),
         ("its section alone; ξ₂ scatters by 0.04; longest", "its section alone; x₂ scatters by 0.1 mm; longest"),
         ("each point (ξ₂ by ±0.04).", "each point (x₂ by ±0.1 mm)."),

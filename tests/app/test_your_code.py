@@ -83,7 +83,7 @@ def test_a_rule_that_asks_for_more_than_the_server_computes_is_shown_but_not_set
     with pytest.raises(Refused):
         read_setting(rule_texts(rule, COARSE), COARSE)
     found = your_code._judge(rule, COARSE, lambda: False)
-    (row,) = rows_of([found], np.empty((2, 0)), [], lambda name, value: f"{name} = {value:.3g}")["rows"]
+    (row,) = rows_of([found], np.empty((2, 0)), [], COARSE)["rows"]
     assert row["numbers"] != []
     assert not row["settable"]
 
@@ -97,13 +97,11 @@ def judged(holds=True, motion="repeats every period", why="K and D cause 1 % of 
 def test_the_rows_of_the_table_hold_numbers_words_and_pictures():
     set_now = Judged(Outcome(AS_SET, COARSE.penalty, "", 0.1, 0.1, None, "why."), np.empty((2, 0)))
     reference = np.array([[0.0, 1.0], [0.0, 2.0]])
-    found = rows_of(
-        [judged(without=1), set_now], reference, ["abaqus-ten"], lambda name, value: f"{name} = {value:.3g}"
-    )
+    found = rows_of([judged(without=1), set_now], reference, ["abaqus-ten"], COARSE)
     first, second = found["rows"]
     assert (first["key"], first["settable"], first["path"]) == ("as-set", False, "")
     assert (second["own"], second["settable"], second["holds"], second["total"]) == (True, True, "yes", "1 %")
-    assert second["numbers"] == ["K = 50.7"]
+    assert second["numbers"] == [f"K = {judged().outcome.method.stiffness:.4g}"]
     assert second["why"] == "K and D cause 1 % of difference. 1 step without a solution."
     numbers = [float(x) for x in second["path"].replace("M", "").replace("L", " ").split()]
     assert all(

@@ -185,9 +185,11 @@ def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(coun
 
 def test_a_click_on_the_time_step_figure_sets_n(visit):
     explorer = opened(visit, "step")
-    assert "T/2000 fixed" in explorer.figure("step_phase_fixed")["title"]
+    assert "T/2000, constant step" in explorer.figure("step_phase_fixed")["title"]
     explorer.page.mouse.click(*place(explorer, "step_error_time_step", 8300, 1e-3))
-    wait_until(lambda: "T/8000 fixed" in explorer.figure("step_phase_fixed")["title"], what="the motion of T/8000")
+    wait_until(
+        lambda: "T/8000, constant step" in explorer.figure("step_phase_fixed")["title"], what="the motion of T/8000"
+    )
     explorer.wait_for_address(steps="8000", tab="step")
     assert "power of −2.0" in panel(explorer).locator(".statements").text_content()
 

@@ -38,8 +38,18 @@ OPEN = """() => {
 SYMBOL = re.compile(r"[ηκξτεωμσζλΩΔ]|(?<![\w.])(?:2?[KDTA]|[efxtd][₁₂₃]?)(?![\w.])")
 NAME = re.compile(r"[A-Za-z]{4,}")
 NAMES = {"mm-t-s", "K and D"}  # a system of units, and a part of the difference
-TABS = ("Explore", "Bifurcation", "K–D plane", "Basins", "Time step", "Speed against error", "Paper", "Help")
-OF_FIGURES = {"Bifurcation": 2, "K–D plane": 2, "Basins": 2, "Time step": 4, "Speed against error": 1}
+TABS = (
+    "Explore",
+    "Bifurcation",
+    "K–D plane",
+    "Basins",
+    "Time step",
+    "Your code",
+    "Speed against error",
+    "Paper",
+    "Help",
+)
+OF_FIGURES = {"Bifurcation": 2, "K–D plane": 2, "Basins": 2, "Time step": 4, "Your code": 2, "Speed against error": 1}
 STARTED = "direction:own;start_v2:0.0467"  # 5 mm/s in Aω₁
 FIELDS = {  # a part of each name: unit in mm-t-s, and what a number without dimension is a multiple of
     "penalty stiffness": ("N/mm", "k₁"),

@@ -41,7 +41,7 @@ class BranchPanel(Component):
     points = param.Dict(default={}, doc="All points: title, heads and rows")
 
     _esm = script("shared/dom", "bifurcation/branches")
-    _stylesheets = [style("bifurcation/branches")]  # noqa: RUF012 - Panel reads it from the class
+    _stylesheets = [style("shared/scroll_cue", "bifurcation/branches")]  # noqa: RUF012 - Panel reads it from the class
 
 
 class Branches:
@@ -252,6 +252,11 @@ def _cell(text: str, place: Place | None = None, title: str = "") -> dict:
     return {"text": text} | ({"open": place.name} if place else {}) | ({"title": title} if title else {})
 
 
+def _head(field: ShownField) -> str:
+    """Symbol and name; the unit stands in the cells."""
+    return f"{field.label} ({field.hint})"
+
+
 def _near_table(shown: Mapping[str, PartialBranches], value: float, field: ShownField) -> dict:
     """The motions that branches have at the value that is set."""
     rows = []
@@ -267,7 +272,7 @@ def _near_table(shown: Mapping[str, PartialBranches], value: float, field: Shown
                 _cell(NAMES[solver]),
             ]
             rows.append({"mark": "━" if stable else "╌", "kind": "motion", "cells": cells})
-    heads = ["motion", field.label, "largest multiplier", "solver"]
+    heads = ["motion", _head(field), "largest multiplier", "solver"]
     return {"title": f"Motions of the branches near {field.words(value)}", "heads": heads, "rows": rows}
 
 
@@ -288,7 +293,7 @@ def _point_table(shown: Mapping[str, PartialBranches], field: ShownField) -> dic
         for solver, result in shown.items()
         for number, k, point in result.points
     ]
-    return {"title": "Points", "heads": ["kind", field.label, "period", "largest multiplier", "solver"], "rows": rows}
+    return {"title": "Points", "heads": ["kind", _head(field), "period", "largest multiplier", "solver"], "rows": rows}
 
 
 def _shift_table(shown: Mapping[str, PartialBranches], field: ShownField) -> dict:

@@ -13,7 +13,7 @@ from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Range1d, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
-from vibroscope.app.explorer.method_words import name_of_method
+from vibroscope.app.explorer.method_words import CUT, name_of_method
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
@@ -293,8 +293,8 @@ def name_of(method, over: str = "eta") -> str:
     """A solver as the figures call it, without the number that is swept."""
     if isinstance(method, Newmark | TimeStepping):
         steps = "" if over == "steps" else f" T/{method.steps}"
-        name, _, located = name_of_method(method).partition(", located")
-        return f"{name}{steps}{', located' if located or is_located(method) else ''}"
+        name, _, located = name_of_method(method).partition(f", {CUT}")
+        return f"{name}{steps}{f', {CUT}' if located or is_located(method) else ''}"
     return "Reference" if isinstance(method, Reference) else "Exact penalty"
 
 

@@ -291,7 +291,8 @@ class Bifurcation(StudyTab):
     def data(self) -> dict[str, object]:
         """The diagram and the branches."""
         results = self.branches.results
-        return super().data() | {f"branches_{solver}": result.data() for solver, result in results.items()}
+        branches = {f"branches_{solver}": result.data() for solver, result in results.items()}
+        return super().data() | self._shown_in_units(branches)
 
     def _orbits(self) -> dict[str, PartialBranches]:
         return {solver: result for solver, result in self.branches.results.items() if result.branches}

@@ -35,6 +35,7 @@ export function render({ model }) {
   };
   model.on("content", draw);
   draw();
+  explainTerms(root);
   return root;
 }
 
@@ -45,12 +46,12 @@ function fill(list, solvers) {
   if (focused) list.querySelector(`[data-start="${focused}"]`)?.focus();
 }
 
-function motionRow({ name, share, text, why, use, shown }) {
+function motionRow({ name, share, text, why, starts, use, shown }) {
   const made = button("", "", () => emit("set", use), "motion");
   made.append(element("strong", "", name), element("span", "share", `${share} of starts`), element("small", "", text));
   made.setAttribute("aria-pressed", String(shown));
   const { zero_start, ...numbers } = use;
   made.dataset.start = Object.values(numbers).join(",");
-  made.title = `Run from ξ₁, ξ₁′, ξ₂, ξ₂′ = ${Object.values(numbers).join(", ")}, which leads to this motion. ${why}`;
+  made.title = `Run from ${starts}, which leads to this motion. ${why}`;
   return made;
 }

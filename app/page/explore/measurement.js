@@ -38,6 +38,7 @@ export function render({ model }) {
   };
   model.on("content", draw);
   draw();
+  explainTerms(root);
   return root;
 }
 

@@ -32,6 +32,7 @@ export function render({ model }) {
   limits.onToggle = draw;
   model.on("content", draw);
   draw();
+  explainTerms(root);
   cueScroll(more, true);
   return root;
 }

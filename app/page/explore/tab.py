@@ -233,12 +233,13 @@ class Explore(Tab):
 
     def data(self) -> dict[str, object]:
         """The columns of all sources, the difference, the map and the front of a suggestion."""
+        scale = self._result.setting.scale
         more = {"difference": dict(self.displacement.difference.data)} if self._draws_difference else {}
         more |= {"front": self._suggester.front} if self._suggester.front else {}
-        more |= {"comparison": self.comparison.table} if self.comparison.rows else {}
+        more |= {"comparison": columns_in_units(self.comparison.table, scale)} if self.comparison.rows else {}
         placed = self._place()
         more |= {"measured": placed._asdict()} if len(placed.phase["x1"]) else {}
-        diagram = columns_in_units(self.eta_map.in_view(), self._result.setting.scale)
+        diagram = columns_in_units(self.eta_map.in_view(), scale)
         return {**self._result.columns, **more, "diagram": diagram}
 
     def words(self) -> dict[str, str]:

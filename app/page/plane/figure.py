@@ -9,6 +9,7 @@ from bokeh.events import RangesUpdate, Tap
 from bokeh.models import LegendItem
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.method_words import CUT
 from vibroscope.app.explorer.ranges import slider_range, widened
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
@@ -112,7 +113,7 @@ class PlaneView:
 
     def _titles(self, question: PlaneQuestion, setting: Setting, label: str) -> None:
         at = shown_field("eta", setting).words(question.eta)
-        step = f"T/{question.steps}{' located' if question.located else ''}"
+        step = f"T/{question.steps}{f' {CUT}' if question.located else ''}"
         self.figures["penalty"].title.text = f"{question.name} {step}, {at}: {label}"
         self.figures["exact"].title.text = f"No time step, {at}: {label}"
 

@@ -120,7 +120,7 @@ class PlaneTab(StudyTab):
     def data(self) -> dict[str, object]:
         """The planes and the curves."""
         curves = self.curves.result
-        return super().data() | ({"curves": curves.data()} if curves is not None else {})
+        return super().data() | self._shown_in_units({"curves": curves.data()} if curves is not None else {})
 
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:
         """Both planes and the key."""

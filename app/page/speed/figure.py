@@ -9,7 +9,7 @@ import numpy as np
 from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, LabelSet, Legend, LegendItem
 from bokeh.plotting import figure
-from vibroscope.app.explorer.method_words import brief_name, name_of_integrator
+from vibroscope.app.explorer.method_words import CUT, brief_name, name_of_integrator
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
@@ -25,7 +25,7 @@ from vibroscope.app.page.shared.figure import (
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.studies.speed import KINDS, SWEPT, Key, PartialSpeed
+from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, Key, PartialSpeed
 from vibroscope.engine import Newmark, TimeStepping, integrator_name
 
 _LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
@@ -53,7 +53,7 @@ class SpeedView:
         plot = make_figure(
             "Being measured …",
             "processor time per period / µs (further left: faster)",
-            "error after 10 periods / A, or Aω₁ of a velocity (further down: more exact)",
+            error_label(Setting()),
             name="speed",
             x_axis_type="log",
             y_axis_type="log",
@@ -124,6 +124,7 @@ class SpeedView:
         fresh = self._result is None or self._result.question != result.question
         self._result = result
         self._name(result)
+        self.figure.yaxis.axis_label = error_label(setting)
         turns = f"{result.rounds} run{'s' if result.rounds > 1 else ''}"
         self.figure.title.text = (
             f"Error against time; present step T/{result.question.method.steps}, medians of {turns}"
@@ -167,6 +168,13 @@ class SpeedView:
                 owned.put(*_decades(sizes), fresh=fresh)
 
 
+def error_label(setting: Setting) -> str:
+    """What the errors are multiples of: an amplitude, of a velocity Aω₁, with the units of the page."""
+    scale = setting.scale
+    ones = ("A", "Aω₁") if scale is None else tuple(scale.text(name, 1.0) for name in ("displacement", "velocity"))
+    return f"error after {CHECKED} periods / {ones[0]}, or {ones[1]} of a velocity (further down: more exact)"
+
+
 def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, str]:
     """What the legend calls each kind of solver."""
     name = brief_name(method)
@@ -175,7 +183,7 @@ def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, 
         "exact": "exact penalty",
         "fixed": f"{name}, {'steps skipped' if 'plain' in kinds else 'every step taken'}",
         "plain": f"{name}, plain loop",
-        "located": f"{name_of_integrator(integrator_name(method))} located",
+        "located": f"{name_of_integrator(integrator_name(method))}, {CUT}",
     }
     return {kind: names[kind] for kind in kinds}
 

@@ -25,7 +25,7 @@ _SHIPPED = f"""
 <summary>Six problems and other solvers, as measured and shipped</summary>
 <p>Error after ten periods against 60-digit solutions, over the time that one period takes. The solvers in closed form
 are single points: they have no time step. Newmark's error falls about as the step, and irregularly, since each contact
-change is missed by a part of a step; that of the located step, which lands on the contact changes, falls as its
+change is missed by a part of a step; that of steps that are cut where contact changes falls as its
 square.</p>
 <img class="figure" src="{FIGURE}" alt="Error after ten periods against time per period for six problems: the closed
 form solvers lie furthest to the lower left, plain Newmark furthest to the upper right.">
@@ -65,7 +65,7 @@ class Speed(StudyTab):
             "switches": [],
             "limits": [],
             "hint": f"Error: the largest of the four state components after {CHECKED} periods, against the "
-            f"exact penalty model, in base amplitudes A (velocities: Aω₁). Cost: processor time of this machine over "
+            f"exact penalty model, divided by what the axis names. Cost: processor time of this machine over "
             f"{PERIODS} periods, all solvers in turn. "
             "Vertical lines: the reference and the exact penalty model, without a time step and without this error. "
             "Integrator, contact status and law are those that are set under Solver.",

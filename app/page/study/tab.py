@@ -7,6 +7,7 @@ and the end of the session. A move that changes no question only moves the marks
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from typing import ClassVar
 
 import panel as pn
@@ -215,7 +216,10 @@ class StudyTab(Tab):
 
     def data(self) -> dict[str, object]:
         """What is known, in the units that are shown."""
-        return dict(columns_in_units(self.result.data(), self._move.setting.scale))
+        return self._shown_in_units(self.result.data())
+
+    def _shown_in_units(self, data: Mapping[str, object]) -> dict[str, object]:
+        return dict(columns_in_units(data, self._move.setting.scale))
 
     def words(self) -> dict[str, str]:
         """What stands in the panel."""

@@ -9,7 +9,7 @@ from bokeh.events import Tap
 from bokeh.models import LegendItem, Span
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.method_words import brief_name
+from vibroscope.app.explorer.method_words import STEP_NAMES, brief_name
 from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import INK, VERMILLION, empty_source, legend, make_figure, quantity_axis, write
@@ -22,7 +22,6 @@ from vibroscope.engine.sweeps import SCHEMES
 GREEN = "#009E73"  # the located step is neither of the two solutions that have a colour in Explore
 _COLOURS = {"fixed": VERMILLION, "located": GREEN}
 _MARKERS = {"fixed": "diamond", "located": "circle"}
-_NAMES = {"fixed": "fixed step", "located": "located step"}
 _SIZES = {
     "spread": ("Scatter of the section (drawn down to 10⁻¹⁰)", "standard deviation of ξ₂"),
     "error_time_step": ("Error by the time step alone", "rms difference from exact penalty, relative"),
@@ -106,7 +105,7 @@ class TimeStepView:
                 plot.line("n", "size", source=source, line_color=colour, line_width=1.5, line_dash=dash),
                 plot.scatter("n", "size", source=source, marker=_MARKERS[scheme], size=10, color=colour),
             ]
-            items.append(LegendItem(label=_NAMES[scheme], renderers=drawn))
+            items.append(LegendItem(label=STEP_NAMES[scheme], renderers=drawn))
         plot.add_layout(legend(items))
         cursor = Span(dimension="height", line_color=INK, line_width=1.5, level="overlay", name=f"step_cursor_{name}")
         plot.add_layout(cursor)
@@ -146,7 +145,7 @@ class TimeStepView:
         fields = [(shown_field(name, setting), value) for name, value in numbers.items() if value is not None]
         at = ", ".join(field.words(value) if not field.unit else field.measure(value) for field, value in fields)
         name = "" if isinstance(method, Newmark) else f", {brief_name(method)}"
-        self.phases[scheme].title.text = f"T/{result.steps[index]:.0f} {scheme}{name}: {at}"
+        self.phases[scheme].title.text = f"T/{result.steps[index]:.0f}, {STEP_NAMES[scheme]}{name}: {at}"
         for plot in self.curves.values():
             plot.legend[0].items[SCHEMES[scheme]].visible = True
         for source, shown in ((self.orbits, result.orbit), (self.sections, result.section)):
@@ -159,7 +158,7 @@ class TimeStepView:
 
     def _clear(self, scheme: str) -> None:
         """Nothing of a scheme that the contact law does not have."""
-        self.phases[scheme].title.text = f"This contact law has no {scheme} steps"
+        self.phases[scheme].title.text = f"This contact law has no {STEP_NAMES[scheme]}"
         for plot in self.curves.values():
             plot.legend[0].items[SCHEMES[scheme]].visible = False
         for source in (self.orbits[scheme], self.sections[scheme], *(self.sizes[name, scheme] for name in _SIZES)):

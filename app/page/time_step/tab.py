@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import panel as pn
 from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
-from vibroscope.app.explorer.method_words import words_of_method
+from vibroscope.app.explorer.method_words import STEP_NAMES, words_of_method
 from vibroscope.app.explorer.state import Setting, print_number
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import (
@@ -36,7 +36,7 @@ class TimeStepTab(StudyTab):
         *(
             Figure(
                 f"step_phase_{scheme}",
-                f"Phase plot, {scheme} step",
+                f"Phase plot, {STEP_NAMES[scheme]}",
                 f"Velocity over displacement with the {scheme} step.",
             )
             for scheme in SCHEMES
@@ -127,9 +127,8 @@ _ENDED = {Status.DIVERGED: "blown up.", Status.WITHOUT_SOLUTION: "stopped: a ste
 def statements(setting: Setting, result: PartialStep) -> list[list[str]]:
     """Head and text: the n that is shown, and how scatter and error fade."""
     index = result.nearest(setting.steps)
-    lines = [
-        [f"T/{result.steps[index]:.0f}, {scheme} step", _motion(result, index, scheme)] for scheme in result.schemes
-    ]
+    n = f"T/{result.steps[index]:.0f}"
+    lines = [[f"{n}, {STEP_NAMES[scheme]}", _motion(result, index, scheme)] for scheme in result.schemes]
     for name, head in (("spread", "Scatter"), ("error_time_step", "Error by the time step")):
         lines.append([f"{head}, observed order", _orders(result, name)])
     return lines
@@ -152,12 +151,12 @@ def _orders(result: PartialStep, name: str) -> str:
         sizes = result.of_scheme(name, scheme)
         order, error = result.order(name, scheme)
         if sizes.max(initial=0.0) < 1e-10:
-            said.append(f"{scheme} step: none beyond rounding")
+            said.append(f"{STEP_NAMES[scheme]}: none beyond rounding")
         elif order <= 0:
-            said.append(f"{scheme} step: does not fall with n")
+            said.append(f"{STEP_NAMES[scheme]}: does not fall with n")
         elif math.isfinite(order):
             sure = f" ± {error:.1g}" if math.isfinite(error) else ""
-            said.append(f"{scheme} step: falls as n to the power of −{order:.2f}{sure}")
+            said.append(f"{STEP_NAMES[scheme]}: falls as n to the power of −{order:.2f}{sure}")
         else:
-            said.append(f"{scheme} step: no number, since the motions do not keep step")
+            said.append(f"{STEP_NAMES[scheme]}: no number, since the motions do not keep step")
     return f"{'; '.join(said)}."

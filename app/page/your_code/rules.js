@@ -38,6 +38,7 @@ export function render({ model }) {
   for (const name of ["rows", "reference"]) model.on(name, drawRows);
   drawCode();
   drawRows();
+  explainTerms(root);
   cueScroll(root);
   return root;
 }

@@ -8,6 +8,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import param
 from vibroscope.app.codes.rules import AS_SET, ENDED, Outcome
+from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.studies.your_code import Judged
@@ -37,9 +40,7 @@ def _receive(data: object, on_set: Callable[[str], None]) -> None:
         on_set(data["set"])
 
 
-def rows_of(
-    judged: Sequence[Judged], reference: np.ndarray, marked: Sequence[str], measure: Callable[[str, float], str]
-) -> dict:
+def rows_of(judged: Sequence[Judged], reference: np.ndarray, marked: Sequence[str], setting: Setting) -> dict:
     """The parameters of the table.
 
     Parameters
@@ -49,23 +50,24 @@ def rows_of(
         Phase plot of the reference; all small pictures have its range, widened to hold the widest solution.
     marked : sequence of str
         Keys of the rules of the code that is chosen, which come first.
-    measure : callable
-        ``measure(name, value)``: K, D or steps as a text with its symbol.
+    setting : Setting
+        In its units numbers and sentences are written.
     """
     judged = sorted(judged, key=lambda each: (each.outcome.rule is not AS_SET, each.outcome.rule.key not in marked))
     span = _span([reference, *(each.orbit for each in judged)], reference)
     return {
         "reference": _path(reference, span),
-        "rows": [_row(each, span, marked, measure) for each in judged],
+        "rows": [_row(each, span, marked, setting) for each in judged],
     }
 
 
-def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], measure: Callable[[str, float], str]) -> dict:
+def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], setting: Setting) -> dict:
     found, rule = judged.outcome, judged.outcome.rule
     numbers = []
     if found.method is not None:
-        numbers = [measure(name, getattr(found.method, METHOD_NUMBERS[name])) for name in rule.gives or METHOD_NUMBERS]
-    why = brief_why(found)
+        given = {name: getattr(found.method, METHOD_NUMBERS[name]) for name in rule.gives or METHOD_NUMBERS}
+        numbers = [_measure(setting, name, value) for name, value in given.items()]
+    why = in_units(brief_why(found), setting.scale)
     if found.without_solution and found.motion != ENDED:
         why += f" {counted(found.without_solution, 'step')} without a solution."
     return {
@@ -75,7 +77,7 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], measure: Calla
         "own": rule.key in marked,
         "settable": rule is not AS_SET and bool(found.motion),  # else the server would refuse it
         "numbers": numbers,
-        "motion": found.motion,
+        "motion": in_units(found.motion, setting.scale),
         "total": percent(found.total) if math.isfinite(found.total) else "",
         "holds": {True: "yes", False: "no", None: ""}[found.holds],
         "why": why,
@@ -83,6 +85,13 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], measure: Calla
         "url": rule.url,
         "path": _path(judged.orbit, span),
     }
+
+
+def _measure(setting: Setting, name: str, value: float) -> str:
+    """K, D or steps that a rule gives as the page shows them, with the symbol."""
+    if name == "steps":
+        return f"{'Δτ' if setting.scale is None else 'Δt'} = T/{value:.0f}"
+    return shown_field(name, setting).words(float(f"{value:.4g}"))
 
 
 def brief_why(found: Outcome) -> str:

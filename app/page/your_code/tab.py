@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 import panel as pn
 from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.explorer.explanation import describe
-from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.study.tab import StudyTab
@@ -31,6 +30,7 @@ from vibroscope.app.studies.your_code import (
 )
 from vibroscope.engine import counted
 
+_SENTENCES = ("motion", "why")  # of a rule
 NONE = "none"  # no code is chosen: the page's own choice of integrator, status and law
 _NEWMARK = "Newmark (β = 0.25, γ = 0.5); contact status from the start of the step; contact law Kelvin–Voigt"
 
@@ -123,7 +123,7 @@ class YourCode(StudyTab):
         reference = small_orbit(result.runs.reference.orbit, setting) if result else np.empty((2, 0))
         judged = result.judged if result else ()
         marked = () if code is None else code.rules
-        return {"code": own, **rows_of(judged, reference, marked, partial(_measure, setting))}
+        return {"code": own, **rows_of(judged, reference, marked, setting)}
 
     def describe(self, setting: Setting, result: PartialCode) -> list[list[str]]:
         """What is set, what it shows, and whether its steps have solutions."""
@@ -151,23 +151,23 @@ class YourCode(StudyTab):
     def table(self, name: str) -> list[Series]:
         """The curves that are drawn, or a row for each rule."""
         if name == "code_rules":
-            return [
-                Series(each.outcome.rule.key, {n: np.array([_cell(v)]) for n, v in each.outcome.as_dict().items()})
-                for each in self.result.judged
-            ]
+            rules = self.data()["rules"]
+            return [Series(key, {n: np.array([_cell(v)]) for n, v in row.items()}) for key, row in rules.items()]
         sources = self.view.phases if name == "code_phase" else self.view.traces
         return [Series(solver, dict(source.data)) for solver, source in sources.items()]
+
+    def data(self) -> dict[str, object]:
+        """What is known, its sentences too in the units that are shown."""
+        data, scale = super().data(), self._move.setting.scale
+        rules = {
+            key: {name: in_units(cell, scale) if name in _SENTENCES and cell else cell for name, cell in row.items()}
+            for key, row in data["rules"].items()
+        }
+        return data | {"rules": rules}
 
     def command(self, setting: Setting) -> str:
         """The commands of the setting."""
         return as_command(setting)
-
-
-def _measure(setting: Setting, name: str, value: float) -> str:
-    """A number of a rule as the page shows it, with its symbol."""
-    if name == "steps":
-        return f"{'Δτ' if setting.scale is None else 'Δt'} = T/{value:.0f}"
-    return shown_field(name, setting).words(float(f"{value:.4g}"))
 
 
 def _cell(value: object) -> object:
