@@ -19,7 +19,7 @@ from .agreement import CLOSE, SAME, agreement, is_visible, time_step_scatter
 from .blame import best_experiment, blame_sentence
 from .compare import Comparison, error_from_penalty_state
 from .details import detail_sentences, duration_sentences
-from .experiments import JUMPS, by_remaining, run_experiments, with_enough_steps, without_jump
+from .experiments import JUMPS, by_remaining, enough_for, run_experiments, with_enough_steps, without_jump
 from .grid import rms
 from .statistics import SECTION
 
@@ -109,7 +109,8 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
     best = best_experiment(comparison, experiments, scatter)
     if best and best.changed in ("steps", "status") and difference.total > SAME:
         tried = with_enough_steps(comparison, experiments, cancelled)
-        best = tried if best.changed == "steps" and tried.enough else best
+        better = best.changed == "steps" or best.remaining > enough_for(tried.remaining)
+        best = tried if tried.enough and better else best
         experiments = by_remaining([*experiments, tried])
     second, change = blame_sentence(comparison, experiments, best)
     scattered = "" if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)

@@ -15,6 +15,7 @@ from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import PART_NAMES, Comparison, Newmark, System, compare, percent, repetition, verdict
 from vibroscope.engine.divergence import statistics
+from vibroscope.engine.divergence.agreement import SAME
 from vibroscope.engine.divergence.blame import HELPS, PART_OF
 
 from tests.share import share
@@ -83,7 +84,9 @@ def contradictions(case):
     if found.change:
         check(percent(found.left) in headline, "the cure's remainder is not in the headline")
         left = [float(share) for share in re.findall(r"leaves (\d[\d.]*) %", found.details[-1])]
-        check(100 * found.left <= 1.31 * left[0] and left == sorted(left), "another cure is better")
+        # a change of the time step that leaves curves which coincide is enough
+        coincide = 100 * SAME if found.blame in ("status", "integrator") else 0.0
+        check(100 * found.left <= max(1.31 * left[0], coincide) and left == sorted(left), "another cure is better")
     table = command._part_lines(comparison, None)
     shares = [percent(value) for value in (difference.total, *difference.parts.values())]
     check([SHARE.search(line).group() for line in table] == shares, "other digits in the table")

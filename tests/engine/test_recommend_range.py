@@ -81,7 +81,7 @@ def test_what_is_held_is_kept_and_blamed_where_it_is_too_soft():
 
 
 def test_a_range_that_is_not_met_says_where_it_is_and_why_not():
-    found = recommend_range(SYSTEM, [1.08, 2.76], tolerance=0.05, located=True, steps_max=32)
+    found = recommend_range(SYSTEM, [1.08, 2.76], tolerance=0.05, located=True, steps_max=64)
     assert not found.met
     assert "at eta = 1.08 the joint damping alone makes an error of 7.7 %" in found.reason
     assert "limited at eta = 1.08" in found.limit
