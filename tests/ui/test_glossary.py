@@ -31,7 +31,7 @@ def test_a_term_opens_its_entry(visit):
     note.get_by_role("button", name="Close").click()
     label = page.locator("label", has_text="penalty stiffness").locator(".term").first
     label.press(" ")
-    assert note.locator("strong").text_content() == "K"
+    note.locator("strong:text-is('K')").wait_for()
     note.get_by_role("button", name="All terms").click()
     page.locator("[role=tab][aria-selected=true]:text-is('Help')").wait_for()
 
