@@ -286,7 +286,8 @@ def _own_options(options: argparse.Namespace) -> tuple[str, ...]:
 def method_of(options: argparse.Namespace) -> Method:
     """The method that the options describe; options of other solvers get a note on stderr."""
     note_unused(options)
-    needed = [name for name in NEEDED[options.solver] if name != "D" or options.law not in LAWS_BY_RESTITUTION]
+    by_restitution = getattr(options, "law", None) in LAWS_BY_RESTITUTION
+    needed = [name for name in NEEDED[options.solver] if name != "D" or not by_restitution]
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if options.solver == "newmark" and getattr(options, "stiffness_of_step", None) is not None:
         missing = [name for name in missing if name != "--K"]

@@ -45,10 +45,18 @@ def in_units(text: str, scale: Units | None) -> str:
     """A sentence of the engine in the units of the page, with numbers as the page writes them."""
     if scale is None:
         return _POWER.sub(lambda match: written(float(match[0])), text)
-    text = _RANGE.sub(lambda m: _range(m, scale), text)
+    found = list(_RANGE.finditer(text))
+    begins, ends = [0, *(m.end() for m in found)], [*(m.start() for m in found), len(text)]
+    between = [_single_numbers(text[begin:end], scale) for begin, end in zip(begins, ends, strict=True)]
+    ranges = [*(_range(m, scale) for m in found), ""]
+    text = "".join(part for pair in zip(between, ranges, strict=True) for part in pair)
+    return text.replace(" in ξ₁", " in x₁").replace(" in ξ₂", " in x₂")
+
+
+def _single_numbers(text: str, scale: Units) -> str:
     for pattern, shown, quantity in _RULES:
         text = pattern.sub(lambda m, s=shown, q=quantity: f"{s}{_measure(scale, q, float(m[1]))}", text)
-    return text.replace(" in ξ₁", " in x₁").replace(" in ξ₂", " in x₂")
+    return text
 
 
 def _measure(scale: Units, quantity: str, value: float) -> str:
