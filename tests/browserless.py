@@ -42,6 +42,7 @@ class Client:
         self.url, self.query, self.headers = url, query, headers or {}
         self.compression = compression  # options of Tornado's client; {} as a browser, None: none
         self.patience = 20  # s that the controls may take to show something
+        self.closed = False  # by the server
         self.answers = []  # in the order in which they came
 
     async def connect(self, token=None, origin=None):
@@ -90,9 +91,11 @@ class Client:
         """The next message, its header and content in one; None once the server has closed."""
         parts = []
         for _ in range(3):
-            parts.append(await self.socket.read_message())
-            if parts[-1] is None:  # another call would wait for ever
+            part = None if self.closed else await self.socket.read_message()
+            if part is None:
+                self.closed = True  # another call of Tornado's would wait for ever
                 return None
+            parts.append(part)
         header, _, content = map(json.loads, parts)
         for _ in range(2 * header.get("num_buffers", 0)):
             await self.socket.read_message()

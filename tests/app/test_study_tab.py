@@ -118,7 +118,8 @@ def test_a_study_says_what_it_shows_of_a_setting_once_all_is_known_and_that_it_c
     assert tab.summary(SETTING._replace(K=100.0)) == "Computing."
 
 
-def test_the_data_of_a_study_are_taken_away(opened):
+def test_the_data_of_a_study_are_taken_away(opened, monkeypatch, tmp_path):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))  # where no other test has kept the whole plane
     tab, _ = opened(PlaneTab)
     asked = Asked.all[0]
     asked.deliver(asked, next(asked.grow(asked.question, None, lambda: False)))

@@ -35,6 +35,7 @@ _MARKS = {
     "located": (GREEN, "circle", "dashed"),
 }
 _FLOOR = 1e-16  # of a double; an error of 0 lies here
+_PRESENT = ("cost", "error", "text", "align", "right", "up")
 _ALL = (1e-30, 1e30)  # a cost without an error: a line over any error that is shown
 
 
@@ -46,7 +47,7 @@ class SpeedView:
         self.ranges = {"cost": OwnedRange(0.1, 1e3), "error": OwnedRange(1e-10, 1.0)}
         self.stepless = {kind: empty_source(f"speed_{kind}", "cost", "error") for kind in _LINES}
         self.swept = {kind: empty_source(f"speed_{kind}", "cost", "error", "n", "solves") for kind in SWEPT}
-        self.present = ColumnDataSource({"cost": [], "error": [], "text": []}, name="speed_present")
+        self.present = ColumnDataSource({name: [] for name in _PRESENT}, name="speed_present")
         self.figure = self._make()
 
     def _make(self) -> figure:
@@ -106,9 +107,10 @@ class SpeedView:
                 y="error",
                 text="text",
                 source=self.present,
-                # Above and to the right: there a curve of errors that fall as costs rise has no points.
-                x_offset=7,
-                y_offset=10,
+                x_offset="right",
+                y_offset="up",
+                text_align="align",
+                text_baseline="middle",
                 background_fill_color="#FFFFFF",
                 background_fill_alpha=0.8,
                 text_color=INK,
@@ -133,8 +135,8 @@ class SpeedView:
             write(source, {"cost": np.full(2, result.stepless(kind)), "error": np.array(_ALL)})
         for kind, source in self.swept.items():
             write(source, _columns(result, result.curve(kind)))  # empty for a kind that the law does not have
-        self._ring(setting, result)
         self._follow(fresh)
+        self._ring(setting, result)
 
     def _ring(self, setting: Setting, result: PartialSpeed) -> None:
         n = result.question.method.steps
@@ -144,10 +146,17 @@ class SpeedView:
             named = {Key("fixed", n): "set", Key("plain", n): "in an FE code"}
         shown = [key for key in named if math.isfinite(result.errors.get(key, math.nan))]
         columns = _columns(result, shown)
+        # Where a curve of errors that fall as costs rise has no points: above to the right, or, in the right half, where
+        # the text would leave a narrow figure, below to the left.
+        half = math.sqrt(self.figure.x_range.start * self.figure.x_range.end)
+        right = columns["cost"] < half
         now = {
             "cost": columns["cost"].tolist(),
             "error": columns["error"].tolist(),
             "text": [named[key] for key in shown],
+            "align": np.where(right, "left", "right").tolist(),
+            "right": np.where(right, 7, -7).tolist(),
+            "up": np.where(right, 17, -17).tolist(),
         }
         if now != self.present.data:
             self.present.data = now
