@@ -35,7 +35,7 @@ _MARKS = {
     "located": (GREEN, "circle", "dashed"),
 }
 _FLOOR = 1e-16  # of a double; an error of 0 lies here
-_PRESENT = ("cost", "error", "text", "align", "right", "up")
+_PRESENT = ("cost", "error", "text", "align", "right", "up")  # the two last: from the ring to its text, px
 _ALL = (1e-30, 1e30)  # a cost without an error: a line over any error that is shown
 
 
@@ -146,8 +146,8 @@ class SpeedView:
             named = {Key("fixed", n): "set", Key("plain", n): "in an FE code"}
         shown = [key for key in named if math.isfinite(result.errors.get(key, math.nan))]
         columns = _columns(result, shown)
-        # Where a curve of errors that fall as costs rise has no points: above to the right, or, in the right half, where
-        # the text would leave a narrow figure, below to the left.
+        # Where a curve of errors that fall as costs rise has no points: above to the right, or, in the right half, so
+        # that the text stays inside a narrow figure, below to the left.
         half = math.sqrt(self.figure.x_range.start * self.figure.x_range.end)
         right = columns["cost"] < half
         now = {
