@@ -12,7 +12,7 @@ BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
 
-.PHONY: help run check in-process test bench codes docs gallery dist lint lock snapshots diagram image proxy release clean
+.PHONY: help run check in-process test bench codes docs notebook gallery dist lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
@@ -20,6 +20,7 @@ help:
 	@echo "make check      check style, run the tests that need no browser and no process of their own: some two minutes"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
 	@echo "make docs       build the documentation, which the explorer serves under /docs: a minute or two"
+	@echo "make notebook   open docs/notebook.ipynb in JupyterLab, which it installs"
 	@echo "make gallery    write reports of all scenes and published systems into build/gallery, to open without a server"
 	@echo "make dist       build wheel and source archive into dist/, the documentation in them"
 	@echo "make bench      measure costs and errors"
@@ -62,6 +63,10 @@ docs: $(VENV)/test
 	rm -rf build/docs assets/site
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir build/docs/doctrees docs build/docs/site
 	mv build/docs/site assets/
+
+notebook: $(VENV)/run requirements/notebook.txt
+	$(INSTALL) -r requirements/notebook.txt
+	$(BIN)/jupyter lab docs/notebook.ipynb $(ARGS)
 
 gallery: $(VENV)/test
 	$(BIN)/python docs/static_gallery.py $(ARGS)
@@ -145,6 +150,7 @@ lock: build/lock/bin/uv
 	$(LOCK) --extra fit --constraint requirements/image.txt --output-file requirements/run.txt
 	$(LOCK) --extra fit --extra cluster --group test --group lint --group docs --constraint requirements/run.txt --output-file requirements/test.txt
 	$(LOCK) --group docs --constraint requirements/test.txt --output-file requirements/docs.txt
+	$(LOCK) --extra notebook --constraint requirements/test.txt --output-file requirements/notebook.txt
 	$(BIN)/python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['optional-dependencies']['codes'], sep='\n')" \
 	  | $(subst --universal,--python-platform linux,$(subst --group build,,$(subst pyproject.toml,-,$(LOCK)))) \
 	  --constraint requirements/test.txt --output-file requirements/codes.txt
