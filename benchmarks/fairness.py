@@ -1,6 +1,6 @@
-"""Prints how long a visitor waits beside others who ask for much: moves beside busy sliders, a plane beside planes.
+"""Prints how long a visitor waits beside others who ask for much: moves beside busy sliders, a plane beside studies.
 
-The busy ones move to a costly setting (32,000 located steps per period) three times a second, or keep a K–D plane under
+The busy ones move to a costly setting (32,000 located steps per period) three times a second, or keep a study under
 way. Then one abuser keeps the server's loop busy: with large files, pings, or by opening sessions. He has a process of
 his own, so that the visitor's clock does not measure what his messages cost to write. All use Bokeh's websocket
 protocol without a browser and share the machine with the server.
@@ -59,10 +59,19 @@ async def moves(url, number):
     return taken[2:]  # the first explains the page itself
 
 
-async def grow_plane(url, number, pictures):
-    """Open a plane of its own and keep it under way; seconds to the first picture go to ``pictures``."""
+STUDIES = {
+    "planes": "tab=plane",
+    "searches for branches": "tab=bifurcation&choice=branches:on",
+    "searches for curves": "tab=plane&choice=curves:on",
+    "basins": "tab=basin",
+    "codes": "tab=code",
+}
+
+
+async def grow(url, number, query, pictures=None):
+    """Open a study of its own and keep it under way; seconds to the first picture go to ``pictures``."""
     begun = time.perf_counter()
-    async with Client(url, f"tab=plane&eta={1.5 + 0.01 * number:.4f}") as client:
+    async with Client(url, f"{query}&eta={1.5 + 0.01 * number:.4f}") as client:
         await client.ready()
         while (message := await client.receive()) is not None:
             client.answers.clear()
@@ -178,7 +187,7 @@ async def apart(name, url):
 async def first_picture(url, number):
     """Seconds until a visitor sees the first picture of a plane."""
     seen = asyncio.get_running_loop().create_future()
-    growing = asyncio.ensure_future(grow_plane(url, number, seen))
+    growing = asyncio.ensure_future(grow(url, number, STUDIES["planes"], seen))
     try:
         return await asyncio.wait_for(seen, 500)
     finally:
@@ -199,12 +208,18 @@ async def measure(url):
     missed = "" if ratio <= SLOWER and max(many) <= WORST else "  missed"
     print(f"95th percentile against alone: {ratio:.2f}× (wanted ≤ {SLOWER}×, worst ≤ {WORST:g} s){missed}", flush=True)
     await abused(url, alone)
+    await beside_studies(url)
+
+
+async def beside_studies(url):
+    """Print how long a plane takes to its first picture beside studies of each kind."""
     one = await first_picture(url, 0)
-    async with beside(grow_plane(url, number, None) for number in range(1, BUSY + 1)):
-        crowd = await first_picture(url, BUSY + 1)
-    missed = "" if crowd <= PICTURE else "  missed"
-    print(f"\nfirst picture of a plane: alone {one:.1f} s, beside {BUSY} planes {crowd:.1f} s", end=" ")
-    print(f"(wanted ≤ {PICTURE:g} s){missed}")
+    print(f"\nfirst picture of a plane: alone {one:.1f} s (wanted ≤ {PICTURE:g} s, beside others too)", flush=True)
+    for row, (name, query) in enumerate(STUDIES.items(), 1):
+        numbers = range(row * (BUSY + 1), (row + 1) * (BUSY + 1))
+        async with beside(grow(url, number, query) for number in numbers[1:]):
+            crowd = await first_picture(url, numbers[0])
+        print(f"beside {BUSY} {name}: {crowd:.1f} s{'' if crowd <= PICTURE else '  missed'}", flush=True)
 
 
 async def abuse(name, url):

@@ -4,7 +4,7 @@ import argparse
 import json
 
 from vibroscope.app.commands.interrupt import watch_interrupt
-from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
+from vibroscope.app.commands.options import add_solver_options, count, default_of, number, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.engine import (
     PARAMETERS,
@@ -39,11 +39,11 @@ def add(commands) -> None:
     add_solver_options(command, follows=False)
     add = command.add_argument
     add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")
-    add("--from", dest="low", type=float, required=True, metavar="F", help="its smallest value")
-    add("--to", dest="high", type=float, required=True, metavar="F", help="its largest value")
+    add("--from", dest="low", type=number, required=True, metavar="F", help="its smallest value")
+    add("--to", dest="high", type=number, required=True, metavar="F", help="its largest value")
     add(
         "--max-period",
-        type=float,
+        type=count,
         default=_LONGEST,
         metavar="N",
         help=f"longest cycle, in excitation periods (default {_LONGEST})",
@@ -52,14 +52,14 @@ def add(commands) -> None:
     most = default_of(find_branches, "most_orbits")
     add(
         "--most-orbits",
-        type=float,
+        type=count,
         default=most,
         metavar="N",
         help=f"orbits after which a branch is given up, in each direction (default {most})",
     )
     add("--along", choices=PARAMETERS, help="a second number, along which the points of --point are followed")
-    add("--along-from", type=float, metavar="F", help="its smallest value")
-    add("--along-to", type=float, metavar="F", help="its largest value")
+    add("--along-from", type=number, metavar="F", help="its smallest value")
+    add("--along-to", type=number, metavar="F", help="its largest value")
     add("--point", choices=FOLLOWED, default=FOLLOWED[0], help=f"kind of points to follow (default {FOLLOWED[0]})")
     add("--out", metavar="FILE.zarr", help="write all orbits, multipliers and points (xarray.open_zarr reads them)")
     add("--json", action="store_true", help="print one JSON object")

@@ -15,6 +15,7 @@ from vibroscope.app.commands.options import (
     add_penalty_options,
     add_system_option,
     add_threshold_option,
+    count,
     default_of,
     eta_of,
     reference_of,
@@ -74,8 +75,8 @@ def add(commands) -> None:
     add_penalty_options(command, required=True)
     add_integrator_options(command)
     usual = f"default {default_of(compare, 'periods')}; where nothing drives the bodies {FREE_PERIODS}"
-    add("--periods", type=float, metavar="N", help=f"excitation periods to run ({usual})")
-    add("--keep", type=float, metavar="N", help=f"last periods to compare (default {_KEEP}, or all if fewer are run)")
+    add("--periods", type=count, metavar="N", help=f"excitation periods to run ({usual})")
+    add("--keep", type=count, metavar="N", help=f"last periods to compare (default {_KEEP}, or all if fewer are run)")
     add_joint_damping_option(command)
     add_threshold_option(command)
     add_initial_option(command)

@@ -9,6 +9,7 @@ from vibroscope.app.commands.options import (
     add_integrator_options,
     add_penalty_options,
     add_system_option,
+    count,
     eta_of,
     method_of,
     system_of,
@@ -38,8 +39,8 @@ def add(commands) -> None:
     add_penalty_options(command)
     add_integrator_options(command)
     usual = f"default {PERIODS}, calculix: as many as its table of loads has room for"
-    add("--periods", type=float, metavar="N", help=f"excitation periods to run ({usual})")
-    add("--keep", type=float, metavar="N", help=f"last periods to write (default {KEEP}, or all if fewer are run)")
+    add("--periods", type=count, metavar="N", help=f"excitation periods to run ({usual})")
+    add("--keep", type=count, metavar="N", help=f"last periods to write (default {KEEP}, or all if fewer are run)")
     add_initial_option(command)
     add_system_option(command)
     add_units_option(command)

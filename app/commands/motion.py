@@ -4,7 +4,7 @@ import argparse
 import json
 from textwrap import wrap
 
-from vibroscope.app.commands.options import add_integrator_options, add_solver_options, default_of, problem_of
+from vibroscope.app.commands.options import add_integrator_options, add_solver_options, count, default_of, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.app.commands.physical_units import (
     add_units_option,
@@ -38,7 +38,7 @@ def add(commands) -> None:
     add_integrator_options(command)
     add = command.add_argument
     add("--attractors", action="store_true", help="look for other motions at the same parameters, from many starts")
-    add("--starts", type=float, metavar="N", help=f"with --attractors: how many (default {_SEARCH['starts']})")
+    add("--starts", type=count, metavar="N", help=f"with --attractors: how many (default {_SEARCH['starts']})")
     add("--seed", type=int, metavar="N", help=f"with --attractors: of the random starts (default {_SEARCH['seed']})")
     add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")

@@ -2,10 +2,12 @@
 
 import argparse
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import fields, replace
 from inspect import signature
 
 from vibroscope.app.commands.output import note
+from vibroscope.app.explorer.number_text import parse_typed, quote, two_meanings
 from vibroscope.engine import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
@@ -40,11 +42,6 @@ SOLVER_OPTIONS = {
 }
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
 FREE_VIBRATION = "nothing drives the bodies: a free vibration from its start, and eta only sets the length of a period"
-ETA = {
-    "type": float,
-    "metavar": "F",
-    "help": "excitation frequency Omega/omega1; paper: 1.08 to 3.25 (default: what frequency_Hz of --system gives)",
-}
 
 
 def default_of(function: Callable, name: str):
@@ -53,6 +50,32 @@ def default_of(function: Callable, name: str):
 
 
 # --- kinds of argument ------------------------------------------------------------------------------------------------
+
+
+class NotANumber(argparse.ArgumentTypeError, ValueError):
+    """A text is no number at all, be it an argument or a part of one."""
+
+
+def number(text: str) -> float:
+    """A number as a person writes one: with separated thousands or a decimal comma, where it can mean only one."""
+    return _read(text, whole=False)
+
+
+def count(text: str) -> float:
+    """The same where a whole number is expected, so that a comma before three digits separates thousands."""
+    return _read(text, whole=True)
+
+
+def _read(text: str, whole: bool) -> float:
+    typed = parse_typed(text, whole=whole)
+    found = list(() if typed.unit else typed.numbers)
+    with suppress(ValueError):  # what a program writes has that meaning too
+        found.append(float(text))
+    if not found:
+        raise NotANumber(f"{quote(text)} is no number: write it as 12000, 1.08 or 1.2e4, without a unit")
+    if len(meanings := tuple(dict.fromkeys(found))) == 2:
+        raise argparse.ArgumentTypeError(two_meanings(text, meanings).removesuffix("."))
+    return found[0]
 
 
 def numbers(text: str) -> tuple[float, ...]:
@@ -82,6 +105,12 @@ def system_file(path: str) -> SystemFile:
 
 
 # --- the system -------------------------------------------------------------------------------------------------------
+
+ETA = {
+    "type": number,
+    "metavar": "F",
+    "help": "excitation frequency Omega/omega1; paper: 1.08 to 3.25 (default: what frequency_Hz of --system gives)",
+}
 
 
 def add_system_option(command: argparse.ArgumentParser) -> None:
@@ -135,7 +164,7 @@ def add_solver_options(command: argparse.ArgumentParser, *, follows: bool = True
     add_joint_damping_option(command)
     add(
         "--restitution",
-        type=float,
+        type=number,
         metavar="F",
         help=f"reference: coefficient of restitution (default: the system's; the paper's is {System().restitution:g})",
     )
@@ -162,15 +191,21 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
     ``follows``: whether K can follow the step.
     """
     both, newmark = ("", "") if required else ("exact, newmark: ", "newmark: ")
-    add, number = command.add_argument, {"required": required, "type": float}
+    add = command.add_argument
     add_stiffness_option(command, f"{both}contact stiffness; the paper uses 100 to 12000", required, follows)
     add(
         "--D",
-        type=float,
+        type=number,
         metavar="F",
         help=f"{both}contact damping; the paper uses 8 to 50; some laws need none: --law",
     )
-    add("--steps", **number, metavar="N", help=f"{newmark}steps per excitation period, the time step is T/N")
+    add(
+        "--steps",
+        required=required,
+        type=count,
+        metavar="N",
+        help=f"{newmark}steps per excitation period, the time step is T/N",
+    )
     add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
 
 
@@ -179,11 +214,11 @@ def add_stiffness_option(
 ) -> None:
     """Add ``--K``, and where K can follow the step ``--stiffness-of-step`` in its place."""
     place = command.add_mutually_exclusive_group(required=required)
-    place.add_argument("--K", type=float, metavar="F", help=text)
+    place.add_argument("--K", type=number, metavar="F", help=text)
     if follows:
         place.add_argument(
             "--stiffness-of-step",
-            type=float,
+            type=number,
             metavar="S",
             help="newmark: K = S m/(time step)^2 instead of --K, m the reduced mass; half the step has four times K",
         )
@@ -210,8 +245,8 @@ def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None
         "hunt-crossley to constant-restitution take their damper from the restitution of the system and the closing "
         "speed, by the formula of their authors",
     )
-    add("--exponent", type=float, metavar="F", help="power of the penetration in the law, at least 1 (default 1.5)")
-    add("--penetration", type=float, metavar="F", help="law impact: penetration from which on the damper acts in full")
+    add("--exponent", type=number, metavar="F", help="power of the penetration in the law, at least 1 (default 1.5)")
+    add("--penetration", type=number, metavar="F", help="law impact: penetration from which on the damper acts in full")
     add(
         "--integrator",
         choices=(*INTEGRATORS, *more),
@@ -224,7 +259,7 @@ def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None
         "--alpha": "hht (default -0.05), hht-interpolated (-0.1): -1/3 to 0 as Hilber writes it; OpenSees' 0.9 is -0.1",
         "--rho": "generalised-alpha (default 0.8), bathe (0): spectral radius at high frequencies, 0 to 1",
     }.items():
-        add(option, type=float, metavar="F", help=f"integrator {text}")
+        add(option, type=number, metavar="F", help=f"integrator {text}")
     add(
         "--status",
         choices=CONTACT_STATUSES,
@@ -259,7 +294,7 @@ def add_threshold_option(command: argparse.ArgumentParser) -> None:
     """Add ``--threshold``, for :func:`reference_of`."""
     command.add_argument(
         "--threshold",
-        type=float,
+        type=number,
         metavar="F",
         help="reference: parting speed that begins permanent contact, in the unit of length times omega1, so that it "
         f"scales with the system (default {Reference().threshold:g}); 0: the limit of the threshold",

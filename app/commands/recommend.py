@@ -9,8 +9,10 @@ from vibroscope.app.commands.options import (
     add_integrator_options,
     add_joint_damping_option,
     add_system_option,
+    count,
     default_of,
     eta_of,
+    number,
     reference_of,
     stepping_of,
     system_of,
@@ -62,7 +64,7 @@ def add(commands) -> None:
         action="store_true",
         help="with --eta-range: one K, D and time step for all of them and between them, and what limits the range",
     )
-    add("--tolerance", type=float, metavar="F", help="largest relative error (default %(default)s)")
+    add("--tolerance", type=number, metavar="F", help="largest relative error (default %(default)s)")
     add("--located", action="store_true", help="steps cut at contact changes only; the least solves per period")
     add_integrator_options(command, ALL)
     add(
@@ -71,11 +73,11 @@ def add(commands) -> None:
         help="what this code of `vibroscope codes` has: its integrators, contact status and law; answers in its words",
     )
     add_joint_damping_option(command)
-    add("--K", type=float, metavar="F", help="hold K and look for the rest")
-    add("--D", type=float, metavar="F", help="hold D and look for the rest")
+    add("--K", type=number, metavar="F", help="hold K and look for the rest")
+    add("--D", type=number, metavar="F", help="hold D and look for the rest")
     largest = end_text(default_of(Limits, "stiffness_max"))
-    add("--K-max", type=float, metavar="F", help=f"largest K to try (default {largest})")
-    add("--steps-max", type=float, metavar="N", help="most steps per period to try (default %(default)s)")
+    add("--K-max", type=number, metavar="F", help=f"largest K to try (default {largest})")
+    add("--steps-max", type=count, metavar="N", help="most steps per period to try (default %(default)s)")
     add_units_option(command)
     add_system_option(command)
     add("--json", action="store_true", help="print one JSON object (a list of them for --eta-range)")
@@ -88,8 +90,8 @@ def add(commands) -> None:
 def eta_range(text: str) -> list[float]:
     """``A:B:N`` as N numbers from A to B."""
     try:
-        first, last, count = text.split(":")
-        low, high, n = float(first), float(last), int(count)
+        first, last, frequencies = text.split(":")
+        low, high, n = number(first), number(last), int(frequencies)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not A:B:N: give 2.6:2.9:7 for seven frequencies") from None
     if not 2 <= n <= ETAS_LIMIT:

@@ -11,6 +11,7 @@ from vibroscope.app.commands.options import (
     add_integrator_options,
     add_penalty_options,
     add_system_option,
+    count,
     default_of,
     eta_of,
     stepping_of,
@@ -42,7 +43,7 @@ def add(commands) -> None:
     add_penalty_options(command)
     add_integrator_options(command)
     command.add_argument("--code", metavar="CODE", help="a code of `vibroscope codes`: its integrator, status and law")
-    command.add_argument("--periods", type=float, metavar="N", help="excitation periods to run (default %(default)s)")
+    command.add_argument("--periods", type=count, metavar="N", help="excitation periods to run (default %(default)s)")
     add_system_option(command)
     command.add_argument("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run, K=_SET.K, D=_SET.D, steps=_SET.steps, periods=default_of(compare, "periods"))

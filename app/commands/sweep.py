@@ -16,10 +16,12 @@ from vibroscope.app.commands.options import (
     add_integrator_options,
     add_stiffness_option,
     add_system_option,
+    count,
     default_of,
     eta_of,
     law_of,
     note_unused,
+    number,
     numbers,
     reference_of,
     stepping_of,
@@ -75,8 +77,8 @@ def _study(
 ) -> argparse.ArgumentParser:
     command = studies.add_parser(name, allow_abbrev=False, help=text, description=text)
     add = command.add_argument
-    add("--transient", type=float, metavar="N", help="periods before the sample (%(default)s)")
-    add("--sample", type=float, metavar="N", help="periods to describe (%(default)s)")
+    add("--transient", type=count, metavar="N", help="periods before the sample (%(default)s)")
+    add("--sample", type=count, metavar="N", help="periods to describe (%(default)s)")
     add("--out", required=True, metavar="PATH", help="a folder, or a URL that fsspec knows (s3://bucket/name)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler (extra `cluster`)")
     add("--threads", type=int, metavar="N", help="on this machine, or for a chunk on the cluster")
@@ -92,23 +94,23 @@ def _add_solver(command: argparse.ArgumentParser, *, follows: bool) -> None:
     add = command.add_argument
     add("--solver", required=True, choices=tuple(SOLVER_OPTIONS), help="as in `vibroscope simulate`")
     add_stiffness_option(command, "exact, newmark: contact stiffness", follows=follows)
-    add("--D", type=float, metavar="F", help="exact, newmark: contact damping")
-    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
+    add("--D", type=number, metavar="F", help="exact, newmark: contact damping")
+    add("--steps", type=count, metavar="N", help="newmark: steps per excitation period")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
     add_integrator_options(command)
     usual = Reference()
     add("--joint-damping", choices=("table", "derived"), help=f"reference (default {usual.joint_damping})")
-    add("--threshold", type=float, metavar="F", help=f"reference (default {usual.threshold:g})")
-    add("--restitution", type=float, metavar="F", help="reference (default: the system's)")
+    add("--threshold", type=number, metavar="F", help=f"reference (default {usual.threshold:g})")
+    add("--restitution", type=number, metavar="F", help="reference (default: the system's)")
 
 
 def _add_eta(studies) -> None:
     text = "bifurcation diagram: sections over eta, or over another parameter"
     command = _study(studies, "eta", _eta, sweep_eta, text)
     add = command.add_argument
-    add("--from", required=True, type=float, metavar="F", dest="low", help="smallest value")
-    add("--to", required=True, type=float, metavar="F", dest="high", help="largest value")
-    add("--count", required=True, type=float, metavar="N", help="how many values, evenly spaced")
+    add("--from", required=True, type=number, metavar="F", dest="low", help="smallest value")
+    add("--to", required=True, type=number, metavar="F", dest="high", help="largest value")
+    add("--count", required=True, type=count, metavar="N", help="how many values, evenly spaced")
     add("--logarithmic", action="store_true", help="evenly spaced in the logarithm")
     add("--over", choices=OVER, default="eta", help="the parameter that is swept (default eta)")
     add("--eta", **ETA | {"help": f"where another parameter is swept: {ETA['help']}"})
@@ -116,8 +118,8 @@ def _add_eta(studies) -> None:
     add("--direction", choices=DIRECTIONS, default="rest", help="each value from rest, or from its neighbour's end")
     add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each value starts, in place of rest")
     add("--coordinates", default="xi1,xi2", metavar="A,B", help=f"of {','.join(COORDINATES)} (default %(default)s)")
-    add("--refine", type=float, default=0, metavar="N", help="halve intervals in which the motion changes, N times")
-    add("--lyapunov", type=float, default=0, metavar="N", help="average the Lyapunov exponent over N periods")
+    add("--refine", type=count, default=0, metavar="N", help="halve intervals in which the motion changes, N times")
+    add("--lyapunov", type=count, default=0, metavar="N", help="average the Lyapunov exponent over N periods")
 
 
 def _add_plane(studies) -> None:
@@ -127,7 +129,7 @@ def _add_plane(studies) -> None:
     add("--eta", **ETA)
     add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
     add("--D", required=True, type=_span, metavar="a:b:n", help="contact damping, n values from a to b")
-    add("--steps", type=float, metavar="N", help="newmark: steps per excitation period")
+    add("--steps", type=count, metavar="N", help="newmark: steps per excitation period")
     add("--solver", choices=("newmark", "exact"), default="newmark", help="with or without a time step (newmark)")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
     add_integrator_options(command)
@@ -141,7 +143,7 @@ def _add_step(studies) -> None:
     add = command.add_argument
     add("--eta", **ETA)
     add_stiffness_option(command, "contact stiffness", required=True)
-    add("--D", type=float, metavar="F", help="contact damping; some laws need none: --law")
+    add("--D", type=number, metavar="F", help="contact damping; some laws need none: --law")
     add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
     add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each run starts, in place of rest")
     add_integrator_options(command)
@@ -154,7 +156,7 @@ def _add_no_solution(studies) -> None:
     add = command.add_argument
     add("--eta", **ETA)
     add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
-    add("--D", required=True, type=float, metavar="F", help="contact damping")
+    add("--D", required=True, type=number, metavar="F", help="contact damping")
     add("--steps", required=True, type=_span, metavar="a:b:n", help="steps per period, n values from a to b")
     add_integrator_options(command)
 
@@ -169,7 +171,7 @@ def _add_basin(studies) -> None:
     add("--x", required=True, type=_start_axis, metavar="name:a:b:n", help=f"first axis, n values from a to b; {axis}")
     add("--y", required=True, type=_start_axis, metavar="name:a:b:n", help="second axis, as the first")
     add("--start", type=numbers, metavar="x1,v1,x2,v2", help="the numbers that are on no axis (default: rest)")
-    add("--phase", type=float, default=0.0, metavar="F", help="where it is on no axis (default %(default)g)")
+    add("--phase", type=number, default=0.0, metavar="F", help="where it is on no axis (default %(default)g)")
     _add_solver(command, follows=True)
 
 
@@ -222,10 +224,10 @@ def _check_lines(path: str, damaged: list[str], finished: bool) -> list[str]:
 
 def _span(text: str) -> tuple[float, float, float]:
     try:
-        low, high, count = (float(part) for part in text.split(":"))
+        low, high, cells = map(number, text.split(":"))
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is no range: give a:b:n, as 100:60000:64") from None
-    return low, high, count
+    return low, high, cells
 
 
 def _start_axis(text: str) -> tuple[str, tuple[float, float, float]]:

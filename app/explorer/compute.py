@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import logging
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,7 +18,7 @@ from vibroscope.app.explorer.state import Setting, is_driven
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.compilation import compilation
-from vibroscope.app.runtime.workers import Workers, give_way, workers
+from vibroscope.app.runtime.workers import Workers, give_way, own_time, workers
 from vibroscope.engine import (
     FREE_PERIODS,
     Cancelled,
@@ -253,13 +252,11 @@ class JobQueue:
                 self._pool.submit(self._work, session=self._session)
 
     def _run(self, move: int, setting: Setting) -> None:
-        begin, of_cancelled = time.monotonic(), self._cancelled
-        others = 0.0  # s that jobs of other sessions took in this one's place
+        begin, of_cancelled = own_time(), self._cancelled
 
         def cancelled() -> bool:
-            nonlocal others
-            others += give_way()
-            return self._cancelled != of_cancelled or self._is_overtaken(begin + others + self._grace)
+            give_way()
+            return self._cancelled != of_cancelled or self._is_overtaken(begin + self._grace)
 
         try:
             result = self._solve(setting, cancelled=cancelled)
@@ -269,7 +266,7 @@ class JobQueue:
             result = error
             logs.event(f"not {self._what}", logging.ERROR, error=error, move=move)
         else:
-            seconds = time.monotonic() - begin - others
+            seconds = own_time() - begin
             self._measure.add(seconds)
             logs.event(self._what, move=move, seconds=seconds)
         if self._closed:
@@ -280,4 +277,4 @@ class JobQueue:
             logs.event("not delivered", logging.ERROR, error=error, move=move)
 
     def _is_overtaken(self, deadline: float) -> bool:
-        return self._closed or (self._waiting is not None and time.monotonic() > deadline)
+        return self._closed or (self._waiting is not None and own_time() > deadline)

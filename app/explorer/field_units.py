@@ -10,7 +10,8 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from vibroscope.app.explorer.state import SHARES, Explorer, Setting, print_number
+from vibroscope.app.explorer.number_text import plain_unit, print_number
+from vibroscope.app.explorer.state import SHARES, Explorer, Setting
 from vibroscope.engine import Units, written
 
 _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
@@ -51,7 +52,6 @@ _TYPED = {
     "share": {"": 1.0, "%": 0.01},
 }
 _TIMES = ((1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
-_SPACING = str.maketrans(dict.fromkeys(" ·⋅*.") | {"µ": "u", "μ": "u"})
 _DIGITS = 6  # of a number that was converted: as many as a field has room for
 
 
@@ -158,11 +158,6 @@ def time_text(seconds: float) -> str:
     """A time in the unit that suits it, as in "25 µs"."""
     size, unit = next(((size, unit) for size, unit in _TIMES if abs(seconds) < 1e3 * size), _TIMES[-1])
     return f"{written(seconds / size)} {unit}"
-
-
-def plain_unit(text: str) -> str:
-    """A unit as typed, without spaces and points between its parts."""
-    return text.translate(_SPACING)
 
 
 def seconds_of(unit: str) -> float | None:

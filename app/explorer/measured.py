@@ -81,7 +81,7 @@ class MeasuredJob(Job):
         self._on_result(self, error)
 
     def _solve(self, file: MeasuredFile, setting: Setting, names: tuple[str, ...]) -> MeasuredComparison | Fit:
-        measurement, options = file.measurement(setting), {"cancelled": lambda: self.cancelled}
+        measurement, options = file.measurement(setting), {"cancelled": self._poll}
         if names:
             return fit(setting.system, setting.eta, measurement, names=names, **options)
         options |= {"reference": setting.reference, "initial": setting.initial}

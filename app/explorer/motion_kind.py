@@ -7,7 +7,6 @@ after the curves and after the explanation, in a thread of low priority, and is 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -16,7 +15,7 @@ from vibroscope.app.explorer.compute import Key
 from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.workers import Workers, lower_priority, pool
+from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, pool
 from vibroscope.engine import Cancelled, Kind, Motion, motion, percent
 
 SECONDS = 20.0  # for one motion
@@ -81,10 +80,10 @@ def _keys(setting: Setting) -> dict[str, Key]:
 
 
 def _judge(key: Key, cancelled: Callable[[], bool]) -> MotionKind:
-    end = time.monotonic() + SECONDS
+    end = own_time() + SECONDS
     *problem, initial = key
     try:
-        found = motion(*problem, initial=initial, cancelled=lambda: cancelled() or time.monotonic() > end)
+        found = motion(*problem, initial=initial, cancelled=lambda: cancelled() or own_time() > end)
         found = describe_kind(found)
     except ValueError as error:  # the engine does not judge this penalty solution
         found = MotionKind(Kind.UNDECIDED, _NAMES[Kind.UNDECIDED], sentence(str(error)))

@@ -15,6 +15,7 @@ from inspect import signature
 
 import param
 from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.number_text import LONGEST_NUMBER, print_number, quote
 from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import (
@@ -64,8 +65,6 @@ _BELOW_ONE = {"bounds": (0.0, 1.0), "inclusive_bounds": (True, False)}  # dampin
 # A number as a person writes one. Stricter than float(), which also accepts "nan", "inf", "1_000", the digits of other
 # scripts, and text of any length.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?", re.ASCII)
-LONGEST_NUMBER = 40
-_LONGEST_QUOTE = 30
 
 
 # ---- the parameters -------------------------------------------------------------------------------------------------
@@ -522,20 +521,6 @@ def read_number(name: str, text: object, bounds: tuple[float, float], whole: boo
     return int(value) if whole else value
 
 
-def quote(text: object) -> str:
-    """A value from outside in quotes, printable and short enough to show; of what is not text, the type."""
-    shown = text if isinstance(text, str) else type(text).__name__
-    printable = "".join(c if c.isprintable() else "�" for c in shown[:_LONGEST_QUOTE])
-    return f"“{printable}{'…' if len(shown) > _LONGEST_QUOTE else ''}”"
-
-
 def print_value(value: float | int | str) -> str:
     """The text of a choice, or of a number, from which `read_setting` reads exactly the same value."""
     return value if isinstance(value, str) else print_number(value)
-
-
-def print_number(value: float | int) -> str:
-    """The shortest text that reads back as exactly ``value``."""
-    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
-        return str(int(value))
-    return repr(value)

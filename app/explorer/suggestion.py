@@ -202,7 +202,7 @@ class Search(Job):
         how = {
             "threads": current_settings().threads,
             "progress": lambda share: self._on_progress(self, share, self._front),
-            "cancelled": lambda: self.cancelled,
+            "cancelled": self._poll,
         }
         if schemes:
             del asked["scheme"], asked["located"]

@@ -8,87 +8,24 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from collections.abc import Mapping
 
 import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.field_units import ShownField, is_unit, plain_unit, seconds_of, shown_field
+from vibroscope.app.explorer.field_units import ShownField, is_unit, seconds_of, shown_field
+from vibroscope.app.explorer.number_text import parse_typed, print_number, quote, two_meanings
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, physical_bounds, physical_field
 from vibroscope.app.explorer.state import (
     FIELDS,
-    LONGEST_NUMBER,
     START_FIELDS,
     Explorer,
     Setting,
     bounds_of,
-    print_number,
-    quote,
 )
 from vibroscope.engine import end_text
 
-_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
-# Sign, digits with separators, power of ten as 1e5 or 1·10⁵, and the rest: a unit.
-_TYPED = re.compile(
-    r"([+\-−]?)\s*([0-9][0-9.,'’_\s]*|[.,][0-9]+)"
-    r"(?:[eE]([+\-−]?[0-9]{1,4})|\s*[×·*x]\s*10\s*(?:\^|\*\*)?\s*([+\-−]?[0-9]{1,4}|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]{1,4}))?\s*(.*)",
-    re.DOTALL,
-)
-_GROUPS = {mark: re.compile(rf"[0-9]{{1,3}}({re.escape(mark)}[0-9]{{3}})+") for mark in " '_,."}
 _PART = re.compile(r"\s*[1T]\s*/(.*)", re.DOTALL)
 _NO_UNITS = {"": 1.0}
-_LEADING_GROUP = re.compile(r"[1-9][0-9]{0,2}")
-
-
-class Typed(NamedTuple):
-    """What a typed text can mean: one number, or two that differ in what a comma or point is; and its unit."""
-
-    numbers: tuple[float, ...]
-    unit: str
-
-
-def parse_typed(text: object, *, whole: bool = False) -> Typed:
-    """The numbers that ``text`` can mean, none if it is no number; ``whole``: a whole number is expected."""
-    match = _TYPED.fullmatch(text.strip()) if isinstance(text, str) and len(text) <= LONGEST_NUMBER else None
-    if match is None:
-        return Typed((), "")
-    sign, digits, plain_power, ten_power, unit = match.groups()
-    power = (plain_power or ten_power or "0").translate(_SUPERSCRIPTS).replace("−", "-")
-    bodies = _plain_digits(" ".join(digits.replace("’", "'").split()), whole)
-    numbers = (float(f"{sign.replace('−', '-')}{body}e{power}") for body in bodies)
-    return Typed(tuple(dict.fromkeys(n for n in numbers if math.isfinite(n))), plain_unit(unit))
-
-
-def _plain_digits(text: str, whole: bool) -> Iterable[str]:
-    """The digits without separators and with a decimal point, one text for each meaning."""
-    for mark in " '_":
-        if mark in text:  # it can only separate thousands
-            return _grouped(text, mark, decimal="," if "," in text else ".")
-    marks = {mark: text.count(mark) for mark in ".," if mark in text}
-    if len(marks) == 2:  # the last one is the decimal one
-        thousands, decimal = sorted(marks, key=text.rfind)
-        return _grouped(text, thousands, decimal)
-    if not marks:
-        return [text]
-    ((mark, count),) = marks.items()
-    if count > 1:
-        return _grouped(text, mark, decimal="")
-    left, _, right = text.partition(mark)
-    if not right and mark == ",":
-        return []
-    as_decimal, as_thousands = f"{left or 0}.{right or 0}", left + right
-    if not (_LEADING_GROUP.fullmatch(left) and len(right) == 3):
-        return [as_decimal]
-    if whole:
-        return [as_thousands]  # nobody writes the decimals of a whole number
-    return [as_thousands, as_decimal] if mark == "," or right == "000" else [as_decimal]
-
-
-def _grouped(text: str, thousands: str, decimal: str) -> list[str]:
-    """The digits of a number with separated thousands, and perhaps decimals; nothing if they are not in threes."""
-    left, _, right = text.partition(decimal) if decimal else (text, "", "")
-    is_number = _GROUPS[thousands].fullmatch(left) and (not right or re.fullmatch("[0-9]+", right))
-    return [f"{left.replace(thousands, '')}.{right or 0}"] if is_number else []
 
 
 def read_typed_number(
@@ -132,13 +69,7 @@ def read_typed_number(
     if len(fitting) == 1:
         return print_number(fitting[0][1])
     if fitting:
-        (large, _), (small, _) = fitting
-        unit = typed.unit and f" {typed.unit}"
-        raise Refused(
-            name,
-            f"{quote(text)} can mean {print_number(large)}{unit} or {print_number(small)}{unit}: "
-            f"write {print_number(large)} or {float(small)!r}.",
-        )
+        raise Refused(name, two_meanings(text, tuple(number for number, _ in fitting), typed.unit))
     ends = " to ".join(end_text(end / units[""]) for end in bounds)
     kind = "a whole number" if whole else "a number"
     unknown = f" in {_list(units)}" if typed.numbers and size is None and len(units) > 1 else ""

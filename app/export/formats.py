@@ -77,8 +77,23 @@ def join_parts(parts: object) -> str:
     return text
 
 
-def texts_from_toml(text: str) -> dict[str, str]:
-    """Texts for `app.explorer.state.read_setting` from a TOML file.
+class Loaded(NamedTuple):
+    """What a file sets.
+
+    Attributes
+    ----------
+    texts : mapping of str to str
+        For `app.explorer.state.read_setting`.
+    assumed : tuple of str
+        In a sentence each, what it leaves out and what is taken for it: `engine.SystemFile.assumed`.
+    """
+
+    texts: Mapping[str, str]
+    assumed: tuple[str, ...] = ()
+
+
+def loaded_from_toml(text: str) -> Loaded:
+    """What a TOML file sets.
 
     The file has the tables [setting] and [units] as `as_toml` writes them, or it is a system file as
     `engine.parse_system` reads it, or both: then what [setting] says counts.
@@ -94,17 +109,17 @@ def texts_from_toml(text: str) -> dict[str, str]:
     if "setting" in tables and (unknown := rest.keys() - {*_OF_SYSTEM, "units"}):
         known = ", ".join(f"[{name}]" for name in ("setting", *_OF_SYSTEM, "units"))
         raise ValueError(f"unknown table [{min(unknown)[:40]}]: known are {known}")
-    values = {}
+    values, assumed = {}, ()
     if rest.keys() & set(_OF_SYSTEM) or ("units" in rest and "setting" not in tables):
         file = system_of_tables(rest)
-        values = values_of_system(file.system, file.units, file.eta)
+        values, assumed = values_of_system(file.system, file.units, file.eta), file.assumed
         values |= {"units": "si"} if "physical" in rest else {}
     elif "units" in rest:
         values = _read_table(rest, "units", {unit: name for name, unit in _UNITS.items()})
     if "setting" in tables or not values:
         given = _read_table(tables, "setting", {name: name for name in FIELDS if name not in _UNITS})
         values |= _of_older_file(given) | given
-    return {name: print_value(value) for name, value in values.items()}
+    return Loaded({name: print_value(value) for name, value in values.items()}, assumed)
 
 
 def _of_older_file(given: Mapping) -> dict:

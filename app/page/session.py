@@ -14,6 +14,7 @@ from typing import ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.history import History
 from vibroscope.app.explorer.link import MOST_PINS, View
 from vibroscope.app.explorer.physical_fields import entered
@@ -160,12 +161,14 @@ class Session:
 
     def _loaded(self, read: Future) -> None:
         try:
-            texts = read.result()
-            read_setting(texts, self.setting)
+            loaded = read.result()
+            read_setting(loaded.texts, self.setting)
         except ValueError as error:
             self.report_error(f"The file was not accepted: {error}")
         else:
-            self.set(texts)
+            self.set(loaded.texts)
+            if loaded.assumed and not self._refused:
+                self.header.note = " ".join(["The file was loaded.", *map(sentence, loaded.assumed)])
 
     # -- the solvers, on a first start -------------------------------------------------
 
@@ -188,7 +191,7 @@ class Session:
 
     def _show_move(self, fresh: bool = False) -> None:
         self._refused = {}
-        self.header.error = ""
+        self.header.param.update(error="", note="")
         self._address.frozen = False
         self._show(fresh)
 

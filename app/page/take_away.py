@@ -11,7 +11,16 @@ from functools import partial
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.decks import DECKS, deck, problem_of
-from vibroscope.app.export.formats import Figure, as_csv, as_json, as_toml, join_parts, program, texts_from_toml
+from vibroscope.app.export.formats import (
+    Figure,
+    Loaded,
+    as_csv,
+    as_json,
+    as_toml,
+    join_parts,
+    loaded_from_toml,
+    program,
+)
 from vibroscope.app.export.label import figure_label
 from vibroscope.app.export.plots import plot_script
 from vibroscope.app.export.report import as_report
@@ -46,7 +55,7 @@ class TakeAway:
             _submit(write).add_done_callback(lambda done: self._host.call_later(partial(self._written, what, done)))
 
     def load(self, parts: object, on_read: Callable[[Future], None]) -> None:
-        """Read an uploaded file; ``on_read`` is called on the session's loop with texts for `read_setting`."""
+        """Read an uploaded file; ``on_read`` is called on the session's loop with a `Loaded`."""
         if self._reading:
             self._host.report_error("The last file is still being read: try again in a moment.")
             return
@@ -156,6 +165,6 @@ def _write(name: str, kind: str, write: Callable[..., str], *args) -> File:
     return {"name": name, "type": kind, "text": write(*args)}
 
 
-def read_upload(parts: object) -> dict[str, str]:
-    """Texts for `app.explorer.state.read_setting` from an uploaded file; raises ValueError if it is none of ours."""
-    return texts_from_toml(join_parts(parts))
+def read_upload(parts: object) -> Loaded:
+    """What an uploaded file sets; raises ValueError if it is none of ours."""
+    return loaded_from_toml(join_parts(parts))

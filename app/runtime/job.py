@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.compilation import compilation
-from vibroscope.app.runtime.workers import Workers
+from vibroscope.app.runtime.workers import Workers, give_way
 from vibroscope.engine import Cancelled
 
 
@@ -23,7 +23,7 @@ class Job(ABC):
         self._session = logs.session.get()
 
     def cancel(self) -> None:
-        """Stop the work, within some hundredths of a second, and report nothing more."""
+        """Stop the work, within some hundredths of a second of its own time, and report nothing more."""
         self._cancelled.set()
 
     @property
@@ -31,9 +31,16 @@ class Job(ABC):
         """Whether `cancel` was called."""
         return self._cancelled.is_set()
 
+    def _poll(self) -> bool:
+        """Give way to other sessions, and return whether to stop: what a long computation calls all the time."""
+        give_way()
+        return self.cancelled
+
     @abstractmethod
     def _answer(self) -> Iterator[None]:
         """Find the answer and report it, slice by slice: after each, other sessions have their turn.
+
+        Within a slice they have it whenever `_poll` is called.
 
         May raise `engine.Cancelled`.
         """

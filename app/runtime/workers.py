@@ -25,7 +25,7 @@ _SOLVER = "solver"
 _NICE = 10  # added to the niceness of the process for background threads; on Linux each thread has its own
 _HALF_LIFE = 10.0  # s after which half of what a session has had is forgotten
 _MARGIN = 0.1  # s that a running job's session must have had more than a waiting one's for the job to give way
-_MOST_NESTED = 8  # jobs that give way to each other in one thread
+_MOST_NESTED = 4  # jobs that give way to each other in one thread; each may have started threads that still run
 _FORGOTTEN = 1e-3  # s of which no account is kept
 
 
@@ -35,8 +35,7 @@ class _Job:
     work: Callable[[], object]
     future: Future
     submitted: float
-    begun: float = 0.0
-    paused: float = 0.0  # s in which other jobs ran in its place
+    begun: float = 0.0  # by `own_time`
 
 
 class _Thread(threading.local):
@@ -45,17 +44,28 @@ class _Thread(threading.local):
     def __init__(self) -> None:
         self.pool: Workers | None = None
         self.running: list[_Job] = []
+        self.given = 0.0  # s in which jobs ran in the place of others
 
 
 _thread = _Thread()
 
 
-def give_way() -> float:
-    """Run waiting jobs of sessions that have had less time than that of the job which calls this; returns seconds.
+def give_way() -> None:
+    """Run waiting jobs of sessions that have had less time than that of the job which calls this.
 
-    Call it from a job that runs long, in the job's own thread, many times a second.
+    Call it from a job that runs long, in the job's own thread, many times a second, and hold no lock that another job
+    may wait for.
     """
-    return _thread.pool.run_lighter_jobs() if _thread.running else 0.0
+    if _thread.running:
+        _thread.pool.run_lighter_jobs()
+
+
+def own_time() -> float:
+    """Seconds of a clock that stands still while this thread's job gives way.
+
+    Differences count between two calls of a job in one thread.
+    """
+    return time.monotonic() - _thread.given
 
 
 class Workers(ThreadPoolExecutor):
@@ -115,17 +125,15 @@ class Workers(ThreadPoolExecutor):
         """Number of jobs that wait or run."""
         return len(self._waiting) + self._running
 
-    def run_lighter_jobs(self) -> float:
+    def run_lighter_jobs(self) -> None:
         """See `give_way`."""
         if not self._waiting or len(_thread.running) > _MOST_NESTED:
-            return 0.0
-        running, begun = _thread.running[-1], time.monotonic()
-        had = begun - running.begun - running.paused
+            return
+        running, given, begun = _thread.running[-1], _thread.given, time.monotonic()
+        had = own_time() - running.begun
         while (entry := self._next_job(running.session, had - _MARGIN)) is not None:
             self._run(entry)
-        seconds = time.monotonic() - begun
-        running.paused += seconds
-        return seconds
+        _thread.given = given + time.monotonic() - begun  # with what those gave in their turn
 
     def _run_next(self) -> None:
         entry = self._next_job()
@@ -147,9 +155,9 @@ class Workers(ThreadPoolExecutor):
         return entry
 
     def _run(self, entry: _Job) -> None:
-        entry.begun = time.monotonic()
+        entry.begun = own_time()
         if self._waited is not None:
-            self._waited.add(entry.begun - entry.submitted)
+            self._waited.add(time.monotonic() - entry.submitted)
         _thread.running.append(entry)
         try:
             if entry.future.set_running_or_notify_cancel():
@@ -161,7 +169,7 @@ class Workers(ThreadPoolExecutor):
                     entry.future.set_result(result)
         finally:
             _thread.running.pop()
-            seconds = time.monotonic() - entry.begun - entry.paused
+            seconds = own_time() - entry.begun
             with self._lock:
                 self._running -= 1
                 self._forget()  # what is older than this job

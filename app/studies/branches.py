@@ -6,13 +6,13 @@ again.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
+from vibroscope.app.runtime.workers import own_time
 from vibroscope.engine import (
     COORDINATES,
     METHOD_NUMBERS,
@@ -29,7 +29,7 @@ from vibroscope.engine import (
 MAX_PERIOD = 4  # longest cycle that is looked for, in excitation periods
 MOST_BRANCHES = 60
 LIMIT = {"most_orbits": 400}  # of a branch in each direction: where impacts pile up it has thousands
-SECONDS = 60.0  # of one search
+SECONDS = 60.0  # of one search, without what others had meanwhile
 # Kinds of points where motions begin, end or change their stability; the others are changes of the sequence of events.
 _PLURALS = {
     "fold": "folds",
@@ -157,10 +157,10 @@ def grow_branches(
         yield last
         return
     kept, found, cut, notes = (last.branches if last else ()), (), "", []
-    used, begin = 0.0, time.monotonic()  # other studies have their turn between two branches
+    used, begin = 0.0, own_time()  # other studies have their turn between two branches
 
     def ends() -> bool:
-        return cancelled() or used + time.monotonic() - begin > SECONDS
+        return cancelled() or used + own_time() - begin > SECONDS
 
     try:
         how = {"threads": current_settings().threads, "note": notes.append, "cancelled": ends}
@@ -169,9 +169,9 @@ def grow_branches(
             if len(found) == MOST_BRANCHES:
                 cut = f"The search ended at {MOST_BRANCHES} branches: a narrower range shows the others."
                 break
-            used += time.monotonic() - begin
+            used += own_time() - begin
             yield PartialBranches(question, max(found, kept, key=len))
-            begin = time.monotonic()
+            begin = own_time()
     except Cancelled:
         if cancelled():
             raise

@@ -6,18 +6,18 @@ in both numbers, each curve once.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
+from vibroscope.app.runtime.workers import own_time
 from vibroscope.engine import Cancelled, ExactPenalty, PointCurve, PointCurves, System, search_branches
 
 KINDS = {"fold": "folds", "period doubling": "period doublings", "grazing": "grazing"}
 ROWS = 3  # values of D at which branches are followed
 SEARCH = {"max_period": 2, "most_orbits": 300}
-SECONDS = 120.0
+SECONDS = 120.0  # of one search, without what others had meanwhile
 MOST_CURVES = 80
 
 
@@ -100,10 +100,10 @@ def grow_curves(
         yield last
         return
     kept, found, lost, cut = (last.curves if last else ()), (), 0, ""
-    used, begin = 0.0, time.monotonic()  # other studies have their turn between two curves
+    used, begin = 0.0, own_time()  # other studies have their turn between two curves
 
     def ends() -> bool:
-        return cancelled() or used + time.monotonic() - begin > SECONDS
+        return cancelled() or used + own_time() - begin > SECONDS
 
     try:
         for curve, share in _curves(question, ends):
@@ -114,9 +114,9 @@ def grow_curves(
             if len(found) == MOST_CURVES:
                 cut = f"The search ended at {MOST_CURVES} curves: a narrower range shows the others."
                 break
-            used += time.monotonic() - begin
+            used += own_time() - begin
             yield PartialCurves(question, max(found, kept, key=len), share)
-            begin = time.monotonic()
+            begin = own_time()
     except Cancelled:
         if cancelled():
             raise

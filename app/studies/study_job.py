@@ -7,13 +7,12 @@ study is remembered by its question, so that a study that was cancelled goes on 
 from __future__ import annotations
 
 import contextlib
-import time
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
-from vibroscope.app.runtime.workers import Workers, lower_priority, pool
+from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, pool
 
 THREADS = 4  # studies that run at the same time, of all sessions
 SECONDS = 180.0  # of one study's own time, unless its user says "go on"
@@ -61,11 +60,11 @@ class StudyJob(Job):
         self._begin(study_threads())
 
     def _answer(self) -> Iterator[None]:
-        used, begin = 0.0, time.monotonic()
-        growing = self._grow(self.question, self._results.get(self.question), self._cancelled.is_set)
+        used, begin = 0.0, own_time()
+        growing = self._grow(self.question, self._results.get(self.question), self._poll)
         with contextlib.closing(growing):
             for partial in growing:
-                used += time.monotonic() - begin
+                used += own_time() - begin
                 self._results.put(self.question, partial)
                 if self.cancelled:
                     return
@@ -74,7 +73,7 @@ class StudyJob(Job):
                 if self.out_of_time:
                     return
                 yield
-                begin = time.monotonic()
+                begin = own_time()
 
     def _fail(self, error: Exception) -> None:
         self._deliver(self, error)

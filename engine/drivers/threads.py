@@ -44,7 +44,8 @@ def share_out(
         one after the last; an array whose first entry, once it is set, cancels the work; and the index of the entry
         that it is to raise by 1 for each place that it has done.
     progress, cancelled
-        As in :func:`engine.run_cells`.
+        As in :func:`engine.run_cells`. While ``cancelled`` takes its time, the threads end what they have and take no
+        more.
 
     Raises
     ------
@@ -70,8 +71,9 @@ def share_out(
         try:
             reported = 0
             while wait(running, POLL).not_done:
-                if cancelled is not None and cancelled():
-                    raise Cancelled
+                with lock:
+                    if cancelled is not None and cancelled():
+                        raise Cancelled
                 done = int(signals[1:].sum())
                 if progress is not None and done > reported:
                     reported = done

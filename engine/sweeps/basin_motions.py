@@ -12,7 +12,6 @@ the other cells nor on the order in which they are computed. Each cell is run un
   together with others at the end.
 """
 
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -131,24 +130,25 @@ class BasinSearch:
         self.trapped = not isinstance(method, STEPPING) and bool(are_compiled(method, self._row)[0])
         self._least = 0.0
         self._found: list[BasinMotion] | None = None
-        self._lock = threading.Lock()
 
     def motions(self, threads: int | None = None, cancelled: Callable[[], bool] | None = None) -> list[BasinMotion]:
         """The motions that starts of the lattice lead to, in the order in which they were found.
+
+        Threads that ask before they are found search each on its own: a lock would be held while ``cancelled`` lets
+        another job run in its place.
 
         Raises
         ------
         Cancelled
             If ``cancelled`` returned true; the next call begins anew.
         """
-        with self._lock:
-            if self._found is None:
-                starts, phases = self.plane.lattice(PROBES if self.trapped else SLOW_PROBES)
-                allowed = can_begin(self.system, self.method, starts)
-                if not self.system.excitation.drives:  # what is left of a free vibration has no size of its own
-                    self._least = float(np.abs(starts).max())
-                self._found = self._search(starts[allowed], phases[allowed], thread_count(threads), cancelled)
-            return self._found
+        if self._found is None:
+            starts, phases = self.plane.lattice(PROBES if self.trapped else SLOW_PROBES)
+            allowed = can_begin(self.system, self.method, starts)
+            if not self.system.excitation.drives:  # what is left of a free vibration has no size of its own
+                self._least = float(np.abs(starts).max())
+            self._found = self._search(starts[allowed], phases[allowed], thread_count(threads), cancelled)
+        return self._found
 
     def label(
         self,

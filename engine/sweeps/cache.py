@@ -2,7 +2,7 @@
 
 The key holds every number and the digest of the engine's code, so that no study of another engine is ever found. One
 that was cancelled goes on where it was when it is asked for again. Of several processes that want the same study one
-computes it, and the others wait for it.
+computes it, and the others wait for it. Where the study grows, nobody waits: the others compute it in memory.
 """
 
 import contextlib
@@ -46,12 +46,16 @@ def cached_dataset(study: Study, **options) -> "xarray.Dataset":
     Cancelled
         If ``cancelled`` returned true; what is complete is kept for the next time.
     """
-    *_, dataset = _read_through(study, RunOptions(**options), lambda how: [run(study, how).load()])
+    *_, dataset = _read_through(study, RunOptions(**options, wait=True), lambda how: [run(study, how).load()])
     return dataset
 
 
 def grow_cached(study: Study, options: RunOptions) -> Iterator[dict[str, np.ndarray]]:
-    """The values of each partial result of a study that grows in the cache (see `grow`)."""
+    """The values of each partial result of a study that grows in the cache (see `grow`).
+
+    While another is at work on the entry, it grows in memory: a server may run both in one thread, where the one that
+    waits would stand in the way of the other.
+    """
     return _read_through(study, options, lambda how: (partial.values() for partial in grow(study, how)))
 
 
@@ -97,8 +101,8 @@ def _read_through(study: Study, options: RunOptions, results: Callable[[RunOptio
     """What ``results`` reads of the study in the cache, or, where there can be no cache, in memory."""
     study.check()
     folder = _folder(study)
-    cached = replace(options, out=folder, wait=True)
-    with contextlib.suppress(OSError, KeyError):  # a full, read-only or just dropped entry costs time, not the result
+    cached = replace(options, out=folder)
+    with contextlib.suppress(OSError, KeyError):  # a full, read-only, held or dropped entry costs time, not the result
         try:
             yield from results(cached)
         except ValueError:  # the study was checked, so that it is the entry which is damaged

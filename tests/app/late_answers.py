@@ -113,9 +113,9 @@ class World(Document):
     def _stand_in(self, monkeypatch):
         """For the engine, the pools and the clock."""
         put = monkeypatch.setattr
-        put(compute, "time", MagicMock(monotonic=lambda: self.now))
+        put(compute, "own_time", lambda: self.now)
         put(compute.compilation, "when_done", lambda act: act())
-        put(compute, "give_way", lambda: 0.0)
+        put(compute, "give_way", lambda: None)
         put(explore, "JobQueue", lambda deliver: Queue(deliver, solve=self._solve_runs, pool=self))
         put(explore, "prepare", lambda runs: Result(runs.setting, MagicMock(), description_of(runs.setting)))
         for module, threads in ((explainer, "background_worker"), (motion_judge, "kind_threads")):

@@ -102,7 +102,10 @@ def test_all_options_reach_the_solver(capsys):
     [
         (["--solver", "reference"], "--eta"),
         (["--solver", "reference", "--eta", "nan"], "eta = nan is outside"),
-        (["--solver", "reference", "--eta", "two"], "invalid float value: 'two'"),
+        (
+            ["--solver", "reference", "--eta", "two"],
+            "“two” is no number: write it as 12000, 1.08 or 1.2e4, without a unit",
+        ),
         (["--solver", "guess", "--eta", "1"], "invalid choice: 'guess'"),
         (["--solver", "newmark", "--eta", "1", "--K", "1"], "needs --D, --steps"),
         (["--solver", "newmark", "--eta", "1", "--K", "-1", "--D", "1", "--steps", "100"], "K = -1.0 is outside"),

@@ -12,7 +12,7 @@ from vibroscope.app.explorer.physical_fields import entered
 from vibroscope.app.explorer.state import Setting, read_setting
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.decks import deck, problem_of
-from vibroscope.app.export.formats import as_toml, texts_from_toml
+from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.export.label import setting_rows
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.controls.controls import Controls
@@ -35,7 +35,7 @@ def test_the_authors_formula_is_run_linked_and_taken_away(law):
     setting = follows(law, eta=1.08, K=2500.0, status="end", restitution=0.6)
     assert setting.penalty == TimeStepping(2500.0, None, 200, status="end", law=law)
     assert read_setting(parse_address(print_address(setting))) == setting
-    assert read_setting(texts_from_toml(as_toml(setting))) == setting
+    assert read_setting(loaded_from_toml(as_toml(setting)).texts) == setting
     assert "damping=None" in as_python(setting)
     assert "--D" not in as_command(setting)
     assert dict(row[:2] for row in setting_rows(setting))["D"] == "from the restitution"

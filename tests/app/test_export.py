@@ -15,7 +15,7 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import describe, explain, paragraphs
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting, read_setting, read_values
-from vibroscope.app.export.formats import Series, as_csv, as_json, as_toml, texts_from_toml
+from vibroscope.app.export.formats import Series, as_csv, as_json, as_toml, loaded_from_toml
 from vibroscope.app.export.report import as_report
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.export.tables import FIGURES, figure_table
@@ -78,12 +78,12 @@ def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
 
 @given(settings)
 def test_the_parameters_read_back_exactly(setting):
-    assert read_setting(texts_from_toml(as_toml(setting))) == setting
+    assert read_setting(loaded_from_toml(as_toml(setting)).texts) == setting
 
 
 def test_a_file_of_another_kind_is_refused():
     with pytest.raises(ValueError, match=r"no table \[setting\]"):
-        texts_from_toml("[motion]\nkappa = 2")
+        loaded_from_toml("[motion]\nkappa = 2")
 
 
 NOT_OF_COLUMNS = ("mechanism", "diagram", "front", "comparison")
@@ -127,8 +127,11 @@ def test_the_report_is_whole_and_asks_no_server():
 
 
 def test_a_system_file_is_taken_with_its_units():
-    texts = texts_from_toml("[system]\nkappa = 2.5\n[units]\nomega1 = 30\n")
-    values = read_values(texts)
+    loaded = loaded_from_toml("[system]\nkappa = 2.5\n[units]\nomega1 = 30\n")
+    values = read_values(loaded.texts)
+    assert len(loaded.assumed) == 2
+    assert "gives no d3; 0.033 is taken" in loaded.assumed[1]
+    assert loaded_from_toml("[setting]\nkappa = 2.5\n").assumed == ()
     assert (values["kappa"], values["omega1"], values["amplitude"]) == (2.5, 30.0, 1.07)
     assert "K" not in values
 
@@ -156,11 +159,11 @@ def test_a_system_file_is_taken_with_its_units():
 )
 def test_a_file_with_a_fault_is_refused_whole(text):
     with pytest.raises(ValueError):  # noqa: PT011 - each with words of its own
-        read_setting(texts_from_toml(text))
+        read_setting(loaded_from_toml(text).texts)
 
 
 def test_a_file_may_hold_the_system_and_the_setting():
     text = "[system]\nkappa = 2.2\nmass_ratio = 0.6\n[units]\nm1 = 2.0\n[setting]\nK = 9000\n"
-    found = read_setting(texts_from_toml(text))
+    found = read_setting(loaded_from_toml(text).texts)
     assert (found.kappa, found.m1, found.K) == (2.2, 2.0, 9000.0)
     assert found.system.mass_ratio == pytest.approx(0.6)

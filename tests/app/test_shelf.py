@@ -12,7 +12,7 @@ from vibroscope.app.explorer.scenes import scene_key, scenes
 from vibroscope.app.explorer.shelf import shelf, shelf_key
 from vibroscope.app.explorer.state import MAIN_FIELDS, Explorer, Setting, bounds_of, read_setting
 from vibroscope.app.explorer.suggestion import make_question
-from vibroscope.app.export.formats import as_toml, texts_from_toml
+from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.messages import route
@@ -92,7 +92,7 @@ def test_a_click_sets_system_units_and_contact_and_a_scene_leads_back():
 def test_links_and_files_carry_the_whole_system(key):
     setting = shelf()[key].setting
     assert read_setting(parse_address(print_address(setting))) == setting
-    assert read_setting(texts_from_toml(as_toml(setting)), Setting(clearance=7.0, force2=3.0)) == setting
+    assert read_setting(loaded_from_toml(as_toml(setting)).texts, Setting(clearance=7.0, force2=3.0)) == setting
 
 
 PHYSICAL = b"""[physical]
@@ -106,7 +106,7 @@ frequency_Hz = 12.0
 
 
 def test_a_file_in_physical_units_sets_system_units_and_frequency():
-    setting = read_setting(texts_from_toml(PHYSICAL.decode()), Setting(clearance=7.0))
+    setting = read_setting(loaded_from_toml(PHYSICAL.decode()).texts, Setting(clearance=7.0))
     assert (setting.bodies, setting.units, setting.m1, setting.base) == ("wall", "si", 25.0, 0.0)
     assert setting.eta == pytest.approx(1.2)
     assert setting.clearance * setting.amplitude == pytest.approx(-0.5)
@@ -117,9 +117,9 @@ def test_a_file_of_the_page_before_other_systems_sets_the_papers_pendulums():
     old = {"kappa", "d1", "eta"}
     lines = [line for line in as_toml(Setting(kappa=2.6)).splitlines() if line.partition(" ")[0] in old]
     wall = Setting(bodies="wall", clearance=2.0, coordinate="xi1")
-    setting = read_setting(texts_from_toml("[setting]\n" + "\n".join(lines)), wall)
+    setting = read_setting(loaded_from_toml("[setting]\n" + "\n".join(lines)).texts, wall)
     assert setting.system == System(kappa=2.6)
-    assert read_setting(texts_from_toml("[setting]\neta = 2\n"), wall).system == wall.system
+    assert read_setting(loaded_from_toml("[setting]\neta = 2\n").texts, wall).system == wall.system
 
 
 FREE = shelf()["thrown"].setting

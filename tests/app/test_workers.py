@@ -10,7 +10,7 @@ from vibroscope.app.explorer.compute import JobQueue
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import logs, workers
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.workers import Workers, give_way
+from vibroscope.app.runtime.workers import Workers, give_way, own_time
 from vibroscope.app.studies import study_job
 
 SETTING = Setting()
@@ -92,8 +92,33 @@ def test_a_job_that_has_had_little_gives_no_way(spend, pool):
     assert ran == ["short", "other"]
 
 
-def test_giving_way_outside_a_pool_does_nothing():
-    assert give_way() == 0.0
+def test_giving_way_outside_a_pool_does_nothing(spend):
+    before = own_time()
+    give_way()
+    assert own_time() == before
+
+
+def test_the_own_time_of_a_job_stands_still_while_others_run_in_its_place(spend, pool):
+    took = {}
+
+    def job(name, *, seconds, then=None):
+        begin = own_time()
+        spend(seconds)
+        if then:
+            then()
+            give_way()
+        spend(seconds)
+        took[name] = own_time() - begin
+
+    def second():
+        pool.submit(job, "c", seconds=100, session="c")
+
+    def first():
+        pool.submit(job, "b", seconds=10, then=second, session="b")
+
+    pool.go()
+    pool.submit(job, "a", seconds=1, then=first, session="a").result(5)
+    assert list(took.items()) == [("c", 200), ("b", 20), ("a", 2)]
 
 
 def test_what_waits_is_cancelled_with_the_pool_and_counted_no_more(pool):

@@ -1,5 +1,6 @@
 """The study of a plane of starts: the same numbers however it is computed, its conclusions, and its refusals."""
 
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +18,7 @@ from vibroscope.engine import (
     sweep_basin,
 )
 from vibroscope.engine.sweeps import BasinStudy, StartPlane, grow
+from vibroscope.engine.sweeps.basin_motions import BasinSearch
 
 SYSTEM, ETA = System(), 3.2
 VALUES = np.linspace(-8, 8, 16)
@@ -168,3 +170,19 @@ def test_basins_of_other_cells_are_not_compared():
         basin_difference(basin(), basin(values=VALUES[::2]))
     with pytest.raises(ValueError, match="no complete basin"):
         basin_difference(basin(), xarray.Dataset())
+
+
+def test_what_runs_in_the_place_of_a_search_for_motions_can_search_for_the_same():
+    """A server lets another job run wherever ``cancelled`` is called, in the same thread."""
+    plane = StartPlane(("xi2", "v2"), ((-6.0, 6.0),) * 2, SYSTEM.rest)
+    search, inner = BasinSearch(SYSTEM, ETA, Reference(), plane, 600, 64), []
+
+    def other_job():
+        if not inner:
+            inner.append(None)
+            inner[0] = search.motions(1)
+        return False
+
+    with ThreadPoolExecutor(1) as pool:
+        outer = pool.submit(search.motions, 1, other_job).result(60)
+    assert [each.period for each in outer] == [each.period for each in inner[0]]

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -38,6 +39,17 @@ def test_a_study_grows_in_the_cache_and_is_read_from_it(tmp_path, monkeypatch):
     assert known == [8, 16, 24]
     (again,) = grow_cached(study(), options)
     np.testing.assert_array_equal(again["xi2"], cache.cached_dataset(study())["xi2"])
+
+
+def test_a_study_that_grows_waits_for_nobody_who_is_at_work_on_it(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
+    options = RunOptions(cells_per_chunk=8, cancelled=lambda: False)
+    first = grow_cached(study(), options)
+    next(first)
+    with ThreadPoolExecutor(1) as pool:
+        *_, second = pool.submit(lambda: list(grow_cached(study(), options))).result(30)
+    *_, whole = first
+    np.testing.assert_array_equal(second["xi2"], whole["xi2"])
 
 
 @pytest.fixture

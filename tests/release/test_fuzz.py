@@ -11,7 +11,7 @@ import numpy as np
 from tornado.websocket import WebSocketClosedError
 from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import Setting, read_setting
-from vibroscope.app.export.formats import as_toml, texts_from_toml
+from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.page.address import Address
 from vibroscope.app.page.tabs import TABS
 from vibroscope.engine import read_measurement, read_system
@@ -163,7 +163,7 @@ def test_files(tmp_path, chance, inputs, report):
 
 def uploaded(path):
     """Return the setting that the page makes of a file that its user loads."""
-    return read_setting(texts_from_toml(path.read_bytes().decode(errors="replace")))
+    return read_setting(loaded_from_toml(path.read_bytes().decode(errors="replace")).texts)
 
 
 def all_finite(found):

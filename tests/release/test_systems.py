@@ -11,7 +11,7 @@ from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import DRAWING_FIELDS, START_FIELDS, SYSTEM_FIELDS, Setting, read_setting
 from vibroscope.app.explorer.typed import plain_texts
-from vibroscope.app.export.formats import as_toml, texts_from_toml
+from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.page.address import read_opening
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.engine import parse_system, physical_text, system_text
@@ -85,12 +85,12 @@ def test_files(chance, inputs, report):
             assert not NO_NUMBER.search(text), content
         assert parse_system(system_text(found.system, found.units).encode()).system == found.system, content
         try:
-            setting = read_setting(texts_from_toml(content))
+            setting = read_setting(loaded_from_toml(content).texts)
         except ValueError as error:  # what the page's own ranges leave out
             check_refusal(error)
         else:
             assert all_numbers_finite(setting)
-            assert read_setting(texts_from_toml(as_toml(setting))) == setting, content
+            assert read_setting(loaded_from_toml(as_toml(setting)).texts) == setting, content
     report(f"{inputs} system files: {refused} refused in one line", inputs=inputs)
     assert 0 < refused < inputs
 
@@ -140,7 +140,7 @@ def test_panel(chance, inputs, report):
         assert not NO_NUMBER.search(repr(shown)), (texts, shown)
         if number % 7 == 0:
             assert read_opening(print_address(setting)).setting == setting
-            assert read_setting(texts_from_toml(as_toml(setting))) == setting
+            assert read_setting(loaded_from_toml(as_toml(setting)).texts) == setting
     report(f"{inputs} entries into the panel System: {refused} refused in one line", inputs=inputs)
     assert 0 < refused < inputs
 

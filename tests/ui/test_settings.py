@@ -98,6 +98,18 @@ def test_a_file_is_taken_whole_or_not_at_all(visit):
     assert explorer.typed("eta").input_value() == "1.3"
 
 
+def test_what_a_system_file_leaves_out_is_said_until_the_next_move(visit):
+    explorer = visit()
+    note = explorer.page.locator(".message.note")
+    text = b"[system]\nkappa = 2.5\nmass_ratio = 2\n"
+    file = {"name": "a.toml", "mimeType": "application/toml", "buffer": text}
+    explorer.moved(lambda: explorer.page.locator(".load input").set_input_files(file))
+    note.wait_for()
+    assert note.text_content().startswith("The file was loaded. [system] describes bodies other than the paper's")
+    explorer.moved(lambda: explorer.type("eta", "1.3"))
+    note.wait_for(state="hidden")
+
+
 def test_physical_units_reach_every_figure_and_the_address(visit):
     explorer = visit("?eta=2.76&omega1=20&amplitude=2")
     plain = explorer.source("displacements")

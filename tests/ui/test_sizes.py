@@ -105,14 +105,49 @@ CUT = """() => {
 }"""
 
 
+# Open states beside the tabs as they are at first: a query, and what has come once the state is complete.
+_POINT = "eta=1.42&K=12000&D=18&steps=200"
+_PINS = ";".join(f"eta=1.3%26K={K}%26D=18%26steps=200" for K in (2500, 300, 100))
+_SWEEP = "zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200"
+STATES = {
+    "pins": (f"?{_POINT}&pin={_PINS}", ".comparison-table .pin3 .acts"),
+    "branches": (f"?tab=bifurcation&{_POINT}&{_SWEEP}", ".branches-list[data-running=false] .points [data-kind]"),
+    "code": (f"?tab=code&{_POINT}&choice=code:calculix", "section.study[data-share='1']"),
+    "units": (f"?{_POINT}&units=si&omega1=100", ".lines[data-pending=false]"),
+}
+OF_STATES = ((720, 450), (768, 1024), (1024, 768), (1440, 900), (390, 844))
+
+
 @pytest.mark.parametrize("tab", TABS)
 def test_nothing_is_cut_at_any_size(visit, tab):
     explorer = visit(f"?tab={tab}", *SIZES[0])
     if tab == "explore":
         explorer.explained()
     figures = {"explore": 6, "bifurcation": 2, "plane": 2, "basin": 2, "step": 4, "code": 2, "speed": 1}.get(tab, 0)
+    check(explorer, SIZES, figures)
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_nothing_is_cut_in_an_open_state(visit, state):
+    query, complete = STATES[state]
+    explorer = visit(query, *SIZES[0])
+    explorer.page.locator(complete).locator("visible=true").first.wait_for(timeout=90_000)
+    check(explorer, OF_STATES, 1)
+
+
+def test_no_panel_slides_over_the_branches(visit):
+    query, complete = STATES["branches"]
+    explorer = visit(query, 1000, 768)
+    explorer.page.locator(complete).first.wait_for(timeout=90_000)
+    explorer.page.locator(complete).last.scroll_into_view_if_needed()
+    panel, listed = (explorer.page.locator(part).bounding_box() for part in ("section.study", ".branches-list"))
+    assert panel["y"] + panel["height"] <= listed["y"]
+
+
+def check(explorer, sizes, figures):
+    """Nothing is cut at these sizes, and so many figures are seen."""
     found = {}
-    for width, height in SIZES:
+    for width, height in sizes:
         explorer.page.set_viewport_size({"width": width, "height": height})
         explorer.settle()
 

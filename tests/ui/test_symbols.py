@@ -80,6 +80,16 @@ def check_fields(explorer, column):
         assert label.endswith(f", {units[column]}" if units[column] else label), label
 
 
+def test_every_symbol_of_the_branches_has_its_name(visit):
+    query = "?tab=bifurcation&eta=1.42&K=12000&D=18&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200"
+    for units in ("", "&units=mm-t-s&omega1=100"):
+        explorer = visit(query + units)
+        rows = explorer.page.locator(".branches-list[data-running=false] .points [data-kind]")
+        rows.first.wait_for(timeout=90_000)
+        assert "largest multiplier" in explorer.page.evaluate(TEXTS)[0]
+        wait_until(lambda explorer=explorer: not nameless(explorer), what=f"a name beside each symbol: {units}")
+
+
 def test_every_symbol_has_its_name_and_unit_beside_it(visit):
     query = "?units=mm-t-s&omega1=100&pin=eta=1.08%26K=2500%26D=8%26steps=2000&choice=phase:0"
     explorer = visit(query).explained()

@@ -42,6 +42,7 @@ export function render({ model }) {
   for (const name of ["status", "near", "points"]) model.on(name, draw);
   draw();
   explainTerms(root);
+  cueScroll(root, true);
   return root;
 }
 

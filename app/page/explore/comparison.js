@@ -20,6 +20,8 @@ export function render({ model }) {
   };
   model.on("rows", draw);
   draw();
+  explainTerms(root);
+  cueScroll(root, true);
   return root;
 }
 

@@ -26,7 +26,7 @@ class Comparison(Component):
     rows = param.List(default=[], doc="See `_row`; the first is the present setting, the others are in their order")
 
     _esm = script("shared/dom", "explore/comparison")
-    _stylesheets = [style("explore/comparison")]  # noqa: RUF012 - Panel reads it from the class
+    _stylesheets = [style("shared/scroll_cue", "explore/comparison")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:
         super().__init__(visible=False, **params)

@@ -17,7 +17,7 @@ export function render({ model }) {
       : button("?", "Keys and help (?)", () => keys.open()),
   );
   bar.append(title, tabList(model), tools);
-  root.append(bar, question(model), compilationLine(model), errorLine(model), summary(model), keys.element, glossaryNote());
+  root.append(bar, question(model), compilationLine(model), errorLine(model), noteLine(model), summary(model), keys.element, glossaryNote());
   shortcuts(keys, takeAway);
   const adaptFigures = () => { darken(); adaptToTouch(); fitFigures(); };
   for (const name of ["tab", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
@@ -129,20 +129,35 @@ function compilationLine(model) {
 }
 
 function errorLine(model) {
-  const line = element("div", "error");
-  line.setAttribute("role", "alert");
-  const text = element("span");
+  const line = messageLine("error", "alert", () => { model.error = ""; showLocal(""); });
   let local = ""; // an error in this browser, which the server does not know
-  const draw = () => {
-    text.textContent = model.error || local;
-    line.hidden = !text.textContent;
-  };
+  const draw = () => line.show(model.error || local);
   const showLocal = (text) => { local = text; draw(); };
-  line.append(text, button("Close", "Close this message", () => { model.error = ""; showLocal(""); }));
   model.on("error", draw);
   listen("failed", ({ value }) => showLocal(value));
   draw();
-  return line;
+  return line.element;
+}
+
+// What a file that was loaded leaves out.
+function noteLine(model) {
+  const line = messageLine("note", "status", () => { model.note = ""; });
+  const draw = () => line.show(model.note);
+  model.on("note", draw);
+  draw();
+  return line.element;
+}
+
+function messageLine(name, role, close) {
+  const line = element("div", `message ${name}`);
+  line.setAttribute("role", role);
+  const text = element("span");
+  line.append(text, button("Close", "Close this message", close));
+  const show = (words) => {
+    text.textContent = words;
+    line.hidden = !words;
+  };
+  return { element: line, show };
 }
 
 function summary(model) {
