@@ -71,6 +71,21 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):
     assert "longest contact" in explorer.figure("plane_penalty")["title"]
 
 
+def test_the_plane_offers_steps_without_a_solution_where_the_status_is_that_of_the_end(visit):
+    explorer = complete(visit(f"?tab=plane&{SETTING[:-4]}200&integrator=hht&status=end&without_solution=keep"))
+    colour = explorer.page.get_by_role("combobox", name="Colour")
+    colour.select_option("without_solution")
+    key = panel(explorer).locator(".key")
+    wait_until(lambda: "10 to 99" in key.text_content(), what="the classes of the counts")
+    assert explorer.figure("plane_penalty")["title"].endswith(": steps without a solution")
+    first, *_, whole = panel(explorer).locator(".statements p").all_text_contents()
+    assert "without a solution" in first
+    assert "a step has no solution" in whole
+    explorer.page.get_by_label("Contact status").select_option("start")
+    wait_until(lambda: colour.locator("option[value=without_solution]").is_disabled(), what="nothing to count")
+    assert "10 to 99" not in key.text_content()
+
+
 def test_a_study_is_cancelled_and_goes_on(visit):
     explorer = visit("?tab=plane&eta=1.08&K=2500&D=8&steps=1000")
     explorer.page.locator("summary", has_text="Solver").click()
