@@ -1,5 +1,7 @@
 """Bifurcation, K–D plane and time step in a browser: growing, set by a click or a drag, silent while hidden."""
 
+import functools
+
 import pytest
 
 from .explorer import wait_until
@@ -15,6 +17,10 @@ UPDATES = """() => {
     window.updates[window.updates.length - 1] += data.size ?? data.byteLength ?? data.length;
   });
 }"""
+
+
+FRAME_TOP = """(name) =>
+  Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id).frame.bbox.top"""
 
 
 def panel(explorer):
@@ -79,6 +85,8 @@ def test_the_plane_offers_steps_without_a_solution_where_the_status_is_that_of_t
     key = panel(explorer).locator(".key")
     wait_until(lambda: "10 to 99" in key.text_content(), what="the classes of the counts")
     assert explorer.figure("plane_penalty")["title"].replace("\n", " ").endswith(": steps without a solution")
+    top = functools.partial(explorer.page.evaluate, FRAME_TOP)
+    wait_until(lambda: top("plane_penalty") > top("plane_exact"), what="room for the second line of the title")
     first, *_, whole = panel(explorer).locator(".statements p").all_text_contents()
     assert "without a solution" in first
     assert "a step has no solution" in whole
