@@ -51,8 +51,9 @@ function fitTexts(view) {
   if (figure.title?.visible) {
     const width = bbox.width - frame.bbox.left - EDGE;
     const changed = breakText(figure.title, "text", fontOf(figure.title, "text"), width);
-    // Bokeh paints a changed title where it is: only a new layout, once the new lines are known, gives them room.
-    if (changed) requestAnimationFrame(() => view.invalidate_layout());
+    // Bokeh paints a changed title where it is: only a new layout gives its lines room. They are known a moment later,
+    // before the next frame is painted.
+    if (changed) setTimeout(() => view.invalidate_layout());
   }
   const centred = (middle, length) => 2 * Math.min(middle, length - middle) - EDGE;
   for (const axis of axesOf(figure)) {
