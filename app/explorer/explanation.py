@@ -245,7 +245,7 @@ def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
     """What motion a run shows; and with a scale, its contact force."""
     how = _stepping_text(run.response)
     if not run.response.ok:
-        return "No result.", f"{sentence(run.response.message)} {how}".strip()
+        return "No result.", f"{sentence(in_units(run.response.message, scale))} {how}".strip()
     words = in_units(_motion_text(run.motion, run.response.method, run.response.system), scale)
     force = scale and force_text(scale, run.response.eta, run.motion, run.response.method, TRACE_PERIODS)
     return words, " ".join(filter(None, (sentence(force) if force else "", how)))

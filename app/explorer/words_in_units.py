@@ -1,7 +1,8 @@
-"""Sentences of the engine in physical units. No panel import.
+"""Sentences of the engine in the units and the words of the page. No panel import.
 
 The engine writes K, D, η and ξ₂ without dimension, and results are cached and shipped so. The page converts them where
-it shows them, so that a change of units needs no further run.
+it shows them, so that a change of units needs no further run. Choices have the names of the command line there, and get
+those of the page's controls.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ _RULES = tuple(
         (r"(?<!\w)K up to ", "K up to ", "stiffness"),
         (r"(?<=K is to blame: )up to ", "up to ", "stiffness"),
         (r"(?<!\w)D = ", "2D = ", "damping"),
+        (r"(?<!\w)D than ", "2D than ", "damping"),
         (r"(?<!\w)(?:η|eta) = ", "f = ", "frequency"),
         (r"ξ₁ by ±", "x₁ by ±", "displacement"),
         (r"ξ₂ by ±", "x₂ by ±", "displacement"),
@@ -37,12 +39,17 @@ _RULES = tuple(
 _POWER = re.compile(r"(?<![\w.])[0-9]+(?:\.[0-9]+)?e[+-]?[0-9]+")
 _RANGE = re.compile(rf"(?<!\w)([ηKD]) = {_NUMBER} to {_NUMBER}")
 _RANGES = {"η": ("f", "frequency"), "K": ("K", "stiffness"), "D": ("2D", "damping")}
+_CHOICES = re.compile(
+    r"(?<![\w-])(integrator|numerical damping of|law|status|without[-_]solution(?: =)?) "
+    r"('?[a-z2]+(?:-[a-z2]+)*'?(?: or '[a-z]+')*)"
+)
 _CUTTING = {"yes": "cutting the step where contact changes", "no": "steps of one length"}
 _DIGITS = {"displacement": 3}  # of scatter, which the engine writes with two; of others four
 
 
 def in_units(text: str, scale: Units | None) -> str:
-    """A sentence of the engine in the units of the page, with numbers as the page writes them."""
+    """A sentence of the engine in the units of the page, with numbers and choices as the page writes them."""
+    text = _CHOICES.sub(_choice, text)
     if scale is None:
         return _POWER.sub(lambda match: written(float(match[0])), text)
     found = list(_RANGE.finditer(text))
@@ -51,6 +58,20 @@ def in_units(text: str, scale: Units | None) -> str:
     ranges = [*(_range(m, scale) for m in found), ""]
     text = "".join(part for pair in zip(between, ranges, strict=True) for part in pair)
     return text.replace(" in ξ₁", " in x₁").replace(" in ξ₂", " in x₂")
+
+
+def _choice(match: re.Match) -> str:
+    """A choice by the names of its control, as in "law “limited damper”"; other words as they are."""
+    what, values = match.groups()
+    field = "without_solution" if what.startswith("without") else what.replace("numerical damping of", "integrator")
+    values = [value.strip("'") for value in values.split(" or ")]
+    if (field, values) == ("status", ["located"]):
+        return _CUTTING["yes"]
+    names = CHOICE_NAMES[field]
+    if not set(values) <= set(names):
+        return match[0]
+    quoted = " or ".join(f"“{names[value]}”" for value in values)
+    return f"{quoted} for a step without a solution" if field == "without_solution" else f"{what} {quoted}"
 
 
 def _single_numbers(text: str, scale: Units) -> str:

@@ -82,6 +82,12 @@ QUANTITIES = {
         _graded("below 1 %", "1 to 3 %", "3 to 10 %", "10 to 30 %", "30 to 100 %", "above 100 %"),
         lambda plane, side: plane.shown(side, "error"),
     ),
+    "without_solution": Quantity(
+        "steps without a solution",
+        (1, 10, 100, 1000, 10000),
+        _graded("none", "1 to 9", "10 to 99", "100 to 999", "1000 to 9999", "10000 and more"),
+        PartialPlane.steps_without_solution,
+    ),
 }
 
 PALETTE = [*SPECIAL, *(colour for _, colour in PERIODS), *_CIVIDIS]
@@ -108,7 +114,7 @@ def sudden_contacts(plane: PartialPlane, side: str, limit: float) -> np.ndarray:
 def legend(name: str, limit: float | None = None) -> list[list[str]]:
     """Colour, name and pattern of each class, for the key beside the figures."""
     rows = [[colour, text, ""] for text, colour in QUANTITIES[name].classes]
-    missing = {"error": "no number", "near_period": "being judged"}
+    missing = {"error": "no number", "near_period": "being judged", "without_solution": "no time step"}
     rows += [[SPECIAL[NO_NUMBER], missing[name], ""]] if name in missing else []
     rows += [[SPECIAL[DIVERGED], "blown up", "cross"]]
     rows += [[VEIL, f"fewer than {limit:g} steps in contact", "veil"]] if limit is not None else []

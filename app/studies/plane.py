@@ -18,7 +18,7 @@ from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.bifurcation import kind_names
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import STATUSES, Cells, Newmark, Status, System, TimeStepping
+from vibroscope.engine import STATUSES, Cells, Newmark, Status, System, TimeStepping, status_of
 from vibroscope.engine.sweeps import (
     MISSING,
     CellKind,
@@ -34,6 +34,7 @@ COUNT = 64  # cells along each axis
 TRANSIENT, SAMPLE = 450, 50
 SIDES = {"penalty": "", "exact": "exact_"}  # and how the names of their variables begin
 _SHOWN = ("status", "period", "near_period", "impacts_per_period", "longest_contact")
+_WITHOUT_SOLUTION = "steps_without_solution"
 JUDGED_AT_ONCE = 64  # cells; each such part is a partial result
 _DIVERGED = STATUSES.index(Status.DIVERGED)
 
@@ -67,9 +68,14 @@ class PlaneQuestion(NamedTuple):
         return "Newmark" if self.other is None else brief_name(self.other)
 
     @property
-    def quantities(self) -> tuple[str, ...]:
-        """Names of what is computed on both sides."""
-        return (*_SHOWN, "error") if self.errors else _SHOWN
+    def counted(self) -> bool:
+        """Whether a step may have no solution, since its contact status is that of its end."""
+        return self.other is not None and status_of(self.other) == "end"
+
+    def quantities(self, side: str) -> tuple[str, ...]:
+        """Names of what is computed on a side."""
+        names = (*_SHOWN, "error") if self.errors else _SHOWN
+        return (*names, _WITHOUT_SOLUTION) if side == "penalty" and self.counted else names
 
     def study(self) -> PlaneStudy:
         """The study that answers it."""
@@ -77,7 +83,7 @@ class PlaneQuestion(NamedTuple):
         method = Newmark(K[0], D[0], self.steps, located=self.located)
         if self.other is not None:
             method = replace(self.other, stiffness=K[0], damping=D[0])
-        only = tuple(prefix + name for prefix in SIDES.values() for name in self.quantities)
+        only = tuple(prefix + name for side, prefix in SIDES.items() for name in self.quantities(side))
         return PlaneStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, K=K, D=D, only=only)
 
 
@@ -98,7 +104,7 @@ class PartialPlane:
     def tables(self) -> dict[str, dict[str, np.ndarray]]:
         """Each quantity of both sides, nan where nothing is known."""
         return {
-            side: {name: self._table(prefix + name) for name in self.question.quantities}
+            side: {name: self._table(prefix + name) for name in self.question.quantities(side)}
             for side, prefix in SIDES.items()
         }
 
@@ -160,6 +166,12 @@ class PartialPlane:
         """The longest contact in steps of T/n (exact penalty: in what would be steps)."""
         step = 2 * math.pi / self.question.eta / self.question.steps
         return self.shown(side, "longest_contact") / step
+
+    def steps_without_solution(self, side: str) -> np.ndarray:
+        """Steps of the run in which neither contact status agrees with the step's end; nan where that cannot be."""
+        if _WITHOUT_SOLUTION in self.tables[side]:
+            return self.shown(side, _WITHOUT_SOLUTION)
+        return np.full(self.known.shape, np.nan)
 
     def data(self) -> dict[str, object]:
         """What is known, for a file."""

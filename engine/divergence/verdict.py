@@ -36,7 +36,8 @@ class Verdict:
         At most three short sentences.
     agree : {"yes", "partly", "no", "unknown"}
     blame : {"steps", "K", "D", "joint damping", "status", "integrator", "law", ""}
-        The number or choice whose change alone removes most of the difference; "" if there is none.
+        The number or choice whose change alone removes most of the difference; where that is the time step, its status
+        or integrator if this leaves curves that coincide (SAME); "" if there is none.
     change : dict of str to float, bool or str
         What to set first, tried before: some of ``K``, ``D``, ``steps``, ``located``, ``status``, ``integrator``,
         ``law`` and ``without_solution``; empty if no setting helps. :class:`engine.Newmark` has located steps and few

@@ -68,7 +68,7 @@ class Recommendation(Suggested):
         none does, the cheapest whose robust error is within 5 % of the least found; None if every run diverged.
     front : tuple of Trial
         Settings that no other one beats, cheapest first: along it cost and n rise, error and robust error fall. Each
-        was run from rest, and with its neighbours. Settings that meet the tolerance by chance are left out.
+        was run from rest, and with its neighbours. If ``met``, settings that meet the tolerance by chance are left out.
     joint_damping : float
         Error that no K, D or step can remove: that of the reference with derived joint damping, against the reference
         asked for; nan if it does not exist. A smaller error results from errors that cancel each other.

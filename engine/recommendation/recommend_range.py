@@ -278,9 +278,10 @@ class _RangeSearch:
     def _limit(self, worst: Served, parts: Sequence[Trials], best: Trial) -> str:
         """Say at which η the error is largest, and what makes most of it."""
         method = with_setting(self.scheme, best.setting._replace(steps=worst.steps))
-        where = (
-            f"the range is limited at eta = {worst.eta:.6g}: an error of {percent(worst.error, self.tolerance)} there"
-        )
+        error, robust = (percent(value, self.tolerance) for value in (worst.error, worst.robust))
+        where = f"the range is limited at eta = {worst.eta:.6g}: an error of {error} there"
+        if worst.error <= self.tolerance < worst.robust:
+            where += f", {robust} with half the step or numbers nearby"
         part = next(part for part in parts if part.eta == worst.eta)
         left = error_without_time_step(part.target, method, self._cancelled)
         if math.isnan(left):  # the contact law is not solved without a time step

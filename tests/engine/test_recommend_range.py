@@ -81,12 +81,13 @@ def test_what_is_held_is_kept_and_blamed_where_it_is_too_soft():
 
 
 def test_a_range_that_is_not_met_says_where_it_is_and_why_not():
-    found = recommend_range(SYSTEM, [1.08, 2.76], tolerance=0.05, located=True, steps_max=64)
+    found = recommend_range(SYSTEM, [1.08, 2.76], tolerance=0.05, located=True, steps_max=32)
     assert not found.met
     assert "at eta = 1.08 the joint damping alone makes an error of 7.7 %" in found.reason
-    assert "limited at eta = 1.08" in found.limit
+    error, robust = (percent(value, 0.05) for value in found.best[1:3])  # the former by errors that cancel
+    assert f"limited at eta = 1.08: an error of {error} there, {robust} with half the step" in found.limit
     assert [served.eta for served in found.served] == [1.08, 2.76]
-    assert found.possible > 0.05
+    assert 0.05 < found.possible <= 0.077  # 12 steps at eta = 2.76 leave hardly more than the joint damping does
 
 
 def test_eta_without_a_periodic_reference_are_left_out():

@@ -1,5 +1,7 @@
 """Bifurcation, K–D plane and time step in a browser: growing, set by a click or a drag, silent while hidden."""
 
+import functools
+
 import pytest
 
 from .explorer import wait_until
@@ -15,6 +17,10 @@ UPDATES = """() => {
     window.updates[window.updates.length - 1] += data.size ?? data.byteLength ?? data.length;
   });
 }"""
+
+
+FRAME_TOP = """(name) =>
+  Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id).frame.bbox.top"""
 
 
 def panel(explorer):
@@ -69,6 +75,24 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):
     explorer.page.get_by_label("Short contact below").fill("50")
     wait_until(lambda: "fewer than 50 steps" in key.text_content())
     assert "longest contact" in explorer.figure("plane_penalty")["title"]
+
+
+def test_the_plane_offers_steps_without_a_solution_where_the_status_is_that_of_the_end(visit):
+    numbers = "eta=2.76&K=12000&D=18&steps=200&integrator=hht&status=end&without_solution=keep"
+    explorer = complete(visit(f"?tab=plane&{numbers}"))
+    colour = explorer.page.get_by_role("combobox", name="Colour")
+    colour.select_option("without_solution")
+    key = panel(explorer).locator(".key")
+    wait_until(lambda: "10 to 99" in key.text_content(), what="the classes of the counts")
+    assert explorer.figure("plane_penalty")["title"].replace("\n", " ").endswith(": steps without a solution")
+    top = functools.partial(explorer.page.evaluate, FRAME_TOP)
+    wait_until(lambda: top("plane_penalty") > top("plane_exact"), what="room for the second line of the title")
+    first, *_, whole = panel(explorer).locator(".statements p").all_text_contents()
+    assert "without a solution" in first
+    assert "a step has no solution" in whole
+    explorer.page.get_by_text("start of the step", exact=True).click()  # the panel is open, since it is not as usual
+    wait_until(lambda: colour.locator("option[value=without_solution]").is_disabled(), what="nothing to count")
+    wait_until(lambda: "10 to 99" not in key.text_content(), 60, "the first picture of another method")
 
 
 def test_a_study_is_cancelled_and_goes_on(visit):

@@ -18,7 +18,7 @@ from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.branches import why_none
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
 from vibroscope.app.studies.plane_curves import CurvesQuestion
-from vibroscope.engine import TimeStepping, percent
+from vibroscope.engine import TimeStepping, counted, percent
 from vibroscope.engine.sweeps import CellKind, kind_words
 
 _SUDDEN = 30  # steps: the paper takes a contact of fewer for one sudden impact
@@ -126,9 +126,14 @@ class PlaneTab(StudyTab):
         """Both planes and the key."""
         if self.panel.chosen["curves"] != "off":
             self.curves.draw(self.curves_question(setting)[1])
+        self.panel.away = {} if self.question(setting).counted else {"quantity": ["without_solution"]}
         quantity = self.panel.chosen["quantity"]
         if result is not None:
-            missing = {"error": not result.question.errors, "near_period": not result.question.judged}
+            missing = {
+                "error": not result.question.errors,
+                "near_period": not result.question.judged,
+                "without_solution": not result.question.counted,
+            }
             quantity = "period" if missing.get(quantity) else quantity  # what there is, until the others come
         limit = self.panel.chosen["limit"] if quantity == "contact" else None
         self.view.update(setting, result, quantity, limit)
@@ -214,6 +219,9 @@ def _cell(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
     if result.question.errors:
         error = result.shown(side, "error")[place]
         text += f", error {percent(error)}" if math.isfinite(error) else ", no error: the motions keep no step"
+    count = result.steps_without_solution(side)[place]
+    if math.isfinite(count):
+        text += f", {counted(count, 'step')} without a solution"
     return f"{text}."
 
 
@@ -240,6 +248,9 @@ def _whole(result: PartialPlane) -> str:
         f"{_without_scatter(result)}. In {scatter:.0f} % the motion repeats itself without a time step and not with "
         "it: there the step is to blame."
     )
+    counts = result.steps_without_solution("penalty")[known]
+    if np.isfinite(counts).any():
+        text += f" In {100 * (counts > 0).mean():.0f} % a step has no solution."
     return f"{text} {blown:.0f} % blew up." if blown else text
 
 

@@ -121,6 +121,8 @@ def apply_style(plot: figure) -> figure:
     """Set the properties of ``plot`` that a theme cannot set."""
     # Otherwise the enclosing grid gives all frames the widest margin among them.
     plot.frame_align = False
+    # Until a title that became longer has its room, its last lines are over the figure, not its first ones above it.
+    plot.title.vertical_align = "top"
     plot.toolbar.logo = None
     plot.toolbar.autohide = True
     return plot

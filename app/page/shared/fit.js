@@ -31,11 +31,16 @@ function wholeText(model, name) {
   return known && known.shown === model[name] ? known.whole : model[name] ?? "";
 }
 
+const linesIn = (text) => text.split("\n").length;
+
+// Returns whether the number of lines is another one than before.
 function breakText(model, name, font, width) {
   const whole = wholeText(model, name);
   const shown = inLines(whole, font, width);
+  const before = wholeTexts.get(model)?.shown ?? "";
   wholeTexts.set(model, { whole, shown });
   if (shown !== (model[name] ?? "")) model.setv({ [name]: shown }, LOCAL);
+  return linesIn(shown) !== linesIn(before);
 }
 
 const axesOf = (figure) => [...figure.below, ...figure.left, ...figure.right, ...figure.above]
@@ -44,7 +49,11 @@ const axesOf = (figure) => [...figure.below, ...figure.left, ...figure.right, ..
 function fitTexts(view) {
   const { model: figure, bbox, frame } = view;
   if (figure.title?.visible) {
-    breakText(figure.title, "text", fontOf(figure.title, "text"), bbox.width - frame.bbox.left - EDGE);
+    const width = bbox.width - frame.bbox.left - EDGE;
+    const changed = breakText(figure.title, "text", fontOf(figure.title, "text"), width);
+    // Bokeh paints a changed title where it is: only a new layout gives its lines room. They are known a moment later,
+    // before the next frame is painted.
+    if (changed) setTimeout(() => view.invalidate_layout());
   }
   const centred = (middle, length) => 2 * Math.min(middle, length - middle) - EDGE;
   for (const axis of axesOf(figure)) {
