@@ -87,7 +87,7 @@ def contradictions(case):
         # a change of the time step that leaves curves which coincide is enough
         coincide = 100 * SAME if found.blame in ("status", "integrator") else 0.0
         check(100 * found.left <= max(1.31 * left[0], coincide) and left == sorted(left), "another cure is better")
-    table = command._part_lines(comparison, None)
+    table = command.part_lines(comparison, None)
     shares = [percent(value) for value in (difference.total, *difference.parts.values())]
     check([SHARE.search(line).group() for line in table] == shares, "other digits in the table")
     return faults
