@@ -95,11 +95,11 @@ def test_the_loop_goes_on_while_a_document_is_serialised_and_the_document_is_loc
         loop = asyncio.get_running_loop()
 
         async def change():
-            await session.with_document_locked(changed.set)
+            await asyncio.wait({asyncio.ensure_future(session.with_document_locked(changed.set))}, timeout=0.05)
 
         class Slow(Protocol):
             def create(self, *arguments):
-                asyncio.run_coroutine_threadsafe(change(), loop)
+                asyncio.run_coroutine_threadsafe(change(), loop).result(SECONDS)
                 served.append(wait())
                 locked.append(not changed.is_set())
                 return super().create(*arguments)
