@@ -6,7 +6,7 @@ which everything is inlined that they call. So progress is counted in compiled f
 a motion are compiled a second time for a wall, which takes a twentieth of the time and is not counted again.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -70,7 +70,7 @@ def compile_kernels(progress: Callable[[CompileProgress], None] | None = None) -
 
     with CompileListener(count):
         for system in _SYSTEMS:
-            for name, call in _calls(system):
+            for name, call in calls(system):
                 solver = f"{name}, at a wall" if system.wall else name
                 count(None)
                 call()
@@ -87,7 +87,8 @@ def _settle(cells: Cells) -> None:
     settle.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
 
 
-def _calls(system: System):
+def calls(system: System) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield what is solved, in words, and a call that loads its kernels for this kind of system."""
     for name in _AT_WALL if system.wall else _RUNS:
         yield name, lambda method=_RUNS[name]: simulate(system, 1.08, method, periods=2, keep=1)
     yield "steady motions", lambda: steady(system, 1.08, Reference())

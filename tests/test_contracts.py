@@ -1,5 +1,6 @@
 """The doors between the rooms stay shut."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -7,6 +8,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+# Names that begin with an underscore because Python, Panel or IPython gives them their meaning
+OTHERS = {"_replace", "_asdict", "_fields", "_make", "_esm", "_stylesheets", "_send_msg", "_repr_html_"}
 
 
 def imported_by(statement):
@@ -35,3 +38,40 @@ def test_import_contracts_hold():
         [Path(sys.executable).parent / "lint-imports"], cwd=ROOT, capture_output=True, text=True, timeout=120
     )
     assert done.returncode == 0, done.stdout
+
+
+def nodes_of(*folders):
+    """File and node of all Python in some folders; modules `compat` take private names of others."""
+    for path in (path for folder in folders for path in (ROOT / folder).rglob("*.py") if path.stem != "compat"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            yield path, node
+
+
+def names_defined(node):
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        return [node.name]
+    name = node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", None)
+    return [name] if isinstance(getattr(node, "ctx", None), ast.Store) and name else []
+
+
+def names_used(node):
+    """Names of others that a node reads, imports, or holds as a text such as the target of a patch."""
+    if isinstance(node, ast.Attribute) and ast.unparse(node.value) not in ("self", "cls"):
+        return [node.attr]
+    if isinstance(node, ast.ImportFrom):
+        return [alias.name for alias in node.names]
+    return node.value.split(".")[-1:] if isinstance(node, ast.Constant) and isinstance(node.value, str) else []
+
+
+def test_tests_and_benchmarks_use_no_private_name_of_the_product():
+    private = {name for _, node in nodes_of("app", "engine") for name in names_defined(node)}
+    private = {name for name in private - OTHERS if len(name) > 1 and name[0] == "_" != name[1]}
+    nodes = list(nodes_of("tests", "benchmarks"))
+    parts = {id(part) for _, node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
+    found = [
+        f"{path.relative_to(ROOT)}:{node.lineno} {name}"
+        for path, node in nodes
+        for name in names_used(node)
+        if name in private and id(node) not in parts
+    ]
+    assert not found, f"test it by its public way, or give it a public name: {found}"

@@ -254,7 +254,7 @@ def as_text(
             "",
             *wrap(judgement.headline, 100),
             "",
-            *_part_lines(comparison, split, of_step),
+            *part_lines(comparison, split, of_step),
             *_motion_lines(comparison),
             "",
             *details,
@@ -262,9 +262,7 @@ def as_text(
     )
 
 
-def _part_lines(
-    comparison: Comparison, split: Regularisation | None, of_step: TimeStepParts | None = None
-) -> list[str]:
+def part_lines(comparison: Comparison, split: Regularisation | None, of_step: TimeStepParts | None = None) -> list[str]:
     """The difference and its parts as the verdict takes them, one a line."""
     if comparison.parts is None:
         return [f"{'difference':22}not known: a run ended early"]

@@ -9,17 +9,17 @@ from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.workers import workers
 from vibroscope.engine import Diagram, Reference, System, diagram, shipped_diagram
 
-_futures: dict[str, Future[Diagram]] = {}
+FUTURES: dict[str, Future[Diagram]] = {}
 _lock = threading.Lock()
 
 
 def load_diagram(joint_damping: str) -> Future[Diagram]:
     """The diagram from the package or the cache; a worker computes it (some ten seconds) where neither has it."""
     with _lock:
-        if joint_damping not in _futures:
-            _futures[joint_damping] = future = Future()
+        if joint_damping not in FUTURES:
+            FUTURES[joint_damping] = future = Future()
             workers().submit(_load, Reference(joint_damping), future)
-        return _futures[joint_damping]
+        return FUTURES[joint_damping]
 
 
 def _load(method: Reference, future: Future[Diagram]) -> None:

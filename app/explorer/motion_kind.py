@@ -19,7 +19,7 @@ from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, po
 from vibroscope.engine import Cancelled, Kind, Motion, motion, percent
 
 SECONDS = 20.0  # for one motion
-_CACHE = Cache(200)  # by what the runs depend on
+KINDS = Cache(200)  # by what the runs depend on
 LITTLE = 0.001  # of the energy lost: less of it that the time step creates is not said
 
 
@@ -55,7 +55,7 @@ def known_kinds(setting: Setting) -> Kinds | None:
     """The kinds of both motions if they are known, else None; nothing is computed."""
     if not setting.is_driven:
         return {}
-    found = {name: _CACHE.get(key) for name, key in _keys(setting).items()}
+    found = {name: KINDS.get(key) for name, key in _keys(setting).items()}
     return None if None in found.values() else found
 
 
@@ -63,7 +63,7 @@ def judge_motions(setting: Setting, cancelled: Callable[[], bool]) -> Kinds:
     """The kinds of both motions, none of a free vibration; raises `engine.Cancelled` if ``cancelled()``."""
     if not setting.is_driven:
         return {}
-    return {name: _CACHE.get(key) or _judge(key, cancelled) for name, key in _keys(setting).items()}
+    return {name: KINDS.get(key) or _judge(key, cancelled) for name, key in _keys(setting).items()}
 
 
 def with_kinds(texts: dict[str, str], kinds: Kinds | None) -> dict[str, str]:
@@ -91,7 +91,7 @@ def _judge(key: Key, cancelled: Callable[[], bool]) -> MotionKind:
         if cancelled():
             raise
         found = MotionKind(Kind.UNDECIDED, _NAMES[Kind.UNDECIDED], f"{SECONDS:.0f} s of computing did not decide it.")
-    _CACHE.put(key, found)
+    KINDS.put(key, found)
     return found
 
 

@@ -12,12 +12,12 @@ import time
 from bokeh.util.token import check_token_signature, generate_jwt_token, get_token_payload
 
 TOKEN_SECONDS = 300
-_PROCESS = secrets.token_hex(8)  # whose monotonic clock it is
+PROCESS = secrets.token_hex(8)  # whose monotonic clock it is
 
 
 def make_token(session_id: str, key: bytes) -> str:
     """Return the signed token of a session."""
-    made = {"process": _PROCESS, "made": time.monotonic()}
+    made = {"process": PROCESS, "made": time.monotonic()}
     return generate_jwt_token(
         session_id, secret_key=key, signed=True, expiration=TOKEN_SECONDS, extra_payload={"vibroscope": made}
     )
@@ -33,6 +33,6 @@ def is_valid_token(token: str, key: bytes) -> bool:
 
 def _has_expired(payload: dict) -> bool:
     own = payload["vibroscope"]
-    if own["process"] == _PROCESS:
+    if own["process"] == PROCESS:
         return time.monotonic() - own["made"] > TOKEN_SECONDS
     return time.time() > payload["session_expiry"]

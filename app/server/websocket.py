@@ -34,7 +34,7 @@ _RATE, _BURST, _RECONNECT, _PULL = 1200, 1700, 170, 750
 _BYTES, _BYTES_AT_ONCE = 400_000, 1_000_000  # a second of one connection: larger files are read more slowly
 _HEADER_BYTES = 2  # that begin each frame, read for themselves
 _LEAVE_SECONDS = 0.5  # for a connection that was ended to close
-_PING_SECONDS = 30.0  # of a browser that waits for its session; Bokeh pings those that have one
+PING_SECONDS = 30.0  # of a browser that waits for its session; Bokeh pings those that have one
 _MOST_WAITING = 50  # openings of one address, behind which there may be a class
 _MOST_CONNECTIONS = 3  # per session: a browser may reconnect before the server knows that it had gone
 _FAILED = "This could not be done. The fault is the server's, and it has been noted."
@@ -43,6 +43,17 @@ _handlers: dict[str, Callable[[Message, ServerConnection], Awaitable[Message]]] 
     "PULL-DOC-REQ": pull,
     "PATCH-DOC": ServerSession.patch,
 }
+
+
+@contextmanager
+def pinging(ping: Callable[[], None]) -> Iterator[None]:
+    """Ping a browser meanwhile: a proxy ends a connection that says nothing for two minutes."""
+    pings = PeriodicCallback(ping, 1000 * PING_SECONDS)
+    pings.start()
+    try:
+        yield
+    finally:
+        pings.stop()
 
 
 class SessionSocket(WSHandler):
@@ -110,7 +121,7 @@ class SessionSocket(WSHandler):
             if admission.openings.waiting(owner) >= _MOST_WAITING:
                 self._refuse("Too many pages are being opened from this address. Please try again in a minute.")
                 return None
-            with self._kept_alive():
+            with pinging(self.ping):
                 async with admission.openings.turn(owner):
                     if self._stream.closed() or self._closed:
                         return None
@@ -120,16 +131,6 @@ class SessionSocket(WSHandler):
                     await context.create_session_if_needed(session_id, self.request)
         session = await context.create_session_if_needed(session_id, self.request)
         return None if self._closed else session
-
-    @contextmanager
-    def _kept_alive(self) -> Iterator[None]:
-        """Ping the browser meanwhile: a proxy ends a connection that says nothing for two minutes."""
-        pinging = PeriodicCallback(self.ping, 1000 * _PING_SECONDS)
-        pinging.start()
-        try:
-            yield
-        finally:
-            pinging.stop()
 
     def _refuse(self, reason: str) -> None:
         metrics.REFUSED.add("session")

@@ -20,7 +20,6 @@ from .parameters import parameters_of
 from .skip_tables import LocatedTables
 from .stepping import SteppingDriver
 
-SOLVES_PER_CALL = 2_000_000
 MANY_STEPS = 1000  # a period from which tables are worth their making, for Newmark's method, whose steps take no time
 
 
@@ -38,6 +37,8 @@ def stages_of(integrator: Integrator, p: Parameters) -> Stages:
 
 class LocatedDriver(SteppingDriver):
     """One run of a one-step method with located contact changes."""
+
+    solves_per_call = 2_000_000
 
     def begin(self, start: Checkpoint) -> None:
         method, p = self._method, parameters_of(*self.run)
@@ -79,9 +80,6 @@ class LocatedDriver(SteppingDriver):
     def _now(self) -> kernel.LocatedState:
         return kernel.STATE.read(self._state)
 
-    def periods_per_call(self) -> int:
-        return max(1, SOLVES_PER_CALL // self._method.steps)
-
     @property
     def _kernel(self):
         return kernel.integrate_located if self._tables is None else located_skip.integrate_skipping
@@ -101,7 +99,7 @@ class LocatedDriver(SteppingDriver):
         return kernel.integrate_located(self._scheme, *arrays)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
-        code = self._call(stop * self._method.steps, SOLVES_PER_CALL, buffers)
+        code = self._call(stop * self._method.steps, self.solves_per_call, buffers)
         again = code == PAUSED
         return Status.OK if again else STATUSES[code], again
 
@@ -116,7 +114,7 @@ class LocatedDriver(SteppingDriver):
 
     def results(self) -> dict:
         last = self.periods * self._method.steps
-        while self._now.step < last and self._take_every_step(last, SOLVES_PER_CALL, self._no_buffers) == PAUSED:
+        while self._now.step < last and self._take_every_step(last, self.solves_per_call, self._no_buffers) == PAUSED:
             pass  # a skip stops short of where a run is cut
         return super().results()
 

@@ -13,7 +13,7 @@ from ..kernels.parameters import no_keys
 from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import newmark
 from ..methods import CONTACT_LAWS, Method, Newmark
-from ..result import Checkpoint, Cost, Status
+from ..result import Checkpoint, Status
 from .base import is_first_use
 from .parameters import parameters_of, wall_of
 from .stepping import SteppingDriver
@@ -43,6 +43,7 @@ class NewmarkDriver(SteppingDriver):
     """
 
     kernel: ClassVar = newmark
+    solves_per_call = STEPS_PER_CALL
 
     def begin(self, start: Checkpoint) -> None:
         system, eta, method = self.run
@@ -60,7 +61,6 @@ class NewmarkDriver(SteppingDriver):
         else:
             self._state = self.kernel.STATE.zeros()
             self.kernel.write_start(row, self._state, *map(float, start.state))
-        self._started = start.periods * method.steps
         self._load()
 
     def cosines_of_steps(self) -> tuple[np.ndarray, np.ndarray]:
@@ -91,9 +91,6 @@ class NewmarkDriver(SteppingDriver):
     def _now(self) -> newmark.StepState:
         return self.kernel.STATE.read(self._state)
 
-    def periods_per_call(self) -> int:
-        return max(1, STEPS_PER_CALL // self._method.steps)
-
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         last, window = stop * self._method.steps, self._window
         if self._packed is not None:
@@ -117,16 +114,6 @@ class NewmarkDriver(SteppingDriver):
         else:
             motion = uncompiled(self.kernel.motion_of)(self._scheme, now)
             self.kernel.end_contact(self._scheme, now.contact, last, motion, buffers)
-
-    def _steps_done(self) -> int:
-        # a skip stops short of where a run is cut; a run that diverged stands where it did
-        return max(self._now.step, self.periods * self._method.steps)
-
-    def section_rows_done(self) -> int:
-        return max(0, (self._steps_done() - self._window[0]) // self._method.steps)
-
-    def cost(self) -> Cost:
-        return Cost(self.seconds, steps=self._steps_done() - self._started)
 
 
 ONE_STEP_DRIVERS: dict[type[Method], type[NewmarkDriver]] = {Newmark: NewmarkDriver}

@@ -1,13 +1,14 @@
 """What the drivers of methods with a time step share: counting in steps, and the message of a divergence."""
 
 from abc import abstractmethod
+from typing import ClassVar
 
 import numpy as np
 
 from ..kernels.time_stepping.newmark import LIMIT
 from ..methods import Newmark, TimeStepping
 from ..model import System
-from ..result import Checkpoint, Record
+from ..result import Checkpoint, Cost, Record
 from .base import Driver
 
 
@@ -15,6 +16,7 @@ class SteppingDriver(Driver):
     """One run of a method with a time step; subclasses hold the solver's state as ``_state``."""
 
     solution = "Newmark's solution"
+    solves_per_call: ClassVar[int]  # which take some hundredths of a second
 
     def __init__(
         self,
@@ -32,6 +34,7 @@ class SteppingDriver(Driver):
         self.run = system, eta, method
         self._method = method
         self._window = (kept_from * n, self.sampled_from * n, record.stride(n) if record else n)
+        self._started = start.periods * n
         self.begin(start)
 
     @abstractmethod
@@ -40,6 +43,24 @@ class SteppingDriver(Driver):
 
     def checkpoint(self) -> Checkpoint:
         return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
+
+    @property
+    @abstractmethod
+    def _now(self) -> tuple:
+        """What is known of the solver's state, ``step`` among it: the steps done."""
+
+    def _steps_done(self) -> int:
+        # a skip stops short of where a run is cut; a run that ended early stands where it did
+        return max(self._now.step, self.periods * self._method.steps)
+
+    def periods_per_call(self) -> int:
+        return max(1, self.solves_per_call // self._method.steps)
+
+    def section_rows_done(self) -> int:
+        return max(0, (self._steps_done() - self._window[0]) // self._method.steps)
+
+    def cost(self) -> Cost:
+        return Cost(self.seconds, steps=self._steps_done() - self._started)
 
     def angles_of_steps(self) -> np.ndarray:
         """ητ at the beginning of each step of a period, and at the end of the last."""

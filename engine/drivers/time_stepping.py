@@ -15,14 +15,12 @@ from ..kernels.time_stepping import linear_step as kernel
 from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_of
 from ..methods import WITHOUT_SOLUTION, TimeStepping
 from ..model import System
-from ..result import Checkpoint, Cost, Status
+from ..result import Checkpoint, Status
 from .newmark import has_strides
 from .parameters import parameters_of
 from .skip_tables import skip_tables
 from .step_maps import bodies_of, is_stable, law_maps, step_maps
 from .stepping import SteppingDriver
-
-STEPS_PER_CALL = 1_000_000
 
 
 def parameters_of_steps(system: System, eta: float, method: TimeStepping) -> Parameters:
@@ -52,6 +50,8 @@ def linear_scheme(p: Parameters, method: TimeStepping) -> kernel.LinearScheme:
 class TimeSteppingDriver(SteppingDriver):
     """One run of :class:`engine.TimeStepping`."""
 
+    solves_per_call = 1_000_000
+
     def begin(self, start: Checkpoint) -> None:
         method, p = self._method, parameters_of_steps(*self.run)
         self.solution = f"the solution by {method.integrator.name}"
@@ -64,7 +64,6 @@ class TimeSteppingDriver(SteppingDriver):
         self._tables = skip_tables(self._scheme, p) if skips else None
         own = len(start.state) == kernel.STATE.size
         self._state = np.array(start.state) if own else kernel.STATE.pack(self._start_state(p, start.state))
-        self._started = start.periods * method.steps
         used = kernel.integrate_linear if self._tables is None else matrix_skip.integrate_skipping
         if not getattr(used, "signatures", True):  # compile or load outside the measured seconds
             state, self._state = self._state, self._state.copy()
@@ -97,13 +96,6 @@ class TimeSteppingDriver(SteppingDriver):
     @property
     def _now(self) -> kernel.Progress:
         return kernel.STATE.read(self._state).progress
-
-    def _steps_done(self) -> int:
-        # a skip stops short of where a run is cut; a run that ended early stands where it did
-        return max(self._now.step, self.periods * self._method.steps)
-
-    def periods_per_call(self) -> int:
-        return max(1, STEPS_PER_CALL // self._method.steps)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         last = stop * self._method.steps
@@ -162,12 +154,6 @@ class TimeSteppingDriver(SteppingDriver):
         motion = uncompiled(kernel.motion_of)(self._scheme, y)
         end_contact(self._scheme.system, now.contact, now.step, motion, buffers)
 
-    def section_rows_done(self) -> int:
-        return max(0, (self._steps_done() - self._window[0]) // self._method.steps)
-
     def results(self) -> dict:
         now = self._now
         return super().results() | {"steps_without_solution": now.none, "steps_with_two": now.two}
-
-    def cost(self) -> Cost:
-        return Cost(self.seconds, steps=self._steps_done() - self._started)

@@ -126,7 +126,7 @@ class Trials:
 
         It differs from the trial's by rounding alone, which shows in the scatter of a constant step.
         """
-        return self._run(setting, self._system.rest, LONG, KEEP, PER_PERIOD, every_step=True)[0]
+        return self.run(setting, self._system.rest, LONG, KEEP, PER_PERIOD, every_step=True)[0]
 
     def screen_one(self, setting: NewmarkSetting, neighbours: int = 0, bound: float = math.inf) -> Trial:
         """One setting as in :meth:`screen`, in the calling thread."""
@@ -164,14 +164,14 @@ class Trials:
     def _run_short(self, setting: NewmarkSetting, per_period: int = COARSE) -> tuple[float, float]:
         found = self._short.get((setting, per_period))
         if found is None:
-            found = self._run(setting, self._start, self._transient + self._keep, self._keep, per_period)
+            found = self.run(setting, self._start, self._transient + self._keep, self._keep, per_period)
             self._short[setting, per_period] = found
         return found
 
     def _run_from_rest(self, setting: NewmarkSetting, per_period: int) -> tuple[float, float]:
-        return self._run(setting, self._system.rest, LONG, KEEP, per_period)
+        return self.run(setting, self._system.rest, LONG, KEEP, per_period)
 
-    def _run(
+    def run(
         self, setting: NewmarkSetting, start: tuple, periods: int, keep: int, per_period: int, every_step: bool = False
     ) -> tuple[float, float]:
         """Return error and solves per period."""

@@ -15,7 +15,6 @@ from vibroscope.app.explorer.motion_kind import MotionKind
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore import explainer, motion_judge
 from vibroscope.app.page.explore import tab as explore
-from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.page.explore.result import Result
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.updates import UpdateChannel
@@ -24,6 +23,10 @@ from vibroscope.engine import Cancelled
 
 SETTINGS = [Setting()._replace(eta=eta) for eta in (1.0, 1.1, 1.2)]
 SETTINGS.append(SETTINGS[0]._replace(frame="absolute"))  # the same runs, drawn in another way
+# What Explore is made of but for its findings: figures, and what neither explains nor judges.
+DRAWN = ("pn", "OwnedRange", "PhaseView", "DisplacementView", "ForceView", "EtaMapView", "ColumnSender", "Mechanism")
+DRAWN += ("Suggester", "CoexistingMotions", "OpenedMotion", "Muting", "MeasuredPoints", "Comparison")
+DRAWN += ("PinnedResults", "Overlay", "MapSource")
 
 
 class Job:
@@ -85,7 +88,7 @@ class World(Document):
         super().__init__()
         self.doc = self
         self.jobs, self.timers, self.calls = [], [], []
-        self.now, self.number, self.answered = 0.0, 0, 0
+        self.now, self.number, self.answered, self.painted = 0.0, 0, 0, 0
         self.setting, self.visible = SETTINGS[0], True
         self.failed = {"runs": set(), "verdict": set(), "kinds": set()}
         self.known = {}
@@ -93,27 +96,14 @@ class World(Document):
         self.channel, self.push = channel, channel.push
         self._stand_in(monkeypatch)
         self.tab = explore.Explore(self)
-        for part in ("displacement", "force", "phase", "eta_map", "mechanism", "muting", "comparison"):
-            setattr(self.tab, part, MagicMock())
-        for part in (
-            "_grid",
-            "_time",
-            "_sender",
-            "_suggester",
-            "_coexisting",
-            "_opened",
-            "_points",
-            "_measured",
-            "_pinned",
-            "_map",
-        ):
-            setattr(self.tab, part, MagicMock())
-        self.tab.findings, self.tab._views, self.tab._followers = Findings(), (), ()
+        self.tab.build()
 
     def _stand_in(self, monkeypatch):
         """For the engine, the pools and the clock."""
         put = monkeypatch.setattr
         put(compute, "own_time", lambda: self.now)
+        for part in DRAWN:
+            put(explore, part, MagicMock())
         put(compute.compilation, "when_done", lambda act: act())
         put(compute, "give_way", lambda: None)
         put(explore, "JobQueue", lambda deliver: Queue(deliver, solve=self._solve_runs, pool=self))
@@ -121,8 +111,8 @@ class World(Document):
         for module, threads in ((explainer, "background_worker"), (motion_judge, "kind_threads")):
             put(module, "JobQueue", Queue)
             put(module, threads, lambda: self)
-        put(explainer, "_CACHE", Cache(2))
-        put(explainer, "_waiting_for_curves", lambda cancelled: cancelled)
+        put(explainer, "EXPLANATIONS", Cache(2))
+        put(explainer, "jobs", lambda: 0)  # no explanation waits for curves
         put(explainer, "compute_runs", lambda setting, _: RunPair(setting, None, None))
         put(explainer, "explain", lambda runs, cancelled: self._solve("verdict", runs.setting, cancelled))
         put(motion_judge, "judge_motions", lambda setting, cancelled: self._solve("kinds", setting, cancelled))
@@ -157,6 +147,9 @@ class World(Document):
     def report_error(self, text, move=None):
         self.answered = self.answered if move is None else move
 
+    def set(self, texts):
+        pass
+
     def summarise(self, text):
         pass
 
@@ -171,7 +164,12 @@ class World(Document):
         found = [lambda job=job, order=order: job.go_on(order) for job in self.jobs for order in _orders(job)]
         found += [lambda i=i: self.timers.pop(i)() for i in range(len(self.timers))]
         found += [lambda: self.calls.pop(0)()] if self.calls else []  # a loop calls in the order of the requests
-        return found + ([lambda: self.channel.painted(self.channel.count)] if self.channel._unpainted else [])
+        return found + ([self.paint] if self.channel.count > self.painted else [])
+
+    def paint(self):
+        """The browser has painted the last update."""
+        self.painted = self.channel.count
+        self.channel.painted(self.painted)
 
     def user(self):
         """What the user may do, and the time that passes."""

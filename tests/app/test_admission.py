@@ -62,22 +62,18 @@ def test_a_ping_to_a_connection_that_is_about_to_end_leaves_it_its_session():
 
 
 def test_a_browser_that_waits_for_its_session_is_pinged_and_then_no_more(monkeypatch):
-    monkeypatch.setattr(websocket, "_PING_SECONDS", 0.01)
+    monkeypatch.setattr(websocket, "PING_SECONDS", 0.01)
     pings = []
 
     async def steps():
         third = asyncio.Event()
 
-        class Waiting(websocket.SessionSocket):
-            def __init__(self):
-                pass
+        def ping():
+            pings.append("ping")
+            if len(pings) == 3:
+                third.set()
 
-            def ping(self, data=b""):
-                pings.append(data)
-                if len(pings) == 3:
-                    third.set()
-
-        with Waiting()._kept_alive():
+        with websocket.pinging(ping):
             await asyncio.wait_for(third.wait(), 60)
         sent = len(pings)
         await asyncio.sleep(0.1)

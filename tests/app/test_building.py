@@ -82,7 +82,7 @@ def test_one_document_is_built_at_a_time():
 
 
 def test_the_loop_goes_on_while_a_document_is_serialised_and_the_document_is_locked_meanwhile(monkeypatch):
-    served, locked, written = [], [], []
+    served, locked, written, changed = [], [], [], threading.Event()
 
     def write(content):
         written.append(threading.current_thread() is threading.main_thread())
@@ -92,11 +92,16 @@ def test_the_loop_goes_on_while_a_document_is_serialised_and_the_document_is_loc
 
     async def steps(wait):
         session = await session_of(lambda doc: doc.add_root(Range1d(start=0, end=1)))
+        loop = asyncio.get_running_loop()
+
+        async def change():
+            await asyncio.wait({asyncio.ensure_future(session.with_document_locked(changed.set))}, timeout=0.05)
 
         class Slow(Protocol):
             def create(self, *arguments):
-                locked.append(session._lock._block._value == 0)
+                asyncio.run_coroutine_threadsafe(change(), loop).result(SECONDS)
                 served.append(wait())
+                locked.append(not changed.is_set())
                 return super().create(*arguments)
 
         class Connection:

@@ -107,8 +107,15 @@ def test_the_shipped_result_is_shown_marked_and_then_replaced(monkeypatch):
     for user in ("vibroscope.app.explorer.compute", "vibroscope.app.explorer.shipped"):
         monkeypatch.setattr(f"{user}.compilation", compilation)
     monkeypatch.setattr(explore, "cached_runs", lambda setting: None)
-    host = FakeHost(doc=Document())
-    tab = explore.Explore(host)
+    shown = threading.Event()
+
+    class Host(FakeHost):
+        def push(self, move, write):
+            super().push(move, write)
+            if not tab.findings.content["shipped"]:
+                shown.set()
+
+    tab = explore.Explore(host := Host(doc=Document()))
     tab.build()
     assert tab.show_if_ready(Move(1, opening_setting()))
     assert host.moves == [1]
@@ -116,8 +123,6 @@ def test_the_shipped_result_is_shown_marked_and_then_replaced(monkeypatch):
     assert tab.findings.content["headline"]
     assert not tab.show_if_ready(Move(2, opening_setting()._replace(K=1000.0)))
     tab.show(Move(2, opening_setting()))
-    shown, again = threading.Event(), tab._write
-    monkeypatch.setattr(tab, "_write", lambda result: (again(result), shown.set()))
     compilation.finish()
     assert shown.wait(20)
     assert not tab.findings.content["shipped"]
@@ -151,7 +156,7 @@ def test_the_share_rises_to_all_without_a_jump(monkeypatch, tmp_path):
     monkeypatch.setattr(engine, "compilable_functions", lambda: {*functions})
     monkeypatch.setattr(engine, "complete_mark", lambda: tmp_path / "complete")
     monkeypatch.setattr(engine, "CompileListener", Listener)
-    monkeypatch.setattr(engine, "_calls", calls)
+    monkeypatch.setattr(engine, "calls", calls)
     engine.compile_kernels(lambda progress: shares.append(progress.share))
     steps = [later - earlier for earlier, later in itertools.pairwise(shares)]
     assert (shares[0], shares[-1]) == (0, 1)
@@ -176,7 +181,7 @@ def test_a_first_start_compiles_into_an_empty_cache_in_another_process(tmp_path)
 def test_a_diagram_that_must_be_computed_waits_for_the_solvers_and_a_shipped_one_does_not(monkeypatch, shipped):
     compilation = Compilation()
     compilation.progress = HALF
-    monkeypatch.setattr(diagrams, "_futures", {})
+    monkeypatch.setattr(diagrams, "FUTURES", {})
     monkeypatch.setattr(diagrams, "compilation", compilation)
     monkeypatch.setattr(diagrams, "shipped_diagram", lambda system, method: shipped)
     monkeypatch.setattr(diagrams, "diagram", lambda system, method: f"computed, progress {compilation.progress}")

@@ -5,6 +5,7 @@ from functools import partial
 import bokeh.document
 import numpy as np
 import pytest
+from bokeh.models import Label
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.explorer.state import Setting
@@ -12,6 +13,7 @@ from vibroscope.app.page.explore import map_source
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS
 from vibroscope.app.studies.bifurcation import DiagramQuestion
+from vibroscope.app.studies.study_job import StudyJob
 from vibroscope.engine import Reference, simulate
 
 from .fakes import QueueingHost
@@ -51,7 +53,7 @@ def title(tab):
 
 
 def scenes_shown(tab):
-    return {mark.visible for mark in tab.eta_map._scenes}
+    return {label.visible for label in tab.eta_map.figure.select(type=Label)}
 
 
 def test_the_map_of_another_system_is_computed_for_it(explore):
@@ -84,17 +86,23 @@ def test_a_map_is_that_of_the_solver(explore, change):
     explore(setting)
     tab.host.catch_up_until(lambda: title(tab) == TITLE)
     assert map_source.is_shipped(setting) == ("joint_damping" in change)
-    assert tab.eta_map._points.eta.size == (1401 if "joint_damping" in change else 16)
+    assert np.unique(tab.eta_map.in_view()["eta"]).size == (1401 if "joint_damping" in change else 16)
 
 
 def test_no_map_is_computed_while_the_system_moves_or_the_tab_is_hidden(explore, monkeypatch):
     monkeypatch.setattr(Document, "waits", True)
+    jobs = []
+
+    def start(*asked):
+        jobs.append(StudyJob(*asked))
+        return jobs[-1]
+
+    monkeypatch.setattr(map_source, "StudyJob", start)
     tab = explore(OTHER)
-    assert tab._map._job is None
+    assert jobs == []
     monkeypatch.setattr(Document, "waits", False)
     explore(OTHER._replace(kappa=2.5))
-    job = tab._map._job
     explore(OTHER._replace(kappa=2.6))
-    assert job.cancelled
+    assert [job.cancelled for job in jobs] == [True, False]
     tab.hide()
-    assert tab._map._job is None
+    assert [job.cancelled for job in jobs] == [True, True]

@@ -37,7 +37,7 @@ def explained(monkeypatch):
             time.sleep(0.002)
         return f"of {runs.eta}"
 
-    monkeypatch.setattr(module, "_CACHE", Cache(1))
+    monkeypatch.setattr(module, "EXPLANATIONS", Cache(1))
     monkeypatch.setattr(module, "compute_runs", lambda setting, cancelled: setting)
     monkeypatch.setattr(module, "explain", explain)
     return seen
@@ -73,7 +73,7 @@ def test_an_explanation_that_comes_too_late_is_not_shown_and_a_full_cache_loses_
     explaining(explained, LAST)
     host.catch_up()  # NEXT is ready, and the page shows LAST
     assert shown == []
-    module._CACHE.put("other sessions", "fill the cache")
+    module.EXPLANATIONS.put("other sessions", "fill the cache")
     host.catch_up()
     assert shown == ["of 1.2"]
 

@@ -1,7 +1,5 @@
 """`vibroscope export` and the menu "Take away" write decks of what is set, and say what a code cannot express."""
 
-from concurrent.futures import Future
-
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import DECKS, modelica
@@ -9,7 +7,7 @@ from vibroscope.app.page.tabs import TABS
 from vibroscope.app.page.take_away import TakeAway, file_writer
 
 from .command_line import PHYSICAL
-from .fakes import FakeHost
+from .fakes import FakeHost, QueueingHost
 from .filled_tabs import ADDRESS, SETTING
 
 NUMBERS = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "200"]
@@ -92,9 +90,9 @@ def test_the_page_offers_each_deck(code):
 
 
 def test_the_page_says_what_it_cannot_write():
-    host = FakeHost()
-    files = TakeAway(host, lambda *_: None)
-    done = Future()
-    done.set_exception(ValueError("Modelica cannot express this"))
-    files._written("deck:modelica", done)
-    assert host.errors == ["This file was not written: Modelica cannot express this."]
+    host = QueueingHost()
+    explicit = SETTING._replace(integrator="central-difference")
+    TakeAway(host, lambda *_: None).request("deck:calculix", TABS["help"](host), explicit, ADDRESS)
+    host.catch_up()
+    (error,) = host.errors
+    assert error.startswith("This file was not written: CalculiX cannot express integrator = 'central-difference'")

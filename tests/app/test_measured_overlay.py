@@ -8,6 +8,7 @@ from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import measured_table
+from vibroscope.app.page.explore import measurement as module
 from vibroscope.app.page.explore.measurement import Overlay
 from vibroscope.app.runtime.files import ASSETS
 from vibroscope.engine import (
@@ -86,11 +87,19 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_sent(overlay):
     assert overlay.button.largest == LARGEST_FILE
 
 
-def test_the_upload_ends_at_the_limit_whatever_the_browser_says(overlay):
+def test_the_upload_ends_at_the_limit_whatever_the_browser_says(overlay, monkeypatch):
+    sizes = []
+
+    def keep(name, content):
+        sizes.append(len(content))
+        return MeasuredFile(name, content)
+
+    monkeypatch.setattr(module, "MeasuredFile", keep)
     send(overlay.button, {"file": {"name": "long.csv", "size": 5}})
     for _ in range(LARGEST_FILE // 120_000 + 2):
         send(overlay.button, {"part": {str(i): "1" * 1900 for i in range(64)}})
-        assert sum(map(len, overlay._upload)) <= LARGEST_FILE
+    send(overlay.button, {"end": True})
+    assert sizes[0] <= LARGEST_FILE
 
 
 def test_a_move_of_the_sliders_keeps_the_points_that_the_reference_places(overlay):

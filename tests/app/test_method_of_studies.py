@@ -45,14 +45,6 @@ def step_result(setting):
     return list(time_step.grow_step(TimeStepTab.question(None, setting), None, never))[-1]
 
 
-def shown(tab, setting, result):
-    """The tab with a result, as after its study."""
-    tab.build()
-    tab.result, tab._result_setting = result, setting
-    tab.draw(setting, result)
-    return tab
-
-
 def test_the_time_step_study_is_of_what_is_set_and_its_command_makes_the_same_numbers(few, tmp_path):
     result = step_result(HHT_END)
     for scheme, status in (("fixed", "end"), ("located", "located")):

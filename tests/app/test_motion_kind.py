@@ -24,7 +24,7 @@ def never():
 
 @pytest.fixture(autouse=True)
 def nothing_known(monkeypatch):
-    monkeypatch.setattr(motion_kind, "_CACHE", Cache(20))
+    monkeypatch.setattr(motion_kind, "KINDS", Cache(20))
 
 
 def test_scatter_of_the_step_is_named_an_artefact_and_judged_once():
@@ -59,7 +59,7 @@ def test_chaos_is_named_with_its_exponent():
 def test_a_motion_that_takes_too_long_is_undecided_and_a_cancelled_one_is_not_judged(monkeypatch):
     monkeypatch.setattr(motion_kind, "SECONDS", 0.0)
     assert judge_motions(SCATTERED, never)["penalty"].kind == "undecided"
-    monkeypatch.setattr(motion_kind, "_CACHE", Cache(20))
+    monkeypatch.setattr(motion_kind, "KINDS", Cache(20))
     with pytest.raises(Cancelled):
         judge_motions(SCATTERED, lambda: True)
     assert known_kinds(SCATTERED) is None

@@ -1,6 +1,7 @@
 """An own start travels with the setting: computed, explained, judged, linked, shown in units, taken away."""
 
 from dataclasses import replace
+from queue import Queue
 
 import numpy as np
 import pytest
@@ -16,8 +17,7 @@ from vibroscope.app.explorer.scenes import scene_key, scenes
 from vibroscope.app.explorer.state import START_FIELDS, Setting, read_setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.scripts import as_command, speed_python
-from vibroscope.app.page.explore.explainer import _key
-from vibroscope.app.page.explore.measurement import _key as _measured_key
+from vibroscope.app.page.explore import explainer, measurement
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.time_step import tab as step_tab
 from vibroscope.app.page.time_step.tab import TimeStepTab
@@ -27,7 +27,7 @@ from vibroscope.engine import Newmark, Record, compare_measured, simulate, synth
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.sweeps import StepStudy
 
-from .fakes import FakeHost
+from .fakes import Document, FakeHost, send
 
 START = (1.2232, 4.5444, 3.5934, 2.5268)  # leads the reference to a motion of six periods; rest, to one of two
 REST = Setting(eta=3.2, K=12000.0, D=18.0, steps=2000)
@@ -47,7 +47,6 @@ def test_both_runs_begin_there_and_are_kept_apart_from_those_from_rest(runs):
         alone = simulate(OWN.system, OWN.eta, response.method, initial=START)
         np.testing.assert_array_equal(response.section, alone.section)
     assert (own.reference.motion.period, rest.reference.motion.period) == (6, 2)
-    assert _key(OWN) != _key(REST)
 
 
 def test_explanation_and_kinds_speak_of_the_motions_that_are_shown(runs):
@@ -58,6 +57,16 @@ def test_explanation_and_kinds_speak_of_the_motions_that_are_shown(runs):
     assert "From the same start" in explained.headline
     kinds = judge_motions(OWN, lambda: False)
     assert (kinds["reference"].name, judge_motions(REST, lambda: False)["reference"].name) == ("period 6", "period 2")
+
+
+def test_an_explanation_is_that_of_its_start(monkeypatch):
+    monkeypatch.setattr(explainer, "EXPLANATIONS", Cache(2))
+    monkeypatch.setattr(explainer, "compute_runs", lambda setting, _: setting)
+    monkeypatch.setattr(explainer, "explain", lambda runs, _: runs.initial)
+    explained = Queue()
+    explainer.explanation_queue(lambda *found: explained.put(found)).submit(0, OWN)
+    assert explained.get(timeout=20) == (0, (OWN, START))
+    assert (explainer.known_explanation(OWN), explainer.known_explanation(REST)) == (START, None)
 
 
 def test_a_link_comes_back_to_the_start_and_holds_none_from_rest():
@@ -108,11 +117,30 @@ def test_the_commands_take_a_start_that_begins_with_a_minus_sign(capsys):
     assert "xi1, xi1', xi2, xi2'" in capsys.readouterr().out
 
 
-def test_a_measurement_is_compared_with_the_motions_that_are_shown():
+def test_a_measurement_is_compared_with_the_motions_that_are_shown(monkeypatch):
     measured = synthetic_measurement(OWN.system, 3.2, periods=30)
     found = compare_measured(OWN.system, 3.2, measured, OWN.penalty, initial=START)
     assert found.reference.period == 6
-    assert _measured_key(OWN) != _measured_key(REST)
+    jobs = []
+
+    class Job:
+        cancelled = False
+
+        def __init__(self, file, setting, deliver):
+            self.setting, self.deliver = setting, deliver
+            jobs.append(self)
+
+    monkeypatch.setattr(measurement, "MeasuredJob", Job)
+    overlay = measurement.Overlay(FakeHost(doc=Document()), lambda: None)
+    overlay.follow(OWN)
+    for message in ({"file": {"name": "own.csv"}}, {"end": True}):
+        send(overlay.button, message)
+    jobs[0].deliver(jobs[0], found)
+    pending = []
+    for setting in (OWN, REST, OWN):
+        overlay.follow(setting)
+        pending.append(overlay.panel.content["pending"])
+    assert pending == [False, True, False]
 
 
 def test_a_study_of_the_time_step_runs_from_there(monkeypatch, tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bokeh.events import Tap
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.state import Setting
@@ -76,7 +77,7 @@ def test_any_number_is_swept_by_a_solver_that_has_it_and_moving_it_asks_nothing(
     assert question.study().cells == len(question.axis)  # the engine takes it
     moved = SETTING._replace(**{over: {"eta": 2.0, "restitution": 0.7}.get(over, 3000)})
     assert tab.question(moved) == question
-    tab.view._on_value(SWEPT[over].rounded(1234.56789))
+    tab.view.on_tap(Tap(None, x=1234.56789))
     assert [*tab.host.settings[-1]] == [over]
 
 

@@ -36,7 +36,7 @@ def test_a_token_ages_by_the_monotonic_clock(clocks, jump):
 def test_a_token_of_another_replica_ages_by_the_time_of_day(clocks, monkeypatch):
     token = make_token(SESSION, KEY)
     made = json.loads(bokeh_token._base64_decode(token.split(".")[0]))["session_expiry"] - TOKEN_SECONDS
-    monkeypatch.setattr(tokens, "_PROCESS", "another")
+    monkeypatch.setattr(tokens, "PROCESS", "another")
     clocks["monotonic"] = 0
     for age, valid in ((0, True), (TOKEN_SECONDS - 2, True), (TOKEN_SECONDS + 2, False)):
         clocks["time"] = made + age

@@ -5,6 +5,7 @@ import json
 import struct
 import time
 from contextlib import suppress
+from types import SimpleNamespace
 
 import pytest
 from tornado.iostream import StreamClosedError
@@ -205,7 +206,8 @@ def test_a_file_is_read_in_a_thread_one_at_a_time(monkeypatch):
         def add_done_callback(self, act):
             waiting.append(lambda: act(self))
 
-    monkeypatch.setattr(take_away, "_submit", lambda *job: Future())
+    thread = SimpleNamespace(submit=lambda *job, **about: Future())
+    monkeypatch.setattr(take_away, "pool", lambda *_: thread)
     files, read = take_away.TakeAway(Host(), None), []
     files.load({"0": "x"}, read.append)
     files.load({"0": "x"}, read.append)

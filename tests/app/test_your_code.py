@@ -68,21 +68,28 @@ def test_partial_results_come_one_rule_after_the_other_and_go_on(few_rules):
     assert found[-1].data()["rules"].keys() == {"as-set", *FEW}
 
 
+def alone(rule, monkeypatch):
+    """What is found of one rule, which no code has."""
+    monkeypatch.setattr(your_code, "rules", lambda: {rule.key: rule})
+    *_, found = grow_code(question_of(COARSE), None, lambda: False)
+    return found.judged[-1]
+
+
 def test_a_rule_that_gives_none_or_too_many_steps_is_a_sentence(few_rules, monkeypatch):
     still = COARSE._replace(base=0.0, start_xi2=1.0)
     judged = list(grow_code(question_of(still), None, lambda: False))[-1].judged
     assert "nothing drives the bodies" in judged[-1].outcome.why
     rule = Rule("key", "title", "steps_per_contact", 1e6, "claim", "source")
-    found = your_code._judge(rule, COARSE, lambda: False)
+    found = alone(rule, monkeypatch)
     assert found.outcome.holds is None
     assert found.orbit.shape == (2, 0)
 
 
-def test_a_rule_that_asks_for_more_than_the_server_computes_is_shown_but_not_set():
+def test_a_rule_that_asks_for_more_than_the_server_computes_is_shown_but_not_set(monkeypatch):
     rule = Rule("key", "title", "steps_per_contact", 1e5, "claim", "source")
     with pytest.raises(Refused):
         read_setting(rule_texts(rule, COARSE), COARSE)
-    found = your_code._judge(rule, COARSE, lambda: False)
+    found = alone(rule, monkeypatch)
     (row,) = rows_of([found], np.empty((2, 0)), [], COARSE)["rows"]
     assert row["numbers"] != []
     assert not row["settable"]

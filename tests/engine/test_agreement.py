@@ -111,7 +111,7 @@ def contradictions(case):
         if found.blame in ("status", "steps") and difference.measure == "displacements":
             claimed = found.left == pytest.approx(difference_with(found.change, case), rel=NEARLY - 1)
             check(claimed, "the change leaves another difference than the verdict says")
-    table = command._part_lines(comparison, None)
+    table = command.part_lines(comparison, None)
     shares = [percent(value) for value in (difference.total, *difference.parts.values())]
     check([SHARE.search(line).group() for line in table] == shares, "other digits in the table")
     return faults

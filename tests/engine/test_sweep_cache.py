@@ -73,20 +73,21 @@ def test_a_picture_that_is_complete_is_read_by_the_next_process(computed, direct
     assert cache.cached_dataset(of).attrs["reused"] == 24
 
 
-def test_a_picture_that_was_cancelled_or_cheap_or_is_damaged_is_computed(computed, monkeypatch):
+def test_a_picture_that_was_cancelled_or_cheap_or_is_damaged_is_computed(computed, tmp_path, monkeypatch):
+    kept, cheap = (tmp_path / "studies" / each.key for each in (study(), study(0.4)))
     growing = grow_picture(study(), RunOptions())
     part = next(growing)
     growing.close()
-    assert not cache._folder(study()).exists()
+    assert not kept.exists()
     *_, whole = grow_picture(study(), RunOptions(), part)
-    (cache._folder(study()) / "xi2" / "c" / "0" / "0").unlink()
+    (kept / "xi2" / "c" / "0" / "0").unlink()
     before = len(computed)
     *_, mended = grow_picture(study(), RunOptions())
     assert len(computed) > before
     np.testing.assert_array_equal(whole["xi2"], mended["xi2"])
     monkeypatch.setattr(cache, "DEAR", 1e9)
     list(grow_picture(study(0.4), RunOptions()))
-    assert not cache._folder(study(0.4)).exists()
+    assert not cheap.exists()
 
 
 def test_an_entry_of_the_cache_whose_manifest_is_lost_is_dropped(tmp_path, monkeypatch):

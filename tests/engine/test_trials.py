@@ -22,8 +22,8 @@ def trials():
 @pytest.fixture
 def runs(monkeypatch):
     """The settings of all trial runs."""
-    made, run = [], Trials._run
-    monkeypatch.setattr(Trials, "_run", lambda self, *asked, **how: made.append(asked) or run(self, *asked, **how))
+    made, run = [], Trials.run
+    monkeypatch.setattr(Trials, "run", lambda self, *asked, **how: made.append(asked) or run(self, *asked, **how))
     return made
 
 
@@ -39,7 +39,7 @@ def test_the_error_of_a_trial_is_that_of_a_single_run(system, eta, located):
             setting = NewmarkSetting(K, 0.15 * np.sqrt(K), steps)
             method, record = Newmark(*setting, located=located), Record(12, 32, steps)
             run = simulate(system, eta, method, periods=62, keep=12, initial=found.state, record=record)
-            error, cost = trials._run(setting, tuple(found.state.tolist()), 62, 12, 32)
+            error, cost = trials.run(setting, tuple(found.state.tolist()), 62, 12, 32)
             assert error == Target(found.response, found.period).error(run)
             assert cost == run.cost.steps / 62
 

@@ -27,6 +27,7 @@ from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.studies.branches import BranchQuestion, PartialBranches, grow_branches, kind_words, matched
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import Branch, Point
+from vibroscope.engine.wording import every
 
 NAMES = {"reference": "reference", "penalty": "exact penalty"}
 _DOTTED = " The dotted curve in the phase plots is this motion."
@@ -221,7 +222,7 @@ def opened(question: BranchQuestion, place: Place, branch: Branch) -> tuple[dict
     texts[question.over] = print_number(float(value))
     if question.over != "eta":
         texts["eta"] = print_number(question.eta)
-    head += f"the {NAMES[place.solver]} repeats {_every(branch.period)}"
+    head += f"the {NAMES[place.solver]} repeats {every(branch.period)}"
     return texts, f"{head}, {stability_words(multipliers[0], branch.period)}{_DOTTED}{moved}", orbit
 
 
@@ -236,12 +237,8 @@ def stability_words(largest: complex, period: int) -> str:
         return f"at the edge of its stability (largest multiplier {shown})."
     periods = max(period, round(-math.log(_EXACT) / math.log(size) * period))
     left = f"after about {periods:,} excitation periods" if periods < 2000 else "very slowly"
-    grows = f"a small deviation grows {size:.3g}-fold {_every(period)}"
+    grows = f"a small deviation grows {size:.3g}-fold {every(period)}"
     return f"unstable (largest multiplier {shown}): {grows}, and a run that begins on it leaves it {left}."
-
-
-def _every(periods: int) -> str:
-    return "every period" if periods == 1 else f"every {periods} periods"
 
 
 # ---- tables: heads, and rows of cells --------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from vibroscope.app.runtime.workers import background_worker, jobs
 
 _REST = 150  # ms without a new result before the difference is explained: while a slider moves, the curves come first
 _PATIENCE, _POLL = 0.5, 0.01  # s that an explanation waits for the computation of curves; s between two checks
-_CACHE = Cache(200)
+EXPLANATIONS = Cache(200)
 
 
 class Explainer:
@@ -35,7 +35,7 @@ class Explainer:
         """The explanation of the setting that is shown now, if it is cached; else ``show`` gets it later."""
         self._setting = setting
         self._result += 1
-        explanation = _CACHE.get(_key(setting))
+        explanation = EXPLANATIONS.get(_key(setting))
         if explanation is None:
             self.host.doc.add_timeout_callback(partial(self._request, self._result), _REST)
         return explanation
@@ -80,7 +80,7 @@ def explanation_queue(deliver: Callable[[int, Explanation | Exception], None]) -
 
 def known_explanation(setting: Setting) -> Explanation | None:
     """The explanation of a setting if it is cached."""
-    return _CACHE.get(_key(setting))
+    return EXPLANATIONS.get(_key(setting))
 
 
 def _key(setting: Setting) -> object:
@@ -89,12 +89,12 @@ def _key(setting: Setting) -> object:
 
 
 def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> tuple[Setting, Explanation]:
-    explanation = _CACHE.get(_key(setting))
+    explanation = EXPLANATIONS.get(_key(setting))
     if explanation is None:
         waiting = _waiting_for_curves(cancelled)
         waiting()
         explanation = explain(compute_runs(setting, waiting), waiting)
-        _CACHE.put(_key(setting), explanation)
+        EXPLANATIONS.put(_key(setting), explanation)
     return setting, explanation
 
 

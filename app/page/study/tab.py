@@ -34,6 +34,8 @@ class StudyTab(Tab):
     ----------
     result : PartialResult or None
         What is shown: of the present question, or of the last one until there is something of the present one.
+    cells : tuple of pn.pane.Bokeh
+        Its figures, once it is built.
     """
 
     grow: ClassVar[Grow]  # partial results of a question
@@ -87,7 +89,7 @@ class StudyTab(Tab):
         spec = {"figures": [cell.object.name for cell in cells], **self.spec()}
         self.panel = StudyPanel(spec, dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
-        self._cells = cells
+        self.cells = cells
         self.ranges = self.view.ranges
         self.muting = Muting(self.legends, [cell.object for cell in cells])
         return pn.Column(
@@ -189,7 +191,7 @@ class StudyTab(Tab):
         if not self._visible:
             return
         obstacle = self._obstacle
-        for cell in self._cells:
+        for cell in self.cells:
             cell.object.visible = not obstacle
         self.panel.statements = self._statements()
         if obstacle:

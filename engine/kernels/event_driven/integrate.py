@@ -29,9 +29,12 @@ from .saltation import (
 from .state import (
     COLLISION,
     CONTACT,
+    MOST_EFFORT,
+    MOST_EVENTS,
     SLOW_CONTACT,
     HybridState,
     absolute,
+    count_event,
     in_contact,
     later_state,
     linear_state,
@@ -41,9 +44,7 @@ from .state import (
     write_state,
 )
 
-MOST_EFFORT = 300_000  # intervals examined in one call, which then takes some hundredths of a second
 MOST_PAUSES = 8  # in one period, after which it is given up
-MOST_EVENTS = 100_000  # in one period; chatter at e = 0.99 down to a closing speed of 1e-12 has 2,750
 LOST = 2.0**-44  # a fast part below this share of the penetration is lost in its rounding
 
 
@@ -78,12 +79,6 @@ def end_of_block(p, phase, a, z):
     return later_state(
         p, a, POINTS * phase.spacing, absolute(phase, state_after(phase, z, POINTS)), a.mode, 0.0, a.contact
     )
-
-
-@jit_inlined
-def count_event(a):
-    """The hybrid state with one more event in its period."""
-    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.contact)
 
 
 @jit_no_alloc

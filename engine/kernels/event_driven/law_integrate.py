@@ -30,9 +30,12 @@ from .state import (
     COLLISION,
     CONTACT,
     FLIGHT,
+    MOST_EFFORT,
+    MOST_EVENTS,
     ROUNDING,
     HybridState,
     absolute,
+    count_event,
     later_state,
     linear_state,
     time_of,
@@ -42,9 +45,7 @@ from .state import (
 
 OVERLAP, PUSH, EXTRA, SMOOTH = 4.0, 5.0, 6.0, 7.0  # modes; CONTACT: the piece is still to be found
 PIECES_FROM = 3  # mode less this is the number of a piece
-MOST_EFFORT = 300_000  # intervals examined in one call, a step of a contact as STEP_EFFORT of them
-STEP_EFFORT = 10
-MOST_EVENTS = 100_000  # in one period
+STEP_EFFORT = 10  # intervals examined, as which a step of a contact counts
 SECOND = 8.0  # added to the order of the second watched quantity
 
 
@@ -213,12 +214,6 @@ def follow_smooth(p, a):
     if ends:
         gap, mode, order = 0.0, (FLIGHT if rate > 0.0 else COLLISION), 1.0
     return s, later_state(p, a, max(s, 0.0), (x1, v1, gap, rate), mode, order, contact), ends, STEP_EFFORT * tries
-
-
-@jit_inlined
-def count_event(a):
-    """The hybrid state with one more event in its period."""
-    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.contact)
 
 
 @jit_no_alloc

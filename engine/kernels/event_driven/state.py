@@ -18,6 +18,8 @@ from ..linear.tables import PHASE, SCRATCH, Phase, Scratch
 # What follows a hybrid state. SLOW_CONTACT: a contact whose fast modes have decayed; COLLISION: an impact or a touch is
 # due.
 FLIGHT, CONTACT, SLOW_CONTACT, COLLISION = 0.0, 1.0, 2.0, 3.0
+MOST_EFFORT = 300_000  # intervals examined in one call, which then takes some hundredths of a second
+MOST_EVENTS = 100_000  # in one period; chatter at e = 0.99 down to a closing speed of 1e-12 has 2,750
 ROUNDING = 16 * 2.0**-52  # a number below this share of its terms cannot be distinguished from zero
 
 
@@ -120,6 +122,12 @@ def later_state(p, a, s, y, mode, order, contact):
     whole = np.floor(in_periods(p, tau))
     events = a.events if whole == 0.0 else 0.0
     return HybridState(a.period + whole, tau - whole * p.period, x1, v1, gap, rate, mode, order, events, contact)
+
+
+@jit_inlined
+def count_event(a):
+    """The hybrid state with one more event in its period."""
+    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.contact)
 
 
 @jit_inlined
