@@ -29,6 +29,7 @@ from .seeds import SAME, STABLE, OrbitFinder
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS = 6  # at each, the first of them rest
 FINE_SEEDS = 500  # values at which they are looked for then, from one start
+MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
 STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
 LONGEST_UNSTABLE = 300  # orbits, of a motion of more than one period
 EVERY = 10  # orbits: how often a branch is compared with those found before
@@ -250,8 +251,15 @@ class BranchSearch:
             if not self._is_known(orbit, value):
                 yield from self._stoppable(self.follow(orbit, value))
                 yield from self._offspring()
+            if self._is_spent():
+                note(f"the search ended after {MOST_IN_ALL:,} orbits and may have missed branches: narrow the range")
+                return
         if not self._traces:
             note(self.finder.why_none())
+
+    def _is_spent(self) -> bool:
+        """Whether as many orbits were followed as one search may follow."""
+        return sum(len(points) for points, _ in self._traces) >= MOST_IN_ALL
 
     def _given(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[tuple[float, Orbit]]:
         """The motion at a state, or that a run from there settles to."""
@@ -272,14 +280,21 @@ class BranchSearch:
             raise Cancelled
 
     def _candidates(self) -> Iterator[tuple[float, Orbit]]:
-        """Orbits, with the number at which they are found; until so many more values show nothing new."""
+        """Orbits, with the number at which they are found: from runs, at a few values and then at many.
+
+        Where nothing drives the system all its motions decay to one equilibrium, and no runs are needed to find others.
+        """
+        if not any(self.family.at(end)[0].excitation.drives for end in (self.curve.low, self.curve.high)):
+            value = min(max(self.family.value, self.curve.low), self.curve.high)
+            yield value, self.finder.settled(value, None)
+            return
         yield from self.finder.orbits(SEEDS, STARTS, unstable=True)
         for source in (partial(self.finder.orbits, starts=1, unstable=False), self.finder.from_elsewhere):
             yield from source(FINE_SEEDS)
 
     def _offspring(self) -> Iterator[Branch]:
         """The branches that begin at points of others."""
-        while self._pending:
+        while self._pending and not self._is_spent():
             kind, point = self._pending.pop(0)
             start = self._other_branch(kind, point)
             if start is not None and not self._is_known(start.orbit, start.value):
