@@ -130,9 +130,11 @@ class Tracer:
             where = f"{self.curve.family.over} = {self.joined:.10g}"
             self.reason = f"joins a branch of period {there.orbit.period // 2} at {where}"
             return step
-        self._mark_bifurcations(here, there, step)
+        after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
-        self._indicators = indicators(self.points[-1])
+        if self.points[-1] is there:
+            there.remember(self._distance(there, here), here.unknowns)
+        self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
         if not self.reason and self._returned():
             onwards = self.points[0].tangent @ self.points[-1].tangent > 0
             self.reason = "the branch closes in itself" if onwards else "the branch comes back to where it began"
@@ -202,8 +204,8 @@ class Tracer:
 
     # -- points --------------------------------------------------------------------------------------------------------
 
-    def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> None:
-        """Locate the bifurcations between two neighbouring orbits."""
+    def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> np.ndarray:
+        """Locate the bifurcations between two neighbouring orbits; return the indicators of the second."""
         after, found = indicators(there), []
         for k in np.flatnonzero(self._indicators * after < 0):
             located = first_zero(lambda s, k=k: self._indicator(here, s, k), 0.0, step)
@@ -214,6 +216,7 @@ class Tracer:
             self.mark(kind, point)
             if kind == FOLD:  # the farthest orbit of its branch
                 self.points.append(point_within_cycle(self.curve, point))
+        return after
 
     def _indicator(self, here: CurvePoint, s: float, k: int) -> float:
         point = self.at(here, s) if s else here

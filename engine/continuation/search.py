@@ -317,9 +317,11 @@ class BranchSearch:
                 if count % EVERY == 0 and self._is_known(here.orbit, here.value):
                     tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
                     break
+                if self.unstable or here.orbit.period == 1:
+                    continue
                 stable = np.abs(here.evaluation.multipliers).max() < 1 + STABLE
                 since = count if stable else since
-                if not self.unstable and here.orbit.period > 1 and count - since >= LONGEST_UNSTABLE:
+                if count - since >= LONGEST_UNSTABLE:
                     tracer.reason = f"unstable over {LONGEST_UNSTABLE} orbits: ask for unstable motions to go on"
                     break
         except Cancelled:
