@@ -237,20 +237,7 @@ class Tracer:
     def mark(self, kind: str, point: CurvePoint) -> None:
         """Note a point of the branch."""
         point = point_within_cycle(self.curve, point)
-        system, _, _ = self.curve.family.at(point.value)
-        state = displaced_state(system, point.evaluation.section[0])
-        orbit = point.orbit
-        noted = Point(
-            kind=kind,
-            value=point.value,
-            period=orbit.period,
-            multipliers=point.evaluation.multipliers,
-            state=state,
-            events=orbit.events,
-            instants=orbit.instants,
-            index=len(self.points) - 1,
-        )
-        self.marks.append((noted, point))
+        self.marks.append((point_on_branch(self.curve, kind, point, len(self.points) - 1), point))
 
     def _accumulates(self) -> bool:
         """Whether grazing follows grazing, each with one more impact, ever closer: a chatter completes."""
@@ -296,6 +283,21 @@ class Tracer:
         self.points.append(point_within_cycle(self.curve, following))
         self._indicators = indicators(self.points[-1])
         return True
+
+
+def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> Point:
+    """The point of a branch at an orbit of its curve."""
+    system, _, _ = curve.family.at(point.value)
+    return Point(
+        kind=kind,
+        value=point.value,
+        period=point.orbit.period,
+        multipliers=point.evaluation.multipliers,
+        state=displaced_state(system, point.evaluation.section[0]),
+        events=point.orbit.events,
+        instants=point.orbit.instants,
+        index=index,
+    )
 
 
 def _difference_of_halves(point: CurvePoint) -> np.ndarray:
