@@ -4,6 +4,7 @@ import argparse
 import json
 
 from vibroscope.app.commands.interrupt import watch_interrupt
+from vibroscope.app.commands.kept_branches import KeptBranches
 from vibroscope.app.commands.options import add_solver_options, count, default_of, number, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.engine import (
@@ -13,7 +14,6 @@ from vibroscope.engine import (
     Point,
     PointCurve,
     PointCurves,
-    branches_dataset,
     find_branches,
     finite_or_none,
     search_branches,
@@ -34,7 +34,8 @@ def add(commands) -> None:
         "range of one number, from all motions that coexist at some of its values, and locate folds, period "
         "doublings, Neimark-Sacker points, branch points, grazing, and where contacts begin or end to last, to 1e-10 "
         "of the range.",
-        epilog="Ctrl-C ends the search; what was found is printed, and kept in --out.",
+        epilog="Ctrl-C ends the search; what was found is printed. With --out each branch is kept once it is followed: "
+        "after a stop or a kill the same command reads what is kept, and goes on from there.",
     )
     add_solver_options(command, follows=False)
     add = command.add_argument
@@ -61,13 +62,24 @@ def add(commands) -> None:
     add("--along-from", type=number, metavar="F", help="its smallest value")
     add("--along-to", type=number, metavar="F", help="its largest value")
     add("--point", choices=FOLLOWED, default=FOLLOWED[0], help=f"kind of points to follow (default {FOLLOWED[0]})")
-    add("--out", metavar="FILE.zarr", help="write all orbits, multipliers and points (xarray.open_zarr reads them)")
+    add(
+        "--out",
+        metavar="FILE.zarr",
+        help="keep all orbits, multipliers and points, after each branch (xarray.open_zarr reads them)",
+    )
     add("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Follow the branches and print their points."""
+    if not options.out:
+        return _run(options, None)
+    with KeptBranches(options.out).held() as kept:
+        return _run(options, kept)
+
+
+def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
     problem, found, code = _problem(options), [], 0
     curves, notes, lost = [], [], []
     progress = progress_line(lambda count: f"{count} branches", float("inf"))
@@ -84,21 +96,32 @@ def run(options: argparse.Namespace) -> int:
                 most_orbits=options.most_orbits,
                 initial=options.initial,
                 note=notes.append,
+                keep=kept and kept.search_folder,
                 cancelled=cancelled,
             )
             for branch in search:
                 found.append(branch)
+                if kept is not None:
+                    kept.write(found, complete=False)
                 if progress is not None:
                     progress(len(found))
             for point in _points(options, found) if along else ():
                 _follow(along, point, curves, lost)
         except Cancelled:
-            note(f"stopped after {len(found)} branches; the same command begins anew")
+            again = "goes on from there" if kept and kept.search_folder else "begins anew"
+            note(f"stopped after {len(found)} branches; the same command {again}")
             code = 130
     for each in notes:
         note(each)
-    if options.out and found:
-        branches_dataset(found).assign_attrs(complete=int(code == 0)).to_zarr(options.out, mode="w", consolidated=False)
+    if kept and found and code == 0:
+        kept.write(found, complete=True)
+    _print(options, found, (curves, lost), notes)
+    return code
+
+
+def _print(options: argparse.Namespace, found: list[Branch], along: tuple[list, list], notes: list[str]) -> None:
+    """Print the branches, and the curves and lost points along the second number."""
+    curves, lost = along
     if options.json:
         report = {"over": options.over, "solver": options.solver, "branches": [_plain(each) for each in found]}
         report["notes"] = notes
@@ -106,13 +129,12 @@ def run(options: argparse.Namespace) -> int:
             report["curves"] = [_plain_curve(each) for each in curves]
             report["not_followed"] = [{"kind": p.kind, options.over: p.value, "reason": why} for p, why in lost]
         print(json.dumps(report, allow_nan=False))
-    else:
-        print("\n".join(line for branch in found for line in _lines(branch)) or "no branches")
-        for curve in curves:
-            print("\n".join(_curve_lines(curve)))
-        for point, why in lost:
-            print(f"{point.kind} at {options.over} {point.value:.8g} is not followed: {why}")
-    return code
+        return
+    print("\n".join(line for branch in found for line in _lines(branch)) or "no branches")
+    for curve in curves:
+        print("\n".join(_curve_lines(curve)))
+    for point, why in lost:
+        print(f"{point.kind} at {options.over} {point.value:.8g} is not followed: {why}")
 
 
 def _problem(options: argparse.Namespace) -> tuple:

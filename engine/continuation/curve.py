@@ -46,6 +46,7 @@ class CurvePoint:
 
     def __init__(self, curve: "Curve", orbit: Orbit, value: float, towards: np.ndarray | None = None) -> None:
         self._curve, self.orbit, self.value, self._towards = curve, orbit, value, towards
+        self._solved: dict[float, np.ndarray] = {}  # X on its curve, by the distance along the tangent
         self.evaluation: Evaluation = curve.evaluate(orbit, value)
 
     @cached_property
@@ -68,6 +69,25 @@ class CurvePoint:
     def unknowns(self) -> np.ndarray:
         """X, (5 + m,)."""
         return np.append(self.orbit.unknowns, self.value)
+
+    def remember(self, s: float, unknowns: np.ndarray) -> None:
+        """Note the X of the curve at a distance along the tangent."""
+        self._solved[s] = unknowns
+
+    def predicted(self, s: float) -> np.ndarray:
+        """X at a distance along the tangent: the parabola, or cubic, through the nearest known ones.
+
+        Interpolation by divided differences (Newton) with the tangent at 0.
+        """
+        along = self.tangent * self._curve.scales(self.orbit)
+        found = self.unknowns + s * along
+        nearest = sorted(self._solved, key=lambda known: abs(known - s))[:2]
+        bends = [(self._solved[known] - self.unknowns - known * along) / known**2 for known in nearest]
+        if bends:
+            found = found + s**2 * bends[0]
+        if len(bends) == 2:
+            found = found + s**2 * (s - nearest[0]) * (bends[1] - bends[0]) / (nearest[1] - nearest[0])
+        return found
 
     @property
     def extended(self) -> np.ndarray:
@@ -134,7 +154,7 @@ class Curve:
             if not length < 1e3 or (length >= before and length > STALLED):
                 return None
             orbit = replace(orbit, unknowns=orbit.unknowns + step * scales)
-            if length < CONVERGED or (length >= before):
+            if length < CONVERGED or length >= before or _next_step(length, before) < CONVERGED:
                 return orbit
             before = length
         return orbit if before < STALLED else None
@@ -146,22 +166,24 @@ class Curve:
         Newton's method; near a fold the orbit is sought in the plane orthogonal to the tangent.
         """
         scales = self.scales(point.orbit)
-        start = point.unknowns
-        guess = start + s * point.tangent * scales
-        orbit = replace(point.orbit, unknowns=guess[:-1])
+        guess, predicted = point.unknowns + s * point.tangent * scales, point.predicted(s)
+        orbit = replace(point.orbit, unknowns=predicted[:-1])
         try:
             if abs(point.tangent[-1]) > STEEP:
                 orbit = self.corrected(orbit, float(guess[-1]))
                 found = orbit and (orbit, float(guess[-1]))
             else:
                 row = point.tangent / scales
-                found = self.constrained(orbit, float(guess[-1]), row, row @ guess, point.slope)
+                found = self.constrained(orbit, float(predicted[-1]), row, row @ guess, point.slope)
         except ValueError:  # α₁ is out of its range
             return None
         if found is None:
             return None
-        moved = (np.append(found[0].unknowns, found[1]) - guess) / scales
-        return found if np.linalg.norm(moved) <= FAR * abs(s) + 1e3 * CONVERGED else None
+        unknowns = np.append(found[0].unknowns, found[1])
+        if not np.linalg.norm((unknowns - guess) / scales) <= FAR * abs(s) + 1e3 * CONVERGED:
+            return None
+        point.remember(s, unknowns)
+        return found
 
     def constrained(
         self, orbit: Orbit, value: float, row: np.ndarray, target: float, slope: np.ndarray | None = None
@@ -190,6 +212,11 @@ class Curve:
                 return replace(orbit, unknowns=x[:-1]), float(x[-1])
             before = length
         return None
+
+
+def _next_step(length: float, before: float) -> float:
+    """About how long the next step of Newton's method is, by its quadratic convergence; infinite after the first."""
+    return length * (length / before) ** 2 if before < np.inf else np.inf
 
 
 def null_vector(matrix: np.ndarray) -> np.ndarray:

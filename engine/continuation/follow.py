@@ -130,9 +130,11 @@ class Tracer:
             where = f"{self.curve.family.over} = {self.joined:.10g}"
             self.reason = f"joins a branch of period {there.orbit.period // 2} at {where}"
             return step
-        self._mark_bifurcations(here, there, step)
+        after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
-        self._indicators = indicators(self.points[-1])
+        if self.points[-1] is there:
+            there.remember(self._distance(there, here), here.unknowns)
+        self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
         if not self.reason and self._returned():
             onwards = self.points[0].tangent @ self.points[-1].tangent > 0
             self.reason = "the branch closes in itself" if onwards else "the branch comes back to where it began"
@@ -202,8 +204,8 @@ class Tracer:
 
     # -- points --------------------------------------------------------------------------------------------------------
 
-    def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> None:
-        """Locate the bifurcations between two neighbouring orbits."""
+    def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> np.ndarray:
+        """Locate the bifurcations between two neighbouring orbits; return the indicators of the second."""
         after, found = indicators(there), []
         for k in np.flatnonzero(self._indicators * after < 0):
             located = first_zero(lambda s, k=k: self._indicator(here, s, k), 0.0, step)
@@ -214,6 +216,7 @@ class Tracer:
             self.mark(kind, point)
             if kind == FOLD:  # the farthest orbit of its branch
                 self.points.append(point_within_cycle(self.curve, point))
+        return after
 
     def _indicator(self, here: CurvePoint, s: float, k: int) -> float:
         point = self.at(here, s) if s else here
@@ -234,20 +237,7 @@ class Tracer:
     def mark(self, kind: str, point: CurvePoint) -> None:
         """Note a point of the branch."""
         point = point_within_cycle(self.curve, point)
-        system, _, _ = self.curve.family.at(point.value)
-        state = displaced_state(system, point.evaluation.section[0])
-        orbit = point.orbit
-        noted = Point(
-            kind=kind,
-            value=point.value,
-            period=orbit.period,
-            multipliers=point.evaluation.multipliers,
-            state=state,
-            events=orbit.events,
-            instants=orbit.instants,
-            index=len(self.points) - 1,
-        )
-        self.marks.append((noted, point))
+        self.marks.append((point_on_branch(self.curve, kind, point, len(self.points) - 1), point))
 
     def _accumulates(self) -> bool:
         """Whether grazing follows grazing, each with one more impact, ever closer: a chatter completes."""
@@ -293,6 +283,21 @@ class Tracer:
         self.points.append(point_within_cycle(self.curve, following))
         self._indicators = indicators(self.points[-1])
         return True
+
+
+def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> Point:
+    """The point of a branch at an orbit of its curve."""
+    system, _, _ = curve.family.at(point.value)
+    return Point(
+        kind=kind,
+        value=point.value,
+        period=point.orbit.period,
+        multipliers=point.evaluation.multipliers,
+        state=displaced_state(system, point.evaluation.section[0]),
+        events=point.orbit.events,
+        instants=point.orbit.instants,
+        index=index,
+    )
 
 
 def _difference_of_halves(point: CurvePoint) -> np.ndarray:

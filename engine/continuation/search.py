@@ -6,9 +6,10 @@ branch points; they are followed, too, up to the longest cycle that is asked for
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from itertools import chain
+from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from .branch import Branch, Point
 from .curve import Curve, CurvePoint, null_vectors
 from .family import Family
 from .follow import MOST_ORBITS, Tracer
+from .journal import Journal, Trace
 from .margins import BRANCH_POINT, DOUBLING, least, margins
 from .orbit import Orbit, check_cancelled
 from .seeds import SAME, STABLE, OrbitFinder
@@ -29,6 +31,7 @@ from .seeds import SAME, STABLE, OrbitFinder
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS = 6  # at each, the first of them rest
 FINE_SEEDS = 500  # values at which they are looked for then, from one start
+MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
 STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
 LONGEST_UNSTABLE = 300  # orbits, of a motion of more than one period
 EVERY = 10  # orbits: how often a branch is compared with those found before
@@ -200,14 +203,27 @@ def search_branches(
     initial: Sequence[float] | None = None,
     threads: int | None = None,
     note: Callable[[str], None] | None = None,
+    keep: str | Path | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Iterator[Branch]:
     """Yield the branches of :func:`find_branches` as they are found; arguments and exceptions are the same.
 
     A branch that is being followed when the search is cancelled is yielded as far as it goes, before the exception.
+
+    Parameters
+    ----------
+    keep : str or Path, optional
+        A folder, in which each branch is kept once it is followed: the same search reads it there, however it ended.
+
+    Raises
+    ------
+    ValueError
+        Also if the folder holds another search, or one of another engine.
     """
     limits = {"max_period": max_period, "most_orbits": most_orbits, "unstable": unstable, "threads": threads}
     search = BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits)
+    if keep is not None:
+        search.keep(Path(keep), initial)
     yield from search.all(initial, note or (lambda _: None))
 
 
@@ -238,10 +254,20 @@ class BranchSearch:
         self.most_orbits = whole("most_orbits", most_orbits, 2, 1_000_000, "give the orbits of a branch")
         self.cancelled, self.unstable = cancelled, unstable
         self.finder = OrbitFinder(self.curve, self.max_period, threads, cancelled)
+        self._journal: Journal | None = None
         self._traces: list[tuple[list[CurvePoint], np.ndarray]] = []
         self._joined: list[float] = []  # where branches of twice the period end in others
         self._doublings: list[tuple[int, float]] = []
         self._pending: list[tuple[str, CurvePoint]] = []
+
+    def keep(self, folder: Path, initial: Sequence[float] | None) -> None:
+        """Keep what is followed in a folder, and read there what the same search has followed before."""
+        family = self.family
+        ends = {"low": self.curve.low, "high": self.curve.high, "eta": family.eta, "over": family.over}
+        limits = {"max_period": self.max_period, "most_orbits": self.most_orbits, "unstable": self.unstable}
+        problem = {"system": asdict(family.system), "method": {"name": family.method.name} | asdict(family.method)}
+        start = None if initial is None else [float(number) for number in initial]
+        self._journal = Journal(folder, ends | limits | problem | {"initial": start})
 
     def all(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[Branch]:
         """Yield all branches: first from what a few values of the number show, then from what lies on none of these."""
@@ -250,8 +276,15 @@ class BranchSearch:
             if not self._is_known(orbit, value):
                 yield from self._stoppable(self.follow(orbit, value))
                 yield from self._offspring()
+            if self._is_spent():
+                note(f"the search ended after {MOST_IN_ALL:,} orbits and may have missed branches: narrow the range")
+                return
         if not self._traces:
             note(self.finder.why_none())
+
+    def _is_spent(self) -> bool:
+        """Whether as many orbits were followed as one search may follow."""
+        return sum(len(points) for points, _ in self._traces) >= MOST_IN_ALL
 
     def _given(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[tuple[float, Orbit]]:
         """The motion at a state, or that a run from there settles to."""
@@ -272,14 +305,21 @@ class BranchSearch:
             raise Cancelled
 
     def _candidates(self) -> Iterator[tuple[float, Orbit]]:
-        """Orbits, with the number at which they are found; until so many more values show nothing new."""
+        """Orbits, with the number at which they are found: from runs, at a few values and then at many.
+
+        Where nothing drives the system all its motions decay to one equilibrium, and no runs are needed to find others.
+        """
+        if not any(self.family.at(end)[0].excitation.drives for end in (self.curve.low, self.curve.high)):
+            value = min(max(self.family.value, self.curve.low), self.curve.high)
+            yield value, self.finder.settled(value, None)
+            return
         yield from self.finder.orbits(SEEDS, STARTS, unstable=True)
         for source in (partial(self.finder.orbits, starts=1, unstable=False), self.finder.from_elsewhere):
             yield from source(FINE_SEEDS)
 
     def _offspring(self) -> Iterator[Branch]:
         """The branches that begin at points of others."""
-        while self._pending:
+        while self._pending and not self._is_spent():
             kind, point = self._pending.pop(0)
             start = self._other_branch(kind, point)
             if start is not None and not self._is_known(start.orbit, start.value):
@@ -293,7 +333,26 @@ class BranchSearch:
         backwards = None if closed else self._traced(start.turned())
         return self._assembled(forwards, backwards, "")
 
-    def _traced(self, start: CurvePoint) -> Tracer:
+    def _traced(self, start: CurvePoint) -> Tracer | Trace:
+        """The branch ahead of an orbit: from the journal, or followed and kept there."""
+        number = len(self._traces)
+        trace = self._journal and self._journal.read(number, start, self.curve)
+        if trace is None:
+            trace = self._followed(start)
+            if self._journal is not None and trace.reason != STOPPED:
+                self._journal.write(number, start, trace)
+        if trace.joined is not None:
+            self._joined.append(trace.joined)
+        self._traces.append((trace.points, np.array([point.value for point in trace.points])))
+        self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
+        for point, orbit in trace.marks:
+            begins = point.kind == BRANCH_POINT or (point.kind == DOUBLING and 2 * point.period <= self.max_period)
+            stable = np.abs(point.multipliers).max() < 1 + STABLE
+            if begins and (stable or self.unstable):
+                self._pending.append((point.kind, orbit))
+        return trace
+
+    def _followed(self, start: CurvePoint) -> Tracer:
         tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
         since = 0  # the last orbit that was stable
         try:
@@ -302,24 +361,17 @@ class BranchSearch:
                 if count % EVERY == 0 and self._is_known(here.orbit, here.value):
                     tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
                     break
+                if self.unstable or here.orbit.period == 1:
+                    continue
                 stable = np.abs(here.evaluation.multipliers).max() < 1 + STABLE
                 since = count if stable else since
-                if not self.unstable and here.orbit.period > 1 and count - since >= LONGEST_UNSTABLE:
+                if count - since >= LONGEST_UNSTABLE:
                     tracer.reason = f"unstable over {LONGEST_UNSTABLE} orbits: ask for unstable motions to go on"
                     break
         except Cancelled:
             tracer.reason = STOPPED
         except ValueError as error:  # a number is out of its range
             tracer.reason = str(error)
-        if tracer.joined is not None:
-            self._joined.append(tracer.joined)
-        self._traces.append((tracer.points, np.array([point.value for point in tracer.points])))
-        self._doublings += [(point.period, point.value) for point, _ in tracer.marks if point.kind == DOUBLING]
-        for point, orbit in tracer.marks:
-            begins = point.kind == BRANCH_POINT or (point.kind == DOUBLING and 2 * point.period <= self.max_period)
-            stable = np.abs(point.multipliers).max() < 1 + STABLE
-            if begins and (stable or self.unstable):
-                self._pending.append((point.kind, orbit))
         return tracer
 
     def _other_branch(self, kind: str, point: CurvePoint) -> CurvePoint | None:
@@ -385,7 +437,7 @@ class BranchSearch:
                 return True
         return False
 
-    def _assembled(self, forwards: Tracer, backwards: Tracer | None, begins: str) -> Branch:
+    def _assembled(self, forwards: Tracer | Trace, backwards: Tracer | Trace | None, begins: str) -> Branch:
         """The branch of one or two traces."""
         points, marks = list(forwards.points), [mark for mark, _ in forwards.marks]
         if backwards is not None:

@@ -47,7 +47,7 @@ class OrbitFinder:
         self.curve, self.family, self.max_period = curve, curve.family, max_period
         self.threads, self.cancelled = threads, cancelled
         self.kinds_of_runs = Counter()  # "periodic", "longer", "aperiodic", "ended"
-        self._random = np.random.default_rng(0)
+        self._random, self._reach = np.random.default_rng(0), np.zeros(2)  # displacement and velocity
 
     # -- one orbit -----------------------------------------------------------------------------------------------------
 
@@ -132,39 +132,44 @@ class OrbitFinder:
 
         Those next to the family's own value come first. With ``unstable`` also motions that no run settles to.
         """
-        ends = self.curve.low, self.curve.high
-        values = np.append(np.linspace(*ends, count), self.family.value)
-        values = np.repeat(values[(values >= ends[0]) & (values <= ends[1])], starts)
-        runs = self._runs(values, starts)
+        values = np.append(np.linspace(self.curve.low, self.curve.high, count), self.family.value)
+        values = values[(values >= self.curve.low) & (values <= self.curve.high)]
+        runs = [self._from_rest(values), *(self._from_random_starts(values) for _ in range(starts - 1))]
         for i in np.argsort(np.abs(values - self.family.value), kind="stable"):
-            self._count(runs, i)
-            if runs.ok[i]:
-                yield from ((float(values[i]), orbit) for orbit in self._of_run(float(values[i]), runs, i, unstable))
+            value = float(values[i])
+            for each in runs:
+                self._count(each, i)
+                if each.ok[i]:
+                    yield from ((value, orbit) for orbit in self._of_run(value, each, i, unstable))
 
     def from_elsewhere(self, count: int) -> Iterator[tuple[float, Orbit]]:
-        """What runs from random starts settle to at so many values of the number."""
+        """What runs from random starts settle to at so many values of the number; after :meth:`orbits`."""
         values = np.linspace(self.curve.low, self.curve.high, count)
-        runs = self._runs(values, 0)
+        runs = self._from_random_starts(values)
         for i in np.flatnonzero(runs.ok):
             yield from ((float(values[i]), orbit) for orbit in self._of_run(float(values[i]), runs, i, False))
 
-    def _runs(self, values: np.ndarray, every: int) -> CellResults:
-        """Runs at these values, from rest where the index is a multiple of ``every``, else from random starts."""
+    def _from_rest(self, values: np.ndarray) -> CellResults:
+        """Runs at these values from rest."""
+        runs = self._runs(values, None)
+        ends = np.nanmax(np.abs(runs.end), axis=0, initial=1.0)
+        self._reach = np.maximum(self._reach, REACH * np.array([max(ends[0], ends[2]), max(ends[1], ends[3])]))
+        return runs
+
+    def _from_random_starts(self, values: np.ndarray) -> CellResults:
+        """Runs at these values, each from another start within reach of the runs from rest so far."""
+        states = self._random.uniform(-1, 1, (len(values), 4)) * self._reach[[0, 1, 0, 1]]
+        systems = (self.family.at(float(value))[0] for value in values)
+        return self._runs(values, [_apart(*each) for each in zip(systems, states, strict=True)])
+
+    def _runs(self, values: np.ndarray, initial: Sequence[np.ndarray] | None) -> CellResults:
+        """Runs at these values."""
         problems = [self.family.at(float(value)) for value in values]
-        systems = [system for system, _, _ in problems]
-        cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.method}
+        cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.method, "initial": initial}
         if self.family.over in ("K", "D"):
             cells["stiffness" if self.family.over == "K" else "damping"] = values
         how = {"transient": TRANSIENT, "sample": SAMPLE, "threads": self.threads, "cancelled": self.cancelled}
-        runs = run_cells(Cells(systems, **cells), **how)
-        if every == 1:
-            return runs
-        reach = np.nanmax(np.abs(runs.end), axis=0, initial=1.0)
-        reach = REACH * np.array([max(reach[0], reach[2]), max(reach[1], reach[3])])
-        states = self._random.uniform(-1, 1, (len(values), 4)) * reach[[0, 1, 0, 1]]
-        for i, system in enumerate(systems):
-            states[i] = system.rest if every and i % every == 0 else _apart(system, states[i])
-        return run_cells(Cells(systems, **cells, initial=states), **how)
+        return run_cells(Cells([system for system, _, _ in problems], **cells), **how)
 
     def _count(self, runs: CellResults, i: int) -> None:
         period = runs.period[i]

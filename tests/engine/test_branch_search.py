@@ -1,5 +1,7 @@
 """The search for all branches: its orbits are motions, it finds what sweeps show, and it takes up what is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from vibroscope.engine import (
@@ -15,8 +17,10 @@ from vibroscope.engine import (
     simulate,
     steady,
 )
+from vibroscope.engine.continuation import search
 
 PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
+AT_REST = System(excitation=Excitation(base=0.0))
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +91,27 @@ def corrected_at(branch, value, system, method):
         for row in branch.sections[k] + share * (branch.sections[k + 1] - branch.sections[k]):
             found = steady(system, value, method, initial=row, max_period=branch.period)
             yield from found.response.section if found.periodic else ()
+
+
+@pytest.mark.parametrize("method", [ExactPenalty(100.0, 5.0), Reference()], ids=["exact", "reference"])
+@pytest.mark.parametrize("system", [AT_REST, replace(AT_REST, clearance=-0.3)], ids=["touching", "pressed"])
+def test_a_system_that_nothing_drives_has_its_equilibrium_alone_and_is_not_searched(system, method):
+    asked = []
+    how = {"low": 1.3, "high": 1.4, "cancelled": lambda: asked.append(1)}  # never; polled at each orbit and each run
+    (branch,) = find_branches(system, 1.35, method, **how)
+    assert (branch.values.min(), branch.values.max()) == (1.3, 1.4)
+    assert branch.stable.all()
+    end = simulate(system, 1.35, method, periods=400, keep=1).section[0]
+    assert np.abs(branch.sections - end).max() < 1e-12
+    assert len(asked) < 200
+
+
+def test_a_search_ends_after_a_number_of_orbits_and_says_so(monkeypatch):
+    monkeypatch.setattr(search, "MOST_IN_ALL", 30)
+    notes = []
+    found = find_branches(PAPER, 2.76, Reference(), low=2.7, high=2.85, note=notes.append)
+    assert sum(len(branch.values) for branch in found) >= 30
+    assert notes == ["the search ended after 30 orbits and may have missed branches: narrow the range"]
 
 
 def test_unstable_motions_are_found_where_no_run_settles_to_them():

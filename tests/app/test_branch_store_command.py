@@ -1,0 +1,42 @@
+"""``vibroscope branch --out``: branches are kept as they are found, and read by the next call."""
+
+import json
+from itertools import islice
+
+import pytest
+import xarray
+from vibroscope.app.commands import branch
+from vibroscope.engine import search_branches
+
+from .command_line import run_command
+
+WORDS = ("branch", "--solver", "reference", "--from", "2.6", "--to", "3", "--max-period", "2", "--json")
+
+
+def test_what_a_killed_search_had_found_is_kept_and_the_next_call_adds_the_rest(tmp_path, capsys, monkeypatch):
+    out = str(tmp_path / "branches.zarr")
+
+    def killed(*problem, **how):
+        yield from islice(search_branches(*problem, **how), 2)
+        raise RuntimeError("killed")
+
+    monkeypatch.setattr(branch, "search_branches", killed)
+    with pytest.raises(RuntimeError, match="killed"):
+        run_command(capsys, *WORDS, "--out", out)
+    kept = xarray.open_zarr(out, consolidated=False)
+    assert (kept.attrs["complete"], kept.branch.values.max()) == (0, 1)
+    monkeypatch.undo()
+    code, text, error = run_command(capsys, *WORDS, "--out", out)
+    branches = json.loads(text)["branches"]
+    assert (code, len(branches) > 2, error) == (0, True, "")
+    whole = xarray.open_zarr(out, consolidated=False)
+    assert whole.attrs["complete"] == 1
+    assert whole.sizes["orbit"] == sum(each["orbits"] for each in branches)
+    assert run_command(capsys, *WORDS, "--out", out)[1] == text
+
+
+def test_what_is_no_such_search_is_refused(tmp_path, capsys):
+    (tmp_path / "notes.txt").write_text("mine")
+    code, _, error = run_command(capsys, *WORDS, "--out", str(tmp_path))
+    assert (code, (tmp_path / "notes.txt").read_text()) == (2, "mine")
+    assert "exists and is no result of such a search" in error
