@@ -71,8 +71,8 @@ def test_a_branch_goes_on_where_the_flight_grazes_together_with_its_impact():
 def test_every_periodic_run_of_a_sweep_ends_on_a_branch(system, method, reach):
     found = find_branches(system, 3.0, method, low=reach[0], high=reach[1], max_period=6)
     values = np.linspace(*reach, 102)[1:-1]
-    # after 2,000 periods one run, 3e-4 beyond a period doubling and of multiplier -0.994, is still 1e-3 of its size away
-    # from its orbit, and after 4,000 its section still has twice the period of the orbit
+    # after 2,000 periods one run, 3e-4 beyond a period doubling, multiplier -0.994, is still 1e-3 of its size away from
+    # its orbit, and after 4,000 its section still has twice the period of the orbit
     runs = run_cells(Cells(system, values, method), transient=4000, sample=64)
     compared = 0
     for value, period, end in zip(values, runs.period, runs.end, strict=True):
@@ -82,50 +82,6 @@ def test_every_periodic_run_of_a_sweep_ends_on_a_branch(system, method, reach):
             of_period = [branch for branch in found if branch.period == settled.period]
             rows = [row for branch in of_period for row in corrected_at(branch, value, system, method)]
             assert min(np.abs(row - settled.state).max() for row in rows) < 1e-9 * np.abs(end).max(), value
-            compared += 1
-    assert compared > 500
-
-
-def test_the_events_of_a_point_lie_within_its_cycle(period_one):
-    points = [point for branch in period_one for point in branch.points if len(point.instants)]
-    assert len(points) > 50
-    assert min(point.instants[0] for point in points) >= 0
-    assert max(point.instants[-1] for point in points) < 1
-
-
-def test_a_branch_goes_on_where_the_flight_grazes_together_with_its_impact():
-    force = Excitation(base=0.0, force1=0.5)
-    wall = System(wall=True, d1=0.05, clearance=1.0, restitution=0.8, excitation=force)
-    (branch,) = find_branches(wall, 1.0, Reference(), low=0.3, high=3.0, max_period=1)
-    assert [end.split(" at ")[0] for end in branch.ends] == ["eta leaves the range"] * 2
-    assert [point.kind for point in branch.points] == ["grazing", "period doubling", "fold", "grazing"]
-    turns = np.flatnonzero(np.diff(np.sign(np.diff(branch.values))))
-    assert len(turns) == 2  # the fold and the grazing, each once
-    fold = branch.points[2]
-    assert branch.values[turns + 1].max() == fold.value  # the orbit at the fold is one of the branch
-
-
-@pytest.mark.parametrize(
-    ("system", "method", "reach"),
-    [
-        (PAPER, Reference(), (3.19, 3.21)),  # rest leads to period 2, slowly; most starts to period 6
-        (System(clearance=2.0), Reference(), (2.6, 2.7)),
-        (PAPER, EXACT, (3.01, 3.05)),
-    ],
-)
-def test_every_periodic_run_of_a_sweep_ends_on_a_branch(system, method, reach):
-    found = find_branches(system, 3.0, method, low=reach[0], high=reach[1], max_period=6)
-    values = np.linspace(*reach, 102)[1:-1]
-    # after 2,000 periods one of the 300 runs, of multiplier 0.994 over its 4 periods, is still 1e-3 of its size away
-    runs = run_cells(Cells(system, values, method), transient=4000, sample=64)
-    compared = 0
-    for value, period, end in zip(values, runs.period, runs.end, strict=True):
-        if 0 < period <= 6:
-            of_period = [branch for branch in found if branch.period == period]
-            rows = [row for branch in of_period for row in corrected_at(branch, value, system, method)]
-            settled = steady(system, value, method, initial=end, max_period=period).state  # the run is still settling
-            assert np.abs(settled - end).max() < 1e-4 * np.abs(end).max()
-            assert min(np.abs(row - settled).max() for row in rows) < 1e-9 * np.abs(end).max(), value
             compared += 1
     assert compared > 50
 
