@@ -3,6 +3,7 @@
 import json
 
 from vibroscope.app.commands import branch
+from vibroscope.engine import search_branches
 
 from .command_line import run_command
 
@@ -24,6 +25,14 @@ def test_what_cannot_be_followed_is_refused_before_the_search(capsys, monkeypatc
 
 
 def test_curves_stand_beside_the_branches_and_a_lost_point_with_its_reason(capsys, monkeypatch):
+    branches = []
+
+    def search(*problem, **how):
+        for found in search_branches(*problem, **how):
+            branches.append(found)
+            yield found
+
+    monkeypatch.setattr(branch, "search_branches", search)
     code, text, _ = run_command(capsys, *WORDS, *RANGE, "--json")
     found = json.loads(text)
     (curve,) = found["curves"]
@@ -33,6 +42,7 @@ def test_curves_stand_beside_the_branches_and_a_lost_point_with_its_reason(capsy
     def lost(self, point):
         raise ValueError("the orbit is not found again")
 
+    monkeypatch.setattr(branch, "search_branches", lambda *_, **__: branches)
     monkeypatch.setattr(branch.PointCurves, "follow", lost)
     code, text, _ = run_command(capsys, *WORDS, *RANGE, "--json")
     found = json.loads(text)

@@ -38,7 +38,7 @@ POINTS = [
 
 
 @pytest.mark.parametrize(("method", "kind", "near", "reach"), every(POINTS))
-def test_points_of_the_papers_system_equal_those_of_a_solution_of_25_digits(method, kind, near, reach):
+def test_points_of_the_papers_system_equal_those_of_a_solution_of_30_digits(method, kind, near, reach):
     low, eta, high = reach
     branch = continue_branch(PAPER, eta, method, low=low, high=high, max_period=1)
     point = min((p for p in branch.points if p.kind == kind), key=lambda p: abs(p.value - near))
@@ -55,7 +55,7 @@ OTHERS = [
 
 
 @pytest.mark.parametrize(("method", "over", "kind", "eta", "reach"), every(OTHERS))
-def test_points_over_other_numbers_equal_those_of_a_solution_of_25_digits(method, over, kind, eta, reach):
+def test_points_over_other_numbers_equal_those_of_a_solution_of_30_digits(method, over, kind, eta, reach):
     low, high = reach
     branch = continue_branch(PAPER, eta, method, over=over, low=low, high=high, max_period=1)
     (point,) = (p for p in branch.points if p.kind == kind)

@@ -136,7 +136,7 @@ def test_a_run_that_pauses_at_any_change_goes_on_bit_for_bit(monkeypatch):
     arguments = 1.08, 2500.0, 8.0, 100
     whole = run(*arguments, record=Record(10, 100))
     monkeypatch.setattr("vibroscope.engine.drivers.base.CAPACITY", 1)
-    monkeypatch.setattr("vibroscope.engine.drivers.located.SOLVES_PER_CALL", 7)
+    monkeypatch.setattr("vibroscope.engine.drivers.located.LocatedDriver.solves_per_call", 7)
     paused = run(*arguments, record=Record(10, 100))
     for name in ("section", "contacts"):
         np.testing.assert_array_equal(getattr(paused, name), getattr(whole, name))
