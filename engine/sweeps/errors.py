@@ -26,7 +26,7 @@ from ..divergence.grid import repeat_cycle as repeated
 from ..divergence.grid import samples_by_period as by_period
 from ..methods import ExactPenalty, Method, Reference
 from ..model import System
-from ..result import Cancelled, Record
+from ..result import Cancelled, Checkpoint, Record
 from ..simulate import simulate
 
 SAMPLES = 200  # per period (see engine.divergence.grid)
@@ -150,7 +150,8 @@ class ReferenceMotion:
         """Displacements over whole cycles from a state on, (2, periods, m), and their grid; None if the run ends."""
         periods = self.period * -(-PERIODS // self.period)
         record = Record(periods, SAMPLES, steps)
-        run = simulate(self.system, self.eta, method, periods=periods, keep=periods, initial=state, record=record)
+        start = Checkpoint(self.system, self.eta, method, 0, state)  # it may lie anywhere
+        run = simulate(self.system, self.eta, method, periods=periods, keep=periods, initial=start, record=record)
         return (by_period(run)[:2], grid_of(run) if steps is None else None) if run.ok else (None, None)
 
     def _in_step(self, target: Target, grid: Record, displacement: np.ndarray) -> np.ndarray:

@@ -27,6 +27,15 @@ KEEP = TimeStepping(1, 0, 1000, HHT(-0.1), "end", "keep")
 FEW = {"transient": 60, "sample": 20}
 
 
+def test_a_cell_that_grows_without_bound_has_an_error_wherever_its_run_ended():
+    """Far beyond where a run may be told to begin, and not yet blown up."""
+    method = TimeStepping(1, 1, 200, HHT(-0.05), "end", "keep")
+    options = {"steps": 200, "scheme": method, "transient": 450, "sample": 50}
+    found = sweep_plane(SYSTEM, 2.76, [30000.0, 37342.0], [0.1, 0.398], **options)
+    assert (found["status"].values == 0).all()
+    assert found["error"].values.max() > 1e6
+
+
 def test_each_cell_is_a_single_run():
     method = TimeStepping(1000, 5, 100, HHT(-0.1), "end", "keep")
     found = run_cells(Cells(SYSTEM, [1.0, 1.08], method, stiffness=[500, 1000], steps=[80, 120]), **FEW)
