@@ -18,7 +18,7 @@ from vibroscope.app.explorer.words_in_units import in_units, plain_symbols, word
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.app.runtime.workers import Workers, lower_priority, pool
+from vibroscope.app.runtime.workers import LONG, Workers, lower_priority, pool
 from vibroscope.engine import (
     Limits,
     RangeRecommendation,
@@ -168,7 +168,7 @@ def _read_etas(setting: Setting, first: object, last: object) -> tuple[float, ..
 
 def search_threads() -> Workers:
     """The threads of all searches; threads that a search starts inherit their low priority."""
-    return pool("suggestion", _THREADS, lower_priority)
+    return pool("suggestion", _THREADS, lower_priority, margin=LONG)
 
 
 class Search(Job):

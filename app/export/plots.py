@@ -142,7 +142,7 @@ def _kind(series: Series, table: Sequence[Series]) -> _Kind:
     if first.startswith("from_"):
         return "stretches", columns[first].removeprefix("from_"), [*list(series.columns)[:2], "kind"]
     if "us_per_period" in columns:
-        return "powers", "us_per_period", ["error"]
+        return "powers", "us_per_period", [columns["error"]]
     if first in ("n", "steps"):
         return "powers", first, [columns[others[0]]]
     if "K" in columns and len(columns) > 2:

@@ -24,7 +24,7 @@ from vibroscope.app.runtime.settings import current_settings
 _SOLVER = "solver"
 _NICE = 10  # added to the niceness of the process for background threads; on Linux each thread has its own
 _HALF_LIFE = 10.0  # s after which half of what a session has had is forgotten
-_MARGIN = 0.1  # s that a running job's session must have had more than a waiting one's for the job to give way
+SHORT, LONG = 0.1, 2.0  # margins of pools whose jobs take tenths of a second, and seconds: see `Workers`
 _MOST_NESTED = 4  # jobs that give way to each other in one thread; each may have started threads that still run
 _FORGOTTEN = 1e-3  # s of which no account is kept
 
@@ -81,6 +81,9 @@ class Workers(ThreadPoolExecutor):
         Runs once in each thread.
     waited : metrics.Durations, optional
         Where the time goes for which jobs wait for a thread.
+    margin : float
+        Seconds that a running job's session must have had more than a waiting one's for the job to give way. The job
+        goes on only after what ran in its place, so that first results should take no longer than this.
     """
 
     def __init__(
@@ -89,9 +92,10 @@ class Workers(ThreadPoolExecutor):
         threads: int,
         initializer: Callable[[], None] | None = None,
         waited: metrics.Durations | None = None,
+        margin: float = SHORT,
     ) -> None:
         super().__init__(max_workers=threads, thread_name_prefix=name, initializer=initializer)
-        self._waited = waited
+        self._waited, self._margin = waited, margin
         self._lock = threading.Lock()
         self._waiting: list[_Job] = []
         self._running = 0
@@ -131,7 +135,7 @@ class Workers(ThreadPoolExecutor):
             return
         running, given, begun = _thread.running[-1], _thread.given, time.monotonic()
         had = own_time() - running.begun
-        while (entry := self._next_job(running.session, had - _MARGIN)) is not None:
+        while (entry := self._next_job(running.session, had - self._margin)) is not None:
             self._run(entry)
         _thread.given = given + time.monotonic() - begun  # with what those gave in their turn
 
@@ -191,11 +195,12 @@ def pool(
     threads: int,
     initializer: Callable[[], None] | None = None,
     waited: metrics.Durations | None = None,
+    margin: float = SHORT,
 ) -> Workers:
     """Return the pool of this name, created on first use: see `Workers`."""
     with _pools_lock:
         if name not in _pools:
-            _pools[name] = Workers(name, threads, initializer, waited)
+            _pools[name] = Workers(name, threads, initializer, waited, margin)
         return _pools[name]
 
 

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
-from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, pool
+from vibroscope.app.runtime.workers import LONG, Workers, lower_priority, own_time, pool
 
 THREADS = 4  # studies that run at the same time, of all sessions
 SECONDS = 180.0  # of one study's own time, unless its user says "go on"
@@ -36,7 +36,7 @@ Grow = Callable[[object, PartialResult | None, Callable[[], bool]], Iterator[Par
 
 def study_threads() -> Workers:
     """The threads of all studies; the threads that they start have their low priority too."""
-    return pool("study", THREADS, lower_priority)
+    return pool("study", THREADS, lower_priority, margin=LONG)
 
 
 class StudyJob(Job):

@@ -9,6 +9,7 @@ from vibroscope.app.codes.rules import AS_SET, Outcome, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.field_units import FIELD_QUANTITIES
 from vibroscope.app.export.formats import as_csv, as_json
+from vibroscope.app.export.plots import plot_script
 from vibroscope.app.export.tables import columns_in_units, table_in_units
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.speed.figure import error_label
@@ -62,6 +63,21 @@ def test_words_tables_and_json_of_a_study_have_units(filled, key):  # noqa: F811
     tab.show(Move(2, PHYSICAL))
     tab.hide()
     check(tab)
+
+
+def test_the_errors_of_speed_say_what_they_are_multiples_of_in_files_and_scripts(filled):  # noqa: F811
+    tab, title = filled("speed"), "error [2.5 mm, or 50 mm/s of a velocity]"
+    tab.show(Move(2, SETTING))
+    assert "error" in tab.data()
+    assert all("error" in series.columns for series in tab.table("speed"))
+    tab.show(Move(2, PHYSICAL))
+    tab.hide()
+    table = table_in_units(tab.table("speed"), SCALE)
+    assert tab.data().keys() & {"error", title} == {title}
+    assert all(title in series.columns for series in table)
+    script = plot_script("speed", table, {"title": "Speed", "description": ""})
+    assert f"table['us_per_period'], table[{title!r}]" in script
+    assert "set_ylabel('error / (2.5 mm, or 50 mm/s of a velocity)')" in script
 
 
 @pytest.mark.parametrize("choice", ["over:K;solver:newmark", "over:D;solver:newmark", "branches:on"])

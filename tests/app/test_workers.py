@@ -92,6 +92,21 @@ def test_a_job_that_has_had_little_gives_no_way(spend, pool):
     assert ran == ["short", "other"]
 
 
+def test_a_job_gives_way_once_its_session_has_had_the_margin_more(spend):
+    ran = []
+
+    def long():
+        pool.submit(ran.append, "other", session="b")
+        for seconds in (1.0, 0.5, 0.6):
+            spend(seconds)
+            give_way()
+            ran.append(seconds)
+
+    with Workers("test", 1, margin=2.0) as pool:
+        pool.submit(long, session="a").result(5)
+    assert ran == [1.0, 0.5, "other", 0.6]
+
+
 def test_giving_way_outside_a_pool_does_nothing(spend):
     before = own_time()
     give_way()

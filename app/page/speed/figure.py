@@ -179,9 +179,18 @@ class SpeedView:
 
 def error_label(setting: Setting) -> str:
     """What the errors are multiples of: an amplitude, of a velocity Aω₁, with the units of the page."""
+    return f"error after {CHECKED} periods / {_error_unit(setting)} (further down: more exact)"
+
+
+def error_column(setting: Setting) -> str:
+    """Name of the column of errors in a file: with units it says what they are multiples of, as the axis does."""
+    return "error" if setting.scale is None else f"error [{_error_unit(setting)}]"
+
+
+def _error_unit(setting: Setting) -> str:
     scale = setting.scale
     ones = ("A", "Aω₁") if scale is None else tuple(scale.text(name, 1.0) for name in ("displacement", "velocity"))
-    return f"error after {CHECKED} periods / {ones[0]}, or {ones[1]} of a velocity (further down: more exact)"
+    return f"{ones[0]}, or {ones[1]} of a velocity"
 
 
 def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, str]:

@@ -12,7 +12,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import speed_python
 from vibroscope.app.page.files import style
-from vibroscope.app.page.speed.figure import SpeedView
+from vibroscope.app.page.speed.figure import SpeedView, error_column
 from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, Key, PartialSpeed, SpeedQuestion, grow_speed
 from vibroscope.engine import Units, status_of, written
@@ -82,14 +82,20 @@ class Speed(StudyTab):
     def table(self, name: str) -> list[Series]:
         """A row for each solver and n."""
         found = self.result.data()
-        columns = {"steps": found["solver_steps"]} | {
-            n: found[n] for n in ("us_per_period", "solves_per_period", "error")
-        }
+        columns = {"steps": found["solver_steps"]} | {n: found[n] for n in ("us_per_period", "solves_per_period")}
+        columns[self._error_column()] = found["error"]
         kinds = np.array(found["solver"])
         return [
             Series(kind, {name: np.asarray(column)[kinds == kind] for name, column in columns.items()})
             for kind in dict.fromkeys(found["solver"])
         ]
+
+    def data(self) -> dict[str, object]:
+        """What is known, in the units that are shown; the errors under the name that they have in the table."""
+        return {self._error_column() if n == "error" else n: each for n, each in super().data().items()}
+
+    def _error_column(self) -> str:
+        return error_column(self.shown_setting() or Setting())
 
     def describe(self, setting: Setting, result: PartialSpeed) -> list[list[str]]:
         """What is measured, and the figure in words."""
