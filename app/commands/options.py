@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 from inspect import signature
 
 from vibroscope.app.commands.output import note
-from vibroscope.app.explorer.number_text import parse_typed, quote, two_meanings
+from vibroscope.app.runtime.number_text import parse_typed, quote, two_meanings
 from vibroscope.engine import (
     CONTACT_LAWS,
     CONTACT_STATUSES,

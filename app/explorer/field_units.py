@@ -10,8 +10,8 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from vibroscope.app.explorer.number_text import plain_unit, print_number
 from vibroscope.app.explorer.state import SHARES, Explorer, Setting
+from vibroscope.app.runtime.number_text import plain_unit, print_number
 from vibroscope.engine import Units, written
 
 _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}

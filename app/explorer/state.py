@@ -15,8 +15,8 @@ from inspect import signature
 
 import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.number_text import LONGEST_NUMBER, print_number, quote
 from vibroscope.app.runtime.limits import CostLimitError, check_cost
+from vibroscope.app.runtime.number_text import LONGEST_NUMBER, print_number, quote
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import (
     CONTACT_LAWS,

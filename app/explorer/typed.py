@@ -13,7 +13,6 @@ from collections.abc import Mapping
 import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField, is_unit, seconds_of, shown_field
-from vibroscope.app.explorer.number_text import parse_typed, print_number, quote, two_meanings
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, physical_bounds, physical_field
 from vibroscope.app.explorer.state import (
     FIELDS,
@@ -22,6 +21,7 @@ from vibroscope.app.explorer.state import (
     Setting,
     bounds_of,
 )
+from vibroscope.app.runtime.number_text import parse_typed, print_number, quote, two_meanings
 from vibroscope.engine import end_text
 
 _PART = re.compile(r"\s*[1T]\s*/(.*)", re.DOTALL)

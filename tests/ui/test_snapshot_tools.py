@@ -35,7 +35,7 @@ BREAKS = {  # the reported fault: code that causes it, code that removes it
         "plot.below[0].setv({axis_label_standoff: 3}, here)",
     ),
     "cut off": (
-        "window.kept = plot.title.text; plot.title.setv({text: 'displacements '.repeat(30)}, here)",
+        "window.kept = plot.title.text; plot.title.setv({text: 'displacements'.repeat(30)}, here)",
         "plot.title.setv({text: window.kept}, here)",
     ),
 }
