@@ -81,6 +81,7 @@ class Motion:
         while True:
             gap.direction = -1.0 if gain is None else 1.0
             found = solve_ivp(self.rates, (t, end), y, events=gap, args=(gain,), **TIGHT)
+            assert found.status >= 0, found.message  # a failure of the solver is no end of a contact
             t, y = found.t[-1], found.y[:, -1]
             if found.status == 0:
                 return y[:4]
