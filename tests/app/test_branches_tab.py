@@ -76,6 +76,16 @@ def notes(tab):
     return " ".join(tab.branches.view.status["notes"])
 
 
+def test_the_reference_stands_first_whichever_search_is_the_quicker(opened):
+    tab, _ = opened("branches:both;count:20")
+    for search in sorted(searches(), key=lambda each: isinstance(each.question.method, Reference)):
+        search.run(1)
+    assert tab.branches.view.status["text"].startswith("Reference: ")
+    solvers = [row["cells"][-1]["text"] for row in tab.branches.view.near["rows"]]
+    assert solvers == sorted(solvers, reverse=True) and len(set(solvers)) == 2
+    assert list(tab.branches.results) == ["reference", "penalty"]
+
+
 def test_nothing_is_searched_for_while_branches_are_off_and_all_ends_when_they_are(opened):
     tab, _ = opened("count:20")
     assert searches() == []

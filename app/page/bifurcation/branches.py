@@ -81,7 +81,7 @@ class Branches:
         for solver, question in questions.items():
             known = RESULTS.get(question)
             if known is not None:
-                self.results[solver] = known
+                self._keep(solver, known)
             held = self._stopped or solver in self._jobs or solver in self._failed
             if not held and (known is None or known.share < 1):
                 take = on_loop(self.host, partial(self._take, solver))
@@ -106,12 +106,17 @@ class Branches:
         if wholly:
             self.results.pop(solver, None)
 
+    def _keep(self, solver: str, result: PartialBranches) -> None:
+        """Keep what was found, in the order of `NAMES` whichever search was the quicker: tables and files follow it."""
+        found = self.results | {solver: result}
+        self.results = {name: found[name] for name in NAMES if name in found}
+
     def _take(self, solver: str, job: StudyJob, result: PartialBranches | Exception) -> None:
         if isinstance(result, Exception):
             self._failed[solver] = error_text(result)
             self._jobs.pop(solver, None)
         else:
-            self.results[solver] = result
+            self._keep(solver, result)
             if result.share == 1:
                 self._jobs.pop(solver, None)
         self._on_result()
