@@ -28,12 +28,13 @@ FEW = {"transient": 60, "sample": 20}
 
 
 def test_a_cell_that_grows_without_bound_has_an_error_wherever_its_run_ended():
-    """Far beyond where a run may be told to begin, and not yet blown up."""
+    """Far beyond where a run may be told to begin, and not yet blown up: how far hangs on rounding, so in many cells."""
     method = TimeStepping(1, 1, 200, HHT(-0.05), "end", "keep")
-    options = {"steps": 200, "scheme": method, "transient": 450, "sample": 50}
-    found = sweep_plane(SYSTEM, 2.76, [30000.0, 37342.0], [0.1, 0.398], **options)
-    assert (found["status"].values == 0).all()
-    assert found["error"].values.max() > 1e6
+    options = {"steps": 200, "scheme": method, "transient": 250, "sample": 50}
+    found = sweep_plane(SYSTEM, 2.76, np.linspace(36000, 40000, 24), [0.1], **options)
+    not_blown_up = found["status"].values == 0
+    assert not_blown_up.mean() > 0.5
+    assert np.nanmax(found["error"].values[not_blown_up]) > 1e6
 
 
 def test_each_cell_is_a_single_run():
