@@ -49,6 +49,9 @@ class Job(ABC):
     def _fail(self, error: Exception) -> None:
         """Report that the work failed."""
 
+    def _over(self) -> None:
+        """The work has ended, whether with an answer or without."""
+
     def _begin(self, threads: Workers) -> None:
         self._slices = self._answer()
         self._threads = threads
@@ -57,6 +60,7 @@ class Job(ABC):
     def _work(self) -> None:
         if self.cancelled or not self._work_on():
             self._slices.close()
+            self._over()
             return
         with contextlib.suppress(RuntimeError):  # the server stops
             self._threads.submit(self._work, session=self._session)

@@ -1,12 +1,14 @@
 """Studies that grow while a user watches, in threads of their own behind everything else. No panel import.
 
 A study is a generator of partial results, each a whole picture and finer than the one before. The last one of each
-study is remembered by its question, so that a study that was cancelled goes on from there.
+study is remembered by its question, so that a study that was cancelled goes on from there. While a study is under way,
+whoever asks the same question waits for the same results; when its job ends early, one that waits goes on from there.
 """
 
 from __future__ import annotations
 
 import contextlib
+import threading
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
@@ -18,6 +20,9 @@ THREADS = 4  # studies that run at the same time, of all sessions
 SECONDS = 180.0  # of one study's own time, unless its user says "go on"
 
 RESULTS = Cache(24)  # the last partial result of each study by its question
+
+_computing: dict[tuple[int, object], StudyJob] = {}  # what is under way, by its memory of results and its question
+_lock = threading.Lock()  # of that, and of who waits for it
 
 
 class PartialResult(Protocol):
@@ -40,9 +45,10 @@ def study_threads() -> Workers:
 
 
 class StudyJob(Job):
-    """One study under way: ``deliver(job, partial result or exception)`` is called in a worker thread.
+    """One user's study under way: ``deliver(job, partial result or exception)`` is called in a worker thread.
 
-    What a cancelled study has found stays in ``results``.
+    What a cancelled study has found stays in ``results``. A study that another job of the process computes is not
+    computed again: this job waits for the other's results, and computes on where the other ends without the last one.
     """
 
     def __init__(
@@ -57,7 +63,37 @@ class StudyJob(Job):
         self._deliver = deliver
         self._results = results
         self.out_of_time = False
+        self._waiting: list[StudyJob] = []  # for results of this one
+        self._compute_or_wait()
+
+    def _compute_or_wait(self) -> None:
+        with _lock:
+            computing = _computing.setdefault(self._key, self)
+            if computing is not self:
+                computing._waiting.append(self)
+                return
         self._begin(study_threads())
+
+    @property
+    def _key(self) -> tuple[int, object]:
+        return id(self._results), self.question
+
+    def _report(self, result: PartialResult | Exception, *, last: bool) -> None:
+        """Deliver a result to all who wait; after the last one nobody does."""
+        with _lock:
+            waiting = [job for job in self._waiting if not job.cancelled]
+            self._waiting = [] if last else list(waiting)
+        for job in (self, *waiting):
+            if not job.cancelled:
+                job._deliver(job, result)
+
+    def _over(self) -> None:
+        with _lock:
+            _computing.pop(self._key, None)
+            waiting, self._waiting = self._waiting, []
+        for job in waiting:
+            if not job.cancelled:
+                job._compute_or_wait()
 
     def _answer(self) -> Iterator[None]:
         used, begin = 0.0, own_time()
@@ -69,11 +105,11 @@ class StudyJob(Job):
                 if self.cancelled:
                     return
                 self.out_of_time = partial.share < 1 and used > SECONDS
-                self._deliver(self, partial)
+                self._report(partial, last=partial.share == 1)
                 if self.out_of_time:
                     return
                 yield
                 begin = own_time()
 
     def _fail(self, error: Exception) -> None:
-        self._deliver(self, error)
+        self._report(error, last=True)

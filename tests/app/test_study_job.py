@@ -72,6 +72,80 @@ def test_what_was_cancelled_goes_on_where_it_was():
     assert delivered.empty()
 
 
+class Held:
+    """`count`, which waits before each number until it is told, and remembers what it computed for whom."""
+
+    def __init__(self):
+        self.computed, self.begun, self.go = [], queue.Queue(), threading.Semaphore(0)
+
+    def __call__(self, question, last, cancelled):
+        for number in range(1 if last is None else last.number + 1, 5):
+            self.begun.put(number)
+            assert self.go.acquire(timeout=5)
+            if cancelled():
+                raise Cancelled
+            self.computed.append(number)
+            yield Count(number)
+
+
+def test_who_asks_what_another_computes_waits_for_the_same_results():
+    results, held = Cache(48), Held()
+    _, first = collect(held, results)
+    assert held.begun.get(timeout=5) == 1
+    _, second = collect(held, results)
+    _, other = collect(count, results, "another question")
+    held.go.release(4)
+    for delivered in (first, second, other):
+        assert [delivered.get(timeout=5).number for _ in range(4)] == [1, 2, 3, 4]
+    idle()
+    assert held.computed == [1, 2, 3, 4]
+    assert first.empty()
+    assert second.empty()
+
+
+def test_who_waits_computes_on_where_the_other_was_cancelled():
+    results, held = Cache(48), Held()
+    job, first = collect(held, results)
+    waiting = [collect(held, results) for _ in range(3)]
+    held.go.release()
+    assert first.get(timeout=5).number == 1
+    job.cancel()
+    waiting[0][0].cancel()
+    held.go.release(4)  # one of them for the slice that ends with the cancelled job
+    for _, delivered in waiting[1:]:
+        assert [delivered.get(timeout=5).number for _ in range(4)] == [1, 2, 3, 4]
+    idle()
+    assert held.computed == [1, 2, 3, 4]
+    assert first.empty()
+    _, again = collect(held, results)  # nobody computes it any more, and nothing is left to compute
+    idle()
+    assert held.computed == [1, 2, 3, 4]
+    assert again.empty()
+
+
+def test_who_waits_learns_of_a_failure_and_computes_on_where_the_other_has_no_time_left(monkeypatch):
+    failing, go = Cache(48), threading.Event()
+
+    def broken(question, last, cancelled):
+        assert go.wait(5)
+        raise ValueError("eta = 9 is too large")
+        yield
+
+    both = [collect(broken, failing)[1] for _ in range(2)]
+    go.set()
+    assert ["too large" in str(delivered.get(timeout=5)) for delivered in both] == [True, True]
+
+    monkeypatch.setattr(study_job, "SECONDS", -1.0)
+    results, held = Cache(48), Held()
+    (first, one), (second, two) = (collect(held, results) for _ in range(2))
+    held.go.release(2)
+    assert one.get(timeout=5).number == 1
+    assert [two.get(timeout=5).number for _ in range(2)] == [1, 2]
+    idle()
+    assert (first.out_of_time, second.out_of_time) == (True, True)
+    assert one.empty()
+
+
 def test_a_failure_is_delivered_and_logged_and_the_thread_goes_on(caplog):
     def broken(question, last, cancelled):
         yield Count(1)
