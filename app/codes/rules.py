@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from types import MappingProxyType
 
@@ -33,6 +33,7 @@ from vibroscope.engine import (
     FREE_PERIODS,
     METHOD_NUMBERS,
     Comparison,
+    Motion,
     Newmark,
     Reference,
     Response,
@@ -222,6 +223,9 @@ class Outcome:
         A sentence with the number behind ``holds``, or why there is none.
     without_solution : int
         Steps without a solution.
+    motions : dict of str to Motion
+        Of the ``reference`` and the ``penalty`` solution, with the evidence that decides what they are; empty where
+        they were not compared.
     """
 
     rule: Rule
@@ -232,6 +236,7 @@ class Outcome:
     holds: bool | None
     why: str
     without_solution: int = 0
+    motions: Mapping[str, Motion] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON; None for what is not known."""
@@ -294,16 +299,18 @@ def judge(
         words = repetition(motion(run)) if run.ok else _sentence(run.message)
         count = getattr(run, "steps_without_solution", 0)
         return Outcome(rule, method, words, math.nan, math.nan, None if run.ok else False, f"{error}.", count)
-    return _of_comparison(rule, method, found)
+    return _of_comparison(rule, method, found, cancelled)
 
 
-def _of_comparison(rule: Rule, method: Stepping, found: Comparison) -> Outcome:
+def _of_comparison(rule: Rule, method: Stepping, found: Comparison, cancelled: Callable[[], bool] | None) -> Outcome:
     penalty = found.runs.penalty
     count = getattr(penalty, "steps_without_solution", 0)
     if found.parts is None:
         ended = penalty if not penalty.ok else found.runs.reference
         known = False if ended is penalty else None
         return Outcome(rule, method, ENDED, math.nan, math.nan, known, _sentence(ended.message), count)
+    found = found.decided(cancelled)
+    motions = {"reference": found.reference, "penalty": found.penalty}
     words = repetition(found.penalty)
     name = "time_step" if "steps" in rule.gives else "regularisation"
     difference = found.difference
@@ -318,7 +325,7 @@ def _of_comparison(rule: Rule, method: Stepping, found: Comparison) -> Outcome:
         holds = difference.total <= CLOSE and not kinds
         why = f"the solutions differ by {percent(difference.total)}; how much of it {what} is not known"
         why = f"{kinds}; {why}" if kinds else why
-    return Outcome(rule, method, words, difference.total, part, holds, _sentence(why), count)
+    return Outcome(rule, method, words, difference.total, part, holds, _sentence(why), count, motions)
 
 
 def _sentence(text: object) -> str:

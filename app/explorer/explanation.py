@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -138,12 +138,11 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
         found = _without_verdict(comparison, error)
     difference = comparison.difference if comparison.parts and math.isfinite(comparison.difference.total) else None
     in_step = ("total", *PARTS) if comparison.pointwise else ()
-    motions = {"reference": (found.reference, setting.reference), "penalty": (found.penalty, setting.penalty)}
     change, limit = _takeable(_change_texts(found.change), setting)
     return Explanation(
         headline=found.headline + _shift_note(comparison) + limit,
         agree=found.agree,
-        kinds={name: _motion_text(*each, setting.system) for name, each in motions.items() if each[0] is not None},
+        kinds=motion_texts(setting, {"reference": found.reference, "penalty": found.penalty}),
         measure=_MEASURES[difference.measure] if difference else "",
         parts={"total": difference.total, **difference.parts} if difference else {},
         note=_parts_note(difference),
@@ -266,6 +265,12 @@ def _free_text(found: Motion, method: Method) -> str:
     if found.contact_share == 0 and found.impacts_per_period == 0:
         return f"Free vibration. {_WITHOUT_IMPACTS[0.0]}"
     return f"Free vibration. {number} in {WINDOW} periods T, in contact {percent(found.contact_share)} of that time."
+
+
+def motion_texts(setting: Setting, motions: Mapping[str, Motion | None]) -> dict[str, str]:
+    """What the motions of the ``reference`` and the ``penalty`` model do, of those that are known."""
+    known = {name: found for name, found in motions.items() if found is not None}
+    return {name: _motion_text(found, getattr(setting, name), setting.system) for name, found in known.items()}
 
 
 def _motion_text(found: Motion, method: Method, system: System) -> str:

@@ -230,7 +230,7 @@ class Session:
         self._answered = move
         self.update_offers()
         scene = scenes().get(scene_key(self.setting)) or shelf().get(shelf_key(self.setting))
-        self.header.caption = scene.caption if scene and TABS[self.header.tab].controls else ""
+        self.header.caption = scene.caption if scene and TABS[self.header.tab].motions else ""
         self.controls.show_setting(
             self.setting,
             move=move,

@@ -49,8 +49,9 @@ class Job(ABC):
     def _fail(self, error: Exception) -> None:
         """Report that the work failed."""
 
-    def _over(self) -> None:
-        """The work has ended, whether with an answer or without."""
+    def _end(self) -> None:
+        """End the work, with an answer or without."""
+        self._slices.close()
 
     def _begin(self, threads: Workers) -> None:
         self._slices = self._answer()
@@ -59,8 +60,7 @@ class Job(ABC):
 
     def _work(self) -> None:
         if self.cancelled or not self._work_on():
-            self._slices.close()
-            self._over()
+            self._end()
             return
         with contextlib.suppress(RuntimeError):  # the server stops
             self._threads.submit(self._work, session=self._session)

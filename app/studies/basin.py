@@ -142,16 +142,13 @@ class PartialBasin:
             found = self.concluded[side]
             for k, number in enumerate(numbers.tolist()):
                 period = int(found["motion_period"][k])
-                name = f"period {period}" if period else kind_name(int(found["motion_kind"][k]))
+                kind = f"period {period}" if period else kind_name(int(found["motion_kind"][k]))
                 shares = {**rows[number].shares}
                 shares[side] = shares.get(side, 0.0) + float(found["motion_share"][k])
                 errors = {**rows[number].errors, side: float(found["motion_share_error"][k])}
-                rows[number] = FoundMotion(rows[number].name or name, period, shares, errors)
-        names = [row.name for row in rows]
-        return [
-            row._replace(name=f"{row.name}, {names[:i].count(row.name) + 1}") if names.count(row.name) > 1 else row
-            for i, row in enumerate(rows)
-        ]
+                name = rows[number].name or f"motion {number + 1} ({kind})"
+                rows[number] = FoundMotion(name, period, shares, errors)
+        return rows
 
     @cached_property
     def cells(self) -> dict[str, np.ndarray]:

@@ -87,7 +87,8 @@ class StudyJob(Job):
             if not job.cancelled:
                 job._deliver(job, result)
 
-    def _over(self) -> None:
+    def _end(self) -> None:
+        super()._end()
         with _lock:
             _computing.pop(self._key, None)
             waiting, self._waiting = self._waiting, []

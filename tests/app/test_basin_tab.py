@@ -38,7 +38,7 @@ def test_both_basins_are_those_of_the_engine(small):
         np.testing.assert_array_equal(result.concluded[side]["motion"], each["motion"])
         np.testing.assert_array_equal(result.columns(side)["periods"], each["periods"].values.T.ravel())
     assert result.difference.share == basin_difference(*found.values()).share
-    assert [each.name for each in result.motions] == ["period 6", "period 2"]
+    assert [each.name for each in result.motions] == ["motion 1 (period 6)", "motion 2 (period 2)"]
     assert set(result.motions[0].shares) == {"reference"}
     assert result.motions[1].shares["penalty"] == 1
 
@@ -72,7 +72,7 @@ def test_words_say_where_both_differ_and_what_the_start_leads_to(small):
     lines = dict(statements(SETTING._replace(start_xi2=3.0, start_v2=2.0, zero_start="zero"), result))
     share, error = 100 * result.difference.share, 100 * result.difference.error
     assert lines["Different motions"].startswith(f"From {share:.1f} ± {error:.1f} % of the starts")
-    assert "period 2 from 100 % of the starts" in lines["Penalty model"]
+    assert "motion 2 (period 2) from 100 % of the starts" in lines["Penalty model"]
     (head,) = (head for head in lines if head.startswith("Cell of the start"))
     row, column = result.cell(3.0, 2.0)
     assert lines[head].startswith(

@@ -6,6 +6,7 @@ from vibroscope.app.codes.catalogue import codes
 from vibroscope.app.codes.rules import AS_SET, Outcome, Rule, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.state import Setting, read_setting
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code.rules import HEIGHT, WIDTH, brief_why, rows_of
@@ -140,3 +141,16 @@ def test_the_tab_sets_a_code_and_a_rule_and_says_what_is_other(few_rules):
     assert "HHT-α" in said["What is set"]
     assert said["Do its steps have solutions?"].startswith("Every step of 5 periods has a solution.")
     tab.close()
+
+
+@pytest.mark.parametrize("texts", [{"K": "100", "D": "50"}, {"K": "100", "D": "50", "steps": "407"}, {"units": "si"}])
+def test_the_motions_are_those_that_explore_names(texts, monkeypatch):
+    monkeypatch.setattr(your_code, "rules", dict)
+    setting = read_setting({"eta": "1.08", "steps": "2000", **texts}, Setting())
+    (*_, found) = grow_code(question_of(setting), None, lambda: False)
+    tab = YourCode(QueueingHost())
+    tab.build()
+    said = dict(tab.describe(setting, found))
+    kinds = explain(compute_runs(setting)).in_units(setting.scale).kinds
+    assert (said["Reference"], said["Penalty"]) == (kinds["reference"], kinds["penalty"])
+    assert found.judged[0].outcome.motion.lower() in explain(compute_runs(setting)).kinds["penalty"].lower()

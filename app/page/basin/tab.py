@@ -167,10 +167,7 @@ def _limit(setting: Setting) -> Method | None:
 
 def _key(result: PartialBasin) -> list[list[str]]:
     """Colour, name and pattern of each motion."""
-    rows = [
-        [COLOURS[k] if k < len(COLOURS) else FURTHER, f"{k + 1}: {each.name}", ""]
-        for k, each in enumerate(result.motions)
-    ]
+    rows = [[COLOURS[k] if k < len(COLOURS) else FURTHER, each.name, ""] for k, each in enumerate(result.motions)]
     shown = [result.image(side) for side in SIDES]
     rows += [[SPECIAL[NO_NUMBER], "bodies would overlap", ""]] if any((s == NO_NUMBER).any() for s in shown) else []
     return rows + ([[SPECIAL[DIVERGED], "ended early", ""]] if any((s == DIVERGED).any() for s in shown) else [])

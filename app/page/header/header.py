@@ -12,7 +12,9 @@ class Header(Component):
     """Sends the tab, file or theme that the user chooses, and uploaded parameters; `app.page.messages` reads them."""
 
     question = param.String(default=QUESTION, constant=True, doc="What the page answers")
-    caption = param.String(default="", doc="What to see in the scene that is shown; empty if it is none")
+    caption = param.String(
+        default="", doc="What to see in the motions of a scene; empty where no scene or no motion is shown"
+    )
     tabs = param.List(doc="Key and title of each tab")
     tab = param.String(doc="Key of the open tab")
     theme = param.String(default="", doc="Light or dark, if the link says so")

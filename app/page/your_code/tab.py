@@ -8,7 +8,7 @@ import numpy as np
 import panel as pn
 from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
-from vibroscope.app.explorer.explanation import describe
+from vibroscope.app.explorer.explanation import describe, motion_texts
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.state import Setting
@@ -132,10 +132,13 @@ class YourCode(StudyTab):
         if code is not None and (other := _other(setting, code)):
             lines.append([f"Other than in {code.name}", f"{', '.join(other).capitalize()}."])
         described = describe(result.runs)
-        lines += [["Penalty", described.penalty[0]], ["Reference", described.reference[0]]]
+        texts = {"penalty": described.penalty[0], "reference": described.reference[0]}
         if result.judged:
-            found = result.judged[0].outcome
-            lines.append(["Do they agree?", brief_why(found)])
+            known = motion_texts(setting, result.judged[0].outcome.motions)  # with evidence
+            texts |= {name: in_units(text, setting.scale) for name, text in known.items()}
+        lines += [["Penalty", texts["penalty"]], ["Reference", texts["reference"]]]
+        if result.judged:
+            lines.append(["Do they agree?", brief_why(result.judged[0].outcome)])
         if result.solvable:
             response = result.runs.penalty.response
             counts = {"without a solution": response.steps_without_solution, "with two": response.steps_with_two}
