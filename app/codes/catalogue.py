@@ -37,7 +37,7 @@ _PENETRATION = 0.01  # of full damping where no source says one, in units of len
 
 @dataclass(frozen=True)
 class Source:
-    """Where a figure of an entry is from; without ``url`` it is not public, or was not opened."""
+    """Where a figure of an entry is from; without ``url`` it is not public, or was not checked."""
 
     figure: str
     text: str

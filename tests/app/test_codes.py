@@ -40,7 +40,7 @@ def test_whatever_is_set_has_a_source_that_names_it(field):
         named = {name for source in code.sources for name in source.figure.split(", ")}
         assert not getattr(code, field) or field.replace("_", " ") in named, f"{code.key}: {field} has no source"
     for source in (source for code in codes().values() for source in code.sources):
-        assert source.url or "not opened" in source.text or "nference" in source.text
+        assert source.url or "not checked" in source.text or "nference" in source.text
 
 
 def test_what_no_source_says_is_the_default():
