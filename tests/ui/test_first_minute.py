@@ -89,3 +89,23 @@ def test_each_exercise_is_predicted_tried_and_answered_by_the_page(visit):
     assert "it more than doubles" in answers[2]
     dialog.wait_for(state="detached")
     explorer.page.evaluate("localStorage.clear()")
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1280, 720), (390, 844), (320, 568)])
+def test_each_step_of_the_tour_lies_within_the_window_with_its_buttons(visit, width, height):
+    explorer = visit(width=width, height=height)
+    explorer.page.get_by_role("button", name="From the problem").click()
+    dialog = explorer.page.get_by_role("dialog", name="Tour")
+    for step in range(5):
+        box = dialog.bounding_box()
+        assert box["x"] >= 0, step
+        assert box["y"] >= 0, step
+        assert box["x"] + box["width"] <= width, step
+        assert box["y"] + box["height"] <= height, step
+        dialog.locator(".row button:visible").last.click()
+    dialog.get_by_role("button", name="Done").wait_for()
+    box = dialog.bounding_box()
+    assert 0 <= box["y"] <= height - box["height"]
+    explorer.page.keyboard.press("Escape")
+    dialog.wait_for(state="detached")
+    explorer.page.evaluate("localStorage.clear()")

@@ -94,15 +94,20 @@ function place(dialog, marked) {
   const box = marked?.getBoundingClientRect();
   if (!box) return;
   const width = Math.min(340, innerWidth - 24);
+  dialog.style.width = `${width}px`; // before its height is read
   const height = dialog.offsetHeight;
   const right = box.right + 12 + width < innerWidth;
   const left = right ? box.right + 12 : Math.max(12, box.left - width - 12);
   let top = Math.min(Math.max(12, box.top), innerHeight - height - 12);
-  // No room beside it: use the half of the screen in which it does not lie.
+  // No room beside it: below it, above it, or in the half of the screen in which it does not lie.
   if (!right && left + width > box.left) {
-    top = box.top + box.bottom < innerHeight ? innerHeight - height - 12 : 12;
+    const below = box.bottom + 12;
+    const lowest = innerHeight - height - 12;
+    if (below <= lowest) top = below;
+    else if (box.top - 12 - height >= 12) top = box.top - 12 - height;
+    else top = box.top + box.bottom < innerHeight ? lowest : 12;
   }
-  Object.assign(dialog.style, { width: `${width}px`, left: `${left}px`, top: `${top}px`, margin: "0" });
+  Object.assign(dialog.style, { left: `${left}px`, top: `${top}px`, margin: "0" });
 }
 
 // The marked element may lie in any shadow root, so every shadow root gets the style of the mark.
