@@ -14,13 +14,12 @@ from vibroscope.engine import (
     Point,
     PointCurve,
     PointCurves,
-    find_branches,
     finite_or_none,
     search_branches,
 )
 
 FOLLOWED = ("period doubling", "fold", "Neimark-Sacker", "grazing")  # kinds of points along a second number
-_LONGEST = default_of(find_branches, "max_period")
+_LONGEST = default_of(search_branches, "max_period")
 _SHOWN = "  {:<24} {:<18} {:<10} {}"
 
 
@@ -50,7 +49,7 @@ def add(commands) -> None:
         help=f"longest cycle, in excitation periods (default {_LONGEST})",
     )
     add("--unstable", action="store_true", help="follow also what begins where an unstable motion bifurcates: many")
-    most = default_of(find_branches, "most_orbits")
+    most = default_of(search_branches, "most_orbits")
     add(
         "--most-orbits",
         type=count,
