@@ -25,7 +25,7 @@ def imported_by(statement):
         "import vibroscope.engine",
         "import vibroscope.app.explorer.compute",
         "import vibroscope.app.explorer.present",
-        "import vibroscope.app.explorer.state",
+        "import vibroscope.app.explorer.reading",
         "import vibroscope.app.commands.cli",
     ],
 )

@@ -1,8 +1,8 @@
 """Branches of periodic motions over a number of the problem, with their bifurcations.
 
-``find`` is the way in, ``search`` looks for branches, ``follow`` follows one; ``curve`` solves the equations of orbits with
-one sequence of events (:mod:`..drivers.orbit`), ``margins`` says where it holds, ``sequences`` what follows where it does
-not. ``point_curve`` follows a bifurcation in two parameters.
+``find`` is the way in, ``search`` looks for branches, ``follow`` follows one; ``curve`` solves the equations of orbits
+with one sequence of events (:mod:`..drivers.orbit`), ``margins`` says where it holds, ``sequences`` what follows where
+it does not. ``point_curve`` follows a bifurcation in two parameters.
 """
 
 from .branch import Branch, Point

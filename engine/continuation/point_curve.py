@@ -20,7 +20,7 @@ from .orbit import KINDS, Orbit, touching_at_start
 from .parameter_range import ParameterRange
 from .plane import Place, Plane
 from .point_equations import Condition, Equations
-from .point_trace import CLOSES, SAME, Trace
+from .point_trace import CLOSES, SAME, PointTrace
 from .touches import touched
 
 FOLLOWED = tuple(kind for kind in (*BIFURCATIONS, GRAZING) if kind != BRANCH_POINT)
@@ -135,7 +135,7 @@ class PointCurves:
         self._plane = Plane(*families, ranges)
         ranges[1].check_start(families[1].value)
         self._cancelled = cancelled
-        self._traces: list[tuple[str, Trace]] = []
+        self._traces: list[tuple[str, PointTrace]] = []
 
     def follow(self, point: Point, start: float | None = None) -> PointCurve | None:
         """The curve of a point that was found at the second number ``start``, by default that of the problem.
@@ -150,9 +150,9 @@ class PointCurves:
         if any(kind == point.kind and trace.passes(point.period, shares) for kind, trace in self._traces):
             return None
         equations, place = _begun(self._plane, point, shares)
-        forwards = Trace(self._plane, equations, place, self._cancelled)
+        forwards = PointTrace(self._plane, equations, place, self._cancelled)
         forwards.follow(1.0)
-        backwards = Trace(self._plane, equations, place, self._cancelled)
+        backwards = PointTrace(self._plane, equations, place, self._cancelled)
         if forwards.reason == CLOSES:
             backwards.reason = CLOSES
         else:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.branch_lines import MARKS, Place, place_named, stretches, thinned
 from vibroscope.app.page.bifurcation.branches import Branches, opened, stability_words
 from vibroscope.app.page.explore.opened import OpenedMotion

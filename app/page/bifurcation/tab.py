@@ -8,13 +8,15 @@ import numpy as np
 import panel as pn
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR, View
-from vibroscope.app.explorer.state import START_FIELDS, Explorer, Setting, bounds_of, print_number
+from vibroscope.app.explorer.parameters import START_FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import branch_command, initial_option, method_options, sweep_command, sweep_python
 from vibroscope.app.page.bifurcation.branches import NAMES, Branches
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.bifurcation import (
     COUNT,
     SAMPLE,
