@@ -24,6 +24,8 @@ from vibroscope.engine import (
     steady,
 )
 
+from tests.few_seeds import few_seeds
+
 from .fakes import FakeHost, send
 
 SETTING = Setting(eta=1.42, K=12000.0, D=18.0)
@@ -36,7 +38,8 @@ def never():
 
 @pytest.fixture(scope="module")
 def grown():
-    return list(grow_branches(QUESTION, None, never))
+    with few_seeds():
+        return list(grow_branches(QUESTION, None, never))
 
 
 @pytest.fixture

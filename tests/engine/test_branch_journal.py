@@ -7,16 +7,16 @@ import pytest
 from vibroscope.engine import ExactPenalty, Reference, System, search_branches
 from vibroscope.engine.continuation import search
 
+from tests.few_seeds import few_seeds
+
 # each with a period doubling, so that a second branch begins where the first one is kept
 CASES = [(Reference(), (2.76, 2.81)), (ExactPenalty(12_000.0, 18.0), (2.76, 2.8))]
 
 
 @pytest.fixture(autouse=True)
-def _few_seeds(monkeypatch):
-    """What is kept is what is followed, whatever runs a search begins with."""
-    monkeypatch.setattr(search, "SEEDS", 5)
-    monkeypatch.setattr(search, "STARTS", 2)
-    monkeypatch.setattr(search, "FINE_SEEDS", 10)
+def _few_seeds():
+    with few_seeds():
+        yield
 
 
 @pytest.fixture
