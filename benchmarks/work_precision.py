@@ -52,7 +52,7 @@ SLOW_PERIODS = 10
 
 
 @dataclass
-class Point:
+class WorkPoint:
     """One setting of one solver: the periods that are timed, and how many runs it does at once (``lanes``)."""
 
     series: str
@@ -72,11 +72,11 @@ class Point:
 
 
 def engine_point(series, setting, eta, method):
-    return Point(series, setting, engine_contender(series, eta, method))
+    return WorkPoint(series, setting, engine_contender(series, eta, method))
 
 
 def peer_point(series, setting, run, **more):
-    return Point(series, setting, peer_contender(series, run), **more)
+    return WorkPoint(series, setting, peer_contender(series, run), **more)
 
 
 def first_lane(run):

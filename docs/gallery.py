@@ -5,9 +5,10 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from vibroscope.app.explorer.compute import run_length
+from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shelf import shelf
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import as_command
 from vibroscope.engine import Comparison, compare, verdict
 

@@ -25,7 +25,7 @@ def imported_by(statement):
         "import vibroscope.engine",
         "import vibroscope.app.explorer.compute",
         "import vibroscope.app.explorer.present",
-        "import vibroscope.app.explorer.state",
+        "import vibroscope.app.explorer.reading",
         "import vibroscope.app.commands.cli",
     ],
 )
@@ -56,8 +56,9 @@ def names_defined(node):
 
 def names_used(node):
     """Names of others that a node reads, imports, or holds as a text such as the target of a patch."""
-    if isinstance(node, ast.Attribute) and ast.unparse(node.value) not in ("self", "cls"):
-        return [node.attr]
+    if isinstance(node, ast.Attribute):
+        own = isinstance(node.value, ast.Name) and node.value.id in ("self", "cls")
+        return [] if own else [node.attr]
     if isinstance(node, ast.ImportFrom):
         return [alias.name for alias in node.names]
     return node.value.split(".")[-1:] if isinstance(node, ast.Constant) and isinstance(node.value, str) else []

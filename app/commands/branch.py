@@ -14,13 +14,12 @@ from vibroscope.engine import (
     Point,
     PointCurve,
     PointCurves,
-    find_branches,
     finite_or_none,
     search_branches,
 )
 
 FOLLOWED = ("period doubling", "fold", "Neimark-Sacker", "grazing")  # kinds of points along a second number
-_LONGEST = default_of(find_branches, "max_period")
+_LONGEST, _MOST_ORBITS = (default_of(search_branches, name) for name in ("max_period", "most_orbits"))
 _SHOWN = "  {:<24} {:<18} {:<10} {}"
 
 
@@ -50,13 +49,12 @@ def add(commands) -> None:
         help=f"longest cycle, in excitation periods (default {_LONGEST})",
     )
     add("--unstable", action="store_true", help="follow also what begins where an unstable motion bifurcates: many")
-    most = default_of(find_branches, "most_orbits")
     add(
         "--most-orbits",
         type=count,
-        default=most,
+        default=_MOST_ORBITS,
         metavar="N",
-        help=f"orbits after which a branch is given up, in each direction (default {most})",
+        help=f"orbits after which a branch is given up, in each direction (default {_MOST_ORBITS})",
     )
     add("--along", choices=PARAMETERS, help="a second number, along which the points of --point are followed")
     add("--along-from", type=number, metavar="F", help="its smallest value")

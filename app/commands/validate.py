@@ -4,7 +4,7 @@ import argparse
 import json
 from textwrap import wrap
 
-from vibroscope.app.validation import Case, Comparison, as_dict, cases, validate
+from vibroscope.app.validation import Case, ComparedFigure, as_dict, cases, validate
 
 _COLUMNS = "  {:<46} {:>15} {:>15} {:>15} {:>10} {:>8}"
 _HEAD = _COLUMNS.format("what", "published", "recomputed", "ours", "difference", "seconds")
@@ -51,7 +51,7 @@ def _chosen(keys: list[str]) -> list[Case]:
     return [known[key] for key in keys] if keys else list(known.values())
 
 
-def _lines(case: Case, compared: list[Comparison]) -> list[str]:
+def _lines(case: Case, compared: list[ComparedFigure]) -> list[str]:
     lines = ["", f"{case.key}  {case.title}", *wrap(case.source, 116, initial_indent="  ", subsequent_indent="  ")]
     lines.append(_HEAD)
     for each in compared:
@@ -77,7 +77,7 @@ def _share(difference: float | None) -> str:
     return f"{difference:.1e}" if abs(difference) > _ROUNDING else "0"
 
 
-def _summary(found: list[Comparison]) -> str:
+def _summary(found: list[ComparedFigure]) -> str:
     off = sum(not each.agrees for each in found)
     verdict = "all as recomputed" if not off else f"{off} NOT as recomputed"
     return f"\n{_LEGEND}\n\n{len(found)} figures of {len({each.case.key for each in found})} cases, {verdict}"

@@ -12,8 +12,10 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
-from vibroscope.app.explorer.state import Setting, is_driven, print_value, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting, is_driven
 from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.app.runtime.number_text import print_value
 from vibroscope.engine import (
     PARTS,
     Comparison,
@@ -85,7 +87,7 @@ class Explanation:
     note : str
         Why there are no parts, or how much of it is chance; may be empty.
     change : dict of str to str
-        What to set first, as texts for `app.explorer.state.read_setting`; empty if no number helps.
+        What to set first, as texts for `app.explorer.reading.read_setting`; empty if no number helps.
     details : tuple of str
         The numbers behind the headline.
     series : dict of str to (2, n) ndarray

@@ -10,7 +10,8 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from vibroscope.app.explorer.state import SHARES, Explorer, Setting
+from vibroscope.app.explorer.parameters import SHARES, Explorer
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import plain_unit, print_number
 from vibroscope.engine import Units, written
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from vibroscope.app.explorer.state import FIELDS, Setting
+from vibroscope.app.explorer.parameters import FIELDS
+from vibroscope.app.explorer.state import Setting
 
 _CAPACITY = 200
 # Moves of the same control within so many seconds count as one move, so that a drag is undone as a whole.

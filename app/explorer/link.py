@@ -15,16 +15,10 @@ from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.state import (
-    FIELDS,
-    MAIN_FIELDS,
-    Setting,
-    print_number,
-    quote,
-    read_choice,
-    read_number,
-    read_setting,
-)
+from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS
+from vibroscope.app.explorer.reading import read_choice, read_number, read_setting
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.runtime.number_text import print_number, quote
 
 VIEW_FIELDS = ("tab", "pin", "zoom", "choice", "mute", "theme")  # in a link beside the setting
 

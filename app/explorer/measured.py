@@ -10,10 +10,12 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.parameters import Explorer
 from vibroscope.app.explorer.present import WINDOW, Columns, convert_units
-from vibroscope.app.explorer.state import Explorer, Setting, print_number
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.app.runtime.job import Job
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.runtime.workers import background_worker, lower_priority, pool
 from vibroscope.engine import (
     FITTED,

@@ -93,7 +93,7 @@ def scheme_as_dict(method: Newmark | TimeStepping) -> dict[str, str]:
 
 
 def scheme_texts(method: TimeStepping) -> dict[str, str]:
-    """Integrator, contact status and law with their numbers, as texts for `app.explorer.state.read_setting`."""
+    """Integrator, contact status and law with their numbers, as texts for `app.explorer.reading.read_setting`."""
     names = ("status", "without_solution", "law", "initial_acceleration")
     of_law = ("exponent", "penetration")
     numbers = {name: repr(value) for name in of_law if (value := getattr(method, name)) is not None}

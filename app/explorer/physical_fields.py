@@ -14,8 +14,11 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField, typed_units
+from vibroscope.app.explorer.parameters import EXCITATION_FIELDS
 from vibroscope.app.explorer.ranges import slider_range
-from vibroscope.app.explorer.state import EXCITATION_FIELDS, Setting, print_value, read_number
+from vibroscope.app.explorer.reading import read_number
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.runtime.number_text import print_value
 from vibroscope.engine import System, Units, end_text
 from vibroscope.engine.physical import EITHER, KEYS, physical_entry, system_of_physical
 
@@ -132,7 +135,7 @@ class _Converted(NamedTuple):
 
 
 def entered(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
-    """``texts`` for `app.explorer.state.read_setting`, with what follows where a person changes the system.
+    """``texts`` for `app.explorer.reading.read_setting`, with what follows where a person changes the system.
 
     A physical number becomes those of the model; another kind of system takes over what the present one has.
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from vibroscope.app.explorer.state import Explorer, bounds_of
+from vibroscope.app.explorer.parameters import Explorer, bounds_of
 from vibroscope.engine import System
 
 Range = tuple[float, float]

@@ -9,14 +9,11 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 
-from vibroscope.app.explorer.state import (
-    MAIN_FIELDS,
-    PAPER_FIELDS,
-    Setting,
-    print_number,
-    read_values,
-)
+from vibroscope.app.explorer.parameters import MAIN_FIELDS, PAPER_FIELDS
+from vibroscope.app.explorer.reading import read_values
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.files import asset
+from vibroscope.app.runtime.number_text import print_number
 
 OPENING = "9B"
 
@@ -53,7 +50,7 @@ class Scene:
     steps: int
 
     def texts(self) -> dict[str, str]:
-        """The four numbers and the paper's values of `PAPER_FIELDS`, for `app.explorer.state.read_setting`."""
+        """The four numbers and the paper's values of `PAPER_FIELDS`, for `app.explorer.reading.read_setting`."""
         default = Setting().texts()
         return {name: print_number(getattr(self, name)) for name in MAIN_FIELDS} | {n: default[n] for n in PAPER_FIELDS}
 

@@ -6,17 +6,12 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 
+from vibroscope.app.explorer.parameters import DRAWING_FIELDS, MAIN_FIELDS, PAPER_FIELDS, START_FIELDS
 from vibroscope.app.explorer.physical_fields import values_of_system
-from vibroscope.app.explorer.state import (
-    DRAWING_FIELDS,
-    MAIN_FIELDS,
-    PAPER_FIELDS,
-    START_FIELDS,
-    Setting,
-    print_value,
-    read_setting_at_any_cost,
-)
+from vibroscope.app.explorer.reading import read_setting_at_any_cost
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.files import asset
+from vibroscope.app.runtime.number_text import print_value
 from vibroscope.engine.physical import system_of_physical
 
 _SET = (*MAIN_FIELDS, *PAPER_FIELDS, "joint_damping")  # what a button sets, beside the units
@@ -55,7 +50,7 @@ class ShelfSystem:
         return f"{self.source.rstrip('.')}. {self.note}".strip()
 
     def texts(self) -> dict[str, str]:
-        """What the button sets, for `app.explorer.state.read_setting`."""
+        """What the button sets, for `app.explorer.reading.read_setting`."""
         every = self.setting.texts()
         return {name: every[name] for name in (*_SET, *_UNIT_FIELDS, "coordinate")}
 

@@ -11,12 +11,15 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation, sentence
 from vibroscope.app.explorer.field_units import shown_field, time_text
 from vibroscope.app.explorer.method_words import name_of_method, scheme_texts
+from vibroscope.app.explorer.parameters import bounds_of
 from vibroscope.app.explorer.ranges import slider_range
-from vibroscope.app.explorer.state import Setting, bounds_of, most_steps, print_number
+from vibroscope.app.explorer.reading import most_steps
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.explorer.words_in_units import in_units, plain_symbols, words_of_change
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.runtime.workers import LONG, Workers, lower_priority, pool
 from vibroscope.engine import (

@@ -1,6 +1,6 @@
 """Numbers as people type them: thousands separators, decimal commas and per cent. No panel import.
 
-An address, a file and a slider hold plain numbers, which `app.explorer.state.read_number` reads. What a person types
+An address, a file and a slider hold plain numbers, which `app.explorer.reading.read_number` reads. What a person types
 passes through here first. A text that can mean two different numbers is refused with both of them, never guessed.
 """
 
@@ -13,14 +13,9 @@ from collections.abc import Mapping
 import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField, is_unit, seconds_of, shown_field
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, Explorer, bounds_of
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, physical_bounds, physical_field
-from vibroscope.app.explorer.state import (
-    FIELDS,
-    START_FIELDS,
-    Explorer,
-    Setting,
-    bounds_of,
-)
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import parse_typed, print_number, quote, two_meanings
 from vibroscope.engine import end_text
 
@@ -37,7 +32,7 @@ def read_typed_number(
     units: Mapping[str, float] = _NO_UNITS,
     shown: str = "",
 ) -> str:
-    """The typed number as a text for `app.explorer.state.read_number`.
+    """The typed number as a text for `app.explorer.reading.read_number`.
 
     Parameters
     ----------

@@ -12,7 +12,8 @@ from collections.abc import Mapping
 
 from vibroscope.app.explorer.field_units import shown_field, time_text
 from vibroscope.app.explorer.method_words import CHOICE_NAMES
-from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.explorer.parameters import Explorer
+from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import Units, written
 
 _NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"

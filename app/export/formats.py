@@ -13,8 +13,10 @@ from platform import python_version
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.parameters import FIELDS, SYSTEM_FIELDS
 from vibroscope.app.explorer.physical_fields import values_of_system
-from vibroscope.app.explorer.state import FIELDS, SYSTEM_FIELDS, Setting, print_value
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.runtime.number_text import print_value
 from vibroscope.engine import Units, system_of_tables, toml_tables
 
 
@@ -83,7 +85,7 @@ class Loaded(NamedTuple):
     Attributes
     ----------
     texts : mapping of str to str
-        For `app.explorer.state.read_setting`.
+        For `app.explorer.reading.read_setting`.
     assumed : tuple of str
         In a sentence each, what it leaves out and what is taken for it: `engine.SystemFile.assumed`.
     """

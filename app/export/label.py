@@ -5,7 +5,8 @@ from __future__ import annotations
 import param
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.method_words import DAMPER_NAMES
-from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.explorer.parameters import Explorer
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, program
 
 

@@ -11,8 +11,9 @@ from shlex import quote
 from textwrap import indent
 
 from vibroscope.app.explorer.compute import run_length
-from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import units_table
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import (
     FREE_PERIODS,

@@ -7,10 +7,13 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import View, parse_address, print_address, read_pins
+from vibroscope.app.explorer.parameters import FIELDS
+from vibroscope.app.explorer.reading import read_choice, read_setting
 from vibroscope.app.explorer.scenes import opening_setting
-from vibroscope.app.explorer.state import FIELDS, Setting, quote, read_choice, read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import Tab, TabHost
 from vibroscope.app.page.tabs import FIRST_TAB, TABS
+from vibroscope.app.runtime.number_text import quote
 
 THEMES = ["light", "dark"]
 _REST = 150  # ms without another zoom or mute before the address follows

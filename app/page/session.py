@@ -18,9 +18,10 @@ from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.history import History
 from vibroscope.app.explorer.link import MOST_PINS, View
 from vibroscope.app.explorer.physical_fields import entered
+from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import opening_setting, scene_key, scenes
 from vibroscope.app.explorer.shelf import shelf, shelf_key
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
 from vibroscope.app.page.controls.controls import Controls

@@ -103,3 +103,8 @@ def print_number(value: float | int) -> str:
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
         return str(int(value))
     return repr(value)
+
+
+def print_value(value: float | int | str) -> str:
+    """The text of a choice, or of a number, from which a reader of settings reads exactly the same value."""
+    return value if isinstance(value, str) else print_number(value)

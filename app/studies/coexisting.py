@@ -14,8 +14,10 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.explorer.motion_kind import describe_kind
-from vibroscope.app.explorer.state import START_FIELDS, Setting, print_number
+from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import (
     Attractor,
     Method,

@@ -14,8 +14,10 @@ from vibroscope.app.codes.rules import AS_SET, Outcome, Problem, Rule, judge, ru
 from vibroscope.app.explorer.compute import RunPair, compute_runs, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import sentence
-from vibroscope.app.explorer.state import Setting, print_number, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import METHOD_NUMBERS, TimeStepping, simulate
 
 _POINTS = 240  # of a small picture

@@ -22,7 +22,7 @@ _ARGUMENT_KINDS = {"time": "time", "force": "force"}  # arguments of measures th
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparedFigure:
     """A published figure beside ours.
 
     Attributes
@@ -56,14 +56,14 @@ class Comparison:
         return self.error <= self.quantity.within
 
 
-def validate(chosen: Iterable[Case] | None = None) -> Iterator[Comparison]:
+def validate(chosen: Iterable[Case] | None = None) -> Iterator[ComparedFigure]:
     """Yield the comparison of each figure, case by case; by default of all cases."""
     for case in cases() if chosen is None else chosen:
         run = Run(case)
         for quantity in case.quantities:
             begin = time.perf_counter()
             ours = _measured(run, quantity)
-            yield Comparison(case, quantity, ours, time.perf_counter() - begin)
+            yield ComparedFigure(case, quantity, ours, time.perf_counter() - begin)
 
 
 def _measured(run: Run, quantity: Quantity) -> float:
@@ -77,7 +77,7 @@ def _measured(run: Run, quantity: Quantity) -> float:
     return ours if units is None or not quantity.unit else units.physical(_KINDS[quantity.unit], ours)
 
 
-def as_dict(comparison: Comparison) -> dict:
+def as_dict(comparison: ComparedFigure) -> dict:
     """The JSON of one figure."""
     case, quantity = comparison.case, comparison.quantity
     return {

@@ -1,16 +1,16 @@
 """Branches of periodic motions over a number of the problem, with their bifurcations.
 
-``search`` finds and follows them, ``follow`` one of them; ``curve`` solves the equations of orbits with one sequence of
-events (:mod:`..drivers.orbit`), ``margins`` says where it holds, ``sequences`` what follows where it does not.
-``point_curve`` follows a bifurcation in two parameters.
+``find`` is the way in, ``search`` looks for branches, ``follow`` follows one; ``curve`` solves the equations of orbits
+with one sequence of events (:mod:`..drivers.orbit`), ``margins`` says where it holds, ``sequences`` what follows where
+it does not. ``point_curve`` follows a bifurcation in two parameters.
 """
 
 from .branch import Branch, Point
 from .dataset import branches_dataset
 from .family import PARAMETERS
+from .find import continue_branch, find_branches, search_branches
 from .margins import POINT_KINDS
 from .point_curve import PointCurve, PointCurves, continue_point
-from .search import continue_branch, find_branches, search_branches
 
 __all__ = [
     "PARAMETERS",

@@ -14,6 +14,7 @@ import numpy as np
 from ..drivers.orbit import Evaluation, OrbitEquations
 from .family import Family
 from .orbit import Orbit
+from .parameter_range import ParameterRange
 
 NEWTON_STEPS = 10
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
@@ -101,13 +102,12 @@ class Curve:
     Parameters
     ----------
     family : Family
-    low, high : float
-        The range: α₁ may leave it by as much as a difference needs.
+    span : ParameterRange
+        α₁ may leave it by as much as a difference needs.
     """
 
-    def __init__(self, family: Family, low: float, high: float) -> None:
-        self.family, self.low, self.high = family, low, high
-        self.width = high - low
+    def __init__(self, family: Family, span: ParameterRange) -> None:
+        self.family, self.low, self.high, self.width = family, span.low, span.high, span.width
         self._known: dict[float, OrbitEquations] = {}
 
     def equations(self, value: float) -> OrbitEquations:

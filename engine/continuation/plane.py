@@ -1,8 +1,6 @@
 """The plane of two numbers in which bifurcation points are followed: its problems, and orbits in it."""
 
-import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,37 +9,10 @@ from ..methods import Reference
 from .family import Family
 from .margins import Margin, margins
 from .orbit import Orbit
+from .parameter_range import ParameterRange
 
-DECADES = 10.0  # a range whose ends differ by more is followed in the logarithm
 BESIDE = 1e-4  # excitation periods: a minimum of the gap closer to a touch is the touch
 MOST_TABLES = 8
-
-
-class Axis(NamedTuple):
-    """The range of a number, and its scale."""
-
-    name: str
-    low: float
-    high: float
-
-    @property
-    def logarithmic(self) -> bool:
-        """Whether it is followed in the logarithm."""
-        return self.low > 0 and self.high > DECADES * self.low
-
-    def value(self, share: float) -> float:
-        """The number at a share of the range."""
-        if share in (0.0, 1.0):  # not beyond it by rounding
-            return self.high if share else self.low
-        if self.logarithmic:
-            return self.low * math.exp(share * math.log(self.high / self.low))
-        return self.low + share * (self.high - self.low)
-
-    def share(self, value: float) -> float:
-        """Where a number lies in the range: 0 at its low end, 1 at the high one; nan if it cannot lie anywhere."""
-        if self.logarithmic:
-            return math.log(value / self.low) / math.log(self.high / self.low) if value > 0 else math.nan
-        return (value - self.low) / (self.high - self.low)
 
 
 @dataclass(frozen=True)
@@ -60,7 +31,7 @@ class Place:
 class Plane:
     """The problems over two numbers; the tables of the last few are kept."""
 
-    def __init__(self, over: Family, along: Family, axes: tuple[Axis, Axis]) -> None:
+    def __init__(self, over: Family, along: Family, axes: tuple[ParameterRange, ParameterRange]) -> None:
         self.over, self.along, self.axes = over, along, axes
         self._known: dict[tuple[float, float], OrbitEquations] = {}
 

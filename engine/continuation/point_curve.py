@@ -12,14 +12,15 @@ import numpy as np
 
 from ..drivers.event_driven import contact_state
 from ..methods import ExactPenalty, Reference
-from ..model import System, require
+from ..model import System
 from .branch import Point
 from .family import Family
 from .margins import BIFURCATIONS, BRANCH_POINT, GRAZING
 from .orbit import KINDS, Orbit, touching_at_start
-from .plane import Axis, Place, Plane
+from .parameter_range import ParameterRange
+from .plane import Place, Plane
 from .point_equations import Condition, Equations
-from .point_trace import CLOSES, SAME, Trace
+from .point_trace import CLOSES, SAME, PointTrace
 from .touches import touched
 
 FOLLOWED = tuple(kind for kind in (*BIFURCATIONS, GRAZING) if kind != BRANCH_POINT)
@@ -59,33 +60,16 @@ class PointCurve:
 
 
 def continue_point(
-    system: System,
-    eta: float,
-    method: Reference | ExactPenalty,
-    point: Point,
-    *,
-    over: str = "eta",
-    low: float,
-    high: float,
-    along: str,
-    along_low: float,
-    along_high: float,
-    cancelled: Callable[[], bool] | None = None,
+    system: System, eta: float, method: Reference | ExactPenalty, point: Point, **ranges: object
 ) -> PointCurve:
     """Follow a bifurcation point of a branch while a second number varies.
 
     Parameters
     ----------
-    system, eta, method, over, low, high
-        As the branch was followed (:func:`.search.continue_branch`); the range bounds the curve.
+    system, eta, method, **ranges
+        Arguments of :class:`PointCurves`, which follows several points.
     point : Point
-        Of this branch: a fold, a period doubling, a Neimark–Sacker point or a grazing.
-    along : str
-        The second number; where the curve begins it has the value that the other arguments give it.
-    along_low, along_high : float
-        Its range.
-    cancelled : callable, optional
-        Polled many times a second; when it returns true the work is cancelled.
+        Of the branch: a fold, a period doubling, a Neimark–Sacker point or a grazing.
 
     Returns
     -------
@@ -107,25 +91,27 @@ def continue_point(
     >>> curve.kind, curve.values.shape[1], curve.ends
     ('period doubling', 2, ('restitution leaves the range', 'restitution leaves the range'))
     """
-    curves = PointCurves(
-        system,
-        eta,
-        method,
-        over=over,
-        low=low,
-        high=high,
-        along=along,
-        along_low=along_low,
-        along_high=along_high,
-        cancelled=cancelled,
-    )
-    return curves.follow(point)
+    return PointCurves(system, eta, method, **ranges).follow(point)
 
 
 class PointCurves:
     """The curves of several points in the same two numbers, each followed once.
 
-    Arguments and exceptions are those of :func:`continue_point`.
+    Parameters
+    ----------
+    system, eta, method, over, low, high
+        As the branch was followed (:func:`continue_branch`); the range bounds the curves.
+    along : str
+        The second number; by default a curve begins where it has the value that the other arguments give it.
+    along_low, along_high : float
+        Its range.
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the work is cancelled.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
     """
 
     def __init__(
@@ -144,21 +130,12 @@ class PointCurves:
     ) -> None:
         if along == over:
             raise ValueError(f"along = {along!r} is the number that varies already: give another one")
-        axes = []
-        for name, *ends in ((over, low, high), (along, along_low, along_high)):
-            first, last = (require(name, end, -1e12, 1e12, "give the ends of the range as numbers") for end in ends)
-            if not first < last:
-                raise ValueError(f"{name} from {first:g} to {last:g} is an empty range: give the smaller number first")
-            axes.append(Axis(name, first, last))
-        self._plane = Plane(Family(over, system, eta, method), Family(along, system, eta, method), tuple(axes))
-        for family, axis in zip((self._plane.over, self._plane.along), axes, strict=True):
-            for end in axis.low, axis.high:
-                family.at(end)
-        start = self._plane.along.value
-        if not along_low <= start <= along_high:
-            raise ValueError(f"{along} = {start:g} lies outside {along_low:g} … {along_high:g}: begin within the range")
+        families = Family(over, system, eta, method), Family(along, system, eta, method)
+        ranges = ParameterRange.of(families[0], low, high), ParameterRange.of(families[1], along_low, along_high)
+        self._plane = Plane(*families, ranges)
+        ranges[1].check_start(families[1].value)
         self._cancelled = cancelled
-        self._traces: list[tuple[str, Trace]] = []
+        self._traces: list[tuple[str, PointTrace]] = []
 
     def follow(self, point: Point, start: float | None = None) -> PointCurve | None:
         """The curve of a point that was found at the second number ``start``, by default that of the problem.
@@ -173,9 +150,9 @@ class PointCurves:
         if any(kind == point.kind and trace.passes(point.period, shares) for kind, trace in self._traces):
             return None
         equations, place = _begun(self._plane, point, shares)
-        forwards = Trace(self._plane, equations, place, self._cancelled)
+        forwards = PointTrace(self._plane, equations, place, self._cancelled)
         forwards.follow(1.0)
-        backwards = Trace(self._plane, equations, place, self._cancelled)
+        backwards = PointTrace(self._plane, equations, place, self._cancelled)
         if forwards.reason == CLOSES:
             backwards.reason = CLOSES
         else:

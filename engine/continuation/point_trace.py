@@ -23,7 +23,7 @@ CLOSES = "the curve closes in itself"
 
 
 @dataclass
-class Trace:
+class PointTrace:
     """A curve followed one way from a place.
 
     Attributes

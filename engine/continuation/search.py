@@ -6,27 +6,28 @@ branch points; they are followed, too, up to the longest cycle that is asked for
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import partial
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from ..drivers.event_driven import displaced_state
-from ..methods import ExactPenalty, Reference
-from ..model import System, require, whole
-from ..motions.steady import MAX_PERIOD_LIMIT
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
-from .branch import Branch, Point
-from .curve import Curve, CurvePoint, null_vectors
+from .branch import Branch
+from .branch_switching import other_branch
+from .curve import Curve, CurvePoint
 from .family import Family
-from .follow import MOST_ORBITS, Tracer
+from .follow import Tracer
 from .journal import Journal, Trace
-from .margins import BRANCH_POINT, DOUBLING, least, margins
+from .known_branches import KnownBranches
+from .margins import BRANCH_POINT, DOUBLING
 from .orbit import Orbit, check_cancelled
-from .seeds import SAME, STABLE, OrbitFinder
+from .parameter_range import ParameterRange
+from .search_limits import SearchLimits
+from .seeds import STABLE, OrbitFinder
+from .traces import branch_of_traces
 
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS = 6  # at each, the first of them rest
@@ -35,227 +36,35 @@ MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search
 STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
 LONGEST_UNSTABLE = 300  # orbits, of a motion of more than one period
 EVERY = 10  # orbits: how often a branch is compared with those found before
-WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
-AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at another one
-
-
-def continue_branch(
-    system: System,
-    eta: float,
-    method: Reference | ExactPenalty,
-    *,
-    over: str = "eta",
-    low: float,
-    high: float,
-    initial: Sequence[float] | None = None,
-    max_period: int = 8,
-    most_orbits: int = MOST_ORBITS,
-    threads: int | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> Branch:
-    """Follow the periodic motion that a run settles to, both ways through a range of one number.
-
-    Parameters
-    ----------
-    system : System
-    eta : float
-        Excitation frequency η = Ω/ω₁.
-    method : Reference or ExactPenalty
-        With the law "kelvin-voigt".
-    over : str
-        The number that varies: "eta", "K", "D", "threshold", or a number of the system or its excitation. Where the
-        motion starts it has the value that the other arguments give it.
-    low, high : float
-        The range of that number.
-    initial : (4,) sequence, optional
-        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0: an orbit, stable or not, that nearly passes through it is followed, or else the one
-        that a run from it settles to. By default rest.
-    max_period : int
-        Longest cycle to look for, in excitation periods.
-    most_orbits : int
-        After which a branch is given up, in each direction.
-    threads : int, optional
-        That run what the search begins with; as many as there are processors, if not given.
-    cancelled : callable, optional
-        Polled many times a second; when it returns true the work is cancelled.
-
-    Returns
-    -------
-    Branch
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range, or the run does not settle to a periodic motion.
-    Cancelled
-        If ``cancelled`` returned true.
-
-    Examples
-    --------
-    >>> from vibroscope.engine import Reference, System, continue_branch
-    >>> branch = continue_branch(System(), 2.76, Reference(), low=2.7, high=2.85, max_period=1)
-    >>> [(point.kind, round(point.value, 8)) for point in branch.points]
-    [('period doubling', 2.78895505)]
-    """
-    limits = {"max_period": max_period, "most_orbits": most_orbits, "threads": threads}
-    search = BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits)
-    value = search.family.value
-    if not low <= value <= high:
-        raise ValueError(f"{over} = {value:g} lies outside {low:g} … {high:g}: begin within the range")
-    orbit = search.finder.near(value, initial) if initial is not None else None
-    if orbit is None:
-        orbit = search.finder.settled(value, initial)
-    branch = search.follow(orbit, value)
-    if STOPPED in branch.ends:
-        raise Cancelled
-    return branch
-
-
-def find_branches(
-    system: System,
-    eta: float,
-    method: Reference | ExactPenalty,
-    *,
-    over: str = "eta",
-    low: float,
-    high: float,
-    max_period: int = 8,
-    unstable: bool = False,
-    most_orbits: int = MOST_ORBITS,
-    initial: Sequence[float] | None = None,
-    threads: int | None = None,
-    progress: Callable[[int], None] | None = None,
-    note: Callable[[str], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> tuple[Branch, ...]:
-    """Follow every branch of periodic motions through a range of one number.
-
-    Parameters
-    ----------
-    system, eta, method, over, low, high, threads, cancelled
-        As for :func:`continue_branch`.
-    max_period : int
-        Longest cycle, in excitation periods; cascades of period doublings are followed up to it.
-    unstable : bool
-        Follow also what begins where an unstable motion bifurcates, and motions of several periods however long they
-        stay unstable: there may be very many such branches.
-    most_orbits : int
-        After which each branch is given up, in each direction.
-    initial : (4,) sequence, optional
-        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0: the motion there, or that a run from there settles to, is followed first.
-    progress : callable, optional
-        Called with the number of branches found so far.
-    note : callable, optional
-        Called with a sentence where no motion is found: from ``initial``, or at all.
-
-    Returns
-    -------
-    tuple of Branch
-        In the order in which they were found.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    Cancelled
-        If ``cancelled`` returned true.
-
-    Examples
-    --------
-    >>> from vibroscope.engine import Reference, System, find_branches
-    >>> found = find_branches(System(), 1.4, Reference(), low=1.35, high=1.48, max_period=2)
-    >>> sorted(branch.period for branch in found)
-    [1, 2]
-    """
-    found = []
-    for branch in search_branches(
-        system,
-        eta,
-        method,
-        over=over,
-        low=low,
-        high=high,
-        max_period=max_period,
-        unstable=unstable,
-        most_orbits=most_orbits,
-        initial=initial,
-        threads=threads,
-        note=note,
-        cancelled=cancelled,
-    ):
-        found.append(branch)
-        if progress is not None:
-            progress(len(found))
-    return tuple(found)
-
-
-def search_branches(
-    system: System,
-    eta: float,
-    method: Reference | ExactPenalty,
-    *,
-    over: str = "eta",
-    low: float,
-    high: float,
-    max_period: int = 8,
-    unstable: bool = False,
-    most_orbits: int = MOST_ORBITS,
-    initial: Sequence[float] | None = None,
-    threads: int | None = None,
-    note: Callable[[str], None] | None = None,
-    keep: str | Path | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> Iterator[Branch]:
-    """Yield the branches of :func:`find_branches` as they are found; arguments and exceptions are the same.
-
-    A branch that is being followed when the search is cancelled is yielded as far as it goes, before the exception.
-
-    Parameters
-    ----------
-    keep : str or Path, optional
-        A folder, in which each branch is kept once it is followed: the same search reads it there, however it ended.
-
-    Raises
-    ------
-    ValueError
-        Also if the folder holds another search, or one of another engine.
-    """
-    limits = {"max_period": max_period, "most_orbits": most_orbits, "unstable": unstable, "threads": threads}
-    search = BranchSearch(Family(over, system, eta, method), low, high, cancelled=cancelled, **limits)
-    if keep is not None:
-        search.keep(Path(keep), initial)
-    yield from search.all(initial, note or (lambda _: None))
 
 
 class BranchSearch:
-    """The branches of a family over a range."""
+    """The branches of a family over a range.
+
+    Parameters
+    ----------
+    family : Family
+    span : ParameterRange
+        Of the number that is free in the family.
+    limits : SearchLimits
+    threads : int or None
+        That run cells; None for as many as there are processors.
+    cancelled : callable or None
+    """
 
     def __init__(
         self,
         family: Family,
-        low: float,
-        high: float,
-        *,
-        max_period: int,
-        most_orbits: int,
-        unstable: bool = False,
+        span: ParameterRange,
+        limits: SearchLimits,
         threads: int | None = None,
         cancelled: Callable[[], bool] | None = None,
     ) -> None:
-        low, high = (
-            require(family.over, end, -1e12, 1e12, "give the ends of the range as numbers") for end in (low, high)
-        )
-        if not low < high:
-            raise ValueError(f"{family.over} from {low:g} to {high:g} is an empty range: give the smaller number first")
-        for end in (low, high):
-            family.at(end)
-        self.max_period = whole("max_period", max_period, 1, MAX_PERIOD_LIMIT, "give the longest cycle to follow")
-        self.family, self.curve = family, Curve(family, low, high)
-        self.most_orbits = whole("most_orbits", most_orbits, 2, 1_000_000, "give the orbits of a branch")
-        self.cancelled, self.unstable = cancelled, unstable
-        self.finder = OrbitFinder(self.curve, self.max_period, threads, cancelled)
+        self.family, self.span, self.limits, self.cancelled = family, span, limits, cancelled
+        self.curve = Curve(family, span)
+        self.finder = OrbitFinder(self.curve, limits.max_period, threads, cancelled)
         self._journal: Journal | None = None
-        self._traces: list[tuple[list[CurvePoint], np.ndarray]] = []
+        self._known = KnownBranches(self.curve)
         self._joined: list[float] = []  # where branches of twice the period end in others
         self._doublings: list[tuple[int, float]] = []
         self._pending: list[tuple[str, CurvePoint]] = []
@@ -263,35 +72,34 @@ class BranchSearch:
     def keep(self, folder: Path, initial: Sequence[float] | None) -> None:
         """Keep what is followed in a folder, and read there what the same search has followed before."""
         family = self.family
-        ends = {"low": self.curve.low, "high": self.curve.high, "eta": family.eta, "over": family.over}
-        limits = {"max_period": self.max_period, "most_orbits": self.most_orbits, "unstable": self.unstable}
         problem = {"system": asdict(family.system), "method": {"name": family.method.name} | asdict(family.method)}
         start = None if initial is None else [float(number) for number in initial]
-        self._journal = Journal(folder, ends | limits | problem | {"initial": start})
+        question = {"eta": family.eta, "range": asdict(self.span)} | asdict(self.limits) | problem | {"initial": start}
+        self._journal = Journal(folder, question)
 
     def all(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[Branch]:
         """Yield all branches: first from what a few values of the number show, then from what lies on none of these."""
         for value, orbit in chain(self._given(initial, note), self._candidates()):
             check_cancelled(self.cancelled)
-            if not self._is_known(orbit, value):
+            if not self._known.have(orbit, value):
                 yield from self._stoppable(self.follow(orbit, value))
                 yield from self._offspring()
             if self._is_spent():
                 note(f"the search ended after {MOST_IN_ALL:,} orbits and may have missed branches: narrow the range")
                 return
-        if not self._traces:
+        if not self._known.traces:
             note(self.finder.why_none())
 
     def _is_spent(self) -> bool:
         """Whether as many orbits were followed as one search may follow."""
-        return sum(len(points) for points, _ in self._traces) >= MOST_IN_ALL
+        return self._known.orbits >= MOST_IN_ALL
 
     def _given(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[tuple[float, Orbit]]:
         """The motion at a state, or that a run from there settles to."""
         value = self.family.value
         if initial is not None:
             starting_checkpoint(initial, *self.family.at(value))  # refuses what is no state
-        if initial is not None and self.curve.low <= value <= self.curve.high:
+        if initial is not None and self.span.low <= value <= self.span.high:
             try:
                 yield value, self.finder.near(value, initial) or self.finder.settled(value, initial)
             except ValueError as error:
@@ -309,8 +117,8 @@ class BranchSearch:
 
         Where nothing drives the system all its motions decay to one equilibrium, and no runs are needed to find others.
         """
-        if not any(self.family.at(end)[0].excitation.drives for end in (self.curve.low, self.curve.high)):
-            value = min(max(self.family.value, self.curve.low), self.curve.high)
+        if not any(self.family.at(end)[0].excitation.drives for end in (self.span.low, self.span.high)):
+            value = min(max(self.family.value, self.span.low), self.span.high)
             yield value, self.finder.settled(value, None)
             return
         yield from self.finder.orbits(SEEDS, STARTS, unstable=True)
@@ -321,9 +129,11 @@ class BranchSearch:
         """The branches that begin at points of others."""
         while self._pending and not self._is_spent():
             kind, point = self._pending.pop(0)
-            start = self._other_branch(kind, point)
-            if start is not None and not self._is_known(start.orbit, start.value):
-                yield from self._stoppable(self._assembled(self._traced(start), None, kind))
+            if any(abs(point.value - value) < 1e-7 * self.span.width for value in self._joined):
+                continue
+            start = other_branch(self.curve, kind, point)
+            if start is not None and not self._known.have(start.orbit, start.value):
+                yield from self._stoppable(branch_of_traces(self.family, self._traced(start), None, kind))
 
     def follow(self, orbit: Orbit, value: float) -> Branch:
         """Follow an orbit both ways."""
@@ -331,11 +141,11 @@ class BranchSearch:
         forwards = self._traced(start)
         closed = forwards.reason in ("the branch closes in itself", STOPPED)
         backwards = None if closed else self._traced(start.turned())
-        return self._assembled(forwards, backwards, "")
+        return branch_of_traces(self.family, forwards, backwards, "")
 
     def _traced(self, start: CurvePoint) -> Tracer | Trace:
         """The branch ahead of an orbit: from the journal, or followed and kept there."""
-        number = len(self._traces)
+        number = self._known.traces
         trace = self._journal and self._journal.read(number, start, self.curve)
         if trace is None:
             trace = self._followed(start)
@@ -343,12 +153,12 @@ class BranchSearch:
                 self._journal.write(number, start, trace)
         if trace.joined is not None:
             self._joined.append(trace.joined)
-        self._traces.append((trace.points, np.array([point.value for point in trace.points])))
+        self._known.add(trace.points)
         self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
         for point, orbit in trace.marks:
-            begins = point.kind == BRANCH_POINT or (point.kind == DOUBLING and 2 * point.period <= self.max_period)
+            doubles = point.kind == DOUBLING and 2 * point.period <= self.limits.max_period
             stable = np.abs(point.multipliers).max() < 1 + STABLE
-            if begins and (stable or self.unstable):
+            if (doubles or point.kind == BRANCH_POINT) and (stable or self.limits.unstable):
                 self._pending.append((point.kind, orbit))
         return trace
 
@@ -356,12 +166,12 @@ class BranchSearch:
         tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
         since = 0  # the last orbit that was stable
         try:
-            for count, _ in enumerate(tracer.run(self.most_orbits), start=1):
+            for count, _ in enumerate(tracer.run(self.limits.most_orbits), start=1):
                 here = tracer.points[-1]
-                if count % EVERY == 0 and self._is_known(here.orbit, here.value):
+                if count % EVERY == 0 and self._known.have(here.orbit, here.value):
                     tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
                     break
-                if self.unstable or here.orbit.period == 1:
+                if self.limits.unstable or here.orbit.period == 1:
                     continue
                 stable = np.abs(here.evaluation.multipliers).max() < 1 + STABLE
                 since = count if stable else since
@@ -373,96 +183,3 @@ class BranchSearch:
         except ValueError as error:  # a number is out of its range
             tracer.reason = str(error)
         return tracer
-
-    def _other_branch(self, kind: str, point: CurvePoint) -> CurvePoint | None:
-        """The first orbit of the branch that begins at a point of another one."""
-        if any(abs(point.value - value) < 1e-7 * self.curve.width for value in self._joined):
-            return None
-        times = 2 if kind == DOUBLING else 1
-        orbit = point.orbit.repeated(times)
-        here = CurvePoint(self.curve, orbit, point.value)
-        scales = self.curve.scales(orbit)
-        tangent = np.concatenate([point.tangent[:4], np.tile(point.tangent[4:-1], times), point.tangent[-1:]])
-        if not np.isfinite(here.extended).all():
-            return None
-        first, second = null_vectors(here.extended * scales)
-        tangent /= np.linalg.norm(tangent)
-        away = (
-            second - tangent * (tangent @ second)
-            if abs(tangent @ second) < abs(tangent @ first)
-            else first - tangent * (tangent @ first)
-        )
-        away /= np.linalg.norm(away)
-        for step in AWAY:
-            guess = here.unknowns + step * away * scales
-            row = away / scales
-            found = self.curve.constrained(replace(orbit, unknowns=guess[:-1]), float(guess[-1]), row, row @ guess)
-            if found is None:
-                continue
-            start = CurvePoint(self.curve, *found, away)
-            rows = start.evaluation.section
-            half = orbit.period // 2
-            if kind == DOUBLING and np.abs(rows[0] - rows[half]).max() < 0.1 * step * scales[0]:
-                continue
-            if least(margins(start.orbit, start.evaluation, self.family.at(start.value)[2])) > 0:
-                return start
-        return None
-
-    def _is_known(self, orbit: Orbit, value: float) -> bool:
-        """Whether an orbit lies on a branch that has been followed."""
-        rows = self.curve.evaluate(orbit, value).section
-        size = max(np.abs(rows).max(), 1e-9)
-        for points, values in self._traces:
-            for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
-                a, b = points[k], points[k + 1]
-                if a.orbit.period == orbit.period and self._is_between(a, b, rows, value, SAME * size):
-                    return True
-        return False
-
-    def _is_between(self, a: CurvePoint, b: CurvePoint, rows: np.ndarray, value: float, same: float) -> bool:
-        """Whether an orbit with this section is one of those between two neighbours on a branch, to a distance."""
-        share = (value - a.value) / (b.value - a.value) if b.value != a.value else 0.5
-        guesses = [(a.orbit, a.value, WALK), (b.orbit, b.value, WALK)]
-        if a.orbit.kinds == b.orbit.kinds:
-            chord = b.orbit.unknowns - a.orbit.unknowns
-            between = replace(a.orbit, unknowns=a.orbit.unknowns + share * chord)
-            off = np.linalg.norm(rows - between.unknowns[:4], axis=1).min()
-            if off > np.linalg.norm(chord[:4]) + same:  # neighbours are close enough for the curve to turn little
-                return False
-            guesses.insert(0, (between, value, 1))
-        for known, begin, steps in guesses:
-            for there in np.linspace(begin, value, steps + 1)[1:]:
-                known = known and self.curve.corrected(known, float(there))
-            if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < same).any():
-                return True
-        return False
-
-    def _assembled(self, forwards: Tracer | Trace, backwards: Tracer | Trace | None, begins: str) -> Branch:
-        """The branch of one or two traces."""
-        points, marks = list(forwards.points), [mark for mark, _ in forwards.marks]
-        if backwards is not None:
-            shift = len(backwards.points) - 1
-            marks = [replace(mark, index=mark.index + shift) for mark in marks]
-            before = [replace(mark, index=shift - 1 - mark.index) for mark, _ in backwards.marks]
-            marks = before[::-1] + marks
-            points = backwards.points[:0:-1] + points
-        values = np.array([point.value for point in points])
-        sections = np.array(
-            [displaced_state(self.family.at(point.value)[0], point.evaluation.section) for point in points]
-        )
-        names = [point.orbit.sequence for point in points]
-        sequences = tuple((k, name) for k, name in enumerate(names) if k == 0 or names[k - 1] != name)
-        first = backwards.reason if backwards is not None else (f"begins at a {begins}" if begins else forwards.reason)
-        return Branch(
-            over=self.family.over,
-            period=points[0].orbit.period,
-            values=values,
-            sections=sections,
-            multipliers=np.array([point.evaluation.multipliers for point in points]),
-            sequences=sequences,
-            points=tuple(marks),
-            ends=(first, forwards.reason),
-        )
-
-
-__all__ = ["Branch", "Point", "continue_branch", "find_branches", "search_branches"]

@@ -35,7 +35,7 @@ class Bodies(NamedTuple):
     eta: float
 
 
-class Point(NamedTuple):
+class Kinematics(NamedTuple):
     """Displacements, velocities and accelerations, (2, …) each, as rows of factors."""
 
     q: np.ndarray
@@ -57,17 +57,17 @@ def stage_end(
     b: Bodies,
     integrator: Integrator,
     stage: Stage,
-    points: list[Point],
+    points: list[Kinematics],
     begun: np.ndarray,
     status: int,
     h: float,
     given: np.ndarray | None = None,
-) -> tuple[Point, np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[Kinematics, np.ndarray, np.ndarray, np.ndarray]:
     """The end of a stage with a status, 0 or 1, λ, the gap there and its rate.
 
     Parameters
     ----------
-    points : list of Point
+    points : list of Kinematics
         The beginning of the step, and the ends of the stages before.
     begun : (n + 2,) ndarray
         λ that acted at the beginning; n: COLUMNS, or more with forces that are given.
@@ -112,7 +112,7 @@ def stage_end(
     def known(rows):
         return np.pad(rows[..., :n] + rows[..., n:] @ found, [(0, 0)] * (rows.ndim - 1) + [(0, 2)])
 
-    return Point(known(q), known(v), known(acceleration)), known(spring), known(gap), known(rate)
+    return Kinematics(known(q), known(v), known(acceleration)), known(spring), known(gap), known(rate)
 
 
 def step_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
@@ -126,7 +126,7 @@ def step_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
     """
     unit = np.eye(COLUMNS + 2)
     begun = unit[FORCE]
-    start = Point(unit[0:2], unit[2:4], unit[4:6])
+    start = Kinematics(unit[0:2], unit[2:4], unit[4:6])
     first, *later = integrator.stages
     ends = [stage_end(b, integrator, first, [start], begun, status, h) for status in (0, 1)]
     if later:
@@ -145,7 +145,7 @@ def law_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
         The last rows are the gap and its rate; the columns OWN and BEFORE belong to λ of the stage, and of that before.
     """
     unit = np.eye(CLOSING + 2)
-    points, maps = [Point(unit[0:2], unit[2:4], unit[4:6])], []
+    points, maps = [Kinematics(unit[0:2], unit[2:4], unit[4:6])], []
     forces = [unit[OWN]] if len(integrator.stages) == 1 else [unit[BEFORE], unit[OWN]]
     for stage, given in zip(integrator.stages, forces, strict=True):
         point, _, gap, rate = stage_end(b, integrator, stage, points, unit[FORCE], 0, h, given)

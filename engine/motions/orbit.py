@@ -30,7 +30,7 @@ ON_ORBIT = 1e-10  # of the section's size: a state this close to the orbit lies 
 NORM_DOUBLINGS = 60  # of the partial sums of the series that defines the norm
 
 
-class Orbit(NamedTuple):
+class FixedPoint(NamedTuple):
     """A fixed point of the Poincaré map over ``period`` periods."""
 
     period: int
@@ -70,7 +70,7 @@ class OrbitSearch:
         """Excitation periods integrated in all: those of the run and those of the map."""
         return self.run_periods + self.map.periods
 
-    def attempt(self, section: np.ndarray, periods: int) -> Orbit | None:
+    def attempt(self, section: np.ndarray, periods: int) -> FixedPoint | None:
         """Search from the end of a run.
 
         Parameters
@@ -82,7 +82,7 @@ class OrbitSearch:
 
         Returns
         -------
-        Orbit or None
+        FixedPoint or None
             Its state belongs to τ ≡ 0 mod pT, τ counted from the start of the run.
         """
         rows = self.map.coordinates(section)
@@ -94,7 +94,7 @@ class OrbitSearch:
                 return self._moved_to_cycle_start(self._with_least_period(orbit, size), periods)
         return None
 
-    def _newton(self, y: np.ndarray, period: int, size: float) -> Orbit | None:
+    def _newton(self, y: np.ndarray, period: int, size: float) -> FixedPoint | None:
         """Solve P(y*) = y* from y on."""
         returned, steps = self.map(y, period), 0
         while returned is not None and steps < NEWTON_STEPS:
@@ -106,7 +106,7 @@ class OrbitSearch:
         if returned is None or returned.residual > RESIDUAL * size:
             self.rejection = f"Newton's method finds no orbit of period {period} near the end of the run"
             return None
-        return Orbit(period, y, returned, steps)
+        return FixedPoint(period, y, returned, steps)
 
     def _newton_step(self, y: np.ndarray, returned: Return, period: int, size: float):
         """One step, halved until it reduces the residual: events may appear and disappear along the way."""
@@ -133,7 +133,7 @@ class OrbitSearch:
             return None
         return self.map(y, period)
 
-    def _accepts(self, orbit: Orbit, y: np.ndarray, size: float) -> bool:
+    def _accepts(self, orbit: FixedPoint, y: np.ndarray, size: float) -> bool:
         """Whether the orbit is stable and the run, which ended at y, converges to it (see the module)."""
         if not self.stable_only:
             return True
@@ -149,7 +149,7 @@ class OrbitSearch:
             return False
         return True
 
-    def _converges(self, orbit: Orbit, deviation: np.ndarray, rate: float, size: float) -> bool:
+    def _converges(self, orbit: FixedPoint, deviation: np.ndarray, rate: float, size: float) -> bool:
         """Follow a deviation from the orbit until it has died away; False if it stops obeying the condition.
 
         Parameters
@@ -166,7 +166,7 @@ class OrbitSearch:
             deviation = returned.state - orbit.state
         return True
 
-    def _with_least_period(self, orbit: Orbit, size: float) -> Orbit:
+    def _with_least_period(self, orbit: FixedPoint, size: float) -> FixedPoint:
         """Return the same orbit with its least period: a cycle of p periods may consist of equal shorter ones."""
         for period in range(1, orbit.period):
             if orbit.period % period == 0:
@@ -176,7 +176,7 @@ class OrbitSearch:
                     return once._replace(iterations=orbit.iterations + once.iterations)
         return orbit
 
-    def _moved_to_cycle_start(self, orbit: Orbit, periods: int) -> Orbit:
+    def _moved_to_cycle_start(self, orbit: FixedPoint, periods: int) -> FixedPoint:
         """Return the orbit with its state at τ ≡ 0 mod pT instead of at the end of the run."""
         ahead = -periods % orbit.period
         if ahead == 0:
@@ -185,12 +185,14 @@ class OrbitSearch:
         return orbit._replace(state=state, returned=self.map(state, orbit.period))
 
 
-def contracts(orbit: Orbit, factor: np.ndarray, rate: float, deviation: np.ndarray, returned: Return | None) -> bool:
+def contracts(
+    orbit: FixedPoint, factor: np.ndarray, rate: float, deviation: np.ndarray, returned: Return | None
+) -> bool:
     """Whether the condition of the module holds at a deviation from the orbit, the sequence of events included.
 
     Parameters
     ----------
-    orbit : Orbit
+    orbit : FixedPoint
     factor : (4, 4) ndarray
         Of the norm |factor · x|, in which DP shrinks every vector at least by ``rate``: :func:`norm_factor`.
     rate : float

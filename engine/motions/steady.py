@@ -25,7 +25,7 @@ from ..model import System, check_eta, whole
 from ..result import Checkpoint, Record, Response, Status
 from ..simulate import simulate, starting_checkpoint
 from .floquet import eigenvalues_by_modulus
-from .orbit import Orbit, OrbitSearch
+from .orbit import FixedPoint, OrbitSearch
 from .poincare_map import PoincareMap
 
 REST = None  # as a start: the static equilibrium of the system
@@ -204,7 +204,7 @@ def steady(
     )
 
 
-def _of_orbit(system, eta, method, orbit: Orbit, search: OrbitSearch, record: Record | None) -> Steady:
+def _of_orbit(system, eta, method, orbit: FixedPoint, search: OrbitSearch, record: Record | None) -> Steady:
     """Return the result for an orbit. Its response starts one cycle early, to include where open contacts began."""
     start = Checkpoint(system, eta, method, 0, tuple(search.map.start(orbit.state).tolist()))
     response = simulate(

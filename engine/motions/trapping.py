@@ -23,7 +23,7 @@ import numpy as np
 from ..drivers.event_driven import contact_state
 from ..methods import ExactPenalty, Reference
 from ..model import System
-from .orbit import Orbit, contracts, norm_factor
+from .orbit import FixedPoint, contracts, norm_factor
 from .poincare_map import PoincareMap
 from .steady import Steady
 
@@ -89,7 +89,7 @@ def trapping_regions(
         returned = poincare(state, turns * found.period)
         if returned is None:
             return regions
-        orbit = Orbit(turns * found.period, state, returned, 0)
+        orbit = FixedPoint(turns * found.period, state, returned, 0)
         factor = _factor_of_region(poincare, orbit, isinstance(method, Reference), size)
         if factor is not None:
             regions.append(Region(poincare.displacements(state), factor @ to_map))
@@ -110,7 +110,7 @@ def _linear_part(system: System) -> np.ndarray:
     return np.stack([contact_state(system, unit) - origin for unit in np.eye(4)], axis=1)
 
 
-def _factor_of_region(poincare: PoincareMap, orbit: Orbit, rigid: bool, size: float) -> np.ndarray | None:
+def _factor_of_region(poincare: PoincareMap, orbit: FixedPoint, rigid: bool, size: float) -> np.ndarray | None:
     """F/r around a point of a cycle; None if the cycle is not stable or r is not above rounding."""
     jacobian = orbit.returned.jacobian
     largest = np.abs(np.linalg.eigvals(jacobian)).max()
@@ -145,7 +145,7 @@ def _directions(factor: np.ndarray, free: np.ndarray) -> np.ndarray:
     return units
 
 
-def _holds(poincare: PoincareMap, orbit: Orbit, factor, rate: float, rigid: bool, deviation: np.ndarray) -> bool:
+def _holds(poincare: PoincareMap, orbit: FixedPoint, factor, rate: float, rigid: bool, deviation: np.ndarray) -> bool:
     """Whether the condition holds at a deviation; a reference cannot deviate into penetration."""
     state = orbit.state + deviation
     if rigid:

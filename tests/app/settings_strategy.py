@@ -1,7 +1,8 @@
 """Hypothesis strategy of valid settings."""
 
 from hypothesis import strategies as st
-from vibroscope.app.explorer.state import FIELDS, START_FIELDS, STEPPING_FIELDS, Explorer, Setting, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, STEPPING_FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import INTEGRATORS
 
 

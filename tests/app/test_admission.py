@@ -63,20 +63,23 @@ def test_a_ping_to_a_connection_that_is_about_to_end_leaves_it_its_session():
 
 def test_a_browser_that_waits_for_its_session_is_pinged_and_then_no_more(monkeypatch):
     monkeypatch.setattr(websocket, "PING_SECONDS", 0.01)
-    pings = []
+
+    class Pings:
+        def __init__(self):
+            self.count, self.third = 0, asyncio.Event()
+
+        def __call__(self):
+            self.count += 1
+            if self.count == 3:
+                self.third.set()
 
     async def steps():
-        third = asyncio.Event()
-
-        def ping():
-            pings.append("ping")
-            if len(pings) == 3:
-                third.set()
-
-        with websocket.pinging(ping):
-            await asyncio.wait_for(third.wait(), 60)
-        sent = len(pings)
-        await asyncio.sleep(0.1)
-        assert len(pings) == sent
+        first, second = Pings(), Pings()
+        with websocket.pinging(first):
+            await asyncio.wait_for(first.third.wait(), 60)
+        sent = first.count
+        with websocket.pinging(second):  # as long again
+            await asyncio.wait_for(second.third.wait(), 60)
+        assert first.count == sent
 
     asyncio.run(steps())

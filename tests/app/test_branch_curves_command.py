@@ -5,6 +5,8 @@ import json
 from vibroscope.app.commands import branch
 from vibroscope.engine import search_branches
 
+from tests.few_seeds import few_seeds
+
 from .command_line import run_command
 
 WORDS = ("branch", "--solver", "exact", "--D", "18", "--K", "12000", "--eta", "2.76")
@@ -33,7 +35,8 @@ def test_curves_stand_beside_the_branches_and_a_lost_point_with_its_reason(capsy
             yield found
 
     monkeypatch.setattr(branch, "search_branches", search)
-    code, text, _ = run_command(capsys, *WORDS, *RANGE, "--json")
+    with few_seeds():
+        code, text, _ = run_command(capsys, *WORDS, *RANGE, "--json")
     found = json.loads(text)
     (curve,) = found["curves"]
     assert (code, curve["kind"], found["not_followed"]) == (0, "period doubling", [])

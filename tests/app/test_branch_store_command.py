@@ -8,9 +8,17 @@ import xarray
 from vibroscope.app.commands import branch
 from vibroscope.engine import search_branches
 
+from tests.few_seeds import few_seeds
+
 from .command_line import run_command
 
 WORDS = ("branch", "--solver", "reference", "--from", "2.6", "--to", "3", "--max-period", "2", "--json")
+
+
+@pytest.fixture(autouse=True)
+def _few_seeds():
+    with few_seeds():
+        yield
 
 
 def test_what_a_killed_search_had_found_is_kept_and_the_next_call_adds_the_rest(tmp_path, capsys, monkeypatch):

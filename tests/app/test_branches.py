@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.branch_lines import MARKS, Place, place_named, stretches, thinned
 from vibroscope.app.page.bifurcation.branches import Branches, opened, stability_words
 from vibroscope.app.page.explore.opened import OpenedMotion
@@ -23,6 +24,8 @@ from vibroscope.engine import (
     steady,
 )
 
+from tests.few_seeds import few_seeds
+
 from .fakes import FakeHost, send
 
 SETTING = Setting(eta=1.42, K=12000.0, D=18.0)
@@ -35,7 +38,8 @@ def never():
 
 @pytest.fixture(scope="module")
 def grown():
-    return list(grow_branches(QUESTION, None, never))
+    with few_seeds():
+        return list(grow_branches(QUESTION, None, never))
 
 
 @pytest.fixture

@@ -18,6 +18,8 @@ from vibroscope.app.studies.bifurcation import grow_diagram
 from vibroscope.app.studies.branches import grow_branches
 from vibroscope.engine import ExactPenalty, Reference
 
+from tests.few_seeds import few_seeds
+
 from .fakes import FakeHost, send
 
 SETTING = Setting(eta=1.42, K=12000.0, D=18.0, steps=2000)
@@ -48,7 +50,7 @@ class Asked:
 
 @pytest.fixture
 def opened(monkeypatch):
-    """A function from choices to an open tab and its host."""
+    """A function from choices to an open tab and its host; searches begin with few runs."""
     Asked.all = ()
     for module in (study, branches):
         monkeypatch.setattr(module, "StudyJob", Asked)
@@ -61,7 +63,8 @@ def opened(monkeypatch):
         tab.show(Move(1, setting))
         return tab, host
 
-    return open_tab
+    with few_seeds():
+        yield open_tab
 
 
 def searches():

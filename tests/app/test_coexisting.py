@@ -5,7 +5,8 @@ from itertools import islice
 
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore import coexisting
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.runtime.cache import Cache

@@ -9,7 +9,8 @@ from vibroscope.app.explorer.explanation import describe
 from vibroscope.app.explorer.link import parse_address, print_address
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.physical_fields import entered
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.decks import deck, problem_of
 from vibroscope.app.export.formats import as_toml, loaded_from_toml

@@ -14,7 +14,8 @@ from hypothesis import given
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import describe, explain, paragraphs
 from vibroscope.app.explorer.present import present
-from vibroscope.app.explorer.state import Setting, read_setting, read_values
+from vibroscope.app.explorer.reading import read_setting, read_values
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series, as_csv, as_json, as_toml, loaded_from_toml
 from vibroscope.app.export.report import as_report
 from vibroscope.app.export.scripts import as_command, as_python

@@ -2,8 +2,9 @@
 
 import pytest
 from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.shelf import shelf
-from vibroscope.app.explorer.state import START_FIELDS, Setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.basin.tab import BasinTab
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import PlaneTab

@@ -10,7 +10,7 @@ from tornado.websocket import WebSocketClosedError
 from tests.browserless import Client, changed, event, mapped, move, token_of
 from tests.served import served
 
-# One of each way to fail; test_state.py tries more of them, and the release tests try thousands.
+# One of each way to fail; test_reading.py tries more of them, and the release tests try thousands.
 BAD_ADDRESSES = ("eta=%C2%B2", "eta=" + "9" * 1900, "eta=1.2&eta=1.3", "tab=nowhere", "theme=²&eta=%ff%fe")
 
 

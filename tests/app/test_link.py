@@ -16,7 +16,8 @@ from vibroscope.app.explorer.link import (
     print_zoom,
     read_view,
 )
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import THEMES, read_opening
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS

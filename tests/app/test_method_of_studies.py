@@ -5,7 +5,8 @@ import pytest
 import xarray
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.method_words import brief_name
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import speed_python
 from vibroscope.app.page.plane.tab import PlaneTab
 from vibroscope.app.page.speed.figure import SpeedView

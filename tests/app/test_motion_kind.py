@@ -8,7 +8,7 @@ from vibroscope.app.explorer import motion_kind
 from vibroscope.app.explorer.motion_kind import describe_kind, judge_motions, known_kinds, with_kinds
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend
-from vibroscope.app.page.bifurcation.tab import statements
+from vibroscope.app.page.bifurcation.statements import statements
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
 from vibroscope.engine import Cancelled, Kind, Newmark, Reference, System, motion

@@ -13,7 +13,8 @@ from vibroscope.app.explorer.physical_fields import (
     physical_numbers,
     values_of_system,
 )
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.engine import Units
 from vibroscope.engine.system_file import parse_system, physical_text

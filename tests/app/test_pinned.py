@@ -11,7 +11,7 @@ from vibroscope.app.explorer.link import MOST_PINS, print_address, read_pins
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series
 from vibroscope.app.export.tables import table_in_units
-from vibroscope.app.page.explore.comparison import Comparison
+from vibroscope.app.page.explore.comparison import PinComparison
 from vibroscope.app.page.explore.pinned import PinnedResults
 from vibroscope.app.page.explore.result import prepare
 from vibroscope.app.page.shared.figure import PINS
@@ -137,7 +137,7 @@ def test_a_reference_that_is_the_live_one_is_not_drawn_again():
 def test_the_table_has_the_numbers_of_the_explanation():
     runs, pinned = compute_runs(SETTING), OTHER._replace(restitution=0.6)
     found = explain(runs)
-    table = Comparison()
+    table = PinComparison()
     assert not table.visible
     table.show(prepare(runs), found, [(pinned, None)])
     live, pin = table.rows

@@ -54,7 +54,7 @@ def own_names(cls):
     """Private names that the body of a class uses on ``self`` or defines."""
     found = set()
     for node in ast.walk(ast.parse(textwrap.dedent(inspect.getsource(cls)))):
-        if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "self":
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self":
             found.add(node.attr)
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             found.add(node.name)

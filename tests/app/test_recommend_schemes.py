@@ -151,7 +151,14 @@ def test_what_is_given_holds_for_all_integrators(asked, capsys, options, count, 
         assert "for               codes that cut the step where contact changes" in out
 
 
-def test_a_code_is_answered_in_its_words(capsys, tmp_path):
+def test_a_code_is_answered_in_its_words(capsys, tmp_path, monkeypatch):
+    found = []  # by the first of two calls that ask for the same
+
+    def searched(*problem, **how):
+        found.extend(() if found else recommend_schemes(*problem, **how))
+        return found
+
+    monkeypatch.setattr(command, "recommend_schemes", searched)
     path = tmp_path / "system.toml"
     path.write_text("[units]\nomega1 = 3.0\nm1 = 2.0\nbase_amplitude = 0.5\n")
     asked = [*FEW, "--code", "abaqus-standard", "--units", "--system", str(path)]

@@ -1,8 +1,10 @@
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import explain
+from vibroscope.app.explorer.parameters import MAIN_FIELDS
+from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import buttons, opening_setting, scene_key, scenes
-from vibroscope.app.explorer.state import MAIN_FIELDS, Setting, read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import read_opening
 
 

@@ -2,7 +2,8 @@
 
 import pytest
 from vibroscope.app.explorer.link import parse_address, print_address
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.controls.controls import Controls

@@ -10,7 +10,7 @@ import pytest
 from vibroscope.app.commands.options import default_of
 from vibroscope.app.explorer import suggestion
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.state import most_steps, read_setting
+from vibroscope.app.explorer.reading import most_steps, read_setting
 from vibroscope.app.explorer.suggestion import (
     Search,
     make_question,

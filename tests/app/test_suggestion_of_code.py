@@ -7,7 +7,7 @@ import pytest
 from vibroscope.app.codes.catalogue import codes
 from vibroscope.app.explorer import suggestion
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.state import read_setting
+from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.suggestion import OfSchemes, make_question, suggestion_content
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.tab import Move

@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.state import FIELDS, Explorer, Setting, read_setting
+from vibroscope.app.explorer.parameters import FIELDS, Explorer
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.explorer.typed import parse_typed, plain_texts
 

@@ -10,8 +10,10 @@ import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import describe
+from vibroscope.app.explorer.parameters import Explorer
 from vibroscope.app.explorer.present import present, quantity_of
-from vibroscope.app.explorer.state import Explorer, Setting, read_setting, read_values
+from vibroscope.app.explorer.reading import read_setting, read_values
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.formats import as_csv, as_toml
 from vibroscope.app.export.scripts import as_command

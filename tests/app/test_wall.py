@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.state import START_FIELDS, Setting, read_setting
+from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series
 from vibroscope.app.export.plots import plot_script
 from vibroscope.app.page.bifurcation.tab import Bifurcation

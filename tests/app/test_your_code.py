@@ -7,7 +7,8 @@ from vibroscope.app.codes.rules import AS_SET, Outcome, Rule, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import explain
-from vibroscope.app.explorer.state import Setting, read_setting
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code.rules import HEIGHT, WIDTH, brief_why, rows_of
 from vibroscope.app.page.your_code.tab import YourCode

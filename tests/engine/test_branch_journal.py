@@ -7,7 +7,16 @@ import pytest
 from vibroscope.engine import ExactPenalty, Reference, System, search_branches
 from vibroscope.engine.continuation import search
 
-CASES = [(Reference(), (2.6, 3.0)), (ExactPenalty(12_000.0, 18.0), (2.75, 2.85))]
+from tests.few_seeds import few_seeds
+
+# each with a period doubling, so that a second branch begins where the first one is kept
+CASES = [(Reference(), (2.76, 2.81)), (ExactPenalty(12_000.0, 18.0), (2.76, 2.8))]
+
+
+@pytest.fixture(autouse=True)
+def _few_seeds():
+    with few_seeds():
+        yield
 
 
 @pytest.fixture
@@ -65,6 +74,6 @@ def test_another_search_is_refused(tmp_path):
     method, reach = CASES[0]
     next(found(method, reach, keep=tmp_path))
     with pytest.raises(ValueError, match="holds another search"):
-        next(found(method, (2.6, 3.1), keep=tmp_path))
+        next(found(method, (2.76, 2.82), keep=tmp_path))
     with pytest.raises(ValueError, match="holds another search"):
         next(found(Reference(threshold=0.001), reach, keep=tmp_path))

@@ -17,22 +17,23 @@ def values(branch, kind):
     return np.array([point.value for point in branch.points if point.kind == kind])
 
 
-# Where to look, to four digits: method, kind, η of the point, and from where to where to follow which motion.
+# Where to look, to four digits: method, kind, η of the point, and from where to where to follow which motion. Every
+# fourth is of another kind.
 POINTS = [
     (Reference(), "sticking begins", 1.09499, (1.09, 1.10, 1.12)),
-    (EXACT, "fold", 1.2502, (1.22, 1.30, 1.31)),
     (Reference(), "period doubling", 2.7889, (2.70, 2.76, 2.80)),
     (Reference(), "period doubling", 3.7903, (2.70, 2.76, 3.80)),
+    (EXACT, "fold", 1.2502, (1.22, 1.30, 1.31)),
     (Reference(), "Neimark-Sacker", 3.8248, (2.70, 2.76, 3.90)),
     (Reference(), "period doubling", 1.8007, (1.79, 1.95, 1.96)),
     (Reference(), "period doubling", 1.6681, (1.66, 1.95, 1.96)),
     (Reference(), "grazing", 1.5685, (1.56, 1.95, 1.96)),
+    (EXACT, "period doubling", 1.7986, (1.79, 1.95, 1.96)),
     (Reference(), "Neimark-Sacker", 1.5537, (1.49, 1.50, 1.56)),
-    (Reference(), "grazing", 1.2137, (1.21, 1.30, 1.31)),
     (Reference(), "fold", 1.2375, (1.21, 1.30, 1.31)),
     (EXACT, "period doubling", 2.7798, (2.70, 2.76, 2.80)),
+    (Reference(), "grazing", 1.2137, (1.21, 1.30, 1.31)),
     (EXACT, "Neimark-Sacker", 3.8181, (2.70, 2.76, 3.90)),
-    (EXACT, "period doubling", 1.7986, (1.79, 1.95, 1.96)),
     (EXACT, "grazing", 1.5704, (1.56, 1.95, 1.96)),
 ]
 

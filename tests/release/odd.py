@@ -4,10 +4,11 @@ import asyncio
 
 import param
 from vibroscope.app.explorer.link import VIEW_FIELDS
+from vibroscope.app.explorer.parameters import Explorer
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shelf import shelf
-from vibroscope.app.explorer.state import Explorer, Setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import THEMES
 from vibroscope.app.page.tabs import TABS
 

@@ -6,10 +6,12 @@ Each is refused in one line, or is a system whose numbers are finite, that is sh
 import pytest
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import print_address
+from vibroscope.app.explorer.parameters import DRAWING_FIELDS, START_FIELDS, SYSTEM_FIELDS
 from vibroscope.app.explorer.physical_fields import OTHER_FORM, PHYSICAL_FIELDS, entered
+from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shelf import shelf
-from vibroscope.app.explorer.state import DRAWING_FIELDS, START_FIELDS, SYSTEM_FIELDS, Setting, read_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.page.address import read_opening

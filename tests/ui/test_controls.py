@@ -1,6 +1,6 @@
 """The panel of inputs in a real browser: sliders, typed values, scenes, refusals."""
 
-from vibroscope.app.explorer.state import FIELDS
+from vibroscope.app.explorer.parameters import FIELDS
 
 from .explorer import PAPER, SOURCES, wait_until
 

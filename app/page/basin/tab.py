@@ -8,12 +8,14 @@ from collections.abc import Mapping
 import panel as pn
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
-from vibroscope.app.explorer.state import START_FIELDS, Setting, print_number
+from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
 from vibroscope.app.page.basin.figure import NAMES, BasinView, start_on
 from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.page.tab import Move
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.basin import (
     AT_WALL,
     COLOURS,

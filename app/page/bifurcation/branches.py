@@ -12,7 +12,8 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.closed_orbit import ClosedOrbit
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.field_units import ShownField, shown_field
-from vibroscope.app.explorer.state import START_FIELDS, Setting, print_number
+from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.branch_lines import (
     MARKS,
     BranchLines,
@@ -24,6 +25,7 @@ from vibroscope.app.page.bifurcation.branch_lines import (
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.tab import TabHost, on_loop
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.branches import BranchQuestion, PartialBranches, grow_branches, kind_words, matched
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import Branch, Point

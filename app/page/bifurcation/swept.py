@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from vibroscope.app.explorer.state import Explorer
+from vibroscope.app.explorer.parameters import Explorer
 
 
 class Swept(NamedTuple):

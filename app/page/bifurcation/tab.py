@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import panel as pn
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR, View
-from vibroscope.app.explorer.state import START_FIELDS, Explorer, Setting, bounds_of, print_number
+from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import branch_command, initial_option, method_options, sweep_command, sweep_python
 from vibroscope.app.page.bifurcation.branches import NAMES, Branches
+from vibroscope.app.page.bifurcation.calls import diagram_command, diagram_python
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
+from vibroscope.app.page.bifurcation.panel import DIRECTION_NAMES, panel_spec
+from vibroscope.app.page.bifurcation.statements import statements
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.bifurcation import (
     COUNT,
-    SAMPLE,
     TRANSIENT,
     DiagramQuestion,
     PartialDiagram,
@@ -26,27 +28,12 @@ from vibroscope.app.studies.bifurcation import (
 )
 from vibroscope.app.studies.branches import BranchQuestion, PartialBranches, why_none
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import COORDINATES, METHOD_NUMBERS, ExactPenalty, Method
-from vibroscope.engine.sweeps import CellKind, kind_words
+from vibroscope.engine import METHOD_NUMBERS, ExactPenalty, Method
 
-_DIRECTION_NAMES = {
-    "rest": "from rest",
-    "own": "from an own start",
-    "up": "continued upwards",
-    "down": "continued downwards",
-}
-_COORDINATES = {
-    f"{letter}{number}": f"{words} {number}"
-    for number in (1, 2)
-    for letter, words in (("xi", "displacement"), ("v", "velocity"))
-}
 _NOTHING_SWEPT = (
     "Nothing drives the bodies, so that no motion belongs to a frequency: let the base or a force move them under "
     "System, or sweep another number from an own start."
 )
-MOST_VALUES, MOST_TRANSIENT = 2000, 20_000  # that can be typed: with more, a diagram outlasts its time
-_BRANCHES = {"off": "not shown", "on": "of the diagram", "both": "reference and penalty"}
-_SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty with a time step"}
 
 
 class Bifurcation(StudyTab):
@@ -87,52 +74,7 @@ class Bifurcation(StudyTab):
     @classmethod
     def spec(cls) -> dict:
         """What can be chosen, and the line that can be dragged."""
-        return {
-            "title": "Bifurcation diagram",
-            "keyed": ["bifurcation_strip"],
-            "switches": [
-                {
-                    "name": "over",
-                    "label": "Swept",
-                    "choices": {name: swept.choice for name, swept in SWEPT.items()},
-                },
-                {"name": "solver", "label": "Solver", "choices": _SOLVERS},
-                {"name": "direction", "label": "Start", "choices": _DIRECTION_NAMES},
-                {"name": "coordinate", "label": "Coordinate", "choices": _COORDINATES},
-                {"name": "branches", "label": "Branches", "choices": _BRANCHES},
-            ],
-            "limits": [],
-            "numbers": [
-                _number("from", "From", LINEAR, linked=False),
-                _number("to", "To", LINEAR, linked=False),
-                _number("count", "Values", (2, MOST_VALUES), whole=True),
-                _number("transient", "Transient (periods)", (0, MOST_TRANSIENT), whole=True),
-                *(
-                    _number(name, Explorer.param[name].label, bounds_of(name), when={"direction": "own"})
-                    for name in START_FIELDS
-                ),
-            ],
-            "hint": "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its "
-            "own range. Hollow points are scatter that the time step causes. In grey, once computed: the other "
-            "direction (motions coexist where they differ), or the reference. Branches are solid where they are "
-            "stable, dashed where they are not; a click on one opens that motion in Explore.",
-            "cursor": {
-                "figure": "bifurcation",
-                "span": "bifurcation_cursor",
-                "label": "bifurcation_label",
-                "by": "over",
-                "swept": {
-                    name: {
-                        "name": name,
-                        "symbol": swept.symbol,
-                        "low": swept.bounds[0],
-                        "high": swept.bounds[1],
-                        "parts": swept.parts,
-                    }
-                    for name, swept in SWEPT.items()
-                },
-            },
-        }
+        return panel_spec()
 
     def choice(self) -> dict[str, str | int]:
         """The choices that differ from those at first; the range stands in the address as a zoom."""
@@ -313,32 +255,15 @@ class Bifurcation(StudyTab):
 
     def python(self, setting: Setting) -> str:
         """`sweep_eta` over the range in view."""
-        question = self.script_question(setting)
-        how = f"direction={question.direction!r}, coordinates={tuple(COORDINATES)}"
-        how += "" if question.over == "eta" else f", over={question.over!r}, eta={question.eta!r}"
-        how += "" if question.initial is None else f", initial={question.initial}"
-        values = f"np.linspace({question.span[0]!r}, {question.span[1]!r}, {question.count})"
-        values = f"np.unique(np.round({values}))" if question.over == "steps" else values
-        asked = {solver: result.question for solver, result in self.branches.results.items()}
-        calls = {f"branches_{solver}": _branch_call(each) for solver, each in asked.items()}
-        names = [type(each.method).__name__ for each in asked.values()]
-        call = f"sweep_eta(\n    system, {question.method!r}, {values},\n"
-        call += f"    {how}, transient={question.transient}, sample={SAMPLE},\n)"
-        return sweep_python({"diagram": call, **calls}, question.system, type(question.method).__name__, *names)
+        return diagram_python(self.script_question(setting), self._asked())
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep eta`` over the range in view."""
-        question = self.script_question(setting)
-        low, high = question.span
-        options = f" --from {low!r} --to {high!r} --count {question.count}{method_options(question.method)}"
-        options += "" if question.over == "eta" else f" --over {question.over} --eta {question.eta!r}"
-        options += f" --direction {question.direction} --coordinates {','.join(COORDINATES)}"
-        options += initial_option(question.initial)
-        sweep = sweep_command("eta", question.system, f"{options} --transient {question.transient} --sample {SAMPLE}")
-        asked = {f"branches_{solver}": result.question for solver, result in self.branches.results.items()}
-        if not asked:
-            return sweep
-        return sweep + branch_command(question.system, {name: _branch_options(each) for name, each in asked.items()})
+        return diagram_command(self.script_question(setting), self._asked())
+
+    def _asked(self) -> dict[str, BranchQuestion]:
+        """The branches that are shown, by the name of their result."""
+        return {f"branches_{solver}": result.question for solver, result in self.branches.results.items()}
 
     def _set(self, value: float) -> None:
         self.host.set({self.view.over: print_number(value)})
@@ -355,26 +280,9 @@ def _branch_solver(solver: str) -> str:
     return "reference" if solver == "reference" else "penalty"
 
 
-def _branch_call(question: BranchQuestion) -> str:
-    numbers = ", ".join(f"{name}={value!r}" for name, value in question.search.items())
-    _, eta, method = question.problem
-    return f"find_branches(\n    system, {eta!r}, {method!r}, {numbers},\n)"
-
-
-def _branch_options(question: BranchQuestion) -> str:
-    how, (_, eta, method) = question.search, question.problem
-    options = f" --over {question.over} --from={how['low']!r} --to={how['high']!r} --max-period {how['max_period']}"
-    options += f" --most-orbits {how['most_orbits']}{initial_option(how.get('initial'))}"
-    return f"{options}{method_options(method)} --eta {eta!r}"
-
-
 def _away(setting: Setting) -> dict[str, list[str]]:
     """What the panel does not offer for the system: coordinates and start of a wall."""
     return {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []} if setting.bodies == "wall" else {}
-
-
-def _number(name: str, label: str, bounds: tuple[float, float], *, whole: bool = False, **more) -> dict:
-    return {"name": name, "label": label, "low": bounds[0], "high": bounds[1], "whole": whole, **more}
 
 
 def _method(setting: Setting, solver: str) -> Method:
@@ -394,65 +302,9 @@ def _compared(setting: Setting, question: DiagramQuestion) -> PartialDiagram | N
 
 
 def _label(question: DiagramQuestion) -> str:
-    return f"{name_of(question.method)} {_DIRECTION_NAMES[question.direction]}"
+    return f"{name_of(question.method)} {DIRECTION_NAMES[question.direction]}"
 
 
 def _points(result: PartialDiagram, coordinate: str) -> Series:
     eta, values = result.points(coordinate, None)
     return Series(_label(result.question), {result.question.over: eta, coordinate: values})
-
-
-def statements(setting: Setting, result: PartialDiagram) -> list[list[str]]:
-    """Head and text of what the diagram says."""
-    known = np.flatnonzero(result.known)
-    axis = result.question.axis
-    question, value = result.question, getattr(setting, result.question.over)
-    nearest = known[np.argmin(np.abs(axis[known] - value))]
-    (low, high), symbol = question.span, SWEPT[question.over].symbol
-    lines = []
-    if low <= value <= high:
-        lines.append([f"Near {symbol} = {axis[nearest]:.5g}", _motion(result, nearest)])
-    return [*lines, [f"From {symbol} = {low:g} to {high:g}", f"{'; '.join(_shares(result, known))}."]]
-
-
-_SHARES = {  # a kind of motion as the statement names it
-    CellKind.ARTEFACT: "periodic but scattered by the time step",
-    CellKind.QUASI_PERIODIC: "quasi-periodic",
-    CellKind.CHAOTIC: "chaotic",
-    CellKind.UNDECIDED: "aperiodic, kind not decided",
-    CellKind.UNKNOWN: "aperiodic, being judged",
-    CellKind.ENDED_EARLY: "ended early",
-}
-
-
-def _shares(result: PartialDiagram, known: np.ndarray) -> list[str]:
-    """Which kinds of motion there are, and how much of the range they take."""
-    kind, period = result.kinds["kind"][known], result.kinds["kind_period"][known]
-    periodic = kind == CellKind.PERIODIC
-    parts = {f"period {n}": periodic & (period == n) for n in (1, 2)}
-    parts["longer periods"] = periodic & (period > 2)
-    parts |= {name: kind == code for code, name in _SHARES.items()}
-    return [f"{name} {_percent(float(cells.mean()))}" for name, cells in parts.items() if cells.any()]
-
-
-def _motion(result: PartialDiagram, index: int) -> str:
-    if result.ended[index]:
-        return "the run ended early."
-    impacts = f"impacts per period {result.impacts[index]:.3g}"
-    return f"{kind_text(result, index)}, {impacts}."
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %" if share >= 0.005 else "below 1 %"
-
-
-def kind_text(result: PartialDiagram, index: int) -> str:
-    """Kind of motion of a cell, with its evidence."""
-    kind, period = CellKind(result.kinds["kind"][index]), result.kinds["kind_period"][index]
-    if kind is CellKind.UNKNOWN:
-        return f"{result.section_words(index)} by its section alone (being judged)"
-    exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
-    is_aperiodic = np.isfinite(exponent) and kind is not CellKind.PERIODIC
-    section, body = result.section_of(index), result.question.system.observed_body
-    rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if is_aperiodic else ""
-    return f"{kind_words(kind, period, section=section, body=body)}{rate}"

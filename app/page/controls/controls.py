@@ -2,7 +2,7 @@
 
 It has native inputs in a `JSComponent`, for three measured reasons: its messages do not wait the 50 ms for which Panel
 delays a widget's event, it needs no ``unsafe-eval``, and it can hold back moves until the browser has painted the last
-one. Its messages hold text only, and `app.explorer.state` decides what is accepted.
+one. Its messages hold text only, and `app.explorer.reading` decides what is accepted.
 """
 
 from __future__ import annotations
@@ -13,18 +13,11 @@ import param
 from vibroscope.app.explorer.drawing import drawing, drawing_in_words
 from vibroscope.app.explorer.field_units import shown_field, time_text
 from vibroscope.app.explorer.method_words import CHOICE_NAMES
+from vibroscope.app.explorer.parameters import MAIN_FIELDS, START_FIELDS, Explorer
 from vibroscope.app.explorer.ranges import slider_range, stiffer_spring
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
-from vibroscope.app.explorer.state import (
-    MAIN_FIELDS,
-    START_FIELDS,
-    Explorer,
-    Setting,
-    integrator_numbers,
-    law_numbers,
-    print_number,
-)
+from vibroscope.app.explorer.state import Setting, integrator_numbers, law_numbers
 from vibroscope.app.page.controls.system import (
     group_spec,
     plain_description,
@@ -36,6 +29,7 @@ from vibroscope.app.page.controls.system import (
 )
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import LAWS_BY_RESTITUTION, written
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders

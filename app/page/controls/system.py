@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vibroscope.app.explorer.field_units import plain_unit, shown_field
+from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, START_FIELDS, Explorer
 from vibroscope.app.explorer.physical_fields import (
     OTHER_FORM,
     PHYSICAL_FIELDS,
@@ -10,7 +11,8 @@ from vibroscope.app.explorer.physical_fields import (
     physical_numbers,
     physical_range,
 )
-from vibroscope.app.explorer.state import EXCITATION_FIELDS, START_FIELDS, Explorer, Setting, print_number
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import end_text, written
 
 # Titles and fields of the groups; of the fields those are shown that apply to the system and to the units.

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import param
 from vibroscope.app.explorer.explanation import Explanation
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.state import DRAWING_FIELDS, FIELDS, MAIN_FIELDS, Explorer, Setting
+from vibroscope.app.explorer.parameters import DRAWING_FIELDS, FIELDS, MAIN_FIELDS, Explorer
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.explainer import known_explanation
 from vibroscope.app.page.explore.result import Result
 from vibroscope.app.page.files import script, style
@@ -19,7 +20,7 @@ from vibroscope.engine import percent
 _OTHER_FIELDS = [name for name in FIELDS if name not in (*MAIN_FIELDS, *DRAWING_FIELDS)]
 
 
-class Comparison(Component):
+class PinComparison(Component):
     """A row for each setting; without a pin there are none."""
 
     parts = param.Dict(default={part: name_of_part(part) for part in PARTS}, constant=True, doc="Heads of the errors")

@@ -13,7 +13,7 @@ from bokeh.models import ColumnDataSource, Label, Scatter, Span
 from vibroscope.app.explorer.present import unit_factor
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.map_source import NOTHING, MapPoints
 from vibroscope.app.page.shared.figure import (
     BLUE,
@@ -28,6 +28,7 @@ from vibroscope.app.page.shared.figure import (
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.raster import raster
 from vibroscope.engine import System
 

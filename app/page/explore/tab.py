@@ -33,7 +33,7 @@ from vibroscope.app.export.tables import (
 )
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
-from vibroscope.app.page.explore.comparison import Comparison
+from vibroscope.app.page.explore.comparison import PinComparison
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.explainer import Explainer
@@ -116,7 +116,7 @@ class Explore(Tab):
         self._points = MeasuredPoints(self.phase, self.displacement)
         self._points.on_legend = self.muting.watch
         self._measured.button.css_classes = [*self._measured.button.css_classes, "measurement-choice"]
-        self.comparison = Comparison()
+        self.comparison = PinComparison()
         grid = style("explore/explore")
         cards = self._opened, self._measured.panel, self.comparison
         for card in cards:

@@ -8,12 +8,12 @@ import numpy as np
 from bokeh.models import HoverTool, LegendItem, Line, Scatter
 from bokeh.plotting import figure
 from vibroscope.app.explorer.errors import error_text
-from vibroscope.app.explorer.state import print_number
 from vibroscope.app.export.scripts import branch_command
 from vibroscope.app.page.bifurcation.branch_lines import MARKS
 from vibroscope.app.page.bifurcation.branches import BranchPanel
 from vibroscope.app.page.shared.figure import INK, MAGENTA, VERMILLION, add_glyph, empty_source
 from vibroscope.app.page.tab import TabHost, on_loop
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.plane_curves import KINDS, SEARCH, CurvesQuestion, PartialCurves, grow_curves
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import PointCurve

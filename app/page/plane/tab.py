@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import panel as pn
 from vibroscope.app.explorer.link import LOGARITHMIC
-from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_python, names_in, scheme_options, sweep_command, sweep_python
 from vibroscope.app.page.plane.curves import PlaneCurves
 from vibroscope.app.page.plane.figure import PlaneView
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.branches import why_none
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane

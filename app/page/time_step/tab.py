@@ -8,7 +8,7 @@ from dataclasses import replace
 import panel as pn
 from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.method_words import STEP_NAMES, words_of_method
-from vibroscope.app.explorer.state import Setting, print_number
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import (
     initial_option,
@@ -20,6 +20,7 @@ from vibroscope.app.export.scripts import (
 )
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
 from vibroscope.app.page.time_step.figure import TimeStepView
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
 from vibroscope.engine import STATUSES, Status, percent
 from vibroscope.engine.sweeps import SCHEMES

@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.app.explorer.errors import Refused, error_text
 from vibroscope.app.explorer.link import parse_address
-from vibroscope.app.explorer.state import FIELDS, Explorer, Setting, bounds_of, read_setting, read_values
+from vibroscope.app.explorer.parameters import FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.reading import read_setting, read_values
+from vibroscope.app.explorer.state import Setting
 from vibroscope.engine.model import check_eta
 from vibroscope.engine.simulate import starting_checkpoint
 

@@ -1,0 +1,208 @@
+"""The parameters of the explorer, declared once: `Explorer`, and which of them belong together. No panel import."""
+
+from __future__ import annotations
+
+import math
+
+import param
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    INITIAL_ACCELERATIONS,
+    INTEGRATORS,
+    WITHOUT_SOLUTION,
+    Excitation,
+    NewmarkBeta,
+    System,
+    Units,
+)
+from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
+from vibroscope.engine.methods import (
+    DAMPING_RANGE,
+    EXPONENT_RANGE,
+    PENETRATION_RANGE,
+    STEPS_RANGE,
+    STIFFNESS_RANGE,
+    THRESHOLD_RANGE,
+)
+from vibroscope.engine.model import (
+    AMPLITUDE_RANGE,
+    CLEARANCE_RANGE,
+    ETA_RANGE,
+    MASS_RATIO_RANGE,
+    PHASE_RANGE,
+    RATIO_RANGE,
+)
+from vibroscope.engine.motions.motion import FARTHEST
+from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, UNIT_SYSTEMS
+
+_PAPER, _UNITS, _DRIVE = System(), Units(), Excitation()
+_START = {"bounds": (-FARTHEST, FARTHEST)}
+_BELOW_ONE = {"bounds": (0.0, 1.0), "inclusive_bounds": (True, False)}  # damping ratios: underdamped bodies
+
+
+class Explorer(param.Parameterized):
+    """Default, bounds, label and hint of every slider, field and switch.
+
+    ``bounds`` are what the engine takes, on the command line too. ``softbounds`` are the part of them that sliders and
+    axes cover.
+    """
+
+    eta = param.Number(1.08, bounds=ETA_RANGE, softbounds=(0.5, 4.0), label="η", doc="excitation frequency Ω/ω₁")
+    K = param.Number(2500.0, bounds=STIFFNESS_RANGE, softbounds=(10.0, 1e5), label="K", doc="penalty stiffness")
+    D = param.Number(8.0, bounds=DAMPING_RANGE, softbounds=(0.1, 100.0), label="D", doc="penalty damping")
+    steps = param.Integer(2000, bounds=STEPS_RANGE, softbounds=(8, 32_000), label="T/Δτ", doc="time steps per period")
+    located = param.Selector(
+        default="no",
+        objects=["no", "yes"],
+        label="Contact changes",
+        doc="Where Newmark's step meets a contact change: at the start of the next step, or located within the step",
+    )
+    integrator = param.Selector(
+        default=NewmarkBeta.name,
+        objects=list(INTEGRATORS),
+        label="Integrator",
+        doc="One-step method of the penalty solution, as FE and physics codes have it",
+    )
+    beta = param.Number(NewmarkBeta().beta, bounds=BETA_RANGE, label="β", doc="of Newmark's method, ¼: average")
+    gamma = param.Number(NewmarkBeta().gamma, bounds=GAMMA_RANGE, label="γ", doc="of Newmark's method, above ½: damps")
+    alpha = param.Number(-0.05, bounds=ALPHA_RANGE, label="α", doc="of HHT, as Hilber writes it; 0: no damping")
+    rho = param.Number(0.8, bounds=RHO_RANGE, label="ρ∞", doc="spectral radius at high frequencies; 1: no damping")
+    status = param.Selector(
+        default="start",
+        objects=["start", "end"],
+        label="Contact status",
+        doc="Contact status of a step: from the gap at its start, or iterated until it agrees with the gap at its end",
+    )
+    without_solution = param.Selector(
+        default=WITHOUT_SOLUTION[0],
+        objects=list(WITHOUT_SOLUTION),
+        label="Step without a solution",
+        doc="What a step does in which neither contact status agrees with its end: stop the run, keep the former "
+        "status, or be halved",
+    )
+    law = param.Selector(
+        default=CONTACT_LAWS[0], objects=list(CONTACT_LAWS), label="Contact law", doc="Force of the penalty contact"
+    )
+    exponent = param.Number(1.5, bounds=EXPONENT_RANGE, label="n", doc="of the penetration in the law; 1.5: Hertz")
+    penetration = param.Number(
+        0.01,
+        bounds=PENETRATION_RANGE,
+        inclusive_bounds=(False, True),
+        label="δ_d",
+        doc="penetration from which on the damper of IMPACT acts in full",
+    )
+    damper = param.Selector(
+        default="typed",
+        objects=["typed", "restitution"],
+        label="Damper",
+        doc="Damper of a law that has a formula for it: D as typed, or from the restitution e by the formula of its "
+        "authors",
+    )
+    initial_acceleration = param.Selector(
+        default=INITIAL_ACCELERATIONS[0],
+        objects=list(INITIAL_ACCELERATIONS),
+        label="First acceleration",
+        doc="At τ = 0 by the equations of motion, or zero, as some codes have it",
+    )
+    joint_damping = param.Selector(
+        default="table",
+        objects=["table", "derived"],
+        label="Joint damping d₃",
+        doc="d₃ of the reference in permanent contact: as measured, or the sum of the two dampers",
+    )
+    threshold = param.Number(
+        0.002,
+        bounds=THRESHOLD_RANGE,
+        label="ε",
+        doc="separation speed below which contact stays, in the unit of length times ω₁ (0: limit)",
+    )
+    bodies = param.Selector(
+        default="pendulums",
+        objects=["pendulums", "two", "wall"],
+        label="System",
+        doc="Pendulums whose frequencies are known apart and joined, as the paper's; two bodies; or a body and a wall",
+    )
+    restitution = param.Number(_PAPER.restitution, bounds=(0.0, 1.0), label="e", doc="coefficient of restitution")
+    kappa = param.Number(_PAPER.kappa, bounds=RATIO_RANGE, label="κ", doc="frequency ratio ω₂/ω₁ of body 2")
+    d1 = param.Number(_PAPER.d1, **_BELOW_ONE, label="d₁", doc="damping ratio of body 1")
+    d2 = param.Number(_PAPER.d2, **_BELOW_ONE, label="d₂", doc="damping ratio of body 2")
+    kappa3 = param.Number(_PAPER.kappa3, bounds=RATIO_RANGE, label="κ₃", doc="frequency ratio of both, joined")
+    d3 = param.Number(_PAPER.d3, **_BELOW_ONE, label="d₃", doc="damping ratio of both, joined, as measured")
+    mass_ratio = param.Number(1.0, bounds=MASS_RATIO_RANGE, label="μ", doc="mass ratio m₂/m₁")
+    clearance = param.Number(
+        _PAPER.clearance, bounds=CLEARANCE_RANGE, label="g₀", doc="clearance with relaxed springs; below 0: preload"
+    )
+    base = param.Number(_DRIVE.base, bounds=AMPLITUDE_RANGE, label="a", doc="amplitude of the base motion a·cos ητ")
+    base_phase = param.Number(_DRIVE.base_phase, bounds=PHASE_RANGE, label="φ", doc="phase of the base motion, rad")
+    force1 = param.Number(_DRIVE.force1, bounds=AMPLITUDE_RANGE, label="F₁", doc="harmonic force on body 1")
+    force1_phase = param.Number(_DRIVE.force1_phase, bounds=PHASE_RANGE, label="φ₁", doc="phase of F₁, rad")
+    force2 = param.Number(_DRIVE.force2, bounds=AMPLITUDE_RANGE, label="F₂", doc="harmonic force on body 2")
+    force2_phase = param.Number(_DRIVE.force2_phase, bounds=PHASE_RANGE, label="φ₂", doc="phase of F₂, rad")
+    constant1 = param.Number(
+        _DRIVE.constant1, bounds=AMPLITUDE_RANGE, label="P₁", doc="constant force on body 1; positive: towards body 2"
+    )
+    constant2 = param.Number(
+        _DRIVE.constant2, bounds=AMPLITUDE_RANGE, label="P₂", doc="constant force on body 2; positive: away from body 1"
+    )
+    zero_start = param.Selector(
+        default="rest",
+        objects=["rest", "zero"],
+        label="Start of zeros",
+        doc="Where all numbers of the start are 0: rest, the static equilibrium, or an own start of zeros",
+    )
+    start_xi1 = param.Number(0.0, **_START, label="ξ₁(0)", doc="displacement of body 1 at τ = 0")
+    start_v1 = param.Number(0.0, **_START, label="ξ₁′(0)", doc="velocity of body 1 at τ = 0")
+    start_xi2 = param.Number(0.0, **_START, label="ξ₂(0)", doc="displacement of body 2 at τ = 0")
+    start_v2 = param.Number(0.0, **_START, label="ξ₂′(0)", doc="velocity of body 2 at τ = 0")
+    frame = param.Selector(
+        default="relative",
+        objects=["relative", "absolute", "difference"],
+        label="Displacements",
+        doc="Relative to the base, relative to a fixed sensor, or the difference between both solutions, in parts",
+    )
+    coordinate = param.Selector(
+        default="xi2",
+        objects=["xi1", "xi2"],
+        label="Map and difference show",
+        doc="Coordinate in the small map over η and in the difference",
+    )
+    units = param.Selector(
+        default="none",
+        objects=["none", *UNIT_SYSTEMS],
+        label="Units",
+        doc="Without dimension as in the paper, or in a consistent system of units, as an FE input file has them; "
+        "the system is then given by masses in kg, springs in N/m and so on",
+    )
+    omega1 = param.Number(_UNITS.omega1, bounds=OMEGA1_RANGE, label="ω₁", doc="angular frequency of body 1")
+    m1 = param.Number(_UNITS.m1, bounds=M1_RANGE, label="m₁", doc="mass of body 1")
+    amplitude = param.Number(
+        _UNITS.base_amplitude, bounds=BASE_AMPLITUDE_RANGE, label="A", doc="unit of length: amplitude of the base"
+    )
+
+
+FIELDS = tuple(name for name in Explorer.param if name != "name")
+MAIN_FIELDS = ("eta", "K", "D", "steps")
+EXCITATION_FIELDS = tuple(_DRIVE.as_dict())
+# What each kind of system is described by, beside what drives it.
+_OF_ALL = ("d1", "restitution", "clearance")
+_OF_BODY_2 = ("kappa", "d2", "d3")
+DESCRIBED_BY = {
+    "pendulums": (*_OF_ALL, *_OF_BODY_2, "kappa3"),
+    "two": (*_OF_ALL, *_OF_BODY_2, "mass_ratio"),
+    "wall": _OF_ALL,
+}
+SYSTEM_FIELDS = ("bodies", *_OF_ALL, *_OF_BODY_2, "kappa3", "mass_ratio", *EXCITATION_FIELDS)
+START_FIELDS = ("start_xi1", "start_v1", "start_xi2", "start_v2")
+SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
+# What the penalty solution is computed with, beside K, D and the step.
+STEPPING_FIELDS = ("integrator", "beta", "gamma", "alpha", "rho", "status", "without_solution", "law")
+STEPPING_FIELDS += ("exponent", "penetration", "damper", "initial_acceleration")
+# A scene of the paper sets them to their defaults.
+PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located", *STEPPING_FIELDS)
+DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them
+
+
+def bounds_of(name: str) -> tuple[float, float]:
+    """Smallest and largest value that a number may have; where its range is open, the last number before its end."""
+    (low, high), (has_low, has_high) = Explorer.param[name].bounds, Explorer.param[name].inclusive_bounds
+    return low if has_low else math.nextafter(low, high), high if has_high else math.nextafter(high, low)

@@ -1,0 +1,65 @@
+"""What a bifurcation diagram says, in sentences."""
+
+from __future__ import annotations
+
+import numpy as np
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.bifurcation.swept import SWEPT
+from vibroscope.app.studies.bifurcation import PartialDiagram
+from vibroscope.engine.sweeps import CellKind, kind_words
+
+
+def statements(setting: Setting, result: PartialDiagram) -> list[list[str]]:
+    """Head and text of what the diagram says."""
+    known = np.flatnonzero(result.known)
+    axis = result.question.axis
+    question, value = result.question, getattr(setting, result.question.over)
+    nearest = known[np.argmin(np.abs(axis[known] - value))]
+    (low, high), symbol = question.span, SWEPT[question.over].symbol
+    lines = []
+    if low <= value <= high:
+        lines.append([f"Near {symbol} = {axis[nearest]:.5g}", _motion(result, nearest)])
+    return [*lines, [f"From {symbol} = {low:g} to {high:g}", f"{'; '.join(_shares(result, known))}."]]
+
+
+_SHARES = {  # a kind of motion as the statement names it
+    CellKind.ARTEFACT: "periodic but scattered by the time step",
+    CellKind.QUASI_PERIODIC: "quasi-periodic",
+    CellKind.CHAOTIC: "chaotic",
+    CellKind.UNDECIDED: "aperiodic, kind not decided",
+    CellKind.UNKNOWN: "aperiodic, being judged",
+    CellKind.ENDED_EARLY: "ended early",
+}
+
+
+def _shares(result: PartialDiagram, known: np.ndarray) -> list[str]:
+    """Which kinds of motion there are, and how much of the range they take."""
+    kind, period = result.kinds["kind"][known], result.kinds["kind_period"][known]
+    periodic = kind == CellKind.PERIODIC
+    parts = {f"period {n}": periodic & (period == n) for n in (1, 2)}
+    parts["longer periods"] = periodic & (period > 2)
+    parts |= {name: kind == code for code, name in _SHARES.items()}
+    return [f"{name} {_percent(float(cells.mean()))}" for name, cells in parts.items() if cells.any()]
+
+
+def _motion(result: PartialDiagram, index: int) -> str:
+    if result.ended[index]:
+        return "the run ended early."
+    impacts = f"impacts per period {result.impacts[index]:.3g}"
+    return f"{kind_text(result, index)}, {impacts}."
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %" if share >= 0.005 else "below 1 %"
+
+
+def kind_text(result: PartialDiagram, index: int) -> str:
+    """Kind of motion of a cell, with its evidence."""
+    kind, period = CellKind(result.kinds["kind"][index]), result.kinds["kind_period"][index]
+    if kind is CellKind.UNKNOWN:
+        return f"{result.section_words(index)} by its section alone (being judged)"
+    exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
+    is_aperiodic = np.isfinite(exponent) and kind is not CellKind.PERIODIC
+    section, body = result.section_of(index), result.question.system.observed_body
+    rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if is_aperiodic else ""
+    return f"{kind_words(kind, period, section=section, body=body)}{rate}"

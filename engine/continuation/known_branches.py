@@ -1,0 +1,63 @@
+"""The branches that a search has followed, and whether an orbit lies on one of them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .curve import Curve, CurvePoint
+from .orbit import Orbit
+from .seeds import SAME
+
+WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
+
+
+class KnownBranches:
+    """The orbits that were followed, trace by trace."""
+
+    def __init__(self, curve: Curve) -> None:
+        self.curve = curve
+        self._traces: list[tuple[Sequence[CurvePoint], np.ndarray]] = []
+
+    def add(self, points: Sequence[CurvePoint]) -> None:
+        """Add the orbits of a trace, in their order along it."""
+        self._traces.append((points, np.array([point.value for point in points])))
+
+    @property
+    def traces(self) -> int:
+        """How many traces there are."""
+        return len(self._traces)
+
+    @property
+    def orbits(self) -> int:
+        """How many orbits there are on all of them."""
+        return sum(len(points) for points, _ in self._traces)
+
+    def have(self, orbit: Orbit, value: float) -> bool:
+        """Whether an orbit lies on one of them."""
+        rows = self.curve.evaluate(orbit, value).section
+        size = max(np.abs(rows).max(), 1e-9)
+        for points, values in self._traces:
+            for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
+                a, b = points[k], points[k + 1]
+                if a.orbit.period == orbit.period and self._is_between(a, b, rows, value, SAME * size):
+                    return True
+        return False
+
+    def _is_between(self, a: CurvePoint, b: CurvePoint, rows: np.ndarray, value: float, same: float) -> bool:
+        """Whether an orbit with this section is one of those between two neighbours on a branch, to a distance."""
+        share = (value - a.value) / (b.value - a.value) if b.value != a.value else 0.5
+        guesses = [(a.orbit, a.value, WALK), (b.orbit, b.value, WALK)]
+        if a.orbit.kinds == b.orbit.kinds:
+            chord = b.orbit.unknowns - a.orbit.unknowns
+            between = replace(a.orbit, unknowns=a.orbit.unknowns + share * chord)
+            off = np.linalg.norm(rows - between.unknowns[:4], axis=1).min()
+            if off > np.linalg.norm(chord[:4]) + same:  # neighbours are close enough for the curve to turn little
+                return False
+            guesses.insert(0, (between, value, 1))
+        for known, begin, steps in guesses:
+            for there in np.linspace(begin, value, steps + 1)[1:]:
+                known = known and self.curve.corrected(known, float(there))
+            if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < same).any():
+                return True
+        return False
