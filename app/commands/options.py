@@ -28,7 +28,7 @@ from vibroscope.engine import (
     read_system,
     stiffness_of_step,
 )
-from vibroscope.engine.methods import LAWS_WITH_EXPONENT
+from vibroscope.engine.law_table import HERTZ, laws_with, numbers_of
 
 # What can be asked of a method with a time step, beside its numbers
 INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
@@ -245,8 +245,10 @@ def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None
         "hunt-crossley to constant-restitution take their damper from the restitution of the system and the closing "
         "speed, by the formula of their authors",
     )
-    add("--exponent", type=number, metavar="F", help="power of the penetration in the law, at least 1 (default 1.5)")
-    add("--penetration", type=number, metavar="F", help="law impact: penetration from which on the damper acts in full")
+    power = f"power of the penetration in the law, at least 1 (default {HERTZ:g})"
+    add("--exponent", type=number, metavar="F", help=power)
+    deep = f"law {' or '.join(laws_with('penetration'))}: penetration from which on the damper acts in full"
+    add("--penetration", type=number, metavar="F", help=deep)
     add(
         "--integrator",
         choices=(*INTEGRATORS, *more),
@@ -342,9 +344,9 @@ def law_of(options: argparse.Namespace) -> dict[str, str | float]:
     """The options of the contact law that are given; raises ValueError for a number that the law does not have."""
     given = {name: value for name in LAW_OPTIONS if (value := getattr(options, name, None)) is not None}
     law = given.get("law", CONTACT_LAWS[0])
-    for name, laws in {"exponent": LAWS_WITH_EXPONENT, "penetration": ("impact",)}.items():
-        if name in given and law not in laws:
-            raise ValueError(f"--{name} is no number of the law {law}: leave it out, or give --law {' or '.join(laws)}")
+    for name in given.keys() - {"law", *numbers_of(law)}:
+        others = " or ".join(laws_with(name))
+        raise ValueError(f"--{name} is no number of the law {law}: leave it out, or give --law {others}")
     return given
 
 

@@ -35,12 +35,12 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
+from vibroscope.engine.law_table import HERTZ, numbers_of
 from vibroscope.engine.laws import damper_of
 from vibroscope.engine.methods import (
     DAMPING_RANGE,
     EXPONENT_RANGE,
     LAWS_BY_RESTITUTION,
-    LAWS_WITH_EXPONENT,
     PENETRATION_RANGE,
     STEPS_RANGE,
     STIFFNESS_RANGE,
@@ -113,7 +113,7 @@ class Explorer(param.Parameterized):
     law = param.Selector(
         default=CONTACT_LAWS[0], objects=list(CONTACT_LAWS), label="Contact law", doc="Force of the penalty contact"
     )
-    exponent = param.Number(1.5, bounds=EXPONENT_RANGE, label="n", doc="of the penetration in the law; 1.5: Hertz")
+    exponent = param.Number(HERTZ, bounds=EXPONENT_RANGE, label="n", doc="of the penetration in the law; 1.5: Hertz")
     penetration = param.Number(
         0.01,
         bounds=PENETRATION_RANGE,
@@ -356,8 +356,7 @@ def integrator_numbers(setting: Setting) -> tuple[str, ...]:
 
 def law_numbers(setting: Setting) -> tuple[str, ...]:
     """Names of the numbers that the contact law of a setting has, beside K and D."""
-    own = {"exponent": setting.law in LAWS_WITH_EXPONENT, "penetration": setting.law == "impact"}
-    return tuple(name for name, has in own.items() if has)
+    return tuple(numbers_of(setting.law))
 
 
 def is_driven(system: System) -> bool:
