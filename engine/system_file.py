@@ -92,6 +92,7 @@ _BODIES = "kappa", "d1", "d2", "kappa3", "mu"  # what the joint damping depends 
 class SystemFile:
     """Content of a system file: the system, the units to show results in, and η where the file gives it.
 
+    ``has_units``: whether it says what its numbers are counted in, by [physical] or [units].
     ``assumed``: in a sentence each, what a description of an own system leaves out and what is taken for it.
     """
 
@@ -99,6 +100,7 @@ class SystemFile:
     units: Units = field(default_factory=Units)
     eta: float | None = None
     assumed: tuple[str, ...] = ()
+    has_units: bool = field(default=False, compare=False)
 
 
 def system_text(system: System | None = None, units: Units | None = None) -> str:
@@ -241,7 +243,8 @@ def system_of_tables(tables: dict) -> SystemFile:
             raise ValueError(f"gives [physical] and {', '.join(others)}: describe the system in one way, leave one out")
         entry = _values(tables, "physical", (*KEYS, WALL), flags=(WALL,))
         found = system_of_physical(entry)
-        return SystemFile(*found, () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),))
+        assumed = () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),)
+        return SystemFile(*found, assumed, has_units=True)
     constants = _values(
         tables, "system", (*SYSTEM_CONSTANTS, MASS_RATIO, WALL), flags=(WALL,), words={"d3": NOT_MEASURED}
     )
@@ -258,7 +261,8 @@ def system_of_tables(tables: dict) -> SystemFile:
         System.from_mass_ratio(constants[MASS_RATIO])  # its range, by the name that the file uses
         constants["mu"] = constants.pop(MASS_RATIO)
     system = System(**constants, excitation=Excitation(**driven))
-    return SystemFile(system, units, assumed=tuple(_assumed_of_bodies(system, constants)))
+    assumed = tuple(_assumed_of_bodies(system, constants))
+    return SystemFile(system, units, assumed=assumed, has_units="units" in tables)
 
 
 def _has_other_bodies(system: System) -> bool:
