@@ -39,6 +39,7 @@ from vibroscope.engine import (
     Reference,
     System,
     TimeStepping,
+    is_compiled,
     spaced,
     sweep_basin,
     sweep_eta,
@@ -371,8 +372,12 @@ class _ProgressLine:
         if time.monotonic() < self._written + _REDRAW_SECONDS and now.done < now.total:
             return
         self._written = time.monotonic()
-        left = f", {_duration(now.seconds_left)} left" if now.done < now.total and now.computed else ""
-        line = f"{now.done} of {now.total} cells, {now.rate:.3g} a second{left}"
+        if now.computed:
+            left = f", {_duration(now.seconds_left)} left" if now.done < now.total else ""
+            rate = f", {now.rate:.3g} a second{left}"
+        else:  # what takes so long is said, since the first cell comes after it
+            rate = f" after {_duration(now.seconds)}" + ("" if is_compiled() else "; the first run compiles its solver")
+        line = f"{now.done} of {now.total} cells{rate}"
         print(f"\r{line:<78}", end="", file=sys.stderr, flush=True)
 
 

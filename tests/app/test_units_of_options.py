@@ -112,8 +112,8 @@ def test_a_unit_of_something_else_is_refused_with_those_that_fit(words, said, ow
 
 
 def test_a_number_of_a_range_that_has_no_unit_says_so(own, capsys):
-    words = "sweep eta --over restitution --from 1mm --to 2 --count 3 --solver reference --out a".split()
-    status, _, err = run_command(capsys, *words, "--system", own)
+    command = "sweep eta --over restitution --from 1mm --to 2 --count 3 --solver reference --out a"
+    status, _, err = run_command(capsys, *command.split(), "--system", own)
     assert (status, err) == (2, "vibroscope sweep: --from '1mm': this number is given without a unit\n")
 
 
