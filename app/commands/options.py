@@ -201,12 +201,12 @@ def stiffness_of(options: argparse.Namespace) -> float | None:
 def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None:
     """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`.
 
-    ``more``: what else ``--integrator`` can be.
+    ``more``: what else ``--integrator`` and ``--law`` can be.
     """
     add = command.add_argument
     add(
         "--law",
-        choices=CONTACT_LAWS,
+        choices=(*CONTACT_LAWS, *more),
         help="exact, newmark: contact law (default: a spring and a damper, which may pull). Without --D those from "
         "hunt-crossley to constant-restitution take their damper from the restitution of the system and the closing "
         "speed, by the formula of their authors",
