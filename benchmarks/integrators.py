@@ -11,6 +11,7 @@ import sys
 from dataclasses import replace
 
 from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, Newmark, NewmarkBeta, System, TimeStepping, simulate
+from vibroscope.engine.law_table import numbers_of
 
 SCENES = {"A": (1.08, 2500.0, 8.0), "B": (1.70, 12000.0, 18.0), "C": (2.76, 12000.0, 18.0), "D": (3.25, 12000.0, 18.0)}
 TURNS = 4
@@ -38,7 +39,7 @@ def methods_of(stiffness, damping, steps):
                     judge = "start" if status == "located" else status
                     yield f"{kind.name}, {status}, {law}", method, replace(method, status=judge, every_step=True)
     for law in CONTACT_LAWS[2:]:
-        numbers = {"penetration": PENETRATION} if law == "impact" else {}
+        numbers = {"penetration": PENETRATION} if "penetration" in numbers_of(law) else {}
         for status in ("start", "end"):
             method = TimeStepping(stiffness, damping, steps, NewmarkBeta(), status, "keep", law, **numbers)
             yield f"{NewmarkBeta.name}, {status}, {law}", method, replace(method, every_step=True)

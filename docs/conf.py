@@ -36,6 +36,7 @@ extensions = [
     "matplotlib.sphinxext.plot_directive",
     "gallery",
     "stores",
+    "system_keys",
 ]
 myst_heading_anchors = 4
 nb_execution_mode = "force"

@@ -1,4 +1,4 @@
-"""Contact laws as a user meets them: which numbers each has, and the damper that its formula asks for.
+"""The damper of a contact law: by D, or by the formula of its authors.
 
 λ of each law is Eqs. (5), (6) and (16) to (21) of :mod:`.kernels.equations.contact_law`. Where D is given, its damper
 is c = 2D, or h = 2D/K in Eq. (18). Where it is not, a formula gives it from the restitution e that is wanted, with the
@@ -16,10 +16,10 @@ closing speed v₀ at each touch and the reduced mass m:
 import math
 from typing import Any
 
-from .methods import STEPS_RANGE
+from .law_table import LAWS
+from .methods import STEPS_RANGE, spring_exponent
 from .model import System, check_eta, require, whole
 
-RATIO_LAWS = "hunt-crossley", "lankarani-nikravesh", "flores"  # whose damper is a factor of the spring's force
 DIVIDING = "flores", "jankowski", "constant-restitution"  # whose formula has no value for e = 0
 
 
@@ -32,8 +32,14 @@ def damper_of(system: System, method: Any) -> tuple[float, bool]:
         If D is to follow from a restitution of 0, and the formula divides by it.
     """
     if method.damping is not None:
-        return 2.0 * method.damping / (method.stiffness if method.law in RATIO_LAWS else 1.0), False
-    return formula_damper(method.law, system.restitution, method.stiffness, system.mass_share, method.exponent)
+        return given_gain(method), False
+    n = spring_exponent(method)
+    return formula_damper(method.law, system.restitution, method.stiffness, system.mass_share, n)
+
+
+def given_gain(method: Any) -> float:
+    """c, or h of Eq. (18), of a penalty method whose D is given."""
+    return 2.0 * method.damping / (method.stiffness if LAWS[method.law].relative else 1.0)
 
 
 def formula_damper(law: str, e: float, stiffness: float, mass: float, exponent: float) -> tuple[float, bool]:

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from .arguments import shown
 from .integrators import Integrator, NewmarkBeta
-from .kernels.equations.contact_law import LAWS as CONTACT_LAWS
+from .law_table import CONTACT_LAWS, HERTZ, LAWS, LAWS_BY_RESTITUTION, NEWMARK_LAWS, laws_with, numbers_of
 from .model import flag, one_of, require, whole
 
 JOINT_DAMPINGS = ("table", "derived")
@@ -16,11 +16,6 @@ STEPS_RANGE = (4, 10_000_000)
 CONTACT_STATUSES = ("start", "end", "located")
 EXPONENT_RANGE = (1.0, 10.0)
 PENETRATION_RANGE = (0.0, 1e9)
-PIECEWISE_LINEAR = CONTACT_LAWS[:4]  # closed form in contact
-LAWS_BY_RESTITUTION = CONTACT_LAWS[4:9]  # which have a formula for the damper
-LAWS_WITH_EXPONENT = tuple(law for law in CONTACT_LAWS[4:] if law != "jankowski")
-NEWMARK_LAWS = CONTACT_LAWS[:2]
-HERTZ = 1.5
 WITHOUT_SOLUTION = ("stop", "keep", "halve")
 INITIAL_ACCELERATIONS = ("equation", "zero")
 
@@ -81,7 +76,7 @@ class ExactPenalty:
     law : str
         One of :data:`engine.CONTACT_LAWS`.
     exponent : float
-        n ≥ 1 of a law with a power of the penetration; that of "jankowski" is 1.5.
+        n ≥ 1 of a law that takes it; that of "jankowski" is 1.5, that of a linear law 1.
     penetration : float or None
         Of "impact": the penetration from which on the damper acts in full.
 
@@ -291,20 +286,28 @@ def _check_contact(method: ExactPenalty | Newmark | TimeStepping) -> None:
 def _check_law(method: ExactPenalty | TimeStepping, law: str) -> None:
     n = require("exponent", method.exponent, *EXPONENT_RANGE, "give the power of the penetration, 1.5 for Hertz")
     object.__setattr__(method, "exponent", n)
-    if n != HERTZ and law not in LAWS_WITH_EXPONENT:
+    own = numbers_of(law)
+    if n != HERTZ and "exponent" not in own:
         raise ValueError(f"exponent = {n:g} is no number of the law {law!r}: leave it at {HERTZ}")
-    if law == "impact":
-        advice = "give the penetration from which on the damper of the law 'impact' acts in full"
+    if "penetration" in own:
+        advice = f"give the penetration from which on the damper of the law {law!r} acts in full"
         d = require("penetration", method.penetration, *PENETRATION_RANGE, advice, open_low=True)
         object.__setattr__(method, "penetration", d)
     elif method.penetration is not None:
         shown_as = shown(method.penetration)
-        raise ValueError(f"penetration = {shown_as} is no number of the law {law!r}, but of 'impact': leave it out")
+        others = ", ".join(map(repr, laws_with("penetration")))
+        raise ValueError(f"penetration = {shown_as} is no number of the law {law!r}, but of {others}: leave it out")
 
 
 Method = Reference | ExactPenalty | Newmark | TimeStepping
 STEPPING = Newmark, TimeStepping  # methods with a time step
 METHOD_NUMBERS = {"K": "stiffness", "D": "damping", "steps": "steps"}  # by their symbols: attributes of a method
+
+
+def spring_exponent(method: ExactPenalty | Newmark | TimeStepping) -> float:
+    """Return n of the force Kδⁿ of the contact spring: the method's own where its law takes one."""
+    law = LAWS[method.law]
+    return method.exponent if law.takes_exponent else law.exponent
 
 
 def is_located(method: Method) -> bool:

@@ -66,32 +66,46 @@ class Range(NamedTuple):
 
 
 class Key(NamedTuple):
-    """A number of an entry: what it means, its unit, and what it may be beside any others."""
+    """A number of an entry: what it means, its unit, what it may be beside any others, and what is taken without it.
+
+    ``default``: a number, or in words what follows where none is taken.
+    """
 
     meaning: str
     unit: str
     allowed: Range
+    default: float | str = 0.0
 
 
+WALL = "wall"  # the only entry that is no number
+NEEDED = "must be given"
 _ABOVE_ZERO, _FROM_ZERO, _ANY = Range(0, _LARGE, open_low=True), Range(0, _LARGE), Range(-_LARGE, _LARGE)
 _BELOW_ONE, _PHASE, _LENGTH = Range(0, 1, open_high=True), Range(*PHASE_RANGE), Range(*BASE_AMPLITUDE_RANGE)
 KEYS = {
-    "mass1_kg": Key("mass of body 1", "kg", Range(*M1_RANGE)),
-    "mass2_kg": Key("mass of body 2", "kg", _ABOVE_ZERO),
-    "stiffness1_N_per_m": Key("spring between body 1 and the base", "N/m", _ABOVE_ZERO),
-    "stiffness2_N_per_m": Key("spring between body 2 and the base", "N/m", _ABOVE_ZERO),
-    "frequency1_Hz": Key("natural frequency of body 1, in place of its spring", "Hz", _ABOVE_ZERO),
-    "frequency2_Hz": Key("natural frequency of body 2, in place of its spring", "Hz", _ABOVE_ZERO),
+    "mass1_kg": Key("mass of body 1", "kg", Range(*M1_RANGE), NEEDED),
+    "mass2_kg": Key("mass of body 2", "kg", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"),
+    "stiffness1_N_per_m": Key("spring between body 1 and the base", "N/m", _ABOVE_ZERO, NEEDED),
+    "stiffness2_N_per_m": Key(
+        "spring between body 2 and the base", "N/m", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"
+    ),
+    "frequency1_Hz": Key("natural frequency of body 1, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"),
+    "frequency2_Hz": Key("natural frequency of body 2, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"),
     "damping1_ratio": Key("damping ratio of body 1", "", _BELOW_ONE),
     "damping2_ratio": Key("damping ratio of body 2", "", _BELOW_ONE),
-    "damping1_Ns_per_m": Key("damper between body 1 and the base, in place of the ratio", "N·s/m", _FROM_ZERO),
-    "damping2_Ns_per_m": Key("damper between body 2 and the base, in place of the ratio", "N·s/m", _FROM_ZERO),
-    "joint_damping_ratio": Key("damping ratio of the joined bodies, if it was measured", "", _BELOW_ONE),
-    "restitution": Key("coefficient of restitution", "", Range(0, 1)),
+    "damping1_Ns_per_m": Key(
+        "damper between body 1 and the base, in place of the ratio", "N·s/m", _FROM_ZERO, "of the ratio"
+    ),
+    "damping2_Ns_per_m": Key(
+        "damper between body 2 and the base, in place of the ratio", "N·s/m", _FROM_ZERO, "of the ratio"
+    ),
+    "joint_damping_ratio": Key(
+        "damping ratio of the joined bodies, if it was measured", "", _BELOW_ONE, "of both dampers"
+    ),
+    "restitution": Key("coefficient of restitution", "", Range(0, 1), System.restitution),
     "clearance_mm": Key("gap at rest with relaxed springs; negative: preload", "mm", _ANY),
     "base_amplitude_mm": Key("amplitude of the base", "mm", _LENGTH),
     "base_acceleration_m_per_s2": Key(
-        "amplitude of the base's acceleration, in place of the former", "m/s²", _ABOVE_ZERO
+        "amplitude of the base's acceleration, in place of the former", "m/s²", _ABOVE_ZERO, "of the amplitude"
     ),
     "base_phase_rad": Key("phase of the base's displacement", "rad", _PHASE),
     "force1_N": Key("amplitude of the force on body 1", "N", _ANY),
@@ -100,10 +114,14 @@ KEYS = {
     "force2_phase_rad": Key("its phase", "rad", _PHASE),
     "constant1_N": Key("constant force on body 1; positive towards body 2", "N", _ANY),
     "constant2_N": Key("constant force on body 2; positive away from body 1", "N", _ANY),
-    "frequency_Hz": Key("frequency of the excitation", "Hz", _ABOVE_ZERO),
-    "length_mm": Key("the length that displacements are counted in; not where the base moves", "mm", _LENGTH),
+    "frequency_Hz": Key("frequency of the excitation", "Hz", _ABOVE_ZERO, "the option --eta"),
+    "length_mm": Key(
+        "the length that displacements are counted in; not where the base moves",
+        "mm",
+        _LENGTH,
+        "of forces or clearance",
+    ),
 }
-WALL = "wall"  # the only entry that is no number
 _BODY_2 = ("mass2_kg", "stiffness2_N_per_m", "frequency2_Hz", "damping2_ratio", "damping2_Ns_per_m")
 _NOT_AT_A_WALL = (*_BODY_2, "joint_damping_ratio", "force2_N", "force2_phase_rad", "constant2_N")
 EITHER = (  # the same number in two forms, of which an entry gives one
@@ -149,23 +167,21 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     base = _base_amplitude(given)
     length = _length(given, k1, base)
     units = Units(omega1, m1, 1e3 * length)
-    own = {"d1": _damping_ratio(given, 1, m1, k1), "wall": wall}
+    own = {"d1": _damping_ratio(given, 1, m1, k1), "wall": wall, "restitution": _number(given, "restitution")}
     if not wall:
         m2 = _checked("mass2_kg", given["mass2_kg"], _scaled(MASS_RATIO_RANGE, m1), f"beside mass1_kg = {m1:g}")
         k2 = _stiffness(given, 2, m2, tuple(end * omega1 for end in RATIO_RANGE), beside)
         own |= {"kappa": math.sqrt(k2 / m2) / omega1, "mu": m2 / m1, "d2": _damping_ratio(given, 2, m2, k2)}
         own["d3"] = given.get("joint_damping_ratio")
-    if "restitution" in given:
-        own["restitution"] = given["restitution"]
     in_lengths = f"where lengths are counted in {1e3 * length:.6g} mm"
     force = 1.0 / (k1 * length)
-    drive = {name: force * given.get(f"{name}_N", 0.0) for name in ("force1", "force2", "constant1", "constant2")}
+    drive = {name: force * _number(given, f"{name}_N") for name in ("force1", "force2", "constant1", "constant2")}
     for name in drive:
         _check_given(given, f"{name}_N", _scaled(AMPLITUDE_RANGE, k1 * length), in_lengths)
     _check_given(given, "clearance_mm", _scaled(CLEARANCE_RANGE, 1e3 * length), in_lengths)
-    phases = {name: given.get(f"{name}_rad", 0.0) for name in ("base_phase", "force1_phase", "force2_phase")}
+    phases = {name: _number(given, f"{name}_rad") for name in ("base_phase", "force1_phase", "force2_phase")}
     excitation = Excitation(base=1.0 if base > 0 else 0.0, **phases, **drive)
-    clearance = 1e-3 * given.get("clearance_mm", 0.0) / length
+    clearance = 1e-3 * _number(given, "clearance_mm") / length
     return PhysicalSystem(System(**own, clearance=clearance, excitation=excitation), units, eta)
 
 
@@ -231,6 +247,10 @@ def _checked(name: str, value: float, allowed: Range, beside: str = "") -> float
     return number
 
 
+def _number(given: dict, name: str) -> float:
+    return given.get(name, KEYS[name].default)
+
+
 def _check_given(given: dict, name: str, allowed: Range, beside: str) -> None:
     if name in given:
         _checked(name, given[name], allowed, beside)
@@ -258,7 +278,7 @@ def _eta(given: dict, omega1: float, beside: str) -> float | None:
 def _damping_ratio(given: dict, body: int, mass: float, stiffness: float) -> float:
     name, critical = f"damping{body}_Ns_per_m", 2 * math.sqrt(stiffness * mass)
     if name not in given:
-        return given.get(f"damping{body}_ratio", 0.0)
+        return _number(given, f"damping{body}_ratio")
     return _checked(name, given[name], Range(0, critical, open_high=True), "so that the body can swing") / critical
 
 
@@ -266,7 +286,7 @@ def _base_amplitude(given: dict) -> float:
     """Amplitude of the base in m; 0 if it does not move."""
     name = "base_acceleration_m_per_s2"
     if name not in given:
-        return 1e-3 * given.get("base_amplitude_mm", 0.0)
+        return 1e-3 * _number(given, "base_amplitude_mm")
     if "frequency_Hz" not in given:
         raise ValueError(f"{name} needs frequency_Hz, from which the amplitude follows: give it")
     square = (2 * math.pi * given["frequency_Hz"]) ** 2

@@ -19,8 +19,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from .drivers.law_driven import restitution_by_steps
-from .laws import RATIO_LAWS, damper_of, restitution_of, restitution_without_pull
-from .methods import HERTZ, ExactPenalty, Newmark, TimeStepping
+from .law_table import HERTZ, LAWS
+from .laws import damper_of, given_gain, restitution_of, restitution_without_pull
+from .methods import ExactPenalty, Newmark, TimeStepping, spring_exponent
 from .model import System, require
 
 SPEED_RANGE = (0.0, 1e9)
@@ -57,12 +58,9 @@ def effective_restitution(
     0.672
     """
     gain, relative = damper_of(system, method)
-    numbers = getattr(method, "exponent", HERTZ), getattr(method, "penetration", None)
+    contact = method if isinstance(method, ExactPenalty) else method.limit
     speeds = [_speed(each) for each in np.atleast_1d(np.asarray(closing_speed, dtype=object))]
-    found = [
-        _given(method.law, method.stiffness, gain / v if relative else gain, numbers, system.mass_share, v)
-        for v in speeds
-    ]
+    found = [_given(contact, gain / v if relative else gain, system.mass_share, v) for v in speeds]
     return found[0] if np.ndim(closing_speed) == 0 else np.array(found)
 
 
@@ -103,10 +101,7 @@ def restitution_of_damping(
     0.8
     """
     method = ExactPenalty(stiffness, damping, law, exponent, penetration)
-    gain = 2.0 * method.damping / (method.stiffness if law in RATIO_LAWS else 1.0)
-    return _given(
-        law, method.stiffness, gain, (method.exponent, method.penetration), _mass(mass), _speed(closing_speed)
-    )
+    return _given(method, given_gain(method), _mass(mass), _speed(closing_speed))
 
 
 def damping_of_restitution(
@@ -151,12 +146,10 @@ def damping_of_restitution(
     return _bisect(lambda damping: given(damping) - e, 0.0, high)
 
 
-def _given(
-    law: str, stiffness: float, gain: float, numbers: tuple[float, float | None], mass: float, closing: float
-) -> float:
-    """E of a law, Eqs. (28) to (32); ``gain``: c or h."""
-    exponent, penetration = numbers
-    ratio = gain / (2.0 * math.sqrt(stiffness * mass))
+def _given(method: ExactPenalty, gain: float, mass: float, closing: float) -> float:
+    """E of a law, Eqs. (28) to (32); ``gain``: c or h, whatever D the method has."""
+    law = method.law
+    ratio = gain / (2.0 * math.sqrt(method.stiffness * mass))
     if law == "kelvin-voigt":
         return restitution_of(ratio)  # Eq. (28)
     if law == "cut":
@@ -164,10 +157,10 @@ def _given(
     if law == "compression":
         return math.sqrt(restitution_without_pull(ratio))  # Eq. (30)
     if law == "constant-restitution":
-        return restitution_of(2.0 * ratio / math.sqrt(2.0 * (exponent + 1.0)))  # Eq. (31)
-    if law in RATIO_LAWS:
+        return restitution_of(2.0 * ratio / math.sqrt(2.0 * (spring_exponent(method) + 1.0)))  # Eq. (31)
+    if LAWS[law].relative:
         return _ratio_law(gain * closing)
-    return restitution_by_steps(law, stiffness, gain, exponent, penetration or 0.0, mass, closing)
+    return restitution_by_steps(method, gain, mass, closing)
 
 
 def _ratio_law(x: float) -> float:

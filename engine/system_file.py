@@ -92,6 +92,7 @@ _BODIES = "kappa", "d1", "d2", "kappa3", "mu"  # what the joint damping depends 
 class SystemFile:
     """Content of a system file: the system, the units to show results in, and η where the file gives it.
 
+    ``has_units``: whether it says what its numbers are counted in, by [physical] or [units].
     ``assumed``: in a sentence each, what a description of an own system leaves out and what is taken for it.
     """
 
@@ -99,6 +100,7 @@ class SystemFile:
     units: Units = field(default_factory=Units)
     eta: float | None = None
     assumed: tuple[str, ...] = ()
+    has_units: bool = field(default=False, compare=False)
 
 
 def system_text(system: System | None = None, units: Units | None = None) -> str:
@@ -141,6 +143,47 @@ def brief_system_text(system: System) -> str:
         for table, values in tables.items()
         if values
     )
+
+
+class DescribedKey(NamedTuple):
+    """A key of a table: what it means, its unit, what it may be, and what is taken where it is left out."""
+
+    meaning: str
+    unit: str
+    allowed: str
+    default: float | bool | str
+
+
+def described_keys(table: str) -> dict[str, DescribedKey]:
+    """Return every key that a table of a system file may have, by its name.
+
+    Parameters
+    ----------
+    table : {"system", "excitation", "units", "physical"}
+
+    Examples
+    --------
+    >>> from vibroscope.engine.system_file import described_keys
+    >>> described_keys("physical")["restitution"].default
+    0.5
+    """
+    wall = {WALL: DescribedKey("whether body 2 is a wall", "-", "true or false", False)}
+    if table == "physical":
+        keys = {
+            name: DescribedKey(k.meaning, k.unit or "-", k.allowed.words(""), k.default) for name, k in KEYS.items()
+        }
+        return keys | wall
+    constants, usual = {
+        "system": (SYSTEM_CONSTANTS, System()),
+        "excitation": (EXCITATION_CONSTANTS, Excitation()),
+        "units": (UNIT_CONSTANTS, Units()),
+    }[table]
+    keys = {name: DescribedKey(c.meaning, c.unit, c.allowed, getattr(usual, name)) for name, c in constants.items()}
+    if table != "system":
+        return keys
+    meaning, allowed, unit = MASS_RATIO_CONSTANT
+    ratio = DescribedKey(meaning, unit, allowed, "of kappa and kappa3")
+    return keys | {MASS_RATIO: ratio} | wall
 
 
 def _system_lines(system: System) -> list[str]:
@@ -239,14 +282,12 @@ def system_of_tables(tables: dict) -> SystemFile:
         others = [f"[{name}]" for name in _TABLES[:-1] if name in tables]
         if others:
             raise ValueError(f"gives [physical] and {', '.join(others)}: describe the system in one way, leave one out")
-        entry = _values(tables, "physical", (*KEYS, WALL), flags=(WALL,))
+        entry = _values(tables, "physical", flags=(WALL,))
         found = system_of_physical(entry)
-        return SystemFile(*found, () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),))
-    constants = _values(
-        tables, "system", (*SYSTEM_CONSTANTS, MASS_RATIO, WALL), flags=(WALL,), words={"d3": NOT_MEASURED}
-    )
-    driven = _values(tables, "excitation", tuple(EXCITATION_CONSTANTS))
-    units = Units(**_values(tables, "units", tuple(UNIT_CONSTANTS)))
+        assumed = () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),)
+        return SystemFile(*found, assumed, has_units=True)
+    constants = _values(tables, "system", flags=(WALL,), words={"d3": NOT_MEASURED})
+    driven, units = _values(tables, "excitation"), Units(**_values(tables, "units"))
     if constants.get(WALL):
         _refuse_body_2((*BODY_2, MASS_RATIO), constants)
         _refuse_body_2(FORCES_ON_BODY_2, driven)
@@ -258,7 +299,8 @@ def system_of_tables(tables: dict) -> SystemFile:
         System.from_mass_ratio(constants[MASS_RATIO])  # its range, by the name that the file uses
         constants["mu"] = constants.pop(MASS_RATIO)
     system = System(**constants, excitation=Excitation(**driven))
-    return SystemFile(system, units, assumed=tuple(_assumed_of_bodies(system, constants)))
+    assumed = tuple(_assumed_of_bodies(system, constants))
+    return SystemFile(system, units, assumed=assumed, has_units="units" in tables)
 
 
 def _has_other_bodies(system: System) -> bool:
@@ -309,9 +351,7 @@ def _refuse_unknown(table: dict, known: tuple[str, ...], kind: str) -> None:
             raise ValueError(f"unknown {kind} {name[:60]!r}; {advice}")
 
 
-def _values(
-    tables: dict, name: str, known: tuple[str, ...], flags: tuple[str, ...] = (), words: dict[str, str] | None = None
-) -> dict:
+def _values(tables: dict, name: str, flags: tuple[str, ...] = (), words: dict[str, str] | None = None) -> dict:
     """Return the values of one table by name: numbers, flags, and the one word that a name may have instead.
 
     Refuses unknown names, and values of another kind.
@@ -319,7 +359,7 @@ def _values(
     table = tables.get(name, {})
     if not isinstance(table, dict):
         raise ValueError(f"{name} is no table: begin it with a line [{name}]")
-    _refuse_unknown(table, known, f"constant in [{name}]:")
+    _refuse_unknown(table, tuple(described_keys(name)), f"constant in [{name}]:")
     return {key: _value(key, value, name, key in flags, (words or {}).get(key)) for key, value in table.items()}
 
 

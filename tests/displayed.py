@@ -5,6 +5,8 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
+
 ROOT = Path(__file__).parents[1]
 FUNCTIONS = {"max": max, "min": min, "exp": math.exp, "cos": math.cos, "ln": math.log, "arccos": math.acos}
 FUNCTIONS |= {"arcsin": math.asin, "arcosh": math.acosh, "√": math.sqrt}
@@ -53,6 +55,28 @@ def parts(formula):
     return [piece for piece in pieces if re.search("[=≤≥]", piece) and '"' not in piece] or pieces[:1]
 
 
+class Matrix:
+    """A matrix whose products side by side are those of matrices; `rows`: its numbers."""
+
+    def __init__(self, rows):
+        self.rows = np.asarray(rows, dtype=float)
+
+    def __mul__(self, other):
+        return Matrix(self.rows @ other.rows)
+
+    def __truediv__(self, number):
+        return Matrix(self.rows / number)
+
+    def __add__(self, other):
+        return Matrix(self.rows + other.rows)
+
+    def __sub__(self, other):
+        return Matrix(self.rows - other.rows)
+
+    def __neg__(self):
+        return Matrix(-self.rows)
+
+
 class Reader:
     """Reads an expression as it is displayed: products side by side, powers and indices as they are set.
 
@@ -87,7 +111,7 @@ class Reader:
         self.take(" *")
         total = -self.product() if self.take("−") else self.product()
         while sign := self.take(" *[+−] *"):
-            total += self.product() if "+" in sign else -self.product()
+            total = total + (self.product() if "+" in sign else -self.product())
         self.take(" *")
         return total
 
@@ -98,9 +122,9 @@ class Reader:
             mark = self.at
             sign = self.take(r" *(/|·) *") or self.take(" *")
             if "/" in sign:
-                value /= self.factor()
+                value = value / self.factor()
             elif "·" in sign or self.begins_a_factor():
-                value *= self.factor()
+                value = value * self.factor()
             else:
                 self.at = mark
                 break

@@ -24,6 +24,8 @@ LAW = """
 import numpy as np
 from tests.naive_laws import Motion
 from vibroscope.engine import CONTACT_LAWS, ExactPenalty, System, TimeStepping, restitution_of_damping, simulate
+from vibroscope.engine.divergence.contact import contact_duration, contact_frequency
+from vibroscope.engine.energy.law import spring_energy
 law, system, start = "part-limited", System(), (0.0, 0.0, 1.0, 0.0)
 assert law in CONTACT_LAWS
 method = ExactPenalty(900, 8, law)
@@ -34,6 +36,9 @@ steps = TimeStepping(900, 8, 2000, law=law, status="end")
 stepped = simulate(system, 2.76, steps, periods=2, keep=2, initial=start)
 np.testing.assert_allclose(stepped.section, run.section, atol=1e-2)
 assert 0.0 < restitution_of_damping(law, 8, 900, closing_speed=2.0) < 1.0
+# its spring is linear, though it is no law in closed form
+assert np.isclose(contact_duration(system, method, 2.0), np.pi / contact_frequency(system, 900))
+assert np.isclose(spring_energy(method, np.array([-0.1]))[0], 0.5 * 900 * 0.1**2)
 """
 INTEGRATOR = """
 import numpy as np

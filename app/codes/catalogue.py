@@ -30,6 +30,7 @@ from vibroscope.engine import (
     written,
 )
 from vibroscope.engine.divergence.contact import contact_frequency, damping_ratio
+from vibroscope.engine.law_table import numbers_of
 from vibroscope.engine.model import System, check_eta, one_of
 
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
@@ -112,7 +113,7 @@ class Code:
         }
         status = self.status or CONTACT_STATUSES[0]
         law = self.law or CONTACT_LAWS[0]
-        if law == "impact":
+        if "penetration" in numbers_of(law):
             more.setdefault("penetration", _PENETRATION)
         own = None if self.damper else damping
         return TimeStepping(stiffness, own, steps, integrator, status, law=law, **more)

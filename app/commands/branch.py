@@ -5,7 +5,8 @@ import json
 
 from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.kept_branches import KeptBranches
-from vibroscope.app.commands.options import add_solver_options, count, default_of, number, problem_of
+from vibroscope.app.commands.numbers import count, measured
+from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.engine import (
     PARAMETERS,
@@ -39,8 +40,8 @@ def add(commands) -> None:
     add_solver_options(command, follows=False)
     add = command.add_argument
     add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")
-    add("--from", dest="low", type=number, required=True, metavar="F", help="its smallest value")
-    add("--to", dest="high", type=number, required=True, metavar="F", help="its largest value")
+    add("--from", dest="low", type=measured, required=True, metavar="F", help="its smallest value")
+    add("--to", dest="high", type=measured, required=True, metavar="F", help="its largest value")
     add(
         "--max-period",
         type=count,
@@ -57,8 +58,8 @@ def add(commands) -> None:
         help=f"orbits after which a branch is given up, in each direction (default {_MOST_ORBITS})",
     )
     add("--along", choices=PARAMETERS, help="a second number, along which the points of --point are followed")
-    add("--along-from", type=number, metavar="F", help="its smallest value")
-    add("--along-to", type=number, metavar="F", help="its largest value")
+    add("--along-from", type=measured, metavar="F", help="its smallest value")
+    add("--along-to", type=measured, metavar="F", help="its largest value")
     add("--point", choices=FOLLOWED, default=FOLLOWED[0], help=f"kind of points to follow (default {FOLLOWED[0]})")
     add(
         "--out",

@@ -12,6 +12,7 @@ from importlib import import_module
 
 from vibroscope.app import QUESTION
 from vibroscope.app.commands.compat import shorten_start
+from vibroscope.app.commands.numbers import resolve_units
 from vibroscope.app.commands.output import open_streams
 from vibroscope.app.commands.parser import OneLineParser
 
@@ -138,6 +139,7 @@ def _run(words: Sequence[str]) -> int:
         gc.freeze()
         gc.enable()
     try:
+        resolve_units(options)
         status = options.run(options)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader of the output has closed it

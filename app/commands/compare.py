@@ -7,6 +7,7 @@ from dataclasses import fields
 from textwrap import wrap
 
 from vibroscope.app.commands.compare_measured import add_measured_options, run_measured
+from vibroscope.app.commands.numbers import count
 from vibroscope.app.commands.options import (
     ETA,
     add_initial_option,
@@ -15,7 +16,6 @@ from vibroscope.app.commands.options import (
     add_penalty_options,
     add_system_option,
     add_threshold_option,
-    count,
     default_of,
     eta_of,
     reference_of,

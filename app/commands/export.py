@@ -3,13 +3,13 @@
 import argparse
 from pathlib import Path
 
+from vibroscope.app.commands.numbers import count
 from vibroscope.app.commands.options import (
     ETA,
     add_initial_option,
     add_integrator_options,
     add_penalty_options,
     add_system_option,
-    count,
     eta_of,
     method_of,
     system_of,

@@ -2,7 +2,8 @@
 
 import argparse
 
-from vibroscope.app.commands.options import add_system_option, number, system_of, units_of
+from vibroscope.app.commands.numbers import measured, number
+from vibroscope.app.commands.options import add_system_option, system_of, units_of
 from vibroscope.engine import measurement_text, synthetic_measurement
 
 _ETA = 2.76  # of the paper's figures
@@ -18,7 +19,7 @@ def add(commands) -> None:
     )
     add = command.add_argument
     usual = "(default %(default)s)"
-    add("--eta", type=number, metavar="F", help=f"excitation frequency (default: that of --system, or else {_ETA:g})")
+    add("--eta", type=measured, metavar="F", help=f"excitation frequency (default: that of --system, or else {_ETA:g})")
     add("--periods", type=int, default=4, metavar="N", help=f"excitation periods {usual}")
     add("--per-period", type=int, default=120, metavar="N", help=f"samples per period {usual}")
     add("--noise", type=number, default=0.02, metavar="F", help=f"standard deviation in units of length {usual}")

@@ -4,7 +4,8 @@ import argparse
 import json
 from textwrap import wrap
 
-from vibroscope.app.commands.options import add_integrator_options, add_solver_options, count, default_of, problem_of
+from vibroscope.app.commands.numbers import count
+from vibroscope.app.commands.options import add_integrator_options, add_solver_options, default_of, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.app.commands.physical_units import (
     add_units_option,

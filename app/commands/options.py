@@ -2,12 +2,11 @@
 
 import argparse
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import fields, replace
 from inspect import signature
 
+from vibroscope.app.commands.numbers import measured, measured_count, number, numbers
 from vibroscope.app.commands.output import note
-from vibroscope.app.runtime.number_text import parse_typed, quote, two_meanings
 from vibroscope.engine import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
@@ -28,7 +27,7 @@ from vibroscope.engine import (
     read_system,
     stiffness_of_step,
 )
-from vibroscope.engine.methods import LAWS_WITH_EXPONENT
+from vibroscope.engine.law_table import HERTZ, laws_with, numbers_of
 
 # What can be asked of a method with a time step, beside its numbers
 INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
@@ -52,40 +51,6 @@ def default_of(function: Callable, name: str):
 # --- kinds of argument ------------------------------------------------------------------------------------------------
 
 
-class NotANumber(argparse.ArgumentTypeError, ValueError):
-    """A text is no number at all, be it an argument or a part of one."""
-
-
-def number(text: str) -> float:
-    """A number as a person writes one: with separated thousands or a decimal comma, where it can mean only one."""
-    return _read(text, whole=False)
-
-
-def count(text: str) -> float:
-    """The same where a whole number is expected, so that a comma before three digits separates thousands."""
-    return _read(text, whole=True)
-
-
-def _read(text: str, whole: bool) -> float:
-    typed = parse_typed(text, whole=whole)
-    found = list(() if typed.unit else typed.numbers)
-    with suppress(ValueError):  # what a program writes has that meaning too
-        found.append(float(text))
-    if not found:
-        raise NotANumber(f"{quote(text)} is no number: write it as 12000, 1.08 or 1.2e4, without a unit")
-    if len(meanings := tuple(dict.fromkeys(found))) == 2:
-        raise argparse.ArgumentTypeError(two_meanings(text, meanings).removesuffix("."))
-    return found[0]
-
-
-def numbers(text: str) -> tuple[float, ...]:
-    """Comma-separated numbers."""
-    try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers: give x1,v1,x2,v2") from None
-
-
 def port_number(text: str) -> int:
     """A TCP port."""
     if not (text.isascii() and text.isdigit() and int(text[:6]) < 65536):
@@ -107,7 +72,7 @@ def system_file(path: str) -> SystemFile:
 # --- the system -------------------------------------------------------------------------------------------------------
 
 ETA = {
-    "type": number,
+    "type": measured,
     "metavar": "F",
     "help": "excitation frequency Omega/omega1; paper: 1.08 to 3.25 (default: what frequency_Hz of --system gives)",
 }
@@ -120,7 +85,8 @@ def add_system_option(command: argparse.ArgumentParser) -> None:
         metavar="FILE.toml",
         type=system_file,
         default=SystemFile(),
-        help="a system other than the paper's; `vibroscope system` prints one to start from",
+        help="a system other than the paper's; `vibroscope system` prints one to start from. With [physical] or "
+        "[units] in it, other numbers may have a unit, as --K '1e6 N/m' and --D '40 N s/m', the damper of an FE code",
     )
 
 
@@ -195,16 +161,16 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
     add_stiffness_option(command, f"{both}contact stiffness; the paper uses 100 to 12000", required, follows)
     add(
         "--D",
-        type=number,
+        type=measured,
         metavar="F",
         help=f"{both}contact damping; the paper uses 8 to 50; some laws need none: --law",
     )
     add(
         "--steps",
         required=required,
-        type=count,
+        type=measured_count,
         metavar="N",
-        help=f"{newmark}steps per excitation period, the time step is T/N",
+        help=f"{newmark}steps per excitation period, the time step is T/N; or the longest time step, as '10 us'",
     )
     add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
 
@@ -214,7 +180,7 @@ def add_stiffness_option(
 ) -> None:
     """Add ``--K``, and where K can follow the step ``--stiffness-of-step`` in its place."""
     place = command.add_mutually_exclusive_group(required=required)
-    place.add_argument("--K", type=number, metavar="F", help=text)
+    place.add_argument("--K", type=measured, metavar="F", help=text)
     if follows:
         place.add_argument(
             "--stiffness-of-step",
@@ -235,18 +201,20 @@ def stiffness_of(options: argparse.Namespace) -> float | None:
 def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None:
     """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`.
 
-    ``more``: what else ``--integrator`` can be.
+    ``more``: what else ``--integrator`` and ``--law`` can be.
     """
     add = command.add_argument
     add(
         "--law",
-        choices=CONTACT_LAWS,
+        choices=(*CONTACT_LAWS, *more),
         help="exact, newmark: contact law (default: a spring and a damper, which may pull). Without --D those from "
         "hunt-crossley to constant-restitution take their damper from the restitution of the system and the closing "
         "speed, by the formula of their authors",
     )
-    add("--exponent", type=number, metavar="F", help="power of the penetration in the law, at least 1 (default 1.5)")
-    add("--penetration", type=number, metavar="F", help="law impact: penetration from which on the damper acts in full")
+    power = f"power of the penetration in the law, at least 1 (default {HERTZ:g})"
+    add("--exponent", type=number, metavar="F", help=power)
+    deep = f"law {' or '.join(laws_with('penetration'))}: penetration from which on the damper acts in full"
+    add("--penetration", type=measured, metavar="F", help=deep)
     add(
         "--integrator",
         choices=(*INTEGRATORS, *more),
@@ -294,7 +262,7 @@ def add_threshold_option(command: argparse.ArgumentParser) -> None:
     """Add ``--threshold``, for :func:`reference_of`."""
     command.add_argument(
         "--threshold",
-        type=number,
+        type=measured,
         metavar="F",
         help="reference: parting speed that begins permanent contact, in the unit of length times omega1, so that it "
         f"scales with the system (default {Reference().threshold:g}); 0: the limit of the threshold",
@@ -342,9 +310,9 @@ def law_of(options: argparse.Namespace) -> dict[str, str | float]:
     """The options of the contact law that are given; raises ValueError for a number that the law does not have."""
     given = {name: value for name in LAW_OPTIONS if (value := getattr(options, name, None)) is not None}
     law = given.get("law", CONTACT_LAWS[0])
-    for name, laws in {"exponent": LAWS_WITH_EXPONENT, "penetration": ("impact",)}.items():
-        if name in given and law not in laws:
-            raise ValueError(f"--{name} is no number of the law {law}: leave it out, or give --law {' or '.join(laws)}")
+    for name in given.keys() - {"law", *numbers_of(law)}:
+        others = " or ".join(laws_with(name))
+        raise ValueError(f"--{name} is no number of the law {law}: leave it out, or give --law {others}")
     return given
 
 

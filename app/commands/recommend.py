@@ -4,15 +4,14 @@ import argparse
 import json
 import math
 
+from vibroscope.app.commands.numbers import count, measured, number
 from vibroscope.app.commands.options import (
     ETA,
     add_integrator_options,
     add_joint_damping_option,
     add_system_option,
-    count,
     default_of,
     eta_of,
-    number,
     reference_of,
     stepping_of,
     system_of,
@@ -73,10 +72,10 @@ def add(commands) -> None:
         help="what this code of `vibroscope codes` has: its integrators, contact status and law; answers in its words",
     )
     add_joint_damping_option(command)
-    add("--K", type=number, metavar="F", help="hold K and look for the rest")
-    add("--D", type=number, metavar="F", help="hold D and look for the rest")
+    add("--K", type=measured, metavar="F", help="hold K and look for the rest")
+    add("--D", type=measured, metavar="F", help="hold D and look for the rest")
     largest = end_text(default_of(Limits, "stiffness_max"))
-    add("--K-max", type=number, metavar="F", help=f"largest K to try (default {largest})")
+    add("--K-max", type=measured, metavar="F", help=f"largest K to try (default {largest})")
     add("--steps-max", type=count, metavar="N", help="most steps per period to try (default %(default)s)")
     add_units_option(command)
     add_system_option(command)

@@ -1,4 +1,7 @@
-"""``vibroscope recommend --integrator all`` and ``--code NAME``: a search for each integrator, a table, best first."""
+"""``vibroscope recommend`` with ``--integrator all``, ``--law all`` or ``--code NAME``: many searches, a table of them.
+
+The best comes first.
+"""
 
 import argparse
 import copy
@@ -7,7 +10,7 @@ from dataclasses import fields
 
 from vibroscope.app.codes.catalogue import Code
 from vibroscope.app.commands.codes import code_alone
-from vibroscope.app.commands.options import INTEGRATOR_NUMBERS, eta_of, stepping_of, system_of
+from vibroscope.app.commands.options import INTEGRATOR_NUMBERS, LAW_OPTIONS, eta_of, stepping_of, system_of
 from vibroscope.app.commands.output import note
 from vibroscope.engine import (
     CONTACT_LAWS,
@@ -24,8 +27,10 @@ from vibroscope.engine import (
     with_located_steps,
     written,
 )
+from vibroscope.engine.law_table import NEEDED, numbers_of
 
 ALL = "all"
+LAW_NUMBERS = set(LAW_OPTIONS) - {"law"}
 CONSTANT = "codes with a constant step"
 CUT = "codes that cut the step where contact changes"
 _COLUMNS = "{:<40} {:<8} {:>9} {:>9} {:>7} {:>7} {:>8} {:>8}  {}"
@@ -37,17 +42,18 @@ def for_codes(scheme: Newmark | TimeStepping) -> str:
 
 
 def is_asked(options: argparse.Namespace) -> bool:
-    """Whether several integrators are searched."""
-    return options.code is not None or options.integrator == ALL
+    """Whether several integrators, or several laws, are searched."""
+    return options.code is not None or ALL in (options.integrator, options.law)
 
 
 def find_and_print(options: argparse.Namespace, search: dict, units: Units | None, as_json, as_text) -> None:
-    """Search for each integrator and print; ``as_json`` and ``as_text`` are those of one recommendation."""
+    """Search for each integrator or law and print; ``as_json`` and ``as_text`` are those of one recommendation."""
     if options.eta_range or options.one_setting:
-        what = "--code" if options.code is not None else f"--integrator {ALL}"
+        what = "--code" if options.code is not None else f"--{_searched(options)} {ALL}"
         raise ValueError(f"{what} searches at one frequency: give --eta in place of --eta-range and --one-setting")
     code = None if options.code is None else code_alone(options)
-    schemes = code.schemes() if code else _every_scheme(options)
+    every = {"integrator": _every_scheme, "law": _every_law}[_searched(options)]
+    schemes = code.schemes() if code else every(options)
     system, eta = system_of(options), eta_of(options)
     found = recommend_schemes(system, eta, schemes, **search)
     best = found[0]
@@ -63,12 +69,11 @@ def find_and_print(options: argparse.Namespace, search: dict, units: Units | Non
         }
         print(json.dumps(report, ensure_ascii=False, allow_nan=False))
         return
-    head = f"{code.name} ({code.key}): what it has" if code else "every integrator"
+    searched = _searched(options)
+    head = f"{code.name} ({code.key}): what it has" if code else f"every {searched}"
     lines = [f"{head}; eta = {best.eta:g}, tolerance {percent(best.tolerance)}"]
-    lines.append(
-        _COLUMNS.format("integrator", "status", "K", "D", "steps", "solves", "error", "robust", "met").rstrip()
-    )
-    lines += [_row(each) for each in found]
+    lines.append(_COLUMNS.format(searched, "status", "K", "D", "steps", "solves", "error", "robust", "met").rstrip())
+    lines += [_row(each, searched) for each in found]
     of_steps = {for_codes(each.scheme): status_of(each.scheme) for each in found}
     if len(of_steps) == 2:
         lines.append(f"located           for {CUT}; the other rows are for {CONSTANT}")
@@ -77,6 +82,32 @@ def find_and_print(options: argparse.Namespace, search: dict, units: Units | Non
         lines += [f"{'' if i else 'in its words':18s}{line}" for i, line in enumerate(words)]
     lines += [f"ours leaves out   {text}" for text in [_leaves_out(code)] if text]
     print("\n".join(lines))
+
+
+def _searched(options: argparse.Namespace) -> str:
+    """What the rows of the table differ in; raises ValueError where that would be both."""
+    if options.law != ALL:
+        return "integrator"
+    if options.integrator == ALL:
+        raise ValueError(f"--integrator {ALL} and --law {ALL} are some hundred searches: give one of them a name")
+    return "law"
+
+
+def _every_law(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
+    """What the options ask for with each contact law that has its numbers; those without get a note on stderr."""
+    schemes = []
+    for law in CONTACT_LAWS:
+        own, numbers = copy.copy(options), numbers_of(law)
+        own.law = law
+        for name in LAW_NUMBERS - numbers.keys():
+            setattr(own, name, None)
+        if missing := [f"--{name}" for name in numbers if numbers[name] is NEEDED and getattr(own, name) is None]:
+            note(f"law {law} is left out: it needs {' and '.join(missing)}")
+            continue
+        schemes.append(stepping_of(own, K=1.0, D=0.0, steps=1000))
+    if not options.located and options.status is None:
+        schemes.append(with_located_steps(schemes[0]))  # other laws have none
+    return schemes
 
 
 def _every_scheme(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
@@ -106,10 +137,14 @@ def _leaves_out(code: Code | None) -> str:
     return "" if code is None else code.leaves_out
 
 
-def _row(found: Recommendation) -> str:
+def _row(found: Recommendation, searched: str) -> str:
     scheme = found.scheme
-    own = getattr(scheme, "integrator", NewmarkBeta())
-    name = " ".join([own.name, *(f"{symbol}={value:.4g}" for symbol, value in _numbers(scheme).items())])
+    if searched == "law":
+        numbers = {name: getattr(scheme, name) for name in numbers_of(scheme.law)}
+        name = scheme.law
+    else:
+        numbers, name = _numbers(scheme), getattr(scheme, "integrator", NewmarkBeta()).name
+    name = " ".join([name, *(f"{symbol}={value:.4g}" for symbol, value in numbers.items())])
     if found.best is None:
         return f"{name:<40} {status_of(scheme):<8} {found.reason}"
     (k, d, n), best = found.best.setting, found.best

@@ -6,12 +6,12 @@ from textwrap import wrap
 
 from vibroscope.app.codes.rules import Outcome, Problem, judge, rules
 from vibroscope.app.commands.codes import code_alone
+from vibroscope.app.commands.numbers import count
 from vibroscope.app.commands.options import (
     ETA,
     add_integrator_options,
     add_penalty_options,
     add_system_option,
-    count,
     default_of,
     eta_of,
     stepping_of,

@@ -7,7 +7,8 @@ import json
 from collections.abc import Sequence
 
 from vibroscope import engine
-from vibroscope.app.commands.options import add_integrator_options, add_solver_options, count, default_of, problem_of
+from vibroscope.app.commands.numbers import count
+from vibroscope.app.commands.options import add_integrator_options, add_solver_options, default_of, problem_of
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
 from vibroscope.engine import Newmark, Response, simulate
 

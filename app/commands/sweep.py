@@ -10,19 +10,17 @@ from dataclasses import replace
 
 from vibroscope.app.commands import basins
 from vibroscope.app.commands.interrupt import watch_interrupt
+from vibroscope.app.commands.numbers import Measured, count, measured, measured_count, number, numbers
 from vibroscope.app.commands.options import (
     ETA,
     SOLVER_OPTIONS,
     add_integrator_options,
     add_stiffness_option,
     add_system_option,
-    count,
     default_of,
     eta_of,
     law_of,
     note_unused,
-    number,
-    numbers,
     reference_of,
     stepping_of,
     stiffness_of,
@@ -41,6 +39,7 @@ from vibroscope.engine import (
     Reference,
     System,
     TimeStepping,
+    is_compiled,
     spaced,
     sweep_basin,
     sweep_eta,
@@ -94,13 +93,13 @@ def _add_solver(command: argparse.ArgumentParser, *, follows: bool) -> None:
     add = command.add_argument
     add("--solver", required=True, choices=tuple(SOLVER_OPTIONS), help="as in `vibroscope simulate`")
     add_stiffness_option(command, "exact, newmark: contact stiffness", follows=follows)
-    add("--D", type=number, metavar="F", help="exact, newmark: contact damping")
-    add("--steps", type=count, metavar="N", help="newmark: steps per excitation period")
+    add("--D", type=measured, metavar="F", help="exact, newmark: contact damping")
+    add("--steps", type=measured_count, metavar="N", help="newmark: steps per excitation period")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
     add_integrator_options(command)
     usual = Reference()
     add("--joint-damping", choices=("table", "derived"), help=f"reference (default {usual.joint_damping})")
-    add("--threshold", type=number, metavar="F", help=f"reference (default {usual.threshold:g})")
+    add("--threshold", type=measured, metavar="F", help=f"reference (default {usual.threshold:g})")
     add("--restitution", type=number, metavar="F", help="reference (default: the system's)")
 
 
@@ -108,8 +107,8 @@ def _add_eta(studies) -> None:
     text = "bifurcation diagram: sections over eta, or over another parameter"
     command = _study(studies, "eta", _eta, sweep_eta, text)
     add = command.add_argument
-    add("--from", required=True, type=number, metavar="F", dest="low", help="smallest value")
-    add("--to", required=True, type=number, metavar="F", dest="high", help="largest value")
+    add("--from", required=True, type=measured, metavar="F", dest="low", help="smallest value")
+    add("--to", required=True, type=measured, metavar="F", dest="high", help="largest value")
     add("--count", required=True, type=count, metavar="N", help="how many values, evenly spaced")
     add("--logarithmic", action="store_true", help="evenly spaced in the logarithm")
     add("--over", choices=OVER, default="eta", help="the parameter that is swept (default eta)")
@@ -129,7 +128,7 @@ def _add_plane(studies) -> None:
     add("--eta", **ETA)
     add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
     add("--D", required=True, type=_span, metavar="a:b:n", help="contact damping, n values from a to b")
-    add("--steps", type=count, metavar="N", help="newmark: steps per excitation period")
+    add("--steps", type=measured_count, metavar="N", help="newmark: steps per excitation period")
     add("--solver", choices=("newmark", "exact"), default="newmark", help="with or without a time step (newmark)")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
     add_integrator_options(command)
@@ -143,7 +142,7 @@ def _add_step(studies) -> None:
     add = command.add_argument
     add("--eta", **ETA)
     add_stiffness_option(command, "contact stiffness", required=True)
-    add("--D", type=number, metavar="F", help="contact damping; some laws need none: --law")
+    add("--D", type=measured, metavar="F", help="contact damping; some laws need none: --law")
     add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
     add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each run starts, in place of rest")
     add_integrator_options(command)
@@ -156,7 +155,7 @@ def _add_no_solution(studies) -> None:
     add = command.add_argument
     add("--eta", **ETA)
     add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
-    add("--D", required=True, type=number, metavar="F", help="contact damping")
+    add("--D", required=True, type=measured, metavar="F", help="contact damping")
     add("--steps", required=True, type=_span, metavar="a:b:n", help="steps per period, n values from a to b")
     add_integrator_options(command)
 
@@ -222,15 +221,15 @@ def _check_lines(path: str, damaged: list[str], finished: bool) -> list[str]:
     return [*(f"{path}/{name}: missing, damaged, or of something else" for name in damaged), advice]
 
 
-def _span(text: str) -> tuple[float, float, float]:
+def _span(text: str) -> tuple[float | Measured, float | Measured, float]:
     try:
-        low, high, cells = map(number, text.split(":"))
+        low, high, cells = text.split(":")
+        return measured(low), measured(high), number(cells)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is no range: give a:b:n, as 100:60000:64") from None
-    return low, high, cells
 
 
-def _start_axis(text: str) -> tuple[str, tuple[float, float, float]]:
+def _start_axis(text: str) -> tuple[str, tuple]:
     name, _, span = text.partition(":")
     if name not in AXES:
         raise argparse.ArgumentTypeError(f"{text!r} is no axis: give one of {', '.join(AXES)}, as xi2:-8:8:64")
@@ -373,8 +372,12 @@ class _ProgressLine:
         if time.monotonic() < self._written + _REDRAW_SECONDS and now.done < now.total:
             return
         self._written = time.monotonic()
-        left = f", {_duration(now.seconds_left)} left" if now.done < now.total and now.computed else ""
-        line = f"{now.done} of {now.total} cells, {now.rate:.3g} a second{left}"
+        if now.computed:
+            left = f", {_duration(now.seconds_left)} left" if now.done < now.total else ""
+            rate = f", {now.rate:.3g} a second{left}"
+        else:  # what takes so long is said, since the first cell comes after it
+            rate = f" after {_duration(now.seconds)}" + ("" if is_compiled() else "; the first run compiles its solver")
+        line = f"{now.done} of {now.total} cells{rate}"
         print(f"\r{line:<78}", end="", file=sys.stderr, flush=True)
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from vibroscope.app.explorer.parameters import SHARES, Explorer
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import plain_unit, print_number
+from vibroscope.app.runtime.typed_units import TYPED_UNITS, sizes
 from vibroscope.engine import Units, written
 
 _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
@@ -37,21 +38,6 @@ _NATURAL = {
 }
 _NOT_DRIVEN = "frequency that counts time: nothing drives the bodies"
 _DEFINING = {"omega1": "angular_frequency", "m1": "mass", "amplitude": "displacement"}
-# Units that may be typed, in SI units; as `plain_unit` writes them.
-_TYPED = {
-    "frequency": {"Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / math.pi, "1/s": 0.5 / math.pi},
-    "angular_frequency": {"1/s": 1.0, "rad/s": 1.0, "Hz": 2 * math.pi, "kHz": 2e3 * math.pi},
-    "stiffness": {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
-    "damping": {"Ns/m": 1.0, "kg/s": 1.0, "kNs/m": 1e3, "Ns/mm": 1e3, "kNs/mm": 1e6},
-    "velocity": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3},
-    "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
-    "displacement": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
-    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3},
-    "acceleration": {"m/s²": 1.0, "m/s2": 1.0, "m/s^2": 1.0, "mm/s²": 1e-3, "mm/s2": 1e-3, "mm/s^2": 1e-3},
-    "angle": {"rad": 1.0, "°": math.pi / 180, "deg": math.pi / 180},
-    "share": {"": 1.0, "%": 0.01},
-}
 _TIMES = ((1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
 _DIGITS = 6  # of a number that was converted: as many as a field has room for
 
@@ -123,7 +109,7 @@ def shown_field(name: str, setting: Setting) -> ShownField:
     hint = hint if name != "eta" or setting.is_driven else _NOT_DRIVEN
     factor = setting.scale.factor(quantity)
     one = replace(setting.scale, system="si").factor(quantity)
-    return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **_sizes(quantity, one)})
+    return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **sizes(quantity, one)})
 
 
 def _defining_field(name: str, rule, setting: Setting) -> ShownField:
@@ -132,8 +118,8 @@ def _defining_field(name: str, rule, setting: Setting) -> ShownField:
     kept = {"mass": 1.0, "displacement": 1e-3}.get(quantity, 1.0)  # the unit of the setting, in SI units
     units = Units(system="mm-t-s" if setting.scale is None and name == "amplitude" else _system(setting))
     unit = units.unit(quantity)
-    sizes = _sizes(quantity, kept)
-    return ShownField(rule.label, rule.doc, unit, 1 / sizes[unit], {"": sizes[unit], **sizes})
+    size = sizes(quantity, kept)
+    return ShownField(rule.label, rule.doc, unit, 1 / size[unit], {"": size[unit], **size})
 
 
 def _system(setting: Setting) -> str:
@@ -142,12 +128,8 @@ def _system(setting: Setting) -> str:
 
 def typed_units(quantity: str, unit: str) -> dict[str, float]:
     """What one of each unit that may be typed for a quantity is worth in ``unit``; "" for a number without one."""
-    one = _TYPED[quantity][plain_unit(unit)]
-    return {"": 1.0, **_sizes(quantity, one)}
-
-
-def _sizes(quantity: str, one: float) -> dict[str, float]:
-    return {unit: size / one for unit, size in _TYPED[quantity].items()}
+    one = TYPED_UNITS[quantity][plain_unit(unit)]
+    return {"": 1.0, **sizes(quantity, one)}
 
 
 def unit_of(quantity: str, setting: Setting) -> str:
@@ -159,13 +141,3 @@ def time_text(seconds: float) -> str:
     """A time in the unit that suits it, as in "25 µs"."""
     size, unit = next(((size, unit) for size, unit in _TIMES if abs(seconds) < 1e3 * size), _TIMES[-1])
     return f"{written(seconds / size)} {unit}"
-
-
-def seconds_of(unit: str) -> float | None:
-    """A typed unit of time in seconds; None if it is none."""
-    return _TYPED["time"].get(unit)
-
-
-def is_unit(unit: str) -> bool:
-    """Whether what is typed after a number is a unit of some field."""
-    return any(unit in units for units in _TYPED.values())

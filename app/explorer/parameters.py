@@ -16,6 +16,7 @@ from vibroscope.engine import (
     Units,
 )
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
+from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.methods import (
     DAMPING_RANGE,
     EXPONENT_RANGE,
@@ -83,7 +84,7 @@ class Explorer(param.Parameterized):
     law = param.Selector(
         default=CONTACT_LAWS[0], objects=list(CONTACT_LAWS), label="Contact law", doc="Force of the penalty contact"
     )
-    exponent = param.Number(1.5, bounds=EXPONENT_RANGE, label="n", doc="of the penetration in the law; 1.5: Hertz")
+    exponent = param.Number(HERTZ, bounds=EXPONENT_RANGE, label="n", doc="of the penetration in the law; 1.5: Hertz")
     penetration = param.Number(
         0.01,
         bounds=PENETRATION_RANGE,

@@ -19,8 +19,9 @@ from vibroscope.app.explorer.parameters import (
 )
 from vibroscope.app.runtime.number_text import print_value
 from vibroscope.engine import INTEGRATORS, Excitation, Integrator, Newmark, Reference, System, TimeStepping, Units
+from vibroscope.engine.law_table import numbers_of
 from vibroscope.engine.laws import damper_of
-from vibroscope.engine.methods import LAWS_BY_RESTITUTION, LAWS_WITH_EXPONENT
+from vibroscope.engine.methods import LAWS_BY_RESTITUTION
 
 
 class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].default for name in FIELDS])):
@@ -151,8 +152,7 @@ def integrator_numbers(setting: Setting) -> tuple[str, ...]:
 
 def law_numbers(setting: Setting) -> tuple[str, ...]:
     """Names of the numbers that the contact law of a setting has, beside K and D."""
-    own = {"exponent": setting.law in LAWS_WITH_EXPONENT, "penetration": setting.law == "impact"}
-    return tuple(name for name, has in own.items() if has)
+    return tuple(numbers_of(setting.law))
 
 
 def is_driven(system: System) -> bool:

@@ -6,17 +6,17 @@ passes through here first. A text that can mean two different numbers is refused
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 
 import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.field_units import ShownField, is_unit, seconds_of, shown_field
+from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, Explorer, bounds_of
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, physical_bounds, physical_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import parse_typed, print_number, quote, two_meanings
+from vibroscope.app.runtime.typed_units import is_unit, list_units, scaled, seconds_of, steps_of_time
 from vibroscope.engine import end_text
 
 _PART = re.compile(r"\s*[1T]\s*/(.*)", re.DOTALL)
@@ -59,7 +59,7 @@ def read_typed_number(
     fitting = [
         (number, value)
         for number in typed.numbers
-        if size is not None and low <= (value := _scaled(number, size)) <= high and (not whole or value == int(value))
+        if size is not None and low <= (value := scaled(number, size)) <= high and (not whole or value == int(value))
     ]
     if len(fitting) == 1:
         return print_number(fitting[0][1])
@@ -67,16 +67,8 @@ def read_typed_number(
         raise Refused(name, two_meanings(text, tuple(number for number, _ in fitting), typed.unit))
     ends = " to ".join(end_text(end / units[""]) for end in bounds)
     kind = "a whole number" if whole else "a number"
-    unknown = f" in {_list(units)}" if typed.numbers and size is None and len(units) > 1 else ""
+    unknown = f" in {list_units(units)}" if typed.numbers and size is None and len(units) > 1 else ""
     raise Refused(name, f"{name} must be {kind} from {ends}{shown and f' {shown}'}{unknown}, not {quote(text)}.")
-
-
-def _list(units: Mapping[str, float]) -> str:
-    return ", ".join(unit for unit in units if unit)
-
-
-def _scaled(number: float, size: float) -> float:
-    return number if size == 1 else float(f"{number * size:.15g}")
 
 
 def plain_texts(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
@@ -139,4 +131,4 @@ def _steps_of_time(text: object, setting: Setting) -> str | None:
     seconds = seconds_of(typed.unit)
     if setting.scale is None or seconds is None or len(typed.numbers) != 1 or typed.numbers[0] <= 0:
         return None
-    return str(math.ceil(setting.period / (typed.numbers[0] * seconds) * (1 - 1e-9)))
+    return str(steps_of_time(setting.period, typed.numbers[0] * seconds))

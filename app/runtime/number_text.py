@@ -32,19 +32,22 @@ class Typed(NamedTuple):
     unit: str
 
 
-def parse_typed(text: object, *, whole: bool = False) -> Typed:
-    """The numbers that ``text`` can mean, none if it is no number; ``whole``: a whole number is expected."""
+def parse_typed(text: object, *, whole: bool = False, decimal_point: bool = False) -> Typed:
+    """The numbers that ``text`` can mean, none if it is no number.
+
+    ``whole``: a whole number is expected; ``decimal_point``: a single point is one, as programs write it.
+    """
     match = _TYPED.fullmatch(text.strip()) if isinstance(text, str) and len(text) <= LONGEST_NUMBER else None
     if match is None:
         return Typed((), "")
     sign, digits, plain_power, ten_power, unit = match.groups()
     power = (plain_power or ten_power or "0").translate(_SUPERSCRIPTS).replace("−", "-")
-    bodies = _plain_digits(" ".join(digits.replace("’", "'").split()), whole)
+    bodies = _plain_digits(" ".join(digits.replace("’", "'").split()), whole, decimal_point)
     numbers = (float(f"{sign.replace('−', '-')}{body}e{power}") for body in bodies)
     return Typed(tuple(dict.fromkeys(n for n in numbers if math.isfinite(n))), plain_unit(unit))
 
 
-def _plain_digits(text: str, whole: bool) -> Iterable[str]:
+def _plain_digits(text: str, whole: bool, decimal_point: bool) -> Iterable[str]:
     """The digits without separators and with a decimal point, one text for each meaning."""
     for mark in " '_":
         if mark in text:  # it can only separate thousands
@@ -62,7 +65,7 @@ def _plain_digits(text: str, whole: bool) -> Iterable[str]:
     if not right and mark == ",":
         return []
     as_decimal, as_thousands = f"{left or 0}.{right or 0}", left + right
-    if not (_LEADING_GROUP.fullmatch(left) and len(right) == 3):
+    if not (_LEADING_GROUP.fullmatch(left) and len(right) == 3) or (mark == "." and decimal_point):
         return [as_decimal]
     if whole:
         return [as_thousands]  # nobody writes the decimals of a whole number

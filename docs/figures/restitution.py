@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from style import GREY
 from vibroscope.engine import ExactPenalty, System, effective_restitution
+from vibroscope.engine.law_table import numbers_of
 
 PROMISED, K, D = 0.5, 12000, 18
 SYSTEM, SPEED = replace(System(), restitution=PROMISED), np.geomspace(0.01, 10, 25)
@@ -16,7 +17,7 @@ figure, (left, right) = plt.subplots(1, 2, figsize=(7, 3.4), sharey=True)
 for law in FORMULAS:
     left.semilogx(SPEED, effective_restitution(SYSTEM, ExactPenalty(K, None, law), SPEED), label=law)
 for law, damping in GIVEN_D:
-    method = ExactPenalty(K, damping, law, penetration=0.001 if law == "impact" else None)
+    method = ExactPenalty(K, damping, law, penetration=0.001 if "penetration" in numbers_of(law) else None)
     right.semilogx(SPEED, effective_restitution(SYSTEM, method, SPEED), label=f"{law}, D = {damping}")
 for axes, title in ((left, f"D from the formula for e = {PROMISED}"), (right, "the same D at every speed")):
     axes.axhline(PROMISED, color=GREY, linestyle="--")

@@ -35,7 +35,7 @@ import numpy as np
 
 from ..arguments import shown
 from ..laws import restitution_of, restitution_without_pull
-from ..methods import CONTACT_LAWS, HERTZ, PIECEWISE_LINEAR, Method
+from ..methods import CONTACT_LAWS, Method, spring_exponent
 from ..model import System
 from ..restitution import damping_of_restitution
 
@@ -82,7 +82,7 @@ def contact_duration(system: System, method: Method, closing_speed: float | np.n
 
     2 (δₘ/v₀) √π Γ(1 + 1/(n + 1))/Γ(½ + 1/(n + 1)),        π/ω_c for n = 1.
     """
-    n = 1.0 if method.law in PIECEWISE_LINEAR else getattr(method, "exponent", HERTZ)
+    n = spring_exponent(method)
     part = 1.0 / (n + 1.0)
     depth = ((n + 1.0) * system.mass_share * closing_speed**2 / (2.0 * method.stiffness)) ** part
     return 2.0 * depth / closing_speed * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)

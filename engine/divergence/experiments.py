@@ -33,7 +33,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..integrators import NewmarkBeta
-from ..laws import RATIO_LAWS
+from ..law_table import LAWS, RATIO_LAWS
 from ..methods import STEPS_RANGE, STIFFNESS_RANGE, ExactPenalty, Newmark, TimeStepping, is_located
 from ..result import Checkpoint, Record
 from ..simulate import simulate
@@ -53,7 +53,6 @@ SETTLING = 150  # periods of a run that begins where the exact penalty solution 
 STIFFER = 10.0
 EQUAL = 0.01  # relative: D as close as this to equal restitution is not changed
 SAMPLES = 100  # per period
-JUMPS = "kelvin-voigt", "cut", "compression"  # laws whose damper pushes as soon as the bodies touch
 WITHOUT_JUMP = "limited"  # the law of the same spring and damper without that
 
 
@@ -182,7 +181,7 @@ def _as_time_stepping(method: Newmark | TimeStepping) -> TimeStepping:
 
 def without_jump(method: Newmark | TimeStepping) -> TimeStepping | None:
     """Return a method with a contact law whose damper does not jump where the bodies touch; None if there is none."""
-    if is_located(method) or method.law not in JUMPS or not method.damping:
+    if is_located(method) or not LAWS[method.law].jumps or not method.damping:
         return None
     return replace(_as_time_stepping(method), law=WITHOUT_JUMP)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..law_table import LAWS
 from ..methods import STEPS_RANGE, WITHOUT_SOLUTION, Newmark, TimeStepping
 from ..motions.description import Motion
 from ..motions.words import SYMBOLS, repetition, touching
@@ -19,7 +20,7 @@ from .agreement import CLOSE, SAME, agreement, is_visible, time_step_scatter
 from .blame import best_experiment, blame_sentence
 from .compare import Comparison, error_from_penalty_state
 from .details import detail_sentences, duration_sentences
-from .experiments import JUMPS, by_remaining, enough_for, run_experiments, with_enough_steps, without_jump
+from .experiments import by_remaining, enough_for, run_experiments, with_enough_steps, without_jump
 from .grid import rms
 from .statistics import SECTION
 
@@ -240,7 +241,7 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
     run = comparison.runs.penalty
     method, cause = run.method, replace(run.method, damping=0.0)
     jumps = _first_that_finishes(comparison, (cause,), cancelled) is not None
-    at_touch = method.law in JUMPS
+    at_touch = LAWS[method.law].jumps
     damper = "The damper's jump at touch" if at_touch else "The damper"
     why = damper if jumps else f"The contact status at the {method.status} of the step"
     halved = range(1, DOUBLINGS + 1) if method.damping is not None else ()

@@ -1,6 +1,7 @@
 """Driver of exact penalty solutions with a contact law other than spring and damper."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -29,8 +30,9 @@ from ..kernels.event_driven.state import (
 from ..kernels.linear.tables import DEEPEST, INTEGRAL, POINTS, REACH, TERMS, WIDTH, Scratch, full_generator, tabulate
 from ..kernels.parameters import Parameters
 from ..kernels.status import OK, PAUSED
+from ..law_table import LAWS
 from ..laws import damper_of
-from ..methods import PIECEWISE_LINEAR, ExactPenalty
+from ..methods import CONTACT_LAWS, ExactPenalty, spring_exponent
 from ..model import System
 from ..result import Checkpoint, Status
 from .event_driven import NO_BUFFERS, EventDriver
@@ -45,14 +47,14 @@ OVERLAP, PUSH, EXTRA = 1, 2, 3  # numbers of pieces
 
 def needs_law(method) -> bool:
     """Whether a method is an exact penalty solution whose contact is not a spring and a damper all the time."""
-    if not isinstance(method, ExactPenalty) or method.law == PIECEWISE_LINEAR[0]:
+    if not isinstance(method, ExactPenalty) or method.law == CONTACT_LAWS[0]:
         return False
-    return method.law not in PIECEWISE_LINEAR or method.damping > 0.0  # without a damper the first four are one
+    return by_steps(method) or method.damping > 0.0  # without a damper those in closed form are one
 
 
 def by_steps(method) -> bool:
     """Whether a method is an exact penalty solution whose contact is integrated by steps, having no closed form."""
-    return isinstance(method, ExactPenalty) and method.law not in PIECEWISE_LINEAR
+    return isinstance(method, ExactPenalty) and not LAWS[method.law].closed_form
 
 
 def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np.ndarray, float, int]]]]:
@@ -279,12 +281,14 @@ def law_powers(system: System, eta: float, method: ExactPenalty, state: Sequence
     return np.diff(sums, axis=0)
 
 
-def restitution_by_steps(
-    law: str, stiffness: float, gain: float, exponent: float, penetration: float, mass: float, closing: float
-) -> float:
-    """The restitution of a contact of a reduced mass alone that closes with a speed; 0 if it does not end."""
-    depth = (0.5 * (exponent + 1.0) * mass * closing**2 / stiffness) ** (1.0 / (exponent + 1.0))
-    p = set_up_law(System(wall=True), 1.0, ExactPenalty(stiffness, gain, law, exponent, penetration or None))
+def restitution_by_steps(method: ExactPenalty, gain: float, mass: float, closing: float) -> float:
+    """The restitution of a contact of a reduced mass alone that closes with a speed; 0 if it does not end.
+
+    ``gain``: c or h, whatever D the method has.
+    """
+    n = spring_exponent(method)
+    depth = (0.5 * (n + 1.0) * mass * closing**2 / method.stiffness) ** (1.0 / (n + 1.0))
+    p = set_up_law(System(wall=True), 1.0, replace(method, damping=0.0))
     p = p._replace(eta=0.0, gain=gain, react1=0.0, inverse_mass=1.0 / mass, generator=np.zeros((4, 6)))
     p = p._replace(flight=p.flight._replace(spacing=depth / closing))
     opened = uncompiled(no_contact)()._replace(closing=closing)

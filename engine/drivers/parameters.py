@@ -16,7 +16,7 @@ from ..kernels.equations.motion import (
 from ..kernels.linear.tables import full_generator
 from ..kernels.parameters import AT_WALL, TWO_BODIES, Parameters
 from ..laws import damper_of
-from ..methods import HERTZ, Method, Reference
+from ..methods import Method, Reference, spring_exponent
 from ..model import System
 
 
@@ -53,7 +53,7 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
         restitution=system.restitution,
         threshold=method.threshold if rigid else 0.0,
         law=float(law),
-        exponent=getattr(method, "exponent", HERTZ),
+        exponent=0.0 if rigid else spring_exponent(method),
         penetration=getattr(method, "penetration", None) or 0.0,
         gain=gain,
         relative=float(relative),

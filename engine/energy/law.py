@@ -4,7 +4,7 @@ import numpy as np
 
 from ..drivers.event_driven import contact_state
 from ..drivers.law_driven import law_powers
-from ..methods import PIECEWISE_LINEAR, ExactPenalty, Newmark, TimeStepping
+from ..methods import ExactPenalty, Newmark, TimeStepping, spring_exponent
 from ..result import Response
 from .quadratic_forms import energy_forms
 from .result import EnergyBalance
@@ -12,7 +12,7 @@ from .result import EnergyBalance
 
 def spring_energy(method: ExactPenalty | Newmark | TimeStepping, gap: np.ndarray) -> np.ndarray:
     """Energy that the contact spring stores at each gap, Kδⁿ⁺¹/(n + 1)."""
-    n = 1.0 if method.law in PIECEWISE_LINEAR else method.exponent
+    n = spring_exponent(method)
     return method.stiffness * np.maximum(-gap, 0.0) ** (n + 1.0) / (n + 1.0)
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from ..law_table import LAWS
 from ..methods import Reference, grid_steps
 from ..result import Response
 
-JUMPING = "kelvin-voigt", "cut", "compression"  # laws whose damper acts in full at touch
 FEWEST_SAMPLES = 8  # in a contact, to see the peak of its force: 2 % off at most for half a sine wave
 
 
@@ -22,7 +22,7 @@ def peak_force(response: Response) -> float:
     contacts = response.contacts[response.contacts[:, 1] > sampled.time[0]]
     if np.diff(contacts, axis=1).min(initial=np.inf) < FEWEST_SAMPLES * spacing:
         return np.nan
-    if method.law not in JUMPING:
+    if not LAWS[method.law].jumps:
         return largest
     # the damper's force jumps when the contact begins, between two samples
     closing_speeds = response.impacts.closing_speed[response.impacts.time > sampled.time[0]]

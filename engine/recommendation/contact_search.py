@@ -19,7 +19,7 @@ import numpy as np
 
 from ..divergence.contact import damping_for, damping_of_law, damping_ratio, damping_ratio_for, stiffness_for
 from ..divergence.experiments import round_to_three_digits
-from ..laws import RATIO_LAWS
+from ..law_table import RATIO_LAWS
 from ..methods import CONTACT_LAWS, STIFFNESS_RANGE
 from ..model import System
 from .limits import Limits

@@ -118,7 +118,7 @@ class _Cluster:
 
     def _by_way_of_here(self, study, results, chunks, counter) -> Iterator[None]:
         missing = (chunk for chunk in chunks if not _count_if_there(results, chunk, counter))
-        for chunk, values in self._results(missing, lambda chunk: self._compute(study.cut(chunk), None)):
+        for chunk, values in self._results(missing, lambda chunk: self._compute(study.cut(chunk), None), counter):
             results.write(chunk, values)
             counter.add(values["status"], reused=False)
             yield
@@ -128,7 +128,7 @@ class _Cluster:
             place = store.place.target, store.group, store.key, chunk
             return self._submit(compute_into_store, study.cut(chunk), engine_digest(), self._threads, place)
 
-        for _, (reused, status) in self._results(chunks, submit):
+        for _, (reused, status) in self._results(chunks, submit, counter):
             counter.add(status, reused=reused)
             yield
 
@@ -139,7 +139,11 @@ class _Cluster:
             reused = values is not None
             if not reused:
                 start = before
-                ((_, values),) = self._results([chunk], lambda chunk: self._compute(study.cut(chunk), start))  # noqa: B023 - used at once
+                ((_, values),) = self._results(
+                    [chunk],
+                    lambda chunk: self._compute(study.cut(chunk), start),  # noqa: B023 - used at once
+                    counter,
+                )
                 results.write(chunk, values)
             counter.add(values["status"], reused=reused)
             before = {name: values[name] for name in ("status", "end")}
@@ -151,8 +155,10 @@ class _Cluster:
     def _submit(self, function, *arguments):
         return self._client.submit(function, *arguments, pure=False)
 
-    def _results(self, chunks: Iterable[Chunk], submit: Callable) -> Iterator[tuple[Chunk, object]]:
-        """Chunks with what their workers return, as they come."""
+    def _results(
+        self, chunks: Iterable[Chunk], submit: Callable, counter: ProgressCounter
+    ) -> Iterator[tuple[Chunk, object]]:
+        """Chunks with what their workers return, as they come; meanwhile the counter reports how long they take."""
         from distributed import wait
 
         ahead = AHEAD * max(1, sum(self._client.nthreads().values()))
@@ -165,6 +171,7 @@ class _Cluster:
                     return
                 if self._cancelled is not None and self._cancelled():
                     raise Cancelled
+                counter.report()
                 with contextlib.suppress(TimeoutError):
                     wait(list(running), timeout=POLL, return_when="FIRST_COMPLETED")
                 for future in [future for future in running if future.done()]:

@@ -210,6 +210,7 @@ def _grow_grid(
 ) -> Iterator[Partial]:
     sides = _create(study, results, options)
     counter.total += study.cells
+    counter.report()  # the first batch may take long: its kernels are compiled, or a cluster has to take it up
     batches = coarse_first(study, results.known) if picture else chunks_in_order(study, sides)
     for _ in execute(study, results, batches, counter):
         if counter.now().done < counter.total:  # else there is the whole

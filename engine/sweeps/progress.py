@@ -43,7 +43,7 @@ ProgressCallback = Callable[[Progress], None]
 
 
 class ProgressCounter:
-    """Counts the cells of a study and calls the callback after each batch."""
+    """Counts the cells of a study and calls the callback, from before the first batch to the last cell."""
 
     def __init__(self, callback: ProgressCallback | None = None) -> None:
         self._callback = callback

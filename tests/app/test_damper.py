@@ -20,7 +20,7 @@ from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.tabs import TABS
 from vibroscope.app.studies.your_code import code_lines, code_texts
 from vibroscope.engine import LAWS_BY_RESTITUTION, ExactPenalty, TimeStepping, effective_restitution
-from vibroscope.engine.laws import RATIO_LAWS
+from vibroscope.engine.law_table import RATIO_LAWS
 
 from .fakes import FakeHost
 

@@ -24,7 +24,9 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.energy.balance import energy_balance
+from vibroscope.engine.law_table import LAWS
 
+from tests.law_numbers import law_numbers
 from tests.naive_stepping import Twin
 
 SYSTEM, ETA = System(), 2.76
@@ -32,8 +34,8 @@ TERMS = "gain", "work", "dampers", "contact"
 
 
 def method_of(law, steps, integrator=None, status="start"):
-    damping = 18 if law in CONTACT_LAWS[:4] else 400
-    more = {"law": law, "penetration": 0.01 if law == "impact" else None, "without_solution": "keep"}
+    damping = 18 if LAWS[law].exponent == 1.0 else 400
+    more = {"law": law, "without_solution": "keep", **law_numbers(law, penetration=0.01)}
     return TimeStepping(12000, damping, steps, integrator or HHT(-0.1), status, **more)
 
 

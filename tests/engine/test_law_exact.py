@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     CONTACT_LAWS,
+    LAWS_BY_RESTITUTION,
     Cells,
     ExactPenalty,
     Excitation,
@@ -21,21 +22,21 @@ from vibroscope.engine import (
 from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.motions.contact_force import peak_force
 
+from tests.law_numbers import law_numbers
 from tests.naive_laws import Motion, force, gain_of
 from tests.share import every
 
 OTHER = CONTACT_LAWS[1:]
-BY_RESTITUTION = CONTACT_LAWS[4:9]
 SECOND_ORDER = "limited", "constant-restitution", "impact"
 APART = (0.0, 0.0, 1.0, -1.0)
 
 
 def method_of(law, stiffness=1200.0, damping=8.0, kind=ExactPenalty, **more):
     """A method with this law, its D None where the law has a formula for it."""
-    numbers = {"impact": {"exponent": 2.2, "penetration": 0.02}, "constant-restitution": {"exponent": 2.0}}
+    numbers = law_numbers(law, {"impact": 2.2, "constant-restitution": 2.0}.get(law))
     steps = {} if kind is ExactPenalty else {"steps": more.pop("steps")}
-    damping = None if law in BY_RESTITUTION else damping
-    return kind(stiffness, damping, **steps, law=law, **numbers.get(law, {}), **more)
+    damping = None if law in LAWS_BY_RESTITUTION else damping
+    return kind(stiffness, damping, **steps, law=law, **numbers, **more)
 
 
 def near_wall():

@@ -2,17 +2,14 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, System, TimeStepping, simulate
+from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, LAWS_BY_RESTITUTION, System, TimeStepping, simulate
 
+from tests.law_numbers import law_numbers
 from tests.naive_law_stepping import LawTwin
 from tests.share import every
 
 PERIODS = 4
-NUMBERS = {
-    "impact": {"exponent": 2.2, "penetration": 0.05},
-    "hunt-crossley": {"exponent": 1.0},
-    "constant-restitution": {"exponent": 2.0},
-}
+EXPONENTS = {"impact": 2.2, "hunt-crossley": 1.0, "constant-restitution": 2.0}
 
 
 def cases():
@@ -27,8 +24,8 @@ def cases():
 def test_every_step_is_that_of_the_twin(kind, status, law, wall):
     system = System(wall=wall, mu=None if wall else 0.7, kappa=2.0, d1=0.4, d2=0.5, clearance=0.1)
     steps = 120 if kind.explicit else 50
-    damping = None if law in CONTACT_LAWS[4:9] else 2.0
-    method = TimeStepping(80.0, damping, steps, kind(), status, "keep", law, every_step=True, **NUMBERS.get(law, {}))
+    damping, numbers = None if law in LAWS_BY_RESTITUTION else 2.0, law_numbers(law, EXPONENTS.get(law), 0.05)
+    method = TimeStepping(80.0, damping, steps, kind(), status, "keep", law, every_step=True, **numbers)
     run = simulate(system, 1.3, method, periods=PERIODS, keep=PERIODS)
     twin = LawTwin(system, 1.3, method)
     expected = twin.run(PERIODS)
@@ -40,7 +37,7 @@ def test_every_step_is_that_of_the_twin(kind, status, law, wall):
 
 @pytest.mark.parametrize("law", ["compression", "constant-restitution"])
 def test_steps_without_a_solution_of_a_damper_that_jumps(law):
-    numbers = {"exponent": 1.0} if law == "constant-restitution" else {}
+    numbers = law_numbers(law, 1.0)
     system = System(d1=0.4, d2=0.5, clearance=0.1)
     method = TimeStepping(300.0, 30.0, 60, status="end", without_solution="keep", law=law, every_step=True, **numbers)
     run = simulate(system, 1.1, method, periods=6, keep=6)

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from vibroscope.engine import (
     CONTACT_LAWS,
+    LAWS_BY_RESTITUTION,
     ExactPenalty,
     System,
     TimeStepping,
@@ -16,11 +17,13 @@ from vibroscope.engine import (
     simulate,
     stiffness_of_step,
 )
+from vibroscope.engine.law_table import RATIO_LAWS
 
+from tests.law_numbers import law_numbers
 from tests.naive_laws import force
 
 K, MASS = 900.0, 0.7
-EXTRA = {"impact": {"penetration": 0.02, "exponent": 2.2}, "constant-restitution": {"exponent": 2.2}}
+EXTRA = {law: law_numbers(law, {"impact": 2.2, "constant-restitution": 2.2}.get(law)) for law in CONTACT_LAWS}
 
 
 def by_integration(method, gain, closing):
@@ -41,12 +44,12 @@ def by_integration(method, gain, closing):
 @pytest.mark.parametrize("closing", [0.02, 3.0])
 @pytest.mark.parametrize("law", CONTACT_LAWS)
 def test_it_is_what_an_integration_gives(law, closing):
-    damping = 0.2 * K if law in ("hunt-crossley", "lankarani-nikravesh", "flores") else 9.0
-    method = ExactPenalty(K, damping, law, **EXTRA.get(law, {}))
+    damping = 0.2 * K if law in RATIO_LAWS else 9.0
+    method = ExactPenalty(K, damping, law, **EXTRA[law])
     gain = 2 * damping / (K if damping > 9.0 else 1.0)
-    found = restitution_of_damping(law, damping, K, mass=MASS, closing_speed=closing, **EXTRA.get(law, {}))
+    found = restitution_of_damping(law, damping, K, mass=MASS, closing_speed=closing, **EXTRA[law])
     assert found == pytest.approx(by_integration(method, gain, closing), rel=1e-8)
-    again = damping_of_restitution(law, found, K, mass=MASS, closing_speed=closing, **EXTRA.get(law, {}))
+    again = damping_of_restitution(law, found, K, mass=MASS, closing_speed=closing, **EXTRA[law])
     assert again == pytest.approx(damping, rel=1e-6)
 
 
@@ -71,8 +74,8 @@ def test_what_the_formulas_promise_and_give():
     """Restitution 0.2: the formulas of Hunt & Crossley and of Lankarani & Nikravesh hold near 1 alone."""
     system, speeds = System(restitution=0.2), [1e-3, 1.0, 100.0]
     given = {
-        law: effective_restitution(system, ExactPenalty(K, None, law, **EXTRA.get(law, {})), speeds)
-        for law in CONTACT_LAWS[4:9]
+        law: effective_restitution(system, ExactPenalty(K, None, law, **EXTRA[law]), speeds)
+        for law in LAWS_BY_RESTITUTION
     }
     for values in given.values():
         np.testing.assert_allclose(values, values[0], rtol=1e-9)  # at any closing speed
@@ -82,7 +85,7 @@ def test_what_the_formulas_promise_and_give():
     assert given["jankowski"][0] == pytest.approx(0.191, abs=1e-3)
     np.testing.assert_allclose(given["constant-restitution"], 0.2, rtol=1e-12)
     high = System(restitution=0.99)
-    for law in CONTACT_LAWS[4:9]:
+    for law in LAWS_BY_RESTITUTION:
         assert effective_restitution(high, ExactPenalty(K, None, law), 1.0) == pytest.approx(0.99, abs=2e-3)
 
 

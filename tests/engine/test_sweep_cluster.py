@@ -76,6 +76,16 @@ def test_steps_without_a_solution_are_the_same(cluster):
     xarray.testing.assert_equal(there, here)
 
 
+@pytest.mark.parametrize("direction", ["rest", "up"])
+def test_progress_is_reported_before_and_while_the_workers_compute(cluster, direction):
+    seen = []
+    swept(scheduler=cluster[0], progress=seen.append, cells_per_chunk=32, direction=direction)
+    assert (seen[0].done, seen[0].total) == (0, len(ETAS))
+    assert len(seen) > 4  # more than the beginning and one for each chunk
+    assert [now.done for now in seen] == sorted(now.done for now in seen)
+    assert seen[-1].done == seen[-1].computed == len(ETAS)
+
+
 def test_continuation_goes_chunk_by_chunk(cluster):
     address, _ = cluster
     how = {"direction": "down", "cells_per_chunk": 24, "transient": 20}

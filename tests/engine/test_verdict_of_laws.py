@@ -22,13 +22,15 @@ from vibroscope.engine.divergence.contact import contact_duration, contact_frequ
 from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
 from vibroscope.engine.divergence.experiments import equal_damping
 
+from tests.law_numbers import law_numbers
+
 SYSTEM, ETA = System(), 2.76
 SHORT = {"periods": 300, "keep": 10}
 CASES = [(law, 18.0) for law in CONTACT_LAWS] + [(law, None) for law in LAWS_BY_RESTITUTION]
 
 
 def stepping(law, damping, steps=1000, **more):
-    return TimeStepping(12000, damping, steps, law=law, penetration=0.001 if law == "impact" else None, **more)
+    return TimeStepping(12000, damping, steps, law=law, **law_numbers(law, penetration=0.001), **more)
 
 
 @pytest.mark.parametrize(("law", "damping"), CASES)

@@ -3,7 +3,9 @@
 from math import sqrt
 
 from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
-from vibroscope.engine.laws import RATIO_LAWS, damper_of
+from vibroscope.engine.law_table import RATIO_LAWS
+from vibroscope.engine.laws import damper_of
+from vibroscope.engine.methods import spring_exponent
 
 NAME, SUFFIX, STATUS = "OpenSeesPy", "py", "end"
 LAWS = (LINEAR, *RATIO_LAWS, "jankowski")  # Hertzdamp has those whose damper is a factor of the spring's force
@@ -158,7 +160,7 @@ def _contact(problem: Problem) -> str:
     if problem.gap() < 0.0:
         raise refuse(NAME, "a start with overlap for this law", "give a start at which the bodies are apart")
     damper, by_speed = damper_of(system, method)
-    power = 1.5 if method.law == "jankowski" else method.exponent
+    power = spring_exponent(method)
     stiffness = method.stiffness * problem.scale.factor("force") / problem.length**power
     if method.law == "jankowski":
         ratio = damper / (2.0 * sqrt(method.stiffness * system.mass_share))

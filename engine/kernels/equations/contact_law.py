@@ -49,7 +49,8 @@ LAWS = (  # a law is given to kernels as its index in here
     *("kelvin-voigt", "cut", "limited", "compression"),
     *("hunt-crossley", "lankarani-nikravesh", "flores", "jankowski", "constant-restitution", "impact"),
 )
-KELVIN_VOIGT, CUT, LIMITED, COMPRESSION, HUNT_CROSSLEY, _, FLORES, JANKOWSKI, CONSTANT, IMPACT = range(len(LAWS))
+KELVIN_VOIGT, CUT, LIMITED, COMPRESSION = range(4)
+HUNT_CROSSLEY, _, FLORES, JANKOWSKI, CONSTANT, IMPACT = range(4, len(LAWS))
 
 
 @jit_uncontracted

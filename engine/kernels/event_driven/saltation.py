@@ -11,7 +11,7 @@ An event takes place where the watched quantity f = w·y falls to zero, so the c
 and after it, with the y′ of the phase that follows, δ = δ_e − y′ dτ. Between the two lies the reset y⁺ = R(y⁻),
 δ_e⁺ = R δ_e⁻:
 
-    δ⁺ = [R + (y′⁺ − R y′⁻) (−wᵀ/f′)] δ⁻,                                                        (40)
+    δ⁺ = [R + (y′⁺ − R y′⁻) wᵀ/f′] δ⁻,                                                             (40)
 
 which is known as the saltation matrix. Only the resets have to be written down:
 

@@ -21,8 +21,9 @@ from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.skip_tables import skip_tables
 from vibroscope.engine.drivers.time_stepping import linear_scheme
 from vibroscope.engine.kernels.accelerated.matrix_skip import FREE, PRESSED, PULLED
-from vibroscope.engine.methods import LAWS_WITH_EXPONENT
+from vibroscope.engine.law_table import numbers_of
 
+from tests.law_numbers import law_numbers
 from tests.share import every
 
 IMPACTS = ("time", "position", "velocity_before", "velocity_after", "impulse", "closing_speed")
@@ -50,9 +51,8 @@ def random_run(rng, kind):
     without, law = str(rng.choice(["stop", "keep", "halve"])), str(rng.choice(CONTACT_LAWS))
     steps = int(np.exp(rng.uniform(math.log(300), math.log(8_000))))
     contact = 10 ** rng.uniform(1, 4.5), 10 ** rng.uniform(-1, 2)
-    numbers = {"exponent": float(rng.choice([1.0, 1.5, 2.0]))} if law in LAWS_WITH_EXPONENT else {}
-    if law == "impact":
-        numbers["penetration"] = 10 ** rng.uniform(-4, -1)
+    draw = {"exponent": lambda: float(rng.choice([1.0, 1.5, 2.0])), "penetration": lambda: 10 ** rng.uniform(-4, -1)}
+    numbers = {name: draw[name]() for name in numbers_of(law)}
     return system, rng.uniform(0.5, 4), TimeStepping(*contact, steps, kind(), str(status), without, law, **numbers)
 
 
@@ -95,9 +95,7 @@ def test_the_same_steps_wherever_rounding_does_not_decide(kind):
 def test_every_law_with_every_integrator_and_status(law):
     """A damped system, so that rounding does not grow; where a damper jumps at touch, some steps have no solution."""
     system, none, two = System(d1=0.3, d2=0.4, clearance=0.1), 0, 0
-    numbers = {"penetration": 1e-2} if law == "impact" else {}
-    if law in ("constant-restitution", "hunt-crossley"):
-        numbers["exponent"] = 1.0
+    numbers = law_numbers(law, 1.0 if law in ("constant-restitution", "hunt-crossley") else None, 1e-2)
     runs = [(kind(), status) for kind in INTEGRATORS.values() for status in ("start", "end")]
     for integrator, status in runs:
         if integrator.explicit and status == "end":

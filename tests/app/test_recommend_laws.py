@@ -1,0 +1,74 @@
+"""Recommendations over all contact laws: what is asked, which numbers each takes, order, JSON, bad input."""
+
+import json
+
+import pytest
+from vibroscope.app.commands import recommend_schemes as command
+from vibroscope.engine import CONTACT_LAWS, NewmarkBeta
+from vibroscope.engine.law_table import numbers_of
+
+from .test_recommend_schemes import FEW, made, run
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The schemes that the command asks for; nothing is searched."""
+    schemes = []
+    monkeypatch.setattr(
+        command, "recommend_schemes", lambda _, __, each, **___: schemes.extend(each) or [*map(made, each)]
+    )
+    return schemes
+
+
+@pytest.mark.parametrize(
+    ("options", "left_out", "numbers"),
+    [
+        ([], ["impact"], {}),
+        (["--penetration", "0.02"], [], {"penetration": 0.02}),
+        (
+            ["--penetration", "0.02", "--exponent", "2", "--integrator", "hht"],
+            [],
+            {"penetration": 0.02, "exponent": 2.0},
+        ),
+    ],
+)
+def test_all_laws_are_asked_each_with_the_numbers_that_it_takes(asked, capsys, options, left_out, numbers):
+    status, out, err = run(capsys, *FEW, "--law", "all", *options)
+    assert status == 0
+    assert [each.law for each in asked[:-1]] == [law for law in CONTACT_LAWS if law not in left_out]
+    assert [each.located for each in asked] == [False] * (len(asked) - 1) + [True]  # of the first law alone
+    for each in asked:
+        own = {name: number for name, number in numbers.items() if name in numbers_of(each.law)}
+        assert all(getattr(each, name) == number for name, number in own.items())
+        assert getattr(each, "integrator", NewmarkBeta()).name == ("hht" if "hht" in options else "newmark")
+    assert out.startswith("every law; eta = 1.08")
+    assert out.splitlines()[1].split()[:2] == ["law", "status"]
+    assert [line.split()[0] for line in out.splitlines()[2 : 2 + len(asked)]] == [each.law for each in asked]
+    assert ("law impact is left out: it needs --penetration" in err) == bool(left_out)
+
+
+def test_laws_are_searched_and_the_best_comes_first(capsys):
+    status, out, err = run(capsys, *FEW, "--law", "all", "--json")
+    found = json.loads(out)["found"]
+    met = [each["solves"] for each in found if each["met"]]
+    assert status == 0
+    laws = sorted(each["law"] for each in found)
+    assert laws == sorted((*(law for law in CONTACT_LAWS if law != "impact"), "kelvin-voigt"))  # which has two rows
+    assert met == sorted(met)
+    assert [each["met"] for each in found] == sorted((each["met"] for each in found), reverse=True)
+    assert "law impact is left out" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--integrator", "all"], "give one of them a name"),
+        (["--one-setting"], "--law all searches at one frequency"),
+        (["--code", "opensees"], "leave --law out"),
+        (["--exponent", "0.5"], "exponent = 0.5 is outside"),
+    ],
+)
+def test_bad_input_is_one_line(capsys, options, words):
+    status, out, err = run(capsys, *FEW, "--law", "all", *options)
+    assert (status, out) == (2, "")
+    assert words in err.splitlines()[-1]

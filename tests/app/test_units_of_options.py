@@ -1,0 +1,140 @@
+"""Options with a unit: what they are in the model of a system file that has units, and what is said elsewhere."""
+
+import argparse
+import json
+import math
+
+import pytest
+from vibroscope.app.commands.cli import build_parser
+from vibroscope.app.commands.numbers import QUANTITIES, Measured, measured, measured_count, resolve_units
+from vibroscope.app.explorer.state import read_setting
+from vibroscope.app.explorer.typed import plain_texts
+from vibroscope.engine import parse_system
+
+from .command_line import PHYSICAL, run_command
+
+SYSTEM = parse_system(PHYSICAL.encode())
+RUN = ("simulate", "--solver", "newmark", "--K", "584", "--D", "2", "--steps", "400", "--periods", "20", "--json")
+
+
+@pytest.fixture
+def own(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text(PHYSICAL)
+    return str(path)
+
+
+def resolved(*words, system=SYSTEM):
+    options = build_parser([words[0]]).parse_args(words)
+    options.system = system
+    resolve_units(options)
+    return options
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "model"),
+    [
+        ("K", "5.76e7 N/m", 5.76e7 / 98696),
+        ("K", "57 600 N/mm", 5.76e7 / 98696),
+        ("K", "57,5 MN/m", 5.75e7 / 98696),
+        ("K", "12.000 kN/m", 1.2e4 / 98696),  # as a program writes 12
+        ("D", "6280 N s/m", 6280 / (2 * math.sqrt(25 * 98696))),
+        ("D", "6.28 N·s/mm", 6280 / (2 * math.sqrt(25 * 98696))),
+        ("eta", "12 Hz", 24 * math.pi / math.sqrt(98696 / 25)),
+        ("threshold", "1 mm/s", 1e-3 / (SYSTEM.units.factor("velocity"))),
+        ("penetration", "10 µm", 1e-5 / SYSTEM.units.factor("displacement")),
+        ("steps", "250 us", 400),  # of a period of 100 ms
+        ("steps", "0.3 ms", 334),
+    ],
+)
+def test_a_number_with_a_unit_is_that_of_the_model(option, text, model):
+    options = resolved("simulate", "--solver", "newmark", f"--{option}", text)
+    assert getattr(options, option) == pytest.approx(model, rel=1e-12)
+
+
+@pytest.mark.parametrize(("name", "text"), [("K", "57.6 kN/mm"), ("D", "6280 N s/m"), ("eta", "12 Hz")])
+def test_it_is_what_the_page_makes_of_the_same_text(name, text):
+    units = SYSTEM.units
+    scale = {"omega1": str(units.omega1), "m1": str(units.m1), "amplitude": str(units.base_amplitude), "units": "si"}
+    setting = read_setting(scale)
+    page = float(plain_texts({name: {"typed": text}}, setting)[name])
+    assert getattr(resolved("simulate", "--solver", "newmark", f"--{name}", text), name) == pytest.approx(page, 1e-12)
+
+
+def test_ranges_may_have_units_too():
+    sweep = "sweep", "plane", "--K", "1e6 N/m:1e8N/m:5", "--D", "1:40:5", "--steps", "100 us", "--out", "a"
+    options = resolved(*sweep)
+    assert pytest.approx((1e6 / 98696, 1e8 / 98696, 5)) == options.K
+    assert (options.D, options.steps) == ((1, 40, 5), 1000)
+    over = "sweep", "eta", "--from", "8 Hz", "--to", "12 Hz", "--count", "5", "--solver", "reference", "--out", "a"
+    low, high = (resolved(*over).low, resolved(*over).high)
+    assert high / low == pytest.approx(1.5)
+    assert low * SYSTEM.units.omega1 / (2 * math.pi) == pytest.approx(8)
+
+
+def test_a_run_with_units_is_the_run_without(own, capsys):
+    with_units = [{"584": "57638464 N/m", "400": "0.00025 s"}.get(word, word) for word in RUN]
+    outputs = [run_command(capsys, *words, "--system", own) for words in (RUN, with_units)]
+    (first, second) = (json.loads(out) for _, out, _ in outputs)
+    assert first["section"] == second["section"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--K", "1e6 N/m"), "--K '1e6 N/m': a unit has no meaning without a system in physical units"),
+        (("--eta", "10 Hz"), "--eta '10 Hz': a unit has no meaning"),
+        (("--steps", "10 us"), "--steps '10 us': a unit has no meaning"),
+    ],
+)
+def test_a_unit_without_a_system_in_units_is_refused_in_one_line(words, said, tmp_path, capsys):
+    plain = tmp_path / "plain.toml"
+    plain.write_text("[system]\nclearance = 0.1\n")
+    for more in ((), ("--system", str(plain))):
+        status, out, err = run_command(capsys, *RUN, "--eta", "2.76", *words, *more)
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert said in err
+        assert "[physical] or [units]" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--K", "1e6 kg"), "--K '1e6 kg': give it in N/m, kN/m, MN/m, N/mm, kN/mm, or without a unit"),
+        (("--steps", "5 mm"), "--steps '5 mm': give it in s, ms, us"),
+        (("--steps", "-5 us"), "a time step is above 0"),
+    ],
+)
+def test_a_unit_of_something_else_is_refused_with_those_that_fit(words, said, own, capsys):
+    status, out, err = run_command(capsys, *RUN, *words, "--system", own)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert said in err
+
+
+def test_a_number_of_a_range_that_has_no_unit_says_so(own, capsys):
+    command = "sweep eta --over restitution --from 1mm --to 2 --count 3 --solver reference --out a"
+    status, _, err = run_command(capsys, *command.split(), "--system", own)
+    assert (status, err) == (2, "vibroscope sweep: --from '1mm': this number is given without a unit\n")
+
+
+@pytest.mark.parametrize("read", [measured, measured_count])
+def test_what_is_no_unit_is_no_number(read):
+    with pytest.raises(argparse.ArgumentTypeError, match="is no number"):
+        read("12 apples")
+    with pytest.raises(argparse.ArgumentTypeError, match="can mean 12000 N/m or 12 N/m"):
+        measured("12,000 N/m")
+
+
+def test_units_of_a_table_units_have_a_meaning_too():
+    system = parse_system(b"[system]\nclearance = 0.1\n[units]\nomega1 = 10.0\nm1 = 2.0\n")
+    assert pytest.approx(2.0) == resolved("simulate", "--solver", "newmark", "--K", "400 N/m", system=system).K
+
+
+def test_every_option_that_takes_a_unit_has_its_quantity():
+    """What a parser reads as a number with a unit, or as a range of them, is resolved by its name."""
+    for command in ("simulate", "motion", "compare", "recommend", "export", "rules", "measurement"):
+        sub = next(a for a in build_parser([command])._subparsers._group_actions)
+        own = {a.dest for a in sub.choices[command]._actions if a.type in (measured, measured_count)}
+        assert own
+        assert own <= QUANTITIES.keys()
+    assert isinstance(measured("3 N/m"), Measured)
