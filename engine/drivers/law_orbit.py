@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..kernels.compile.options import uncompiled
-from ..kernels.equations.contact_law import COMPRESSION
+from ..kernels.equations.contact_law import COMPRESSION, LAWS
 from ..kernels.event_driven import law_integrate as loop
 from ..kernels.event_driven import law_orbit as kernel
 from ..kernels.event_driven.orbit import DAMP, LAW_FACTS, LIMIT, LOAD, PART, RELAX, TOUCH, UNLIMIT, UNLOAD
@@ -16,6 +16,7 @@ from ..model import System
 from .law_driven import needs_law, set_up_law
 from .orbit import Evaluation, OrbitEquations
 
+IN_FLIGHT, IN_OVERLAP, IN_PUSH, IN_EXTRA = kernel.IN_FLIGHT, kernel.IN_OVERLAP, kernel.IN_PUSH, kernel.IN_EXTRA
 MOST_BLOCKS = 200_000  # of a run whose events are listed
 
 
@@ -24,6 +25,11 @@ def equations_of(
 ) -> "OrbitEquations | LawOrbitEquations":
     """The equations of the orbits of a system, η and method; ``like``: others of the same family."""
     return LawOrbitEquations(system, eta, method) if needs_law(method) else OrbitEquations(system, eta, method, like)
+
+
+def piece_after(law: str, kind: int) -> int:
+    """The piece of a law that an event begins: IN_FLIGHT, IN_OVERLAP, IN_PUSH or IN_EXTRA."""
+    return uncompiled(kernel.piece_after)(LAWS.index(law), kind)
 
 
 class LawOrbitEquations:
@@ -38,14 +44,14 @@ class LawOrbitEquations:
     """
 
     def __init__(self, system: System, eta: float, method: ExactPenalty) -> None:
-        self._system = set_up_law(system, eta, method)
+        self._system, self._law = set_up_law(system, eta, method), method.law
 
     def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events."""
         p, m = self._system, len(kinds)
         n = 4 + m
         found = Evaluation(*map(np.zeros, ((n,), (n, n), (m + 1, LAW_FACTS), (m + 1, 5), (period, 4))))
-        piece = self._piece_after(kinds[-1]) if m else kernel.IN_PUSH if first else kernel.IN_FLIGHT
+        piece = piece_after(self._law, kinds[-1]) if m else IN_PUSH if first else IN_FLIGHT
         kernel.law_orbit_equations(
             p,
             np.array(kinds, dtype=np.int64),
@@ -58,13 +64,10 @@ class LawOrbitEquations:
         )
         return found
 
-    def _piece_after(self, kind: int) -> int:
-        return uncompiled(kernel.piece_after)(self._system.law, kind)
-
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """As :meth:`.orbit.OrbitEquations.state_later`."""
         p = self._system
-        return np.array(kernel.law_state_later(p, self._piece_after(kind), state, turn, length * p.period))
+        return np.array(kernel.law_state_later(p, piece_after(self._law, kind), state, turn, length * p.period))
 
     def events(self, y: np.ndarray, period: int) -> list[tuple[float, int]] | None:
         """Instants in excitation periods and kinds of the events of a run from y = (ξ₁, ξ₁′, g, g′) over a cycle.
@@ -88,9 +91,9 @@ class LawOrbitEquations:
 
     def _kind_between(self, before: int, after: int) -> int:
         """The event between two pieces."""
-        if kernel.IN_FLIGHT in (before, after):
-            return PART if after == kernel.IN_FLIGHT else TOUCH
-        if kernel.IN_OVERLAP in (before, after):
-            return UNLOAD if after == kernel.IN_OVERLAP else LOAD
+        if IN_FLIGHT in (before, after):
+            return PART if after == IN_FLIGHT else TOUCH
+        if IN_OVERLAP in (before, after):
+            return UNLOAD if after == IN_OVERLAP else LOAD
         reduced, whole = (RELAX, DAMP) if self._system.law == COMPRESSION else (LIMIT, UNLIMIT)
-        return reduced if after == kernel.IN_EXTRA else whole
+        return reduced if after == IN_EXTRA else whole
