@@ -54,10 +54,15 @@ def switches_within(law: str, began: int | None) -> tuple[tuple[int, int, tuple[
     return _WITHIN[law][IN_PUSH if began is None else piece_after(law, began)]
 
 
+def partners(one: int, other: int) -> bool:
+    """Whether two different events are zeros of the same quantity: their kinds are numbered in pairs."""
+    return one != other and one // 2 == other // 2
+
+
 def partner(orbit: Orbit, k: int) -> int | None:
     """The neighbour of switch k at which the same quantity is zero, the nearer one; None if there is none."""
     m, instants, period = len(orbit.kinds), orbit.instants, orbit.period
-    found = [j for j in ((k + 1) % m, (k - 1) % m) if j != k and orbit.kinds[j] // 2 == orbit.kinds[k] // 2]
+    found = [j for j in ((k + 1) % m, (k - 1) % m) if partners(orbit.kinds[j], orbit.kinds[k])]
 
     def distance(j: int) -> float:
         return min((instants[j] - instants[k]) % period, (instants[k] - instants[j]) % period)
