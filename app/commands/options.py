@@ -232,11 +232,8 @@ def stiffness_of(options: argparse.Namespace) -> float | None:
     return stiffness_of_step(system_of(options), eta_of(options), options.steps, scale)
 
 
-def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None:
-    """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`.
-
-    ``more``: what else ``--integrator`` can be.
-    """
+def add_law_options(command: argparse.ArgumentParser) -> None:
+    """Add the contact law and its numbers, for :func:`law_of`."""
     add = command.add_argument
     add(
         "--law",
@@ -247,6 +244,15 @@ def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None
     )
     add("--exponent", type=number, metavar="F", help="power of the penetration in the law, at least 1 (default 1.5)")
     add("--penetration", type=number, metavar="F", help="law impact: penetration from which on the damper acts in full")
+
+
+def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None:
+    """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`.
+
+    ``more``: what else ``--integrator`` can be.
+    """
+    add_law_options(command)
+    add = command.add_argument
     add(
         "--integrator",
         choices=(*INTEGRATORS, *more),

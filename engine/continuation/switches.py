@@ -22,6 +22,7 @@ from ..drivers.orbit import (
 )
 from .orbit import Orbit
 
+ROUNDING = 1e-6  # excitation periods
 CONTACT = {
     "cut": (TOUCH, UNLOAD, PART),
     "limited": (TOUCH, UNLIMIT, UNLOAD, PART),
@@ -85,4 +86,5 @@ def _run(orbit: Orbit, k: int, begin: int, end: int) -> tuple[list[int], float]:
     first = next(j % m for j in range(k, k - m - 1, -1) if kinds[j % m] == begin)
     last = next(j for j in range(first, first + m + 1) if kinds[j % m] == end)
     events = [j % m for j in range(first, last + 1)]
-    return events, float((orbit.instants[events[-1]] - orbit.instants[first]) % orbit.period)
+    length = orbit.instants[events[-1]] - orbit.instants[first]
+    return events, float((length + ROUNDING) % orbit.period - ROUNDING)  # at its end a phase may be negative

@@ -17,8 +17,8 @@ SHORT = 1e-5  # excitation periods: a contact shorter than that is a touch
 
 def touched(plane: Plane, place: Place) -> Iterator[tuple[Orbit, int]]:
     """A grazing orbit with its touch as an event, and which: for each touch there may be, the closest first."""
-    orbit = place.orbit
-    if not plane.rigid and not needs_law(plane.over.method) and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < SHORT:
+    orbit, pressed = place.orbit, not plane.rigid and not needs_law(plane.over.method)
+    if pressed and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < SHORT:
         yield marked(orbit, int(np.argmin(lengths)))
     found = [each for each in margins(orbit, place.evaluation, plane.over.method) if each.kind == GRAZING]
     for margin in sorted(found, key=lambda each: abs(each.value)):
