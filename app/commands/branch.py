@@ -6,7 +6,7 @@ import json
 from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.kept_branches import KeptBranches
 from vibroscope.app.commands.numbers import count, measured
-from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
+from vibroscope.app.commands.options import add_law_options, add_solver_options, default_of, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.engine import (
     PARAMETERS,
@@ -38,6 +38,7 @@ def add(commands) -> None:
         "after a stop or a kill the same command reads what is kept, and goes on from there.",
     )
     add_solver_options(command, follows=False)
+    add_law_options(command)
     add = command.add_argument
     add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")
     add("--from", dest="low", type=measured, required=True, metavar="F", help="its smallest value")

@@ -198,11 +198,8 @@ def stiffness_of(options: argparse.Namespace) -> float | None:
     return stiffness_of_step(system_of(options), eta_of(options), options.steps, scale)
 
 
-def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None:
-    """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`.
-
-    ``more``: what else ``--integrator`` and ``--law`` can be.
-    """
+def add_law_options(command: argparse.ArgumentParser, *more: str) -> None:
+    """Add the contact law and its numbers, for :func:`law_of`; ``more``: what else ``--law`` can be."""
     add = command.add_argument
     add(
         "--law",
@@ -215,6 +212,15 @@ def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None
     add("--exponent", type=number, metavar="F", help=power)
     deep = f"law {' or '.join(laws_with('penetration'))}: penetration from which on the damper acts in full"
     add("--penetration", type=measured, metavar="F", help=deep)
+
+
+def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None:
+    """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`.
+
+    ``more``: what else ``--integrator`` and ``--law`` can be.
+    """
+    add_law_options(command, *more)
+    add = command.add_argument
     add(
         "--integrator",
         choices=(*INTEGRATORS, *more),

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..drivers.law_orbit import LawOrbitEquations, equations_of
 from ..drivers.orbit import Evaluation, OrbitEquations
 from .family import Family
 from .orbit import Orbit
@@ -108,16 +109,16 @@ class Curve:
 
     def __init__(self, family: Family, span: ParameterRange) -> None:
         self.family, self.low, self.high, self.width = family, span.low, span.high, span.width
-        self._known: dict[float, OrbitEquations] = {}
+        self._known: dict[float, OrbitEquations | LawOrbitEquations] = {}
 
-    def equations(self, value: float) -> OrbitEquations:
+    def equations(self, value: float) -> OrbitEquations | LawOrbitEquations:
         """The equations at α₁; the last ones are kept."""
         found = self._known.get(value)
         if found is None:
             last = next(reversed(self._known.values()), None)
             if len(self._known) > 8:
                 self._known.clear()
-            found = self._known[value] = OrbitEquations(*self.family.at(value), like=last)
+            found = self._known[value] = equations_of(*self.family.at(value), like=last)
         return found
 
     def evaluate(self, orbit: Orbit, value: float) -> Evaluation:

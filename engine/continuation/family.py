@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 from ..arguments import shown
-from ..drivers.law_driven import needs_law
-from ..methods import METHOD_NUMBERS, ExactPenalty, Reference
+from ..drivers.law_driven import by_steps
+from ..methods import METHOD_NUMBERS, PIECEWISE_LINEAR, ExactPenalty, Reference
 from ..model import System, check_eta
 
 OF_METHOD = {"K": METHOD_NUMBERS["K"], "D": METHOD_NUMBERS["D"], "threshold": "threshold"}
@@ -36,8 +36,11 @@ class Family:
             raise ValueError(f"over = {shown(self.over)} is no number to follow a motion over: give one of {names}")
         if not isinstance(self.method, Reference | ExactPenalty):
             raise ValueError(f"{self.method} has a time step: branches need a closed form, Reference or ExactPenalty")
-        if needs_law(self.method):
-            raise ValueError(f"law = {self.method.law!r}: branches are followed with the law kelvin-voigt")
+        if by_steps(self.method):
+            laws = ", ".join(PIECEWISE_LINEAR)
+            raise ValueError(
+                f"law = {self.method.law!r} has no closed form in contact: branches are followed with {laws}"
+            )
         own = OF_METHOD.get(self.over)
         if own and not hasattr(self.method, own):
             raise ValueError(f"the {self.method.name} method has no {self.over}: give another number or solver")
@@ -55,6 +58,11 @@ class Family:
         """
         if self.over == "eta":
             return self.system, check_eta(value), self.method
+        if self.over == "D" and value == 0.0 and self.method.law != PIECEWISE_LINEAR[0]:
+            law = self.method.law
+            raise ValueError(
+                f"D = 0: without a damper the law {law} is kelvin-voigt: follow from a D above 0, or take that"
+            )
         if self.over in OF_METHOD:
             return self.system, self.eta, replace(self.method, **{OF_METHOD[self.over]: value})
         own = "mu" if self.over == "mass_ratio" else self.over

@@ -266,7 +266,10 @@ class Tracer:
             where = f"{self.curve.family.over} = {here.value:.10g}"
             self.reason = f"the sequence of events ends near {where}, but the orbit at its end is not found"
             return True
-        self._mark_bifurcations(here, last, located)
+        # on its own side of the end, where it is an orbit beyond rounding: at the end itself a new phase is of length
+        # zero, which makes the equations singular although nothing bifurcates
+        inside = self.at(here, (1 - INSIDE) * located) or last
+        self._mark_bifurcations(here, inside, (1 - INSIDE) * located)
         following, margin = beyond(self.curve, last)
         self.mark(margin.kind, last)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
@@ -274,8 +277,7 @@ class Tracer:
             self.mark(CHATTER_COMPLETES, last)
             self._grazings = []
             following = after_chatter(self.curve, last)
-        # on its own side of the end, where it is an orbit beyond rounding
-        self.points.append(point_within_cycle(self.curve, self.at(here, (1 - INSIDE) * located) or last))
+        self.points.append(point_within_cycle(self.curve, inside))
         if following is None:
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"

@@ -4,14 +4,32 @@ Each is smooth along a curve of orbits with one sequence of events. A *margin* i
 orbit with this sequence; at its zero the sequence changes. An *indicator* changes its sign at a bifurcation.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, CLOSING, FORCE, IMPACT, LOWEST, PART, PARTING, RELEASE, STICK, TOUCH
+from ..drivers.law_driven import needs_law
+from ..drivers.orbit import (
+    CHATTER,
+    CLOSING,
+    DAMP,
+    DEPTH,
+    FORCE,
+    IMPACT,
+    LOAD,
+    LOWEST,
+    PART,
+    PARTING,
+    RELEASE,
+    STICK,
+    TOUCH,
+    WHERE,
+)
 from ..methods import Reference
 from .curve import CurvePoint
 from .orbit import Orbit
+from .switches import CONTACT, switches_within
 
 # kinds of points, in the order of their numbers in stores
 FOLD, DOUBLING, NEIMARK_SACKER, BRANCH_POINT = "fold", "period doubling", "Neimark-Sacker", "branch point"
@@ -19,6 +37,7 @@ GRAZING = "grazing"
 STICKING_BEGINS, STICKING_ENDS = "sticking begins", "sticking ends"
 CHATTER_COMPLETES = "chatter completes"
 OPENS, STAYS_SHUT = "contact opens", "contact no longer opens"
+SWITCHES_MORE, SWITCHES_LESS = "damper switches more", "damper switches less"  # of a contact law
 POINT_KINDS = (
     FOLD,
     DOUBLING,
@@ -30,8 +49,16 @@ POINT_KINDS = (
     OPENS,
     STAYS_SHUT,
     CHATTER_COMPLETES,
+    SWITCHES_MORE,
+    SWITCHES_LESS,
 )
 BIFURCATIONS = (FOLD, DOUBLING, BRANCH_POINT, NEIMARK_SACKER)
+_MORE = {
+    (GRAZING, True): (IMPACT,),
+    (GRAZING, False): (TOUCH, PART),
+    (OPENS, True): (RELEASE, STICK),
+    (OPENS, False): (PART, TOUCH),
+}  # events at the zero of a minimum, of the reference and of the exact penalty
 PAIRS = [(i, j) for i in range(4) for j in range(i)]
 
 
@@ -42,10 +69,14 @@ class Margin(NamedTuple):
     event: int  # of the sequence; len(kinds) is the end of the cycle
     inside: bool  # whether it concerns the phase that ends with the event, not the event
     value: float
+    column: int = WHERE  # of the facts: when, within the phase
+    more: tuple[int, ...] = ()  # the events that follow each other at its zero
 
 
 def margins(orbit: Orbit, evaluation, method) -> list[Margin]:
     """All margins of an orbit, in a fixed order for each sequence of events."""
+    if needs_law(method):
+        return list(law_margins(orbit, evaluation, method.law))
     rigid, facts = isinstance(method, Reference), evaluation.facts
     threshold = method.threshold if rigid else 0.0
     found, touching = [], orbit.first
@@ -70,7 +101,27 @@ def margins(orbit: Orbit, evaluation, method) -> list[Margin]:
 
 
 def _inside(facts: np.ndarray, k: int, touching: bool, rigid: bool) -> Margin:
-    return Margin(OPENS if touching else GRAZING, k, True, facts[k, LOWEST])
+    kind = OPENS if touching else GRAZING
+    return Margin(kind, k, True, facts[k, LOWEST], more=_MORE[kind, rigid])
+
+
+def law_margins(orbit: Orbit, evaluation, law: str) -> Iterator[Margin]:
+    """All margins of an orbit with a piecewise linear contact law."""
+    facts, m = evaluation.facts, len(orbit.kinds)
+    began = orbit.kinds[-1] if m else TOUCH if orbit.first else PART
+    for k, kind in enumerate((*orbit.kinds, None)):
+        if began == PART:
+            yield Margin(GRAZING, k, True, facts[k, LOWEST], more=CONTACT[law])
+        else:
+            for lowest, column, more in switches_within(law, began if m else None):
+                yield Margin(SWITCHES_MORE, k, True, facts[k, lowest], column, more)
+        if kind in (TOUCH, PART):
+            yield Margin(GRAZING, k, False, facts[k, CLOSING])
+        elif kind is not None:
+            yield Margin(SWITCHES_LESS, k, False, facts[k, CLOSING])
+            if kind in (LOAD, DAMP):
+                yield Margin(OPENS, k, False, facts[k, DEPTH])
+        began = kind
 
 
 def least(found: list[Margin]) -> float:

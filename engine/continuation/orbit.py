@@ -4,14 +4,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..drivers.law_driven import needs_law
+from ..drivers.law_orbit import LawOrbitEquations
 from ..drivers.orbit import (
     CHATTER,
+    DAMP,
     IMPACT,
     JOINS,
+    LIMIT,
+    LOAD,
     PART,
+    RELAX,
     RELEASE,
     STICK,
     TOUCH,
+    UNLIMIT,
+    UNLOAD,
     Evaluation,
     OrbitEquations,
 )
@@ -20,7 +28,20 @@ from ..motions.poincare_map import PoincareMap
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 
-NAMES = {IMPACT: "impact", STICK: "stick", CHATTER: "chatter", RELEASE: "release", TOUCH: "touch", PART: "part"}
+NAMES = {
+    IMPACT: "impact",
+    STICK: "stick",
+    CHATTER: "chatter",
+    RELEASE: "release",
+    TOUCH: "touch",
+    PART: "part",
+    UNLOAD: "force ends",
+    LOAD: "force begins",
+    LIMIT: "damper limited",
+    UNLIMIT: "damper in full",
+    RELAX: "damper off",
+    DAMP: "damper on",
+}
 KINDS = {name: kind for kind, name in NAMES.items()}
 
 
@@ -72,7 +93,9 @@ def touching_at_start(kinds: tuple[int, ...], default: bool) -> bool:
     return kinds[-1] in JOINS if kinds else default
 
 
-def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations) -> tuple[Orbit, int]:
+def within_cycle(
+    orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations | LawOrbitEquations
+) -> tuple[Orbit, int]:
     """The same orbit with all events in [0, p), and by how many places they are turned.
 
     Events that have passed an end of the cycle are counted at the other end; the state at τ = 0 then is that after
@@ -90,13 +113,16 @@ def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations
     times[:late] -= period
     source = (early - 1) if early else (m - 1 - late) % m
     turn = evaluation.after[source, 4] - (0 if early else period * (1 if late < m else 2))
-    state = equations.state_later(orbit.kinds[source] in JOINS, evaluation.after[source, :4], turn, -turn)
+    state = equations.state_later(orbit.kinds[source], evaluation.after[source, :4], turn, -turn)
     return Orbit(period, kinds, touching_at_start(kinds, orbit.first), np.concatenate([state, times])), turned
 
 
 def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:
     """The orbit that a run over one cycle from y = (ξ₁, ξ₁′, g, g′) suggests; None if the run ends early."""
     system, eta, method = problem
+    if needs_law(method):
+        events = LawOrbitEquations(*problem).events(y, period)
+        return None if events is None else _orbit(y, period, events, y[2] < 0.0)
     poincare = PoincareMap(system, eta, method, None)
     start = Checkpoint(system, eta, method, 0, tuple(poincare.start(y).tolist()))
     run = simulate(system, eta, method, periods=period, keep=period, initial=start)
@@ -106,9 +132,13 @@ def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:
     events = (
         _impacts_and_contacts(run, cycle, period) if isinstance(method, Reference) else _contacts(run, cycle, period)
     )
+    return _orbit(y, period, events, len(run.contacts) > 0)
+
+
+def _orbit(y: np.ndarray, period: int, events: list[tuple[float, int]], touching: bool) -> Orbit:
+    """An orbit through y with these events; ``touching``: what it does if there are none."""
     kinds = tuple(kind for _, kind in events)
-    first = len(run.contacts) > 0 if not kinds else touching_at_start(kinds, False)
-    return Orbit(period, kinds, first, np.array([*y, *(time for time, _ in events)]))
+    return Orbit(period, kinds, touching_at_start(kinds, touching), np.array([*y, *(time for time, _ in events)]))
 
 
 def _contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..drivers.law_orbit import LawOrbitEquations, equations_of
 from ..drivers.orbit import WHERE, Evaluation, OrbitEquations
 from ..methods import Reference
 from .family import Family
@@ -33,7 +34,7 @@ class Plane:
 
     def __init__(self, over: Family, along: Family, axes: tuple[ParameterRange, ParameterRange]) -> None:
         self.over, self.along, self.axes = over, along, axes
-        self._known: dict[tuple[float, float], OrbitEquations] = {}
+        self._known: dict[tuple[float, float], OrbitEquations | LawOrbitEquations] = {}
 
     @property
     def rigid(self) -> bool:
@@ -50,14 +51,14 @@ class Plane:
         system, eta, method = self.along.at(along)
         return Family(self.over.over, system, eta, method).at(value)
 
-    def equations(self, shares: np.ndarray) -> OrbitEquations:
+    def equations(self, shares: np.ndarray) -> OrbitEquations | LawOrbitEquations:
         """The equations at shares of the ranges; raises ValueError where a number is out of its range."""
         key = float(shares[0]), float(shares[1])
         found = self._known.get(key)
         if found is None:
             if len(self._known) > MOST_TABLES:
                 self._known.clear()
-            found = self._known[key] = OrbitEquations(*self.problem(shares))
+            found = self._known[key] = equations_of(*self.problem(shares))
         return found
 
     def at(self, orbit: Orbit, shares: np.ndarray) -> Place:

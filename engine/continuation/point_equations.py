@@ -20,6 +20,7 @@ from ..drivers.orbit import CLOSING, PART, TOUCH
 from .margins import DOUBLING, FOLD, GRAZING, indicator
 from .orbit import Orbit
 from .plane import Place, Plane
+from .switches import partners
 
 DIFFERENCE = 1e-6  # scaled, of differences
 SHORT = 0.02  # excitation periods, of a contact of the penalty
@@ -43,7 +44,7 @@ class Condition:
 
     def __init__(self, kind: str, touch: int | None = None) -> None:
         self.kind, self.touch = kind, touch
-        self._borders: tuple[np.ndarray, np.ndarray, list[int]] | None = None
+        self._borders: tuple[np.ndarray, np.ndarray, list[tuple[int, int]]] | None = None
 
     def value(self, plane: Plane, place: Place, scales: np.ndarray) -> float:
         """The condition."""
@@ -91,28 +92,40 @@ class Condition:
         self._borders = None
 
 
-def short_pairs(orbit: Orbit) -> list[int]:
-    """The first events of short contacts of the penalty, and of short flights; each event belongs to one at most."""
-    lengths, found = np.diff(orbit.instants), []
-    for k in np.argsort(lengths):
-        if lengths[k] < SHORT and {*orbit.kinds[k : k + 2]} == {TOUCH, PART} and not {k - 1, k, k + 1} & {*found}:
-            found.append(int(k))
+def short_pairs(orbit: Orbit) -> list[tuple[int, int]]:
+    """First and last event of short contacts, flights and pieces of the penalty; each event belongs to one at most."""
+    kinds, instants, found = orbit.kinds, orbit.instants, []
+    pairs = [(k, last) for k in range(len(kinds)) if (last := _end_of(kinds, k)) is not None]
+    for first, last in sorted(pairs, key=lambda pair: instants[pair[1]] - instants[pair[0]]):
+        events = {*range(first, last + 1)}
+        short = kinds[first] >= TOUCH and instants[last] - instants[first] < SHORT
+        if short and not any(events & {*range(i, j + 1)} for i, j in found):
+            found.append((first, last))
     return found
 
 
-def regular(kind: str, place: Place, scales: np.ndarray, short: list[int]) -> tuple[np.ndarray, np.ndarray]:
+def _end_of(kinds: tuple[int, ...], first: int) -> int | None:
+    """The event that ends what another one begins: a contact, a flight, or a piece between zeros of one quantity."""
+    if kinds[first] == TOUCH:
+        return next((k for k in range(first + 1, len(kinds)) if kinds[k] == PART), None)
+    last = first + 1
+    return last if last < len(kinds) and partners(kinds[first], kinds[last]) else None
+
+
+def regular(kind: str, place: Place, scales: np.ndarray, short: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
     """The matrix that is singular at a fold or a doubling, and at no grazing, in a basis; and that basis, (n, n) each.
 
     As a contact of the penalty shrinks to nothing, its length no longer counts in the equations: their derivative in it
-    falls with it. The basis takes middle and squared length of a short contact for its two instants.
+    falls with it. The basis takes middle and squared length of a short contact for the instants of its two ends.
     """
     matrix = place.evaluation.jacobian * scales
     basis = np.eye(len(scales))
     if kind == DOUBLING:
         matrix[range(4), range(4)] += 2.0 * scales[:4]
-    for k in short:
-        i, length = 4 + k, place.orbit.instants[k + 1] - place.orbit.instants[k]
-        basis[i : i + 2, i : i + 2] = [[1.0, -1.0 / length], [1.0, 1.0 / length]]
+    for first, last in short:
+        length = place.orbit.instants[last] - place.orbit.instants[first]
+        both = [4 + first, 4 + last]
+        basis[np.ix_(both, both)] = [[1.0, -1.0 / length], [1.0, 1.0 / length]]
     return matrix @ basis, basis
 
 

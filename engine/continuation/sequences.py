@@ -15,11 +15,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, IMPACT, JOINS, PART, RELEASE, STICK, TOUCH, WHERE
+from ..drivers.law_driven import needs_law
+from ..drivers.orbit import CHATTER, IMPACT, JOINS, PART, TOUCH
 from ..methods import Reference
 from .curve import Curve, CurvePoint
-from .margins import GRAZING, OPENS, STAYS_SHUT, Margin, least, margins
+from .margins import GRAZING, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, least, margins
 from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
+from .switches import REOPENED, contact_of, flight_of, partner
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 LONG_STEPS = 10.0 ** np.arange(-7, -1.0, 0.5)  # the same after a jump
@@ -27,6 +29,7 @@ JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence
 NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
 ZERO = 1e-8  # a margin below that is zero where another one is
 SHORTEST = 1e-6  # excitation periods: a new contact, or flight, of the penalty is followed from there on …
+SHORTEST_PIECE = 1e-4  # … a new piece of a contact law …
 SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of third order in its length
 
 
@@ -38,14 +41,10 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin]:
     """
     found = sorted(margins(last.orbit, last.evaluation, curve.family.at(last.value)[2]), key=lambda each: each.value)
     for margin in (each for each in found if each.value <= max(ZERO, found[0].value)):
-        if margin.kind in (GRAZING, OPENS, STAYS_SHUT):
-            for orbit, new in _grazing_neighbours(curve, last, margin):
-                if new is not None:
-                    point = _with_short_phase(curve, last, orbit, new)
-                else:
-                    point = _on_its_side(curve, last, orbit)
-                if point is not None:
-                    return point, margin
+        for orbit, phase in _neighbours(curve, last, margin):
+            point = _with_short_phase(curve, last, orbit, *phase) if phase else _on_its_side(curve, last, orbit)
+            if point is not None:
+                return point, margin
     return _after_jump(curve, last), found[0]
 
 
@@ -71,22 +70,65 @@ def _holds(curve: Curve, point: CurvePoint) -> bool:
     return least(found) > 0 and bool((np.diff(point.orbit.instants) > 0).all())
 
 
-def _grazing_neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tuple[Orbit, int | None]]:
-    """The orbit at a grazing with one impact, contact or flight more or less; the first event of a new pair."""
-    orbit, k = last.orbit, margin.event
-    rigid = isinstance(curve.family.method, Reference)
-    if margin.kind == STAYS_SHUT:
+def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tuple[Orbit, tuple[int, int] | None]]:
+    """The orbit at the zero of a margin with more events or fewer, and those between which a new phase is short."""
+    orbit, k, method = last.orbit, margin.event, curve.family.method
+    rigid = isinstance(method, Reference)
+    if margin.inside:
+        if margin.kind == SWITCHES_MORE:
+            length = SHORTEST_PIECE
+        else:
+            length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST
+        n, where = len(margin.more), last.evaluation.facts[k, margin.column]
+        new = _with(orbit, k, where + length * np.linspace(0.0, 1.0, n), margin.more)
+        yield new, (k, k + n - 1) if n > 1 else None
+    elif margin.kind == STAYS_SHUT:
         yield _without(orbit, {k - 1, k}), None
-    elif margin.inside and rigid and margin.kind == GRAZING:
-        yield _with(orbit, k, {last.evaluation.facts[k, WHERE]: IMPACT}), None
-    elif margin.inside:
-        where, length = last.evaluation.facts[k, WHERE], SHORTEST_FLIGHT if rigid else SHORTEST
-        pair = (RELEASE, STICK) if rigid else (TOUCH, PART) if margin.kind == GRAZING else (PART, TOUCH)
-        yield _with(orbit, k, dict(zip((where, where + length), pair, strict=True))), k
-    elif not margin.inside and orbit.kinds[k] == IMPACT:
+    elif margin.kind == SWITCHES_LESS:
+        other = partner(orbit, k)
+        if other is not None:
+            yield _without(orbit, {k, other}, touching=True), None
+    elif margin.kind == OPENS:
+        yield _reopened(orbit, k, REOPENED[method.law])
+    elif margin.kind == GRAZING and orbit.kinds[k] == IMPACT:
         yield _without(orbit, {k}), None
-    elif not margin.inside and not rigid:
+    elif margin.kind == GRAZING and needs_law(method):
+        (contact, lasts), (flight, apart) = contact_of(orbit, k), flight_of(orbit, k)
+        if lasts < apart:
+            yield _without(orbit, {*contact}, touching=False), None
+        else:
+            yield _closed(orbit, *flight, REOPENED[method.law]), None
+    elif margin.kind == GRAZING and not rigid:
         yield _without(orbit, {k, _nearest_event(orbit, k)}), None
+
+
+def _reopened(orbit: Orbit, k: int, reopened: tuple[int, ...]) -> tuple[Orbit, tuple[int, int]]:
+    """The orbit with a short flight in place of the events at which its contact is about to open."""
+    kinds, unknowns = list(orbit.kinds), orbit.unknowns.copy()
+    kinds[k] = PART
+    if len(reopened) == 1:
+        after = k + 1
+        kinds.insert(after, TOUCH)
+        unknowns = np.insert(unknowns, 4 + after, orbit.instants[k] + SHORTEST)
+    else:
+        after = (k + 1) % len(kinds)
+        kinds[after] = TOUCH
+        unknowns[4 + after] = orbit.instants[k] + SHORTEST - (orbit.period if after == 0 else 0)
+    return replace(orbit, kinds=tuple(kinds), first=touching_at_start(tuple(kinds), True), unknowns=unknowns), (
+        k,
+        after,
+    )
+
+
+def _closed(orbit: Orbit, part: int, touch: int, reopened: tuple[int, ...]) -> Orbit:
+    """The orbit without a short flight."""
+    kinds = list(orbit.kinds)
+    kinds[part] = reopened[0]
+    if len(reopened) > 1:
+        kinds[touch] = reopened[1]
+    there = replace(orbit, kinds=tuple(kinds))
+    there = there if len(reopened) > 1 else _without(there, {touch})
+    return replace(there, first=touching_at_start(there.kinds, True))
 
 
 def _nearest_event(orbit: Orbit, k: int) -> int:
@@ -99,26 +141,28 @@ def _nearest_event(orbit: Orbit, k: int) -> int:
     )
 
 
-def _with(orbit: Orbit, k: int, events: dict[float, int]) -> Orbit:
+def _with(orbit: Orbit, k: int, instants: np.ndarray, kinds: tuple[int, ...]) -> Orbit:
     return replace(
         orbit,
-        kinds=(*orbit.kinds[:k], *events.values(), *orbit.kinds[k:]),
-        unknowns=np.insert(orbit.unknowns, 4 + k, list(events)),
+        kinds=(*orbit.kinds[:k], *kinds, *orbit.kinds[k:]),
+        unknowns=np.insert(orbit.unknowns, 4 + k, instants),
     )
 
 
-def _without(orbit: Orbit, events: set[int]) -> Orbit:
+def _without(orbit: Orbit, events: set[int], touching: bool | None = None) -> Orbit:
+    """The orbit without some events; ``touching``: whether the bodies touch if no event is left."""
     kinds = tuple(kind for k, kind in enumerate(orbit.kinds) if k not in events)
-    alone = orbit.kinds[min(events)] not in JOINS if len(events) > 1 and not kinds else False
-    first = touching_at_start(kinds, alone)
+    if touching is None:
+        touching = orbit.kinds[min(events)] not in JOINS if len(events) > 1 and not kinds else False
+    first = touching_at_start(kinds, touching)
     return replace(orbit, kinds=kinds, first=first, unknowns=np.delete(orbit.unknowns, [4 + k for k in events]))
 
 
-def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, k: int) -> CurvePoint | None:
-    """The orbit whose phase between events k and k + 1 is as short as in the guess, and grows."""
+def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: int) -> CurvePoint | None:
+    """The orbit whose phase between events i and j is as short as in the guess, and grows."""
     row = np.zeros(len(orbit.unknowns) + 1)
-    row[4 + k], row[5 + k] = -1.0, 1.0
-    found = curve.constrained(orbit, last.value, row, orbit.instants[k + 1] - orbit.instants[k])
+    row[4 + i], row[4 + j] = -1.0, 1.0
+    found = curve.constrained(orbit, last.value, row, orbit.instants[j] - orbit.instants[i])
     point = found and CurvePoint(curve, *found, row)
     return point if point is not None and _holds(curve, point) else None
 

@@ -5,18 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..drivers.orbit import IMPACT, JOINS, PART, WHERE
+from ..drivers.law_driven import needs_law
+from ..drivers.orbit import IMPACT, JOINS, PART, TOUCH, WHERE
 from .margins import GRAZING, Margin, margins
 from .orbit import Orbit, touching_at_start
 from .plane import Place, Plane
+from .switches import contact_of, flight_of
 
 SHORT = 1e-5  # excitation periods: a contact shorter than that is a touch
 
 
 def touched(plane: Plane, place: Place) -> Iterator[tuple[Orbit, int]]:
     """A grazing orbit with its touch as an event, and which: for each touch there may be, the closest first."""
-    orbit = place.orbit
-    if not plane.rigid and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < SHORT:
+    orbit, pressed = place.orbit, not plane.rigid and not needs_law(plane.over.method)
+    if pressed and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < SHORT:
         yield marked(orbit, int(np.argmin(lengths)))
     found = [each for each in margins(orbit, place.evaluation, plane.over.method) if each.kind == GRAZING]
     for margin in sorted(found, key=lambda each: abs(each.value)):
@@ -27,6 +29,8 @@ def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:
     """The orbit with the touch at which a margin is zero as an event, and which."""
     orbit, k = place.orbit, margin.event
     if not margin.inside:
+        if needs_law(plane.over.method):
+            return marked_with_law(orbit, k)
         return (orbit, k) if plane.rigid else marked(orbit, k)
     kind, where = (IMPACT if plane.rigid else PART), place.evaluation.facts[k, WHERE]
     unknowns = np.insert(orbit.unknowns, 4 + k, where)
@@ -48,6 +52,22 @@ def marked(orbit: Orbit, k: int) -> tuple[Orbit, int]:
     unknowns = np.concatenate([orbit.unknowns[:4], np.insert(instants[rest], place, middle)])
     first_touching = touching_at_start(tuple(kinds), orbit.first)
     return Orbit(period, tuple(kinds), first_touching, unknowns), place
+
+
+def marked_with_law(orbit: Orbit, k: int) -> tuple[Orbit, int]:
+    """The same with another contact law: the marker in place of a short contact, or flight, that event k ends or begins.
+
+    After a short flight the marker is a touch, since the law goes on from there as after one.
+    """
+    (contact, lasts), (flight, apart) = contact_of(orbit, k), flight_of(orbit, k)
+    events, kind, length = (contact, PART, lasts) if lasts < apart else (flight, TOUCH, apart)
+    rest = [j for j in range(len(orbit.kinds)) if j not in events]
+    place = sum(j < events[0] for j in rest)
+    kinds = [orbit.kinds[j] for j in rest]
+    kinds.insert(place, kind)
+    middle = orbit.instants[events[0]] + 0.5 * length
+    unknowns = np.concatenate([orbit.unknowns[:4], np.insert(orbit.instants[rest], place, middle)])
+    return Orbit(orbit.period, tuple(kinds), touching_at_start(tuple(kinds), orbit.first), unknowns), place
 
 
 def without(orbit: Orbit, k: int) -> Orbit:

@@ -8,16 +8,25 @@ import numpy as np
 from ..kernels.event_driven.orbit import (
     CHATTER,
     CLOSING,
+    DAMP,
+    DEPTH,
     FACTS,
     FORCE,
     IMPACT,
     JOINS,
+    LIMIT,
+    LOAD,
     LOWEST,
+    OTHER_LOWEST,
+    OTHER_WHERE,
     PART,
     PARTING,
+    RELAX,
     RELEASE,
     STICK,
     TOUCH,
+    UNLIMIT,
+    UNLOAD,
     WHERE,
     orbit_equations,
     state_later,
@@ -34,15 +43,24 @@ from .parameters import parameters_of, wall_of
 __all__ = [
     "CHATTER",
     "CLOSING",
+    "DAMP",
+    "DEPTH",
     "FORCE",
     "IMPACT",
     "JOINS",
+    "LIMIT",
+    "LOAD",
     "LOWEST",
+    "OTHER_LOWEST",
+    "OTHER_WHERE",
     "PART",
     "PARTING",
+    "RELAX",
     "RELEASE",
     "STICK",
     "TOUCH",
+    "UNLIMIT",
+    "UNLOAD",
     "WHERE",
     "Evaluation",
     "OrbitEquations",
@@ -158,17 +176,18 @@ class OrbitEquations:
         )
         return found
 
-    def state_later(self, touching: bool, state: np.ndarray, turn: float, length: float) -> np.ndarray:
+    def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """The state (ξ₁, ξ₁′, g, g′) a number of excitation periods after another one, without an event on the way.
 
         Parameters
         ----------
-        touching : bool
-            Whether the bodies touch.
+        kind : int
+            The event that began the phase.
         state : (4,) ndarray
         turn, length : float
             When it holds, and how much later, in excitation periods.
         """
+        touching = kind in JOINS
         if touching and not self._has_contact:
             self._set_up(contact=True)
         return np.array(state_later(self._packed, self._wall, touching, state, turn, length * self._period))

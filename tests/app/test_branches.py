@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.link import parse_address, print_address, print_choice
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.branch_lines import MARKS, Place, place_named, stretches, thinned
 from vibroscope.app.page.bifurcation.branches import Branches, opened, stability_words
 from vibroscope.app.page.explore.opened import OpenedMotion
+from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.shared.figure import make_figure
 from vibroscope.app.studies import branches as study
 from vibroscope.app.studies.branches import BranchQuestion, grow_branches, kind_words, matched, why_none
@@ -126,7 +128,8 @@ def test_points_are_paired_by_kind_period_and_nearest_value():
         ("steps", ExactPenalty(1e4, 10), "without a time step"),
         ("K", Reference(), "The reference has no K"),
         ("restitution", ExactPenalty(1e4, 10), "The penalty model has no restitution"),
-        ("eta", TimeStepping(1e4, 10, 500, law="cut").limit, "contact law cut"),
+        ("eta", TimeStepping(1e4, 10, 500, law="cut").limit, ""),
+        ("eta", ExactPenalty(1e4, 10, law="flores"), "contact law flores"),
     ],
 )
 def test_a_sentence_says_why_there_are_no_branches(over, method, why):
@@ -259,3 +262,38 @@ def test_the_line_in_explore_stays_as_long_as_its_setting(grown):
     send(line, {"close": True})
     line.follow(set_to)
     assert not line.visible
+
+
+@pytest.mark.parametrize("solver", ["reference", "penalty"])
+def test_a_link_has_the_motion_again_also_where_its_bodies_overlap(solver, grown):
+    if solver == "reference":
+        branch, place, question = grown[-1].branches[1], Place("reference", 1, "orbit", 5), QUESTION
+    else:
+        method = ExactPenalty(20.0, 0.5)
+        found = steady(System(), 1.1, method, max_period=4)
+        rows, multipliers = np.tile(found.state, (1, found.period, 1)), np.full((1, 4), 0.5 + 0j)
+        branch = Branch("eta", found.period, np.array([1.1]), rows, multipliers, (), (), ("", ""))
+        place, question = Place("penalty", 0, "orbit", 0), BranchQuestion(System(), method, (1, 2))
+    texts, _, orbit = opened(question, place, branch)
+    line, again = OpenedMotion(), OpenedMotion()
+    setting = read_setting(texts, SETTING if solver == "reference" else SETTING._replace(K=20.0, D=0.5))
+    line.announce(texts, "", orbit)
+    assert line.choice() == {}
+    line.follow(setting)
+    view = Explore.read_view("", print_choice(line.choice()), "")
+    assert ("orbit_xi1" in view.choice) == (solver == "penalty")
+    again.restore(view.choice)
+    again.follow(read_setting(parse_address(print_address(setting))))
+    assert again.visible
+    assert f"repeats every {branch.period} periods" in again.words or branch.period == 1
+    for name, column in line.columns(setting).items():
+        np.testing.assert_array_equal(again.columns(setting)[name], column)
+    again.follow(setting._replace(K=setting.K + 1.0))
+    assert again.choice() == {}
+
+
+def test_a_link_to_a_motion_that_is_none_shows_nothing():
+    line = OpenedMotion()
+    line.restore({"reference_orbit": 3})
+    line.follow(SETTING)
+    assert (line.visible, line.choice()) == (False, {})

@@ -26,6 +26,8 @@ MARKS = {
     "contact opens": ("x", "×"),
     "contact no longer opens": ("circle_x", "⊗"),
     "chatter completes": ("square_cross", "⊞"),
+    "damper switches more": ("inverted_triangle", "▽"),
+    "damper switches less": ("triangle_dot", "△"),
 }
 _LOOKS = {
     "reference": {"line_color": BLUE, "line_width": 2.4},

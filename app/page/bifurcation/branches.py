@@ -32,7 +32,7 @@ from vibroscope.engine import Branch, Point
 from vibroscope.engine.wording import every
 
 NAMES = {"reference": "reference", "penalty": "exact penalty"}
-_DOTTED = " The dotted curve in the phase plots is this motion."
+_DOTTED = " The dotted curve in the phase plots is this motion."  # as in explore/opened
 _EXACT = 1e-12  # size of the errors with which a run begins, in displacements: what an unstable motion enlarges
 
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import ClassVar
 
 import panel as pn
-from vibroscope.app.explorer.closed_orbit import ClosedOrbit
+from vibroscope.app.explorer.closed_orbit import FARTHEST, LONGEST, SOLVERS, ClosedOrbit
 from vibroscope.app.explorer.compute import JobQueue, cached_runs
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import Explanation, paragraphs
@@ -138,22 +138,36 @@ class Explore(Tab):
 
     @classmethod
     def spec(cls) -> dict:
-        """The phase that the motion is held at."""
-        return {"numbers": [{"name": "phase", "label": "Phase τ/T", "low": 0, "high": WINDOW, "whole": False}]}
+        """The phase that the motion is held at, and the motion that was opened from a branch."""
+        numbers = [{"name": "phase", "label": "Phase τ/T", "low": 0, "high": WINDOW, "whole": False}]
+        numbers += [
+            {"name": name, "label": f"Periods of a motion of the {solver}", "low": 1, "high": LONGEST, "whole": True}
+            for name, solver in SOLVERS.items()
+        ]
+        numbers += [{"name": "orbit_xi1", "label": "Its ξ₁", "low": -FARTHEST, "high": FARTHEST, "whole": False}]
+        return {"numbers": numbers}
 
     def restore(self, view: View) -> None:
         """See `Tab.restore`."""
         super().restore(view)
         self.mechanism.held = view.choice.get("phase")
+        self._opened.restore({name: number for name, number in view.choice.items() if name != "phase"})
 
     def choice(self) -> dict[str, float]:
-        """The phase, if the user holds the motion."""
-        return {} if self.mechanism.held is None else {"phase": self.mechanism.held}
+        """The phase, if the user holds the motion, and what was opened from a branch."""
+        held = {} if self.mechanism.held is None else {"phase": self.mechanism.held}
+        return held | self._opened.choice()
 
     def watch_view(self, on_change: Callable[[], None]) -> None:
         """See `Tab.watch_view`."""
         super().watch_view(on_change)
         self.mechanism.on_hold = on_change
+
+        def closed() -> None:
+            self._redraw_phase()
+            on_change()
+
+        self._opened.on_close = closed
 
     # -- the open tab ------------------------------------------------------------------
 

@@ -44,10 +44,13 @@ from .state import absolute, unpack_system
 
 # what happens at an event
 IMPACT, STICK, CHATTER, RELEASE, TOUCH, PART = range(6)
-JOINS = (STICK, CHATTER, TOUCH)  # events after which the bodies touch
+UNLOAD, LOAD, LIMIT, UNLIMIT, RELAX, DAMP = range(6, 12)  # within a contact of another law: :mod:`.law_orbit`
+JOINS = (STICK, CHATTER, TOUCH, UNLOAD, LOAD, LIMIT, UNLIMIT, RELAX, DAMP)  # events after which the bodies touch
 ORDERS = (1, 0, 0, 3, 1, 1)  # derivatives of what is watched that vanish where the phase after an event begins
 CLOSING, PARTING, FORCE, LOWEST, WHERE = range(5)  # columns of the facts of an event
 FACTS = 5
+DEPTH, OTHER_LOWEST, OTHER_WHERE = range(FACTS, FACTS + 3)  # further columns with another contact law
+LAW_FACTS = FACTS + 3
 BACKWARDS = -3.0  # intervals that a phase can be extended before its beginning
 MINIMUM_STEPS = 60  # of the search for a minimum
 FINEST = 16  # halvings of the first interval of a phase

@@ -1,0 +1,99 @@
+"""The equations of a periodic orbit with a piecewise linear contact law (:mod:`..kernels.event_driven.law_orbit`)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..kernels.compile.options import uncompiled
+from ..kernels.equations.contact_law import COMPRESSION, LAWS
+from ..kernels.event_driven import law_integrate as loop
+from ..kernels.event_driven import law_orbit as kernel
+from ..kernels.event_driven.orbit import DAMP, LAW_FACTS, LIMIT, LOAD, PART, RELAX, TOUCH, UNLIMIT, UNLOAD
+from ..kernels.event_driven.saltation import make_variation
+from ..kernels.event_driven.state import in_periods, linear_state, start_state
+from ..methods import ExactPenalty, Reference
+from ..model import System
+from .law_driven import needs_law, set_up_law
+from .orbit import Evaluation, OrbitEquations
+
+IN_FLIGHT, IN_OVERLAP, IN_PUSH, IN_EXTRA = kernel.IN_FLIGHT, kernel.IN_OVERLAP, kernel.IN_PUSH, kernel.IN_EXTRA
+MOST_BLOCKS = 200_000  # of a run whose events are listed
+
+
+def equations_of(
+    system: System, eta: float, method: Reference | ExactPenalty, like: OrbitEquations | None = None
+) -> "OrbitEquations | LawOrbitEquations":
+    """The equations of the orbits of a system, η and method; ``like``: others of the same family."""
+    return LawOrbitEquations(system, eta, method) if needs_law(method) else OrbitEquations(system, eta, method, like)
+
+
+def piece_after(law: str, kind: int) -> int:
+    """The piece of a law that an event begins: IN_FLIGHT, IN_OVERLAP, IN_PUSH or IN_EXTRA."""
+    return uncompiled(kernel.piece_after)(LAWS.index(law), kind)
+
+
+class LawOrbitEquations:
+    """The equations of the orbits of one system, η and law; called as :class:`.orbit.OrbitEquations` is.
+
+    Parameters
+    ----------
+    system : System
+    eta : float
+    method : ExactPenalty
+        With a piecewise linear law other than "kelvin-voigt", and a damper.
+    """
+
+    def __init__(self, system: System, eta: float, method: ExactPenalty) -> None:
+        self._system, self._law = set_up_law(system, eta, method), method.law
+
+    def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
+        """Evaluate the equations of orbits with this sequence of events."""
+        p, m = self._system, len(kinds)
+        n = 4 + m
+        found = Evaluation(*map(np.zeros, ((n,), (n, n), (m + 1, LAW_FACTS), (m + 1, 5), (period, 4))))
+        piece = piece_after(self._law, kinds[-1]) if m else IN_PUSH if first else IN_FLIGHT
+        kernel.law_orbit_equations(
+            p,
+            np.array(kinds, dtype=np.int64),
+            piece,
+            float(period),
+            unknowns,
+            tuple(found),
+            make_variation(n),
+            np.zeros(n),
+        )
+        return found
+
+    def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
+        """As :meth:`.orbit.OrbitEquations.state_later`."""
+        p = self._system
+        return np.array(kernel.law_state_later(p, piece_after(self._law, kind), state, turn, length * p.period))
+
+    def events(self, y: np.ndarray, period: int) -> list[tuple[float, int]] | None:
+        """Instants in excitation periods and kinds of the events of a run from y = (ξ₁, ξ₁′, g, g′) over a cycle.
+
+        None if there are too many of them.
+        """
+        p, found, piece = self._system, [], None
+        a = uncompiled(start_state)(p, tuple(map(float, y)))
+        for _ in range(MOST_BLOCKS):
+            a, before = loop.resolve_law_event(p, a), piece
+            piece, turn = uncompiled(loop.piece_of)(a), a.period + uncompiled(in_periods)(p, a.tau)
+            if turn >= period:
+                return found
+            if before is not None and piece != before:
+                found.append((turn, self._kind_between(before, piece)))
+                if len(found) > loop.MOST_EVENTS:
+                    return None
+            z = uncompiled(linear_state)(p, uncompiled(loop.phase_of)(p, piece, 0), a)
+            a = loop.follow_piece(p, a, z)[1]
+        return None
+
+    def _kind_between(self, before: int, after: int) -> int:
+        """The event between two pieces."""
+        if IN_FLIGHT in (before, after):
+            return PART if after == IN_FLIGHT else TOUCH
+        if IN_OVERLAP in (before, after):
+            return UNLOAD if after == IN_OVERLAP else LOAD
+        reduced, whole = (RELAX, DAMP) if self._system.law == COMPRESSION else (LIMIT, UNLIMIT)
+        return reduced if after == IN_EXTRA else whole
