@@ -7,7 +7,7 @@ import math
 import pytest
 from vibroscope.app.commands.cli import build_parser
 from vibroscope.app.commands.numbers import QUANTITIES, Measured, measured, measured_count, resolve_units
-from vibroscope.app.explorer.state import read_setting
+from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.engine import parse_system
 
