@@ -85,7 +85,7 @@ def values_of_system(system: System, units: Units | None = None, eta: float | No
 
 def physical_field(name: str) -> ShownField:
     """How the physical number ``name`` of `PHYSICAL_FIELDS` is shown, and what may be typed for it."""
-    (symbol, quantity), (meaning, unit, _) = _NAMED[name], KEYS[name]
+    (symbol, quantity), (meaning, unit, *_) = _NAMED[name], KEYS[name]
     return ShownField(symbol, meaning, unit, 1.0, typed_units(quantity, unit))
 
 

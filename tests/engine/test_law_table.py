@@ -15,6 +15,7 @@ from vibroscope.engine.laws import formula_damper
 from vibroscope.engine.methods import spring_exponent
 
 from tests.law_numbers import law_numbers
+from tests.naive_laws import force
 
 K, DEPTH = 700.0, 0.013
 LINEAR = [law for law in CONTACT_LAWS if LAWS[law].exponent == 1.0]
@@ -31,7 +32,9 @@ def test_the_table_has_every_law_of_the_kernels_in_their_order():
 @pytest.mark.parametrize("law", CONTACT_LAWS)
 def test_the_spring_of_a_law_has_its_exponent(law):
     for n in (LAWS[law].exponent, 2.2) if LAWS[law].takes_exponent else (LAWS[law].exponent,):
-        assert force_of(law, exponent=n) == pytest.approx(K * DEPTH**n)
+        twin = force(ExactPenalty(K, 0.0, law, **law_numbers(law, n)), 0.0, DEPTH, 0.0)
+        assert force_of(law, exponent=n) == pytest.approx(twin)
+        assert twin == pytest.approx(K * DEPTH**n)
 
 
 @pytest.mark.parametrize("law", CONTACT_LAWS)
