@@ -38,7 +38,9 @@ class Family:
             raise ValueError(f"{self.method} has a time step: branches need a closed form, Reference or ExactPenalty")
         if by_steps(self.method):
             laws = ", ".join(PIECEWISE_LINEAR)
-            raise ValueError(f"law = {self.method.law!r} has no closed form in contact: branches are followed with {laws}")
+            raise ValueError(
+                f"law = {self.method.law!r} has no closed form in contact: branches are followed with {laws}"
+            )
         own = OF_METHOD.get(self.over)
         if own and not hasattr(self.method, own):
             raise ValueError(f"the {self.method.name} method has no {self.over}: give another number or solver")
@@ -58,7 +60,9 @@ class Family:
             return self.system, check_eta(value), self.method
         if self.over == "D" and value == 0.0 and self.method.law != PIECEWISE_LINEAR[0]:
             law = self.method.law
-            raise ValueError(f"D = 0: without a damper the law {law} is kelvin-voigt: follow from a D above 0, or take that")
+            raise ValueError(
+                f"D = 0: without a damper the law {law} is kelvin-voigt: follow from a D above 0, or take that"
+            )
         if self.over in OF_METHOD:
             return self.system, self.eta, replace(self.method, **{OF_METHOD[self.over]: value})
         own = "mu" if self.over == "mass_ratio" else self.over
