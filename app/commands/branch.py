@@ -2,7 +2,9 @@
 
 import argparse
 import json
+from itertools import chain
 
+from vibroscope.app.commands.basin_seeds import read_basin
 from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.kept_branches import KeptBranches
 from vibroscope.app.commands.numbers import count, measured
@@ -58,6 +60,12 @@ def add(commands) -> None:
         metavar="N",
         help=f"orbits after which a branch is given up, in each direction (default {_MOST_ORBITS})",
     )
+    add(
+        "--from-basin",
+        metavar="FILE.zarr",
+        help="follow also the motions of this result of `vibroscope sweep basin`, of the same problem, that lie on no "
+        "branch the search finds: isolated ones may",
+    )
     add("--along", choices=PARAMETERS, help="a second number, along which the points of --point are followed")
     add("--along-from", type=measured, metavar="F", help="its smallest value")
     add("--along-to", type=measured, metavar="F", help="its largest value")
@@ -80,26 +88,29 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
+    seeds = read_basin(options.from_basin) if options.from_basin else None
+    if seeds is not None and options.eta is None:
+        options.eta = seeds.eta
     problem, found, code = _problem(options), [], 0
+    if seeds is not None:
+        seeds.check(problem, options.over, options.low, options.high)
     curves, notes, lost = [], [], []
     progress = progress_line(lambda count: f"{count} branches", float("inf"))
     with watch_interrupt() as cancelled:
         along = _along(options, problem, cancelled)
         try:
+            reach = {name: getattr(options, name) for name in ("over", "low", "high", "max_period", "most_orbits")}
             search = search_branches(
                 *problem,
-                over=options.over,
-                low=options.low,
-                high=options.high,
-                max_period=options.max_period,
+                **reach,
                 unstable=options.unstable,
-                most_orbits=options.most_orbits,
                 initial=options.initial,
                 note=notes.append,
                 keep=kept and kept.search_folder,
                 cancelled=cancelled,
             )
-            for branch in search:
+            more = () if seeds is None else seeds.unknown(problem, found, **reach, cancelled=cancelled)
+            for branch in chain(search, more):
                 found.append(branch)
                 if kept is not None:
                     kept.write(found, complete=False)

@@ -24,6 +24,7 @@ from vibroscope.engine.sweeps import (
     nearest_known,
 )
 from vibroscope.engine.sweeps.basin_motions import ENDED
+from vibroscope.engine.sweeps.start_plane import PHASE, STATE
 
 COUNT, SLOW_COUNT = 96, 24  # cells along each axis; of a method whose cells are run one by one
 TRANSIENT, SAMPLE = 1800, 256
@@ -33,8 +34,9 @@ PLANES = {  # of starts, by their name in a link
     "xi1-v1": ("xi1", "v1"),
     "v1-v2": ("v1", "v2"),
     "xi1-xi2": ("xi1", "xi2"),
+    **{f"phase-{name}": (PHASE, name) for name in STATE},
 }
-AT_WALL = "xi1-v1"  # the only one there
+AT_WALL = ("xi1-v1", "phase-xi1", "phase-v1")  # those there
 # None of them has a counterpart in `theme.js`: the key has the same in light and dark.
 COLOURS = ("#88CCEE", "#E69F00", "#117733", "#CC6677", "#F0E442", "#882255", "#332288", "#44AA99")
 FURTHER = "#4D4D4D"  # motions beyond these
@@ -52,7 +54,7 @@ class BasinQuestion(NamedTuple):
     axes: tuple[str, str]
     x: tuple[float, float]  # edges of the plane
     y: tuple[float, float]
-    start: tuple[float, float, float, float]  # ξ₁, ξ₁′, ξ₂, ξ₂′; 0 on the axes
+    start: tuple[float, float, float, float]  # ξ₁, ξ₁′, ξ₂, ξ₂′ at the phase 0, or that of an axis; 0 on the axes
 
     @property
     def count(self) -> int:

@@ -25,7 +25,7 @@ from vibroscope.engine import (
     System,
     search_branches,
 )
-from vibroscope.engine.methods import PIECEWISE_LINEAR
+from vibroscope.engine.law_table import PIECEWISE_LINEAR
 
 MAX_PERIOD = 4  # longest cycle that is looked for, in excitation periods
 MOST_BRANCHES = 60

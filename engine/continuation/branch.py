@@ -15,7 +15,8 @@ class Point:
     ----------
     kind : str
         "fold", "period doubling", "Neimark-Sacker", "branch point", "grazing", "sticking begins", "sticking ends",
-        "contact opens", "contact no longer opens", "chatter completes", "damper switches more" or "damper switches less".
+        "contact opens", "contact no longer opens", "chatter completes", "damper switches more" or "damper switches
+        less".
     value : float
         The number over which the branch is followed, to 1e-10 of its range.
     period : int
@@ -25,9 +26,9 @@ class Point:
     state : (4,) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod pT.
     events : tuple of str
-        What happens in the cycle, in its order: "impact", "stick", "chatter" and "release", or "touch" and "part", and
-        between them, with another contact law, "force ends", "force begins", "damper limited", "damper in full", "damper
-        off" and "damper on".
+        What happens in the cycle, in its order: "impact", "stick", "chatter" and "release", or "touch" and "part",
+        and between them, with another contact law, "force ends", "force begins", "damper limited", "damper in full",
+        "damper off" and "damper on".
     instants : (m,) ndarray
         When, in excitation periods.
     index : int

@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 from ..arguments import shown
 from ..drivers.law_driven import by_steps
-from ..methods import METHOD_NUMBERS, PIECEWISE_LINEAR, ExactPenalty, Reference
+from ..law_table import PIECEWISE_LINEAR
+from ..methods import METHOD_NUMBERS, ExactPenalty, Reference
 from ..model import System, check_eta
 
 OF_METHOD = {"K": METHOD_NUMBERS["K"], "D": METHOD_NUMBERS["D"], "threshold": "threshold"}

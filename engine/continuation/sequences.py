@@ -114,10 +114,8 @@ def _reopened(orbit: Orbit, k: int, reopened: tuple[int, ...]) -> tuple[Orbit, t
         after = (k + 1) % len(kinds)
         kinds[after] = TOUCH
         unknowns[4 + after] = orbit.instants[k] + SHORTEST - (orbit.period if after == 0 else 0)
-    return replace(orbit, kinds=tuple(kinds), first=touching_at_start(tuple(kinds), True), unknowns=unknowns), (
-        k,
-        after,
-    )
+    first = touching_at_start(tuple(kinds), True)
+    return replace(orbit, kinds=tuple(kinds), first=first, unknowns=unknowns), (k, after)
 
 
 def _closed(orbit: Orbit, part: int, touch: int, reopened: tuple[int, ...]) -> Orbit:

@@ -72,7 +72,7 @@ def partner(orbit: Orbit, k: int) -> int | None:
 
 
 def contact_of(orbit: Orbit, k: int) -> tuple[list[int], float]:
-    """The events of the contact that event k, a touch or a part, begins or ends, in their order, and how long it lasts."""
+    """The events of the contact that event k begins or ends, in their order, and how long it lasts."""
     return _run(orbit, k, TOUCH, PART)
 
 

@@ -55,7 +55,7 @@ def marked(orbit: Orbit, k: int) -> tuple[Orbit, int]:
 
 
 def marked_with_law(orbit: Orbit, k: int) -> tuple[Orbit, int]:
-    """The same with another contact law: the marker in place of a short contact, or flight, that event k ends or begins.
+    """The same with another contact law: the marker in place of the short contact, or flight, at event k.
 
     After a short flight the marker is a touch, since the law goes on from there as after one.
     """

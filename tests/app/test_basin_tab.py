@@ -10,7 +10,16 @@ from vibroscope.app.page.basin.tab import BasinTab, statements
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import basin
 from vibroscope.app.studies.basin import BasinQuestion, grow_basin
-from vibroscope.engine import Cancelled, ExactPenalty, Reference, System, basin_difference, sweep_basin
+from vibroscope.engine import (
+    Cancelled,
+    ExactPenalty,
+    Reference,
+    System,
+    basin_difference,
+    motion,
+    simulate,
+    sweep_basin,
+)
 
 from .fakes import FakeHost
 from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
@@ -105,7 +114,7 @@ def test_at_a_wall_the_starts_are_those_of_body_1(opened):  # noqa: F811
     tab, _ = opened(BasinTab)
     tab.show(Move(2, Setting(bodies="wall", clearance=1.0)))
     assert Asked.all[-1].question.axes == ("xi1", "v1")
-    assert tab.panel.away == {"plane": ["xi2-v2", "v1-v2", "xi1-xi2"]}
+    assert tab.panel.away == {"plane": ["xi2-v2", "v1-v2", "xi1-xi2", "phase-xi2", "phase-v2"]}
 
 
 def test_the_penalty_model_is_without_a_step_or_as_it_is_set(opened):  # noqa: F811
@@ -130,3 +139,36 @@ def test_nothing_is_computed_before_the_tab_is_shown(monkeypatch):
     tab = BasinTab(FakeHost())
     tab.build()
     assert Asked.all == ()
+
+
+def test_a_plane_may_be_of_the_start_phase_and_a_number(opened):  # noqa: F811
+    tab, host = opened(BasinTab)
+    tab.show(Move(2, Setting(start_v1=4.0, base_phase=6.0)))
+    tab.panel.receive({"choose": {"plane": "phase-v2"}})
+    asked = Asked.all[-1].question
+    assert (asked.axes, asked.x, asked.start) == (("phase", "v2"), (0.0, 1.0), (0, 4, 0, 0))
+    assert tab.view.ranges["start_x"].ends == (0.0, 1.0)
+    assert asked.y == tab.view.ranges["start_y"].ends != (0.0, 1.0)
+    tab.view.on_tap(Tap(None, x=0.25, y=-2.0))
+    _, texts, _ = host.visits.pop()
+    assert float(texts["base_phase"]) == pytest.approx(6.0 + np.pi / 2 - 2 * np.pi)
+    assert (texts["start_v1"], texts["start_v2"]) == ("4", "-2")
+    tab.panel.receive({"choose": {"model": "set"}})
+    assert "another phase need a solver in closed form" in tab.obstacle(Setting())
+
+
+def test_a_run_with_its_excitation_ahead_is_that_from_the_phase_of_the_basin():
+    question = QUESTION._replace(axes=("phase", "v2"), x=(0.0, 1.0), start=(0.0, 0.0, 0.5, 0.0))
+    starts = np.linspace(0.05, 0.95, 6)
+    found = sweep_basin(
+        System(), 3.2, Reference(), starts, [2.0, 6.0], axes=("phase", "v2"), start=question.start, transient=300
+    )
+    reached = set()
+    for i, phase in enumerate(starts):
+        for j, speed in enumerate((2.0, 6.0)):
+            ahead = System().changed({"base_phase": 2 * np.pi * phase})
+            run = simulate(ahead, 3.2, Reference(), initial=(0.0, 0.0, 0.5, speed), periods=2000, keep=60)
+            period = int(found["motion_period"][int(found["motion"][i, j])])
+            assert motion(run).period == period
+            reached.add(period)
+    assert reached == {2, 6}

@@ -1,4 +1,4 @@
-"""Branches with the piecewise linear contact laws: orbits, multipliers, and points against runs and differences of them."""
+"""Branches with the piecewise linear contact laws: orbits, multipliers and points against runs."""
 
 from functools import cache
 

@@ -5,7 +5,7 @@ import pytest
 from vibroscope.engine import ExactPenalty, Reference, System, simulate, steady
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.drivers.settle import NO_TRAP, Traps, settle
-from vibroscope.engine.motions.orbit import Orbit, contracts
+from vibroscope.engine.motions.orbit import FixedPoint, contracts
 from vibroscope.engine.motions.poincare_map import Return
 from vibroscope.engine.motions.sameness import same_cycle
 from vibroscope.engine.motions.trapping import trapping_regions
@@ -49,7 +49,7 @@ def test_regions_are_larger_than_rounding_and_hold_their_centre():
 
 def test_another_sequence_of_events_breaks_the_condition():
     jacobian, origin = 0.5 * np.eye(4), np.zeros(4)
-    orbit = Orbit(1, origin, Return(origin, jacobian, 1, 0.0), 0)
+    orbit = FixedPoint(1, origin, Return(origin, jacobian, 1, 0.0), 0)
     deviation = np.array([0.1, 0.0, 0.0, 0.0])
     for course, holds in ((1, True), (2, False)):
         returned = Return(jacobian @ deviation, jacobian, course, 0.0)

@@ -17,8 +17,10 @@ from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin
 from vibroscope.engine import System
+from vibroscope.engine.sweeps.start_plane import PHASE, STATE
 
 REACH = 8.0  # of the starts at first, in units of what drives the bodies
+WHOLE = (0.0, 1.0)  # of a period
 NAMES = {"reference": "Reference", "penalty": "Penalty model"}
 
 
@@ -69,20 +71,30 @@ class BasinView:
         plot.add_layout(key, "above")
         return plot
 
-    def hold(self, setting: Setting) -> None:
-        """Let the axes reach as far as the starts do that the system suggests."""
+    def hold(self, setting: Setting, axes: tuple[str, str]) -> None:
+        """Let the axes reach as far as the starts do that the system suggests; a phase over a period."""
         span = default_span(setting.system)
-        for owned in self.ranges.values():
-            owned.put(*span)
+        for owned, axis in zip(self.ranges.values(), axes, strict=True):
+            owned.put(*(WHOLE if axis == PHASE else span))
 
     @property
     def spans(self) -> dict[str, tuple[float, float]]:
         """What is in view along both axes."""
         return {name[-1]: rounded_view(owned.ends, *LINEAR) for name, owned in self.ranges.items()}
 
+    def spans_of(self, axes: tuple[str, str]) -> dict[str, tuple[float, float]]:
+        """The same, of a phase no more than a period."""
+        return {
+            name: (within(span) if axis == PHASE else span)
+            for (name, span), axis in zip(self.spans.items(), axes, strict=True)
+        }
+
     def update(self, setting: Setting, axes: tuple[str, str], result: PartialBasin | None) -> None:
         """Move the mark; draw the cells as far as they are known."""
         for name, axis in zip(self.ranges, axes, strict=True):
+            if axis == PHASE:
+                self._axes[name].show("start phase / period", 1.0)
+                continue
             field = shown_field(f"start_{axis}", setting)
             self._axes[name].show(f"start {field.label} / {divisor(field.unit or field.natural)}", field.factor)
         place = start_on(setting, axes)
@@ -111,9 +123,15 @@ def default_span(system: System) -> tuple[float, float]:
 
 
 def start_on(setting: Setting, axes: tuple[str, str]) -> tuple[float, float]:
-    """The numbers of the start that is set that belong to the axes."""
-    numbers = dict(zip(("xi1", "v1", "xi2", "v2"), setting.initial, strict=True))
+    """The numbers of the start that is set that belong to the axes; its phase is 0."""
+    numbers = dict(zip(STATE, setting.initial, strict=True)) | {PHASE: 0.0}
     return numbers[axes[0]], numbers[axes[1]]
+
+
+def within(span: tuple[float, float]) -> tuple[float, float]:
+    """The part of a view that lies within a period; all of the period if none does."""
+    low, high = max(span[0], WHOLE[0]), min(span[1], WHOLE[1])
+    return (low, high) if low < high else WHOLE
 
 
 def _method_words(side: str, question: BasinQuestion) -> str:

@@ -14,7 +14,6 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
 from vibroscope.app.page.basin.figure import NAMES, BasinView, start_on
 from vibroscope.app.page.study.tab import StudyTab, free_obstacle
-from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.basin import (
     AT_WALL,
@@ -29,14 +28,20 @@ from vibroscope.app.studies.basin import (
     grow_basin,
 )
 from vibroscope.app.studies.cell_classes import DIVERGED, NO_NUMBER, SPECIAL
-from vibroscope.engine import Method, percent
+from vibroscope.engine import CONTACT_LAWS, ExactPenalty, Method, percent
+from vibroscope.engine.sweeps.start_plane import PHASE, STATE
 
 _PLANE_NAMES = {
     "xi2-v2": "state of body 2",
     "xi1-v1": "state of body 1",
     "v1-v2": "both velocities",
     "xi1-xi2": "both displacements",
+    "phase-xi1": "phase and ξ₁",
+    "phase-v1": "phase and ξ₁′",
+    "phase-xi2": "phase and ξ₂",
+    "phase-v2": "phase and ξ₂′",
 }
+PHASE_FIELDS = ("base_phase", "force1_phase", "force2_phase")
 _MODELS = {"exact": "without a time step", "set": "as set under Solver"}
 
 
@@ -71,14 +76,16 @@ class BasinTab(StudyTab):
             ],
             "limits": [],
             "hint": "A click starts Explore there; so do the fields of Start, which move the mark, and Shift + 1. The "
-            "numbers of the start that are not on an axis are those that are set. A zoom is computed anew.",
+            "numbers of the start that are not on an axis are those that are set. A start at another phase is opened "
+            "with what drives the bodies ahead by as much. A zoom is computed anew.",
         }
 
-    def show(self, move: Move) -> None:
-        """As every study; the axes reach as far as the system suggests."""
-        with pn.io.hold(self.host.doc):
-            self.view.hold(move.setting)
-        super().show(move)
+    def refresh(self) -> None:
+        """As every study; the axes reach as far as the system suggests, and those of another plane may be others."""
+        if self._move is not None:
+            with pn.io.hold(self.host.doc):
+                self.view.hold(self._move.setting, self._plane(self._move.setting))
+        super().refresh()
 
     def obstacle(self, setting: Setting) -> str:
         """Where nothing drives the bodies every start leads to rest; and a law may have no solution without a step."""
@@ -86,26 +93,36 @@ class BasinTab(StudyTab):
             return words
         if self.panel.chosen["model"] == "exact" and _limit(setting) is None:
             return 'This contact law has no solution without a time step: choose "as set under Solver" here.'
+        penalty = self._penalty(setting)
+        closed = isinstance(penalty, ExactPenalty) and penalty.law == CONTACT_LAWS[0]
+        if PHASE in self._plane(setting) and not closed:
+            return (
+                "Starts at another phase need a solver in closed form: choose the penalty model without a time step "
+                f"and the contact law {CONTACT_LAWS[0]}, or a plane without the phase."
+            )
         return ""
+
+    def _penalty(self, setting: Setting) -> Method:
+        return (_limit(setting) if self.panel.chosen["model"] == "exact" else None) or setting.penalty
 
     def question(self, setting: Setting) -> BasinQuestion:
         """All but the numbers of the start that are on the axes."""
-        penalty = _limit(setting) if self.panel.chosen["model"] == "exact" else None
         axes = self._plane(setting)
-        start = dict(zip(("xi1", "v1", "xi2", "v2"), setting.initial, strict=True)) | dict.fromkeys(axes, 0.0)
+        start = dict(zip(STATE, setting.initial, strict=True)) | {name: 0.0 for name in axes if name in STATE}
         if setting.bodies == "wall":
             start |= {"xi2": 0.0, "v2": 0.0}
-        spans = self.view.spans
-        methods = setting.reference, penalty or setting.penalty
+        spans = self.view.spans_of(axes)
+        methods = setting.reference, self._penalty(setting)
         return BasinQuestion(setting.system, setting.eta, *methods, axes, spans["x"], spans["y"], tuple(start.values()))
 
     def _plane(self, setting: Setting) -> tuple[str, str]:
         """The axes; at a wall those of body 1."""
-        return PLANES[AT_WALL if setting.bodies == "wall" else self.panel.chosen["plane"]]
+        chosen = self.panel.chosen["plane"]
+        return PLANES[AT_WALL[0] if setting.bodies == "wall" and chosen not in AT_WALL else chosen]
 
     def draw(self, setting: Setting, result: PartialBasin | None) -> None:
         """Both pictures and the key."""
-        away = {"plane": [name for name in PLANES if name != AT_WALL]} if setting.bodies == "wall" else {}
+        away = {"plane": [name for name in PLANES if name not in AT_WALL]} if setting.bodies == "wall" else {}
         self.panel.away = away
         if result is not None and result.question.axes != self._plane(setting):
             result = None  # of other axes
@@ -151,11 +168,14 @@ class BasinTab(StudyTab):
         return f"{both}vibroscope sweep basin-difference basin1.zarr basin2.zarr\n"
 
     def _start(self, x: float, y: float) -> None:
-        """Start Explore at a point of the plane."""
+        """Start Explore at a point of the plane; at another phase, what drives the bodies is ahead by as much."""
         setting = self._move.setting
-        axes = self._plane(setting)
-        numbers = dict(zip(("xi1", "v1", "xi2", "v2"), setting.initial, strict=True)) | {axes[0]: x, axes[1]: y}
+        at = dict(zip(self._plane(setting), (x, y), strict=True))
+        numbers = dict(zip(STATE, setting.initial, strict=True)) | {name: at[name] for name in at if name in STATE}
         texts = dict(zip(START_FIELDS, map(print_number, numbers.values()), strict=True))
+        if phase := at.get(PHASE, 0.0):
+            ahead = {name: (getattr(setting, name) + 2 * math.pi * phase) % (2 * math.pi) for name in PHASE_FIELDS}
+            texts |= {name: print_number(angle) for name, angle in ahead.items()}
         self.host.visit("explore", {"zero_start": "zero", **texts})
 
 
@@ -195,13 +215,17 @@ def _here(setting: Setting, result: PartialBasin) -> list[list[str]]:
     if place is None or not all(result.known[side][place] for side in SIDES):
         return []
     centre = zip(question.axes, (question.axis("x")[place[1]], question.axis("y")[place[0]]), strict=True)
-    at = ", ".join(shown_field(f"start_{axis}", setting).words(float(f"{value:.3g}")) for axis, value in centre)
+    at = ", ".join(_number_words(setting, axis, float(f"{value:.3g}")) for axis, value in centre)
     found = {side: int(result.cells[side][place]) for side in SIDES}
     words = {side: result.motions[k].name if k >= 0 else "no motion" for side, k in found.items()}
     text = f"The reference leads to {words['reference']}, the penalty model to {words['penalty']}."
     if found["reference"] == found["penalty"] >= 0:
         text = f"Both lead to the same motion: {words['reference']}."
     return [[f"Cell of the start that is set, {at}", text]]
+
+
+def _number_words(setting: Setting, axis: str, value: float) -> str:
+    return f"phase {value:g}" if axis == PHASE else shown_field(f"start_{axis}", setting).words(value)
 
 
 def _basins(result: PartialBasin, side: str) -> str:

@@ -1,12 +1,12 @@
 """A periodic orbit of a piecewise linear contact law as a sequence of events: its equations and their derivative.
 
-The equations are those of :mod:`.orbit`, Eq. (52), with the pieces of :mod:`.law_integrate` as phases. Besides touch and
-part there are events at which a contact changes its piece; each is the zero of one quantity, in units of length or of
-speed, δ = −g being the penetration, v = −g′ and c = 2D:
+The equations are those of :mod:`.orbit`, Eq. (52), with the pieces of :mod:`.law_integrate` as phases. Besides touch
+and part there are events at which a contact changes its piece; each is the zero of one quantity, in units of length or
+of speed, δ = −g being the penetration, v = −g′ and c = 2D:
 
-    UNLOAD, LOAD       δ + (c/K) v      the force falls to zero, and rises again     "cut", "limited"
+    UNLOAD, LOAD       δ + (c/K) v      the force falls to zero, and rises again      "cut", "limited"
     LIMIT, UNLIMIT     (c/K) v − δ      the damper's force is limited, and no longer  "limited"
-    RELAX, DAMP        v                the damper ceases to act, and acts again     "compression"
+    RELAX, DAMP        v                the damper ceases to act, and acts again      "compression"
 
 Nothing jumps at an event but the damper's force at touch. What the equation of an event has as a trivial zero, since an
 event before it is a zero of the same quantity, is divided out: of a touch the last part, of a part the touch with which
