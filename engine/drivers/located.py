@@ -51,8 +51,9 @@ class LocatedDriver(SteppingDriver):
         self._tables = None
         if self._can_skip(p):
             angles = np.array([np.cos(angle), np.sin(angle)])
-            self._tables, self._us = LocatedTables(self._scheme, p, integrator), np.zeros((5, COLUMNS))
-            self._skipping = self._tables.arrays, p.free_position, angles
+            self._tables = LocatedTables(self._scheme, p, integrator)
+            work = np.zeros((5, COLUMNS))
+            self._skips = located_skip.LocatedSkips(self._tables.arrays, p.free_position, angles, work)
         if len(start.state) == kernel.STATE.size:
             self._state = np.array(start.state)
         else:
@@ -91,8 +92,8 @@ class LocatedDriver(SteppingDriver):
     def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
         if self._tables is None:
             return self._take_every_step(last, most, buffers)
-        arrays = self._forces, self._state, self._us, last, most, self._window, buffers.views
-        return located_skip.integrate_skipping(self._scheme, *self._skipping, *arrays)
+        arrays = self._forces, self._state, last, most, self._window, buffers.views
+        return located_skip.integrate_skipping(self._scheme, self._skips, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
         arrays = self._forces, self._state, last, most, self._window, buffers.views

@@ -84,7 +84,7 @@ class TimeSteppingDriver(SteppingDriver):
             found = 0.0, 0.0
         y = np.array([x1, x2, v1, v2, *found, push])
         contact = uncompiled(no_contact)()._replace(speed1=closing)  # of which only the difference of speeds is used
-        return kernel.LinearState(y, kernel.Progress(int(pressed), pressed, 0, 0, 0, contact))
+        return kernel.LinearState(y, kernel.StepProgress(int(pressed), pressed, 0, 0, 0, contact))
 
     def _force(self, m, start: tuple[float, ...], gap: float, rate: float, closing: float) -> float:
         """λ at the start."""
@@ -94,7 +94,7 @@ class TimeSteppingDriver(SteppingDriver):
         return uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
 
     @property
-    def _now(self) -> kernel.Progress:
+    def _now(self) -> kernel.StepProgress:
         return kernel.STATE.read(self._state).progress
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:

@@ -12,6 +12,10 @@ The tables of a mode are made when a run first needs them: most runs need few.
 Plain twin: :func:`..time_stepping.located.integrate_located` (tests/engine/kernels/test_located_skip.py).
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import with_impulse
 from ..linear.cos_sin import cos_sin
@@ -29,33 +33,45 @@ from ..time_stepping.located import (
     write_output,
     write_state,
 )
-from .matrix_skip import ENTRIES, UNLIMITED, find_skip, impulse_of, next_output, write_u_at
+from .matrix_skip import ENTRIES, UNLIMITED, SkipTables, find_skip, impulse_of, next_output, write_u_at
 
 FREE, CONTACT = range(2)  # modes; CONTACT + j: in contact, with steps halved j times
 TABULATED = 30  # halvings: with more, all pieces are solved
 MISSING, ASKED = -1, -2  # in the place of a number of watched rows: tables that have not been made, and shall be
 
 
-@jit_inlined
-def mode_of(m, s):
-    """The mode of the next pieces, and how many it may last: none before a point of its sub-grid.
+class Pieces(NamedTuple):
+    """The next pieces of steps."""
 
-    Returns
-    -------
-    tuple
-        Mode; pieces that it may last; pieces of a step; pieces of the current step that are done.
-    """
+    mode: int
+    most: int  # that the mode may last; 0 before a point of its sub-grid
+    parts: int  # of a step
+    done: int  # of the current step
+
+
+class LocatedSkips(NamedTuple):
+    """What a run with located contact changes skips with."""
+
+    tables: SkipTables
+    rest: float  # ξ₁ at the static equilibrium of the separated bodies
+    angles: np.ndarray  # cos ητ and sin ητ at the steps of a period, (2, n)
+    us: np.ndarray  # work space, (5, COLUMNS)
+
+
+@jit_inlined
+def pieces_ahead(m, s):
+    """The next pieces."""
     halvings, parts = halvings_at(m, s.pressed, s.since)
     piece = m.h / parts
     done = points_passed(piece, s.offset)
     if done * piece != s.offset or halvings > TABULATED:
-        return FREE, 0, 1, 0
+        return Pieces(FREE, 0, 1, 0)
     lasts = UNLIMITED
     if halvings > 0:
         lasts = int(
             2.0 / (m.step_per_age * (1.0 + ROUNDING)) - s.since / piece
         )  # until the longest piece is twice this
-    return (CONTACT + halvings if s.pressed else FREE), lasts, int(parts), int(done)
+    return Pieces(CONTACT + halvings if s.pressed else FREE, lasts, int(parts), int(done))
 
 
 @jit_inlined
@@ -88,19 +104,19 @@ def write_piece_matrix(m, pressed, s, rest, out):
 
 
 @jit_no_alloc
-def write_skipped(m, t, mode, s, parts, done, coarse, end, us, rest, window, buffers):
-    """Write the section rows and samples of the steps s.step + 1 … end; ``done``: of the ``parts`` of the first."""
-    sampled = buffers.samples.shape[0] > 0
+def write_skipped(m, skips, ahead, s, coarse, end, window, buffers):
+    """Write the section rows and samples of the steps s.step + 1 … end."""
+    us, sampled = skips.us, buffers.samples.shape[0] > 0
     i = next_output(s.step, m.steps, window, sampled)
     while i <= end:
         if i > window[0] or i == window[1]:
-            write_u_at(t, mode, (i - s.step) * parts - done, coarse, us)
-            write_output(m, i, i % m.steps, motion_at(us[4], rest), s.pressed, window, buffers)
+            write_u_at(skips.tables, ahead.mode, (i - s.step) * ahead.parts - ahead.done, coarse, us)
+            write_output(m, i, i % m.steps, motion_at(us[4], skips.rest), s.pressed, window, buffers)
         i = next_output(i, m.steps, window, sampled)
 
 
 @jit_no_alloc
-def integrate_skipping(m, t, rest, angles, forces, state, us, stop, most, window, buffers):
+def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
     """Integrate to the end of step ``stop`` of the grid as :func:`..time_stepping.located.integrate_located` does.
 
     A skip that reaches beyond is not made, as in :func:`.matrix_skip.integrate_skipping`.
@@ -109,42 +125,36 @@ def integrate_skipping(m, t, rest, angles, forces, state, us, stop, most, window
     ----------
     m, forces, state, stop, most, window, buffers
         As there.
-    t : SkipTables
-    rest : float
-        ξ₁ at the static equilibrium of the separated bodies.
-    angles : (2, n) float64
-        cos ητ and sin ητ at the steps of a period.
-    us : (5, COLUMNS) float64
-        Work space.
+    skips : LocatedSkips
 
     Returns
     -------
     int
-        As there; PAUSED, too, for want of tables: those of which ``t.counts`` is ASKED.
+        As there; PAUSED, too, for want of tables: those of which ``skips.tables.counts`` is ASKED.
     """
     s, status, recorded = unpack_state(state), OK, buffers.contacts.shape[0] > 0
-    pause = s.solves + most
+    t, us, rest, pause = skips.tables, skips.us, skips.rest, s.solves + most
     if s.offset == 0.0:
         write_output(m, s.step, s.step % m.steps, motion_of(s), s.pressed, window, buffers)
     while s.step < stop and status == OK:
-        mode, lasts, parts, done = mode_of(m, s)
-        coarse, fine = 0, 0
-        if lasts > 0 and t.counts[mode] < 0:
+        ahead, coarse, fine = pieces_ahead(m, s), 0, 0
+        mode, parts, done = ahead.mode, ahead.parts, ahead.done
+        if ahead.most > 0 and t.counts[mode] < 0:
             t.counts[mode], status = ASKED, PAUSED
             break
-        if lasts > 0 and t.counts[mode] > 0:
+        if ahead.most > 0 and t.counts[mode] > 0:
             k, z = s.step % m.steps, motion_of(s)
-            cosine, sine = angles[0, k], angles[1, k]
+            cosine, sine = skips.angles[0, k], skips.angles[1, k]
             if done > 0:
                 cosine, sine = cos_sin((k * m.h + s.offset) * m.frequency)
             write_relative(z, contact_force(m, s.pressed, z), rest, cosine, sine, us[0])
-            coarse, fine = find_skip(t, mode, us, 0.0, -s.g if s.pressed else s.g, lasts)
+            coarse, fine = find_skip(t, mode, us, 0.0, -s.g if s.pressed else s.g, ahead.most)
         if coarse + fine > 0:
             pieces = coarse * t.strides[mode] + fine
             steps, after = (done + pieces) // parts, (done + pieces) % parts
             reached = s.step + steps
             if recorded:
-                write_skipped(m, t, mode, s, parts, done, coarse, min(reached, stop), us, rest, window, buffers)
+                write_skipped(m, skips, ahead, s, coarse, min(reached, stop), window, buffers)
             if reached >= stop:
                 break
             contact, since, solves = s.contact, s.since, s.solves + pieces

@@ -36,7 +36,7 @@ from ..compile.record import with_impulse
 from ..status import OK
 from ..time_stepping.linear_step import (
     COLUMNS,
-    Progress,
+    StepProgress,
     advance,
     motion_of,
     unpack_state,
@@ -293,7 +293,7 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
             if recorded and mode == PRESSED:
                 contact = with_impulse(contact, contact.impulse + impulse_of(t, mode, coarse, fine, us))
             write_state(m, us[2], y)
-            at = Progress(int(mode == PRESSED), at.pressed, reached, at.none, at.two, contact)
+            at = StepProgress(int(mode == PRESSED), at.pressed, reached, at.none, at.two, contact)
         if max(coarse, fine) < ENTRIES:  # else the table has ended, and not the mode
             at, code = advance(m, angles, y, at, work, window, buffers)
     write_progress(state, at)

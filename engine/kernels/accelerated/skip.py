@@ -38,7 +38,7 @@ from .step_map import turn_after, unpack_skipping
 NOT_ASKED = (0.0, 0.0, 0.0, 0.0)  # a motion that no record asks for
 
 
-class Excitation(NamedTuple):
+class ExcitationPhase(NamedTuple):
     """The phase of the excitation at the end of a step."""
 
     k: int  # steps done in the period
@@ -53,7 +53,7 @@ def excitation_at(p, k):
         c, s = turn_after(p.tables.turns, p.shift, k)
     else:
         c, s = cos_sin(k * (1.0 / p.steps))
-    return Excitation(k, c, s)
+    return ExcitationPhase(k, c, s)
 
 
 @jit_inlined

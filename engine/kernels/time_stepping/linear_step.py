@@ -55,7 +55,7 @@ class LinearScheme(NamedTuple):
     system: Scheme
 
 
-class Progress(NamedTuple):
+class StepProgress(NamedTuple):
     """What has been done, and what the next step goes on from beside the motion."""
 
     status: int  # of the last stage
@@ -70,10 +70,10 @@ class LinearState(NamedTuple):
     """The discrete solution at the end of a step."""
 
     y: np.ndarray  # (STATE_ROWS,)
-    progress: Progress
+    progress: StepProgress
 
 
-STATE = Layout(LinearState, y=(STATE_ROWS,), progress=Layout(Progress, contact=Layout(OpenContact)))
+STATE = Layout(LinearState, y=(STATE_ROWS,), progress=Layout(StepProgress, contact=Layout(OpenContact)))
 unpack_state = STATE.unpack
 write_progress = STATE.writer("progress")  # y is written in place
 
@@ -253,7 +253,7 @@ def advance(m, angles, y, at, work, window, buffers):
     Returns
     -------
     tuple
-        :class:`Progress`; OK, DIVERGED, FULL, or WITHOUT_SOLUTION: then y is that before the step that has none.
+        :class:`StepProgress`; OK, DIVERGED, FULL, or WITHOUT_SOLUTION: then y is that before the step that has none.
     """
     n, recorded, x, ends = angles.shape[1], buffers.contacts.shape[0] > 0, work[0], work[1:]
     k, code = at.step % n, OK
@@ -266,7 +266,7 @@ def advance(m, angles, y, at, work, window, buffers):
     if solutions == NONE and m.without == HALVE:
         after, solutions, push = take_parts(m, former, k * m.turn, x, ends)
     if solutions == NONE and m.without != KEEP:
-        return Progress(at.status, at.pressed, at.step, none, two, at.contact), WITHOUT_SOLUTION
+        return StepProgress(at.status, at.pressed, at.step, none, two, at.contact), WITHOUT_SOLUTION
     before, was = y[1] - y[0], motion_of(m, y)
     for j in range(STATE_ROWS):
         y[j] = ends[after, j]
@@ -289,7 +289,7 @@ def advance(m, angles, y, at, work, window, buffers):
             write_law_force(m, i, k, n, y, pressed, contact, window, buffers)
     if not abs(gap) < LIMIT:
         code = DIVERGED
-    return Progress(after, pressed, i, none, two, contact), code
+    return StepProgress(after, pressed, i, none, two, contact), code
 
 
 @jit_inlined
