@@ -7,11 +7,16 @@ from scipy.integrate import solve_ivp
 
 from tests.naive import drive
 
-TIGHT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}
+# An event and the state there are read off an interpolant, which is less exact than the steps: so they are short.
+TIGHT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15, "max_step": 0.01}
 
 
-def force(method, gain, depth, speed):
-    """λ of a penetration and its rate; ``gain``: c, or h of the laws that have it."""
+def force(method, gain, depth, speed, sides=None):
+    """λ of a penetration and its rate; ``gain``: c, or h of the laws that have it.
+
+    ``sides``: of "impact", whether its damping is full and whether it is cut at zero (1, else −1), where the formula of
+    these sides shall go on beyond them.
+    """
     law, k, n = method.law, method.stiffness, method.exponent
     if law == "kelvin-voigt":
         return k * depth + gain * speed
@@ -28,8 +33,11 @@ def force(method, gain, depth, speed):
         return k * depth**1.5 + (gain * depth**0.25 * speed if speed > 0 else 0.0)
     if law == "constant-restitution":
         return k * depth**n + gain * depth ** ((n - 1) / 2) * speed
-    x = min(depth / method.penetration, 1.0)
-    return max(0.0, k * depth**n + gain * (3 * x**2 - 2 * x**3) * speed)
+    x = depth / method.penetration
+    if x > 1.0 if sides is None else sides[0] > 0:
+        x = 1.0
+    inner = k * depth**n + gain * (3 * x**2 - 2 * x**3) * speed
+    return 0.0 if (inner < 0 if sides is None else sides[1] > 0) else inner
 
 
 def gain_of(method, e, m, closing):
@@ -60,31 +68,52 @@ class Motion:
         self.m = 1.0 if system.wall else self.mu / (1 + self.mu)
         self.contacts, self.impulses = [], []
 
-    def rates(self, t, y, gain):
+    def rates(self, t, y, gain, sides):
         c = self.system
         x1, v1, x2, v2, _ = y
         (one, p1), (two, p2) = drive(c, self.eta)
         cosine, sine = math.cos(self.eta * t), math.sin(self.eta * t)
-        push = 0.0 if gain is None else force(self.method, gain, x1 - x2 - c.clearance, v1 - v2)
+        push = 0.0 if gain is None else force(self.method, gain, x1 - x2 - c.clearance, v1 - v2, sides)
         a1 = one[0] * cosine + one[1] * sine + p1 - 2 * c.d1 * v1 - x1 - push
         a2 = two[0] * cosine + two[1] * sine + p2 - 2 * c.d2 * c.kappa * v2 - c.kappa**2 * x2 + push / self.mu
         return [v1, a1, 0.0, 0.0, push] if c.wall else [v1, a1, v2, a2, push]
 
     def run(self, start, end):
         """The state at τ = ``end``; contacts and their impulses are noted."""
-        t, y, gain = 0.0, np.array([*start, 0.0]), None
+        t, y, gain, sides = 0.0, np.array([*start, 0.0]), None, [-1.0, -1.0]
 
-        def gap(t, y, gain):
+        def gap(t, y, gain, sides):
             return self.system.clearance + y[2] - y[0]
 
-        gap.terminal = True
+        def full(t, y, gain, sides):  # "impact": whether its damping is full, and whether it is cut at zero
+            return -gap(t, y, gain, sides) - self.method.penetration
+
+        def cut(t, y, gain, sides):
+            depth = -gap(t, y, gain, sides)
+            if gain is None or depth <= 0:
+                return -1.0
+            x = min(depth / self.method.penetration, 1.0)
+            damper = gain * (3 * x**2 - 2 * x**3) / depth**self.method.exponent
+            return -self.method.stiffness - damper * (y[1] - y[3])
+
+        kinks = (full, cut) if self.method.law == "impact" else ()
+        for each in (gap, *kinks):
+            each.terminal = True
         while True:
             gap.direction = -1.0 if gain is None else 1.0
-            found = solve_ivp(self.rates, (t, end), y, events=gap, args=(gain,), **TIGHT)
+            for kink, side in zip(kinks, sides, strict=False):
+                kink.direction = -side
+            # short where a force sets in: all stages of a long step may lie beyond the end of a contact
+            first = min(1e-6, 0.5 * (end - t)) if gain is not None else None
+            found = solve_ivp(self.rates, (t, end), y, events=(gap, *kinks), args=(gain, sides), first_step=first, **TIGHT)
             assert found.status >= 0, found.message  # a failure of the solver is no end of a contact
             t, y = found.t[-1], found.y[:, -1]
             if found.status == 0:
                 return y[:4]
+            if not found.t_events[0].size:  # a kink: on from there, with steps that do not reach over it
+                sides = [-side if times.size else side for side, times in zip(sides, found.t_events[1:], strict=True)]
+                continue
+            sides = [-1.0, -1.0]
             if gain is None:
                 begun, y[4] = t, 0.0
                 gain = gain_of(self.method, self.system.restitution, self.m, y[1] - y[3])

@@ -58,6 +58,21 @@ def test_the_motion_is_that_of_the_twin(law, wall):
     np.testing.assert_allclose(run.impacts.impulse[: len(twin.impulses)], twin.impulses, rtol=1e-9)
 
 
+@pytest.mark.parametrize("wall", [False, True], ids=["two bodies", "wall"])
+@pytest.mark.parametrize(
+    ("penetration", "exponent", "damping"),
+    [(0.01, 1.5, 8.0), (0.02, 1.5, 30.0), (0.003, 3.0, 2.0), (0.01, 2.2, 8.0)],
+)
+def test_steps_end_at_the_kinks_of_impact(penetration, exponent, damping, wall):
+    """The penetration of full damping is passed both ways; the force is cut, and sets in again shortly before the end."""
+    system, start, eta = (near_wall(), (0.0, 0.5, 0.0, 0.0), 1.3) if wall else (System(), APART, 2.76)
+    method = ExactPenalty(1200.0, damping, "impact", exponent=exponent, penetration=penetration)
+    run = simulate(system, eta, method, periods=1, keep=1, initial=start)
+    twin = Motion(system, eta, method)
+    np.testing.assert_allclose(run.section[-1], twin.run(start, run.period), rtol=0, atol=2e-12)
+    assert len(twin.contacts) == len(run.contacts) > 0
+
+
 @pytest.mark.parametrize(
     ("law", "eta", "stiffness", "damping"),
     [("limited", 1.4, 30.0, 6.0), ("cut", 1.4, 100.0, 6.0), ("compression", 0.7, 100.0, 3.0)],

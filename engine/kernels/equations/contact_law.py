@@ -86,6 +86,12 @@ def power(depth, exponent):
     return depth * math.sqrt(depth) if exponent == 1.5 else depth**exponent
 
 
+@jit_inlined
+def full_damping(share):
+    """S(x) of Eq. (21) up to x = 1."""
+    return share * share * (3.0 - 2.0 * share)
+
+
 @jit_no_alloc
 def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
     """λ of any law, Eqs. (5), (6) and (16) to (21), from δ = ``depth`` and v = ``speed``.
@@ -111,8 +117,7 @@ def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
     if law == CONSTANT:
         share = math.sqrt(math.sqrt(depth)) if exponent == 1.5 else depth ** (0.5 * (exponent - 1.0))
         return spring + gain * share * speed  # Eq. (20)
-    share = min(depth / penetration, 1.0)
-    return max(spring + gain * share * share * (3.0 - 2.0 * share) * speed, 0.0)  # Eq. (21)
+    return max(spring + gain * full_damping(min(depth / penetration, 1.0)) * speed, 0.0)  # Eq. (21)
 
 
 @jit

@@ -9,6 +9,10 @@ the law has a kink, or where the force begins as a power δⁿ, steps become as 
 A contact ends where the gap is zero again: there the last step is repeated with other sizes, by Newton's method within
 a bracket. The excursion of a gap that opens and closes within one step is sought at its largest.
 
+The force of "impact", Eq. (21), has kinks: at the penetration d of full damping, and where it begins or ends to be cut
+at zero. A step that would pass one, either way, ends there. Until then its midpoint rules keep to the formula of the
+side that it begins on, which is smooth. A cut that begins and ends within one step is not seen.
+
 Plain twin: DOP853 with events (tests/engine/test_law_exact.py).
 """
 
@@ -18,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.options import jit_inlined, jit_no_alloc
-from ..equations.contact_law import gain_at, law_force
+from ..equations.contact_law import IMPACT, full_damping, gain_at, law_force, power
 from ..linear.tables import Phase, Scratch
 
 COLUMNS = 6
@@ -27,7 +31,8 @@ TOLERANCE = 3e-14
 TRIES = 60  # sizes of one step
 REPEATS = 60  # of the last step
 LARGEST, SMALLEST = 4.0, 0.1  # factors from step to step
-NUMBERS = 5  # ξ₁, ξ₁′, g, g′ and ∫λ, each from the beginning of a step; of the start: ξ₁, ξ₁′, g, g′
+NUMBERS = 5  # ξ₁, ξ₁′, g, g′ and ∫λ, each from the beginning of a step; of the start: ξ₁, ξ₁′, g, g′, side
+BELOW, BEYOND, PULLS = 0.0, 1.0, 2.0  # sides of kinks: below d, beyond d, the force cut at zero
 START, FIRST, SLOPE, FORMER, HERE, POINT, TABLE = 0, 1, 2, 3, 4, 5, 6  # rows of the work space
 WORK = TABLE + COLUMNS
 
@@ -69,11 +74,40 @@ class LawSystem(NamedTuple):
 
 
 @jit_inlined
+def damping_of(p, depth, side):
+    """S of Eq. (21) by the formula of a side."""
+    return 1.0 if side == BEYOND else full_damping(depth / p.penetration)
+
+
+@jit_inlined
+def force_of_side(p, gain, depth, speed, side):
+    """λ in a step, by the formula of the side that it begins on."""
+    if p.law == IMPACT and depth > 0.0:
+        if side == PULLS:
+            return 0.0
+        return p.stiffness * power(depth, p.exponent) + gain * damping_of(p, depth, side) * speed
+    return law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, depth, speed)
+
+
+@jit_no_alloc
+def pushes(p, gain, gap, rate):
+    """A number with the sign of what Eq. (21) cuts at zero: it over δⁿ, and in the limit where δ is not positive."""
+    depth = -gap
+    if depth > 0.0:
+        share = full_damping(min(depth / p.penetration, 1.0))
+        return p.stiffness - gain * share * rate / power(depth, p.exponent)
+    if p.exponent < 2.0:
+        return p.stiffness
+    damper = -3.0 * gain * rate / (p.penetration * p.penetration)
+    return p.stiffness + damper if p.exponent == 2.0 else damper
+
+
+@jit_inlined
 def write_slope(p, tau, gain, begin, y, out):
     """Write y′ of what a step has changed so far, y, since ``begin``."""
     c, s = math.cos(p.eta * tau), math.sin(p.eta * tau)
     x, v, g, r = begin[0] + y[0], begin[1] + y[1], begin[2] + y[2], begin[3] + y[3]
-    force = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, -g, -r)
+    force = force_of_side(p, gain, -g, -r, begin[4])
     x, h = x - p.position[0], g - p.gap[0]
     a = p.generator
     out[0], out[2], out[4] = v, r, force
@@ -117,11 +151,22 @@ def extrapolate(p, tau, gain, size):
 
 
 @jit_inlined
+def is_beyond(p, a):
+    """Whether a contact goes on beyond the penetration of full damping."""
+    level = a.gap + p.penetration
+    return level < 0.0 or (level == 0.0 and a.rate < 0.0)
+
+
+@jit_inlined
 def set_start(p, a):
     """Let steps begin at a hybrid state; returns c or h of its contact."""
     row = p.work[START]
     row[0], row[1], row[2], row[3] = a.x1, a.v1, a.gap, a.rate
-    return gain_at(p, a.contact.closing)
+    row[4], gain = BELOW, gain_at(p, a.contact.closing)
+    if p.law == IMPACT:
+        pulls = a.order < 0.0 or (a.order == 0.0 and pushes(p, gain, a.gap, a.rate) < 0.0)
+        row[4] = PULLS if pulls else BEYOND if is_beyond(p, a) else BELOW
+    return gain
 
 
 @jit_inlined
@@ -142,12 +187,16 @@ def first_size(p, a):
 
 
 @jit_no_alloc
-def end_of_contact(p, tau, gain, open_after):
-    """The step after which the gap is zero, known to be open after the step ``open_after``."""
-    low, high, size = 0.0, open_after, open_after
+def step_to(p, tau, gain, level, sign, passed_after):
+    """The step after which the gap has a level, known to be passed after the step ``passed_after``.
+
+    ``sign``: 1 where the gap grows to it, −1 where it falls.
+    """
+    low, high, size = 0.0, passed_after, passed_after
     for _ in range(REPEATS):
         extrapolate(p, tau, gain, size)
         _, _, gap, rate = stepped(p)
+        gap, rate = sign * (gap - level), sign * rate
         if gap > 0.0:
             high = size
         else:
@@ -155,11 +204,63 @@ def end_of_contact(p, tau, gain, open_after):
         nearer = size - gap / rate if rate > 0.0 else low
         if not low < nearer < high:
             nearer = 0.5 * (low + high)
-        if abs(nearer - size) <= 2.0**-52 * open_after:
+        if abs(nearer - size) <= 2.0**-52 * passed_after:
             break
         size = nearer
     extrapolate(p, tau, gain, size)
     return size
+
+
+@jit_no_alloc
+def step_to_depth(p, a, gain, size):
+    """The step to the penetration of full damping, or ``size`` if a step of that does not pass it; steps tried.
+
+    A penetration that passes it and returns is sought at its turn. The work space holds the step that is returned.
+    """
+    level, sign, passed_after = -p.penetration, 1.0 if is_beyond(p, a) else -1.0, size
+    _, _, gap, rate = stepped(p)
+    if not sign * (gap - level) > 0.0:
+        if not sign * a.rate > 0.0 > sign * rate:
+            return size, 0
+        passed_after = size * a.rate / (a.rate - rate)
+        extrapolate(p, a.tau, gain, passed_after)
+        if not sign * (stepped(p)[2] - level) > 0.0:
+            extrapolate(p, a.tau, gain, size)
+            return size, 2
+    return step_to(p, a.tau, gain, level, sign, passed_after), 2
+
+
+@jit_no_alloc
+def step_to_cut(p, a, gain, size):
+    """The step to where the force begins or ends to be cut, or ``size`` if a step of that does not pass it.
+
+    By false position (Illinois): what :func:`pushes` returns has no derivative at hand.
+    """
+    sign = 1.0 if p.work[START, 4] == PULLS else -1.0
+    _, _, gap, rate = stepped(p)
+    above, below = sign * pushes(p, gain, gap, rate), sign * pushes(p, gain, a.gap, a.rate)
+    if not above > 0.0:
+        return size
+    low, high, last = 0.0, size, 0
+    for _ in range(REPEATS):
+        if high - low <= 2.0**-50 * size:
+            break
+        middle = high - above * (high - low) / (above - below) if below < 0.0 else low
+        if not low < middle < high:
+            middle = 0.5 * (low + high)
+        extrapolate(p, a.tau, gain, middle)
+        _, _, gap, rate = stepped(p)
+        value = sign * pushes(p, gain, gap, rate)
+        if value > 0.0:
+            high, above = middle, value
+            below *= 0.5 if last > 0 else 1.0
+            last = 1
+        else:
+            low, below = middle, value
+            above *= 0.5 if last < 0 else 1.0
+            last = -1
+    extrapolate(p, a.tau, gain, high)
+    return high
 
 
 @jit_no_alloc
@@ -169,10 +270,10 @@ def take_step(p, a):
     Returns
     -------
     tuple
-        Its size, negative if there is none that is exact enough; the size to try next; whether the contact ends with
-        it; steps tried.
+        Its size, negative if there is none that is exact enough; the size to try next, negative where the force then
+        is cut; whether the contact ends with it; whether it ends at the penetration of full damping; steps tried.
     """
-    gain, size = set_start(p, a), (a.order if a.order > 0.0 else first_size(p, a))
+    gain, size = set_start(p, a), (abs(a.order) if a.order != 0.0 else first_size(p, a))
     tries = 0
     while True:
         error = extrapolate(p, a.tau, gain, size)
@@ -180,10 +281,21 @@ def take_step(p, a):
         if error <= 1.0:
             break
         if tries > TRIES:
-            return -1.0, 0.0, False, tries
+            return -1.0, 0.0, False, False, tries
         size *= max(SMALLEST, 0.9 * error ** (-1.0 / ORDER)) if error < math.inf else SMALLEST
     following = size * (LARGEST if error < 1e-9 else min(LARGEST, 0.9 * error ** (-1.0 / ORDER)))
     following = min(following, p.flight.spacing * 4.0)
+    if p.law == IMPACT:
+        to_depth, more = step_to_depth(p, a, gain, size)
+        shorter = step_to_cut(p, a, gain, to_depth)
+        pulls = (p.work[START, 4] == PULLS) == (shorter == to_depth)
+        _, _, gap, rate = stepped(p)
+        if pulls:
+            following = -following
+        elif shorter < to_depth and rate > 0.0:  # the force sets in: no long step, whose parts lie beyond the end
+            following = min(following, -0.1 * gap / rate)
+        if shorter < size:
+            return shorter, following, False, shorter == to_depth, tries + more
     _, _, gap, rate = stepped(p)
     ends = gap > 0.0
     if not ends and a.rate > 0.0 > rate:
@@ -195,5 +307,5 @@ def take_step(p, a):
         else:
             extrapolate(p, a.tau, gain, size)
     if ends:
-        size = end_of_contact(p, a.tau, gain, size)
-    return size, following, ends, tries
+        size = step_to(p, a.tau, gain, 0.0, 1.0, size)
+    return size, following, ends, False, tries

@@ -207,12 +207,14 @@ def follow_piece(p, a, z):
 @jit_no_alloc
 def follow_smooth(p, a):
     """Take a step of a contact; returns what :func:`follow_piece` does, a negative time if none is exact enough."""
-    s, following, ends, tries = take_step(p, a)
+    s, following, ends, at_kink, tries = take_step(p, a)
     x1, v1, gap, rate = stepped(p)
     contact = with_impulse(a.contact, a.contact.impulse + p.work[TABLE, 4])
     mode, order = SMOOTH, following
     if ends:
         gap, mode, order = 0.0, (FLIGHT if rate > 0.0 else COLLISION), 1.0
+    elif at_kink:
+        gap = -p.penetration
     return s, later_state(p, a, max(s, 0.0), (x1, v1, gap, rate), mode, order, contact), ends, STEP_EFFORT * tries
 
 

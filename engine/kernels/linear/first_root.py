@@ -38,6 +38,8 @@ from .tables import (
     VALUES,
     WORK,
     curvature_bound,
+    dot,
+    find_powers,
     find_values,
     find_watched,
     state_after,
@@ -46,6 +48,7 @@ from .tables import (
 _N = TERMS - 1
 HALLEY_LIMIT = 12  # iterations; two are enough for most zeros
 SHORT = 1e-8  # whose square is below rounding
+ROUGH = 8  # terms of a polynomial to 1e-11: REACH⁸/8!
 NONE = -1.0
 CHUNK = 8
 SAFE = 1e-12  # coefficients above this share of a constant that was added to them have a sign beyond rounding
@@ -97,15 +100,15 @@ def bisect(b, right):
 
 
 @jit_inlined
-def polynomial_and_derivatives(terms, u):
-    """Σ terms[k] uᵏ, its derivative, and half its second derivative.
+def polynomial_and_derivatives(terms, u, count=TERMS):
+    """Σ terms[k] uᵏ of the first ``count`` terms, an even number, its derivative, and half its second derivative.
 
     Even and odd powers apart: two short chains of dependent sums instead of a long one.
     """
     w = u * u
-    even, even1, even2 = terms[_N - 1], 0.0, 0.0
-    odd, odd1, odd2 = terms[_N], 0.0, 0.0
-    for k in range(_N - 3, -1, -2):
+    even, even1, even2 = terms[count - 2], 0.0, 0.0
+    odd, odd1, odd2 = terms[count - 1], 0.0, 0.0
+    for k in range(count - 4, -1, -2):
         even2, odd2 = even2 * w + even1, odd2 * w + odd1
         even1, odd1 = even1 * w + even, odd1 * w + odd
         even, odd = even * w + terms[k], odd * w + terms[k + 1]
@@ -156,18 +159,50 @@ def halley(terms, u, low, high):
 
 @jit_inlined
 def two_steps(terms, u):
-    """Where two steps of Halley's method lead from ``u``, the slope there, and whether that is sure to be a zero.
+    """Where a step of Halley's method and one of Newton's lead from ``u``, the slope there, and whether it is a zero.
 
-    So most zeros are found, without a bracket and a last evaluation that what follows would wait for. The slope follows
-    from the second step: what it leaves out is of second order in the length of that.
+    So most zeros are found, without a bracket and a last evaluation that what follows would wait for. The first step
+    needs no more than ROUGH terms. The slope follows from the second step: what it leaves out, and what Newton's method
+    leaves of the zero, are of second order in the length of that.
     """
-    value, slope, curve = polynomial_and_derivatives(terms, u)
+    value, slope, curve = polynomial_and_derivatives(terms, u, ROUGH)
     u -= value * slope / (slope * slope - value * curve)
     value, slope, curve = polynomial_and_derivatives(terms, u)
-    change = value * slope / (slope * slope - value * curve)
+    change = value / slope
     short = abs(change) <= SHORT * u and abs(change) * abs(curve) <= SHORT * abs(slope)
     u -= change
     return u, slope - 2.0 * curve * change, short and u <= 1.0
+
+
+@jit_inlined
+def near_zero(here, there, values, i):
+    """About where f falls to zero in interval i ≥ 1, at whose ends it is ``here`` and ``there``, as u.
+
+    That is the zero of a parabola through values at instants: of the chord, and one step of Newton's method. All of it
+    is known before the interval is entered.
+    """
+    k = max(i, 2)
+    bend = values[k - 2] - 2.0 * values[k - 1] + values[k]
+    over = 1.0 / (here - there)
+    u = here * over
+    return u - 0.5 * u * (1.0 - u) * bend * over
+
+
+@jit_inlined
+def only_zero(phase, z, near, scratch):
+    """The zero in (0, h] of an f that falls all the way, as u, and f′ there; (NONE, 0) if that is not certain.
+
+    It falls where ∂f/∂u at the zero is below −Σ k(k − 1) |powers[k]|, since so much it varies at most.
+    """
+    find_powers(phase, z, scratch)
+    terms = scratch.products[POWERS:POSITION]
+    if phase.watched != 0.0:
+        terms[0] += phase.watched
+    u, slope, arrived = two_steps(terms, near)
+    varies = 0.0
+    for k in range(2, TERMS):
+        varies += k * (k - 1.0) * abs(terms[k])
+    return (u, slope / phase.spacing) if arrived and slope < -varies else (NONE, 0.0)
 
 
 @jit_no_alloc
@@ -268,12 +303,15 @@ def first_root(phase, z, order, scratch):
         Interval and u where the zero lies, s = (interval + u) h; f′ there; intervals examined.
         The interval is POINTS if there is no zero.
     """
-    u, slope = first_zero_in_interval(phase, z, order, scratch)
-    if u >= 0.0:
-        return 0, u, slope, 1
+    bound = curvature_bound(phase, z)
+    # f begins with u ∂f/∂u at u = 0, from which it deviates by 4u²b at most
+    if not (order == 1 and dot(phase.rows[:, POWERS + 1], z, phase.wall) > 4.0 * bound):
+        u, slope = first_zero_in_interval(phase, z, order, scratch)
+        if u >= 0.0:
+            return 0, u, slope, 1
     examined, i = 1, 1
     find_values(phase, z, scratch)
-    values, level = scratch.products[VALUES:BERNSTEIN], curvature_bound(phase, z) - phase.watched
+    values, level = scratch.products[VALUES:BERNSTEIN], bound - phase.watched
     while i < POINTS:
         # values[k] belongs to the instant k + 1
         k = first_at_most(values, level, i - 1) + 1
@@ -282,7 +320,16 @@ def first_root(phase, z, order, scratch):
         i = max(i, k - 1)
         if i == POINTS:
             break
-        u, slope = first_zero_in_interval(phase, state_after(phase, z, i), 0, scratch)
+        begin, u, slope = state_after(phase, z, i), NONE, 0.0
+        if phase.wall:
+            here, there = values[i - 1] + phase.watched, values[i] + phase.watched
+            if there > 0.0 and there - here < -8.0 * bound:  # ∂f/∂u varies by 8b at most: f falls, and not to zero
+                examined += 1
+                i += 1
+                continue
+            u, slope = only_zero(phase, begin, near_zero(here, there, values, i), scratch)
+        if u < 0.0:
+            u, slope = first_zero_in_interval(phase, begin, 0, scratch)
         examined += 1
         if u >= 0.0:
             return i, u, slope, examined

@@ -180,6 +180,7 @@ def _product(begin, end):
 
 find_values = _product(VALUES, BERNSTEIN)
 find_watched = _product(BERNSTEIN, POSITION)
+find_powers = _product(POWERS, POSITION)
 find_position = _product(POSITION, GAP)
 find_gap = _product(GAP, CURVATURE)
 
