@@ -49,6 +49,14 @@ class StudyJob(Job):
 
     What a cancelled study has found stays in ``results``. A study that another job of the process computes is not
     computed again: this job waits for the other's results, and computes on where the other ends without the last one.
+
+    Attributes
+    ----------
+    deliver : callable
+    waiting : list of StudyJob
+        For the results of this one.
+    out_of_time : bool
+        Whether it stopped after `SECONDS`.
     """
 
     def __init__(
@@ -60,17 +68,18 @@ class StudyJob(Job):
     ) -> None:
         super().__init__(question)
         self._grow = grow
-        self._deliver = deliver
+        self.deliver = deliver
         self._results = results
         self.out_of_time = False
-        self._waiting: list[StudyJob] = []  # for results of this one
-        self._compute_or_wait()
+        self.waiting: list[StudyJob] = []
+        self.begin()
 
-    def _compute_or_wait(self) -> None:
+    def begin(self) -> None:
+        """Compute the study, or wait for the results of the job that computes it."""
         with _lock:
             computing = _computing.setdefault(self._key, self)
             if computing is not self:
-                computing._waiting.append(self)
+                computing.waiting.append(self)
                 return
         self._begin(study_threads())
 
@@ -81,20 +90,20 @@ class StudyJob(Job):
     def _report(self, result: PartialResult | Exception, *, last: bool) -> None:
         """Deliver a result to all who wait; after the last one nobody does."""
         with _lock:
-            waiting = [job for job in self._waiting if not job.cancelled]
-            self._waiting = [] if last else list(waiting)
+            waiting = [job for job in self.waiting if not job.cancelled]
+            self.waiting = [] if last else list(waiting)
         for job in (self, *waiting):
             if not job.cancelled:
-                job._deliver(job, result)
+                job.deliver(job, result)
 
     def _end(self) -> None:
         super()._end()
         with _lock:
             _computing.pop(self._key, None)
-            waiting, self._waiting = self._waiting, []
+            waiting, self.waiting = self.waiting, []
         for job in waiting:
             if not job.cancelled:
-                job._compute_or_wait()
+                job.begin()
 
     def _answer(self) -> Iterator[None]:
         used, begin = 0.0, own_time()

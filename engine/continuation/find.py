@@ -37,7 +37,7 @@ def continue_branch(
     eta : float
         Excitation frequency η = Ω/ω₁.
     method : Reference or ExactPenalty
-        With the law "kelvin-voigt".
+        With a piecewise linear law: "kelvin-voigt", "cut", "limited" or "compression".
     over : str
         The number that varies: "eta", "K", "D", "threshold", or a number of the system or its excitation. Where the
         motion starts it has the value that the other arguments give it.
