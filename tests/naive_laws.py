@@ -105,7 +105,8 @@ class Motion:
                 kink.direction = -side
             # short where a force sets in: all stages of a long step may lie beyond the end of a contact
             first = min(1e-6, 0.5 * (end - t)) if gain is not None else None
-            found = solve_ivp(self.rates, (t, end), y, events=(gap, *kinks), args=(gain, sides), first_step=first, **TIGHT)
+            options = {"events": (gap, *kinks), "args": (gain, sides), "first_step": first}
+            found = solve_ivp(self.rates, (t, end), y, **options, **TIGHT)
             assert found.status >= 0, found.message  # a failure of the solver is no end of a contact
             t, y = found.t[-1], found.y[:, -1]
             if found.status == 0:

@@ -64,7 +64,7 @@ def test_the_motion_is_that_of_the_twin(law, wall):
     [(0.01, 1.5, 8.0), (0.02, 1.5, 30.0), (0.003, 3.0, 2.0), (0.01, 2.2, 8.0)],
 )
 def test_steps_end_at_the_kinks_of_impact(penetration, exponent, damping, wall):
-    """The penetration of full damping is passed both ways; the force is cut, and sets in again shortly before the end."""
+    """The penetration of full damping is passed both ways; the force is cut, and sets in again before the end."""
     system, start, eta = (near_wall(), (0.0, 0.5, 0.0, 0.0), 1.3) if wall else (System(), APART, 2.76)
     method = ExactPenalty(1200.0, damping, "impact", exponent=exponent, penetration=penetration)
     run = simulate(system, eta, method, periods=1, keep=1, initial=start)
