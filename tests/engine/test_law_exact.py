@@ -61,7 +61,7 @@ def test_the_motion_is_that_of_the_twin(law, wall):
 @pytest.mark.parametrize("wall", [False, True], ids=["two bodies", "wall"])
 @pytest.mark.parametrize(
     ("penetration", "exponent", "damping"),
-    [(0.01, 1.5, 8.0), (0.02, 1.5, 30.0), (0.003, 3.0, 2.0), (0.01, 2.2, 8.0)],
+    [(0.01, 1.5, 8.0), (0.02, 1.5, 30.0), (0.003, 3.0, 2.0), (0.01, 2.2, 8.0), (0.001, 1.5, 18.0), (1e-5, 1.5, 18.0)],
 )
 def test_steps_end_at_the_kinks_of_impact(penetration, exponent, damping, wall):
     """The penetration of full damping is passed both ways; the force is cut, and sets in again before the end."""
@@ -202,3 +202,11 @@ def test_bad_numbers_are_named(make, text):
 def test_a_method_is_written_as_before():
     assert str(ExactPenalty(100, 1)) == "ExactPenalty(stiffness=100.0, damping=1.0)"
     assert str(ExactPenalty(100, None, "flores")) == "ExactPenalty(stiffness=100.0, damping=None, law='flores')"
+
+
+@pytest.mark.parametrize("penetration", [1e-8, 1e-4, 1e-3])
+@pytest.mark.parametrize("damping", [1.0, 18.0, 60.0])
+def test_a_cut_that_ends_just_before_the_contact_does_is_passed(penetration, damping):
+    """The force sets in again so late, or later than rounding shows, that the step to there is all but the last."""
+    method = ExactPenalty(12000.0, damping, "impact", exponent=1.5, penetration=penetration)
+    assert simulate(System(), 2.76, method, periods=30, keep=1).ok

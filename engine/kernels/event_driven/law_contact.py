@@ -30,6 +30,7 @@ ORDER = 2 * COLUMNS - 1  # of the column that is compared with the last
 TOLERANCE = 3e-14
 TRIES = 60  # sizes of one step
 REPEATS = 60  # of the last step
+FALSE_POSITIONS = 10  # of these, after which the bracket is halved
 LARGEST, SMALLEST = 4.0, 0.1  # factors from step to step
 NUMBERS = 5  # ξ₁, ξ₁′, g, g′ and ∫λ, each from the beginning of a step; of the start: ξ₁, ξ₁′, g, g′, side
 BELOW, BEYOND, PULLS = 0.0, 1.0, 2.0  # sides of kinks: below d, beyond d, the force cut at zero
@@ -147,6 +148,8 @@ def extrapolate(p, tau, gain, size):
     error = abs(table[0, 1] - table[1, 1]) + abs(table[0, 3] - table[1, 3])
     if size > 0.0:
         error += (abs(table[0, 0] - table[1, 0]) + abs(table[0, 2] - table[1, 2])) / size
+    if not speed < math.inf:  # the formula of a side overflows far from it
+        return math.inf
     return error / (TOLERANCE * speed) if speed > 0.0 else 0.0
 
 
@@ -234,7 +237,9 @@ def step_to_depth(p, a, gain, size):
 def step_to_cut(p, a, gain, size):
     """The step to where the force begins or ends to be cut, or ``size`` if a step of that does not pass it.
 
-    By false position (Illinois): what :func:`pushes` returns has no derivative at hand.
+    By false position (Illinois), since what :func:`pushes` returns has no derivative at hand, and by halves where that
+    is slow: shortly before a contact opens it is steep. Where the force would set in so late that rounding does not
+    show it before the contact opens, it stays cut.
     """
     sign = 1.0 if p.work[START, 4] == PULLS else -1.0
     _, _, gap, rate = stepped(p)
@@ -242,10 +247,10 @@ def step_to_cut(p, a, gain, size):
     if not above > 0.0:
         return size
     low, high, last = 0.0, size, 0
-    for _ in range(REPEATS):
+    for repeat in range(REPEATS):
         if high - low <= 2.0**-50 * size:
             break
-        middle = high - above * (high - low) / (above - below) if below < 0.0 else low
+        middle = high - above * (high - low) / (above - below) if below < 0.0 and repeat < FALSE_POSITIONS else low
         if not low < middle < high:
             middle = 0.5 * (low + high)
         extrapolate(p, a.tau, gain, middle)
@@ -260,6 +265,9 @@ def step_to_cut(p, a, gain, size):
             above *= 0.5 if last < 0 else 1.0
             last = -1
     extrapolate(p, a.tau, gain, high)
+    if sign > 0.0 and stepped(p)[2] >= 0.0:
+        extrapolate(p, a.tau, gain, size)
+        return size
     return high
 
 
