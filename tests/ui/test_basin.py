@@ -28,9 +28,9 @@ def test_both_basins_grow_and_say_where_they_differ(basins):
     assert basins.figure("basin_penalty")["title"] == "Penalty model without a time step, η = 3.2"
     text = panel(basins).locator(".statements").text_content()
     assert "% of the starts the penalty model ends on another motion than the reference" in text
-    assert "period 6 from" in text.split("Penalty model")[0]
+    assert "motion 1 (period 6) from" in text.split("Penalty model")[0]
     key = panel(basins).locator(".key").text_content()
-    assert "1: period 6" in key
+    assert "motion 1 (period 6)" in key
     assert "bodies would overlap" in key
     classes = {side: basins.page.evaluate(CLASSES, f"basin_{side}_cells") for side in ("reference", "penalty")}
     assert classes == {"reference": [2, 3, 4], "penalty": [4]}  # no start, period 6, period 2

@@ -86,7 +86,7 @@ COLUMNS = {  # some of them, by figure
     "claims": {"claim", "agrees", "found"},
 }
 KEYS = dict.fromkeys(("plane_penalty", "plane_exact"), ("Period:", "1", "above 8", "blown up"))  # of colours
-KEYS |= dict.fromkeys(("basin_reference", "basin_penalty"), ("Motion:", "1: period 1"))
+KEYS |= dict.fromkeys(("basin_reference", "basin_penalty"), ("Motion:", "motion 1 (period 1)"))
 KEYS["bifurcation_strip"] = ("period 1", "artefact of the time step", "chaotic", "ended early")
 CALLS = {
     "bifurcation": "sweep_eta(",

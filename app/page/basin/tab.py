@@ -36,10 +36,10 @@ _PLANE_NAMES = {
     "xi1-v1": "state of body 1",
     "v1-v2": "both velocities",
     "xi1-xi2": "both displacements",
-    "phase-xi1": "phase and ξ₁",
-    "phase-v1": "phase and ξ₁′",
-    "phase-xi2": "phase and ξ₂",
-    "phase-v2": "phase and ξ₂′",
+    "phase-xi1": "phase and displacement 1",
+    "phase-v1": "phase and velocity 1",
+    "phase-xi2": "phase and displacement 2",
+    "phase-v2": "phase and velocity 2",
 }
 PHASE_FIELDS = ("base_phase", "force1_phase", "force2_phase")
 _MODELS = {"exact": "without a time step", "set": "as set under Solver"}
