@@ -27,6 +27,7 @@ from .margins import (
 )
 from .orbit import check_cancelled
 from .roots import first_zero
+from .seeds import SAME
 from .sequences import after_chatter, beyond, point_within_cycle
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
@@ -135,9 +136,8 @@ class Tracer:
         if self.points[-1] is there:
             there.remember(self._distance(there, here), here.unknowns)
         self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
-        if not self.reason and self._returned():
-            onwards = self.points[0].tangent @ self.points[-1].tangent > 0
-            self.reason = "the branch closes in itself" if onwards else "the branch comes back to where it began"
+        if not self.reason:
+            self._end_where_it_began()
         return min(step * min(BEND / max(angle, BEND / GROWTH), GROWTH), LARGEST_STEP)
 
     def at(self, here: CurvePoint, s: float) -> CurvePoint | None:
@@ -168,6 +168,15 @@ class Tracer:
         orbit = self.curve.corrected(replace(here.orbit, unknowns=guess[:-1]), border)
         return orbit and CurvePoint(self.curve, orbit, border, here.tangent)
 
+    def _end_where_it_began(self) -> bool:
+        """End the branch if it is back at its first orbit; returns whether it is."""
+        later = self._returned_later()
+        if not (later or self._returned()):
+            return False
+        onwards = later or self.points[0].tangent @ self.points[-1].tangent > 0
+        self.reason = "the branch closes in itself" if onwards else "the branch comes back to where it began"
+        return True
+
     def _returned(self) -> bool:
         """Whether the branch is back at its first orbit."""
         start, before, here = self.points[0], self.points[-2], self.points[-1]
@@ -178,6 +187,23 @@ class Tracer:
         off = start.unknowns / scales - a
         share = off @ along / (along @ along)
         return 0 <= share <= 1 and np.linalg.norm(off - share * along) < CLOSED * np.linalg.norm(along)
+
+    def _returned_later(self) -> bool:
+        """Whether it is back there in the same direction, with the events of the cycle counted from another one on."""
+        start, before, here = self.points[0], self.points[-2], self.points[-1]
+        if len(self.points) < 10 or not start.orbit.period == before.orbit.period == here.orbit.period:
+            return False
+        onwards = (here.value - before.value) * (self.points[1].value - start.value) > 0
+        if not onwards or before.orbit.kinds != here.orbit.kinds:
+            return False
+        share = (start.value - before.value) / (here.value - before.value)
+        if not 0 <= share <= 1:
+            return False
+        chord = here.orbit.unknowns - before.orbit.unknowns
+        again = self.curve.corrected(replace(before.orbit, unknowns=before.orbit.unknowns + share * chord), start.value)
+        rows = start.evaluation.section
+        size = SAME * max(np.abs(rows).max(), 1e-9)
+        return again is not None and bool((np.abs(rows - again.unknowns[:4]).max(axis=1) < size).any())
 
     def _joins(self, here: CurvePoint, there: CurvePoint) -> bool:
         """Whether both halves of the cycle become the same between two orbits.
@@ -278,6 +304,8 @@ class Tracer:
             self._grazings = []
             following = after_chatter(self.curve, last)
         self.points.append(point_within_cycle(self.curve, inside))
+        if self._end_where_it_began():
+            return True
         if following is None:
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"

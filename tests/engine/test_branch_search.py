@@ -11,6 +11,7 @@ from vibroscope.engine import (
     Excitation,
     Reference,
     System,
+    continue_branch,
     find_branches,
     run_cells,
     search_branches,
@@ -158,3 +159,17 @@ def test_what_is_not_found_is_said_with_its_reason():
     assert notes[0].startswith("from the initial state there is no periodic motion to follow")
     with pytest.raises(ValueError, match="four numbers"):
         find_branches(PAPER, 3.365, Reference(), **(how | {"initial": (1.0, 2.0)}))
+
+
+@pytest.mark.parametrize("value", [0.55, 0.5631])
+def test_an_isolated_branch_closes_though_its_events_are_counted_from_another_one_on(value):
+    """After a turn the cycle of three periods begins at another of them, and the next turns never end."""
+    system = System(wall=True, clearance=0.5)
+    start = (-0.009197782845214886, -0.1351231394306132, 0.0, 0.0)
+    span = {"low": 0.5, "high": 0.62, "max_period": 3}
+    found = continue_branch(system, 0.5508751686340112, Reference("derived"), initial=start, **span)
+    k = int(np.argmin(np.abs(found.values - value)))
+    again = continue_branch(system, found.values[k], Reference("derived"), initial=found.sections[k][1], **span)
+    for branch in (found, again):
+        assert branch.ends == ("the branch closes in itself",) * 2
+        assert len(branch.values) < 200  # at most two turns
