@@ -73,7 +73,7 @@ def test_what_was_cancelled_goes_on_where_it_was():
 
 
 class Held:
-    """`count`, which waits before each number until it is told, and remembers what it computed for whom."""
+    """`count`, which waits for a permit before each number, and keeps what it computed."""
 
     def __init__(self):
         self.computed, self.begun, self.go = [], queue.Queue(), threading.Semaphore(0)
