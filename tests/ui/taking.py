@@ -4,6 +4,8 @@ import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+from playwright.sync_api import TimeoutError as Late
+
 _APART = 0.1  # s between two downloads: Chromium drops all but ten in a second, and reports nothing to wait for
 
 
@@ -13,8 +15,18 @@ def taken(explorer, name):
     if not menu.evaluate("menu => menu.open"):
         menu.locator("summary").click()
     time.sleep(_APART)
-    with explorer.page.expect_download() as download:
-        menu.get_by_role("button", name=name, exact=True).click()
+    try:
+        with explorer.page.expect_download() as download:
+            menu.get_by_role("button", name=name, exact=True).click()
+    except Late:
+        said = {
+            "open": menu.evaluate("menu => menu.open"),
+            "status": menu.locator("[role=status]").text_content(),
+            "error": explorer.error(),
+            "complaints": explorer.complaints,
+            "updates": explorer.update(),
+        }
+        raise AssertionError(f"no file for {name!r}: {said}") from None
     return download.value.suggested_filename, Path(download.value.path()).read_bytes()
 
 

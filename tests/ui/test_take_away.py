@@ -67,6 +67,17 @@ def test_the_report_opens_without_a_server(visit, tmp_path):
     page.close()
 
 
+@pytest.mark.parametrize("title", ["Phase plot 1", "Displacements", "Contact strip", "Contact force"])
+def test_a_picture_shows_what_the_page_shows_after_a_move(visit, title):
+    """Columns that a move changes reach the page otherwise than those that it was opened with."""
+    opened = visit("?eta=1.12")
+    moved = visit("?eta=1.08")
+    moved.moved(lambda: moved.type("eta", "1.12"))
+    drawings = [taken(explorer.explained(), f"{title} as SVG")[1] for explorer in (opened, moved)]
+    first, second = ([at["d"] for kind, at in shapes(drawing) if kind == "path"] for drawing in drawings)
+    assert first == second
+
+
 STUDY = "eta=2.76&K=12000&D=18&steps=2000"
 COLUMNS = {  # some of them, by figure
     "phase1": {"xi1", "velocity1"},

@@ -6,7 +6,8 @@ export function render({ model }) {
     let offset = 0;
     for (const [source, name, length] of names) {
       if (!changed.has(source)) changed.set(source, {});
-      changed.get(source)[name] = new Float32Array(values, offset, length);
+      // A copy: Bokeh writes the whole buffer of a view, so that a picture would show all columns in each.
+      changed.get(source)[name] = new Float32Array(values, offset, length).slice();
       offset += 4 * length;
     }
     for (const [id, columns] of changed) {
