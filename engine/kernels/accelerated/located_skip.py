@@ -33,7 +33,8 @@ from ..time_stepping.located import (
     write_output,
     write_state,
 )
-from .matrix_skip import ENTRIES, UNLIMITED, SkipTables, find_skip, impulse_of, next_output, write_u_at
+from ..time_stepping.newmark import next_output
+from .matrix_skip import ENTRIES, UNLIMITED, SkipTables, find_skip, impulse_of, write_u_at
 
 FREE, CONTACT = range(2)  # modes; CONTACT + j: in contact, with steps halved j times
 TABULATED = 30  # halvings: with more, all pieces are solved

@@ -43,7 +43,7 @@ from ..time_stepping.linear_step import (
     write_first_sample,
     write_progress,
 )
-from ..time_stepping.newmark import write_output, write_sample
+from ..time_stepping.newmark import next_output, write_output, write_sample
 from .certificate import CERTAIN, CHUNK, FAR
 from .step_map import ENTRIES
 
@@ -215,15 +215,6 @@ def impulse_of(t, mode, coarse, fine, us):
     """Δτ Σλ over the steps of a skip."""
     total = dot(t.impulses[mode, 1, coarse - 1], us[0]) if coarse > 0 else 0.0
     return total + (dot(t.impulses[mode, 0, fine - 1], us[1]) if fine > 0 else 0.0)
-
-
-@jit_inlined
-def next_output(i, n, window, sampled):
-    """The first step after i of which a section row or a sample is asked for."""
-    k = i % n
-    if sampled and i >= window[1]:
-        return i + min(n - k, window[2] - k % window[2])
-    return min(i + n - k, window[1]) if sampled else i + n - k
 
 
 @jit_inlined

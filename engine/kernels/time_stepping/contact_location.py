@@ -108,15 +108,22 @@ def with_accelerations(e, z, forcing):
 
 
 @jit_inlined
+def step_alone(e, g, u, b, s, force):
+    """The gap with velocity and acceleration after a step of length ``s`` at a wall; ``force``: f at its end."""
+    half, quarter = 0.5 * s, 0.25 * s * s
+    pg, qg = g + s * u + quarter * b, u + half * b
+    over = 1.0 / (1.0 - half * e.bu - quarter * e.bg)  # long known: a division of the sum would be waited for
+    b = (e.bg * pg + (e.bu * qg + force)) * over
+    return pg + quarter * b, qg + half * b, b
+
+
+@jit_inlined
 def step(e, z, s, forcing):
     """The motion after a step of length ``s`` on one side of the surface; ``forcing``: f₁ and f at its end."""
     x, v, a, g, u, b = z
-    half, quarter = 0.5 * s, 0.25 * s * s
     if e.alone:
-        pg, qg = g + s * u + quarter * b, u + half * b
-        over = 1.0 / (1.0 - half * e.bu - quarter * e.bg)  # long known: a division of the sum would be waited for
-        b = (e.bg * pg + (e.bu * qg + forcing[1])) * over
-        return x, v, a, pg + quarter * b, qg + half * b, b
+        return x, v, a, *step_alone(e, g, u, b, s, forcing[1])
+    half, quarter = 0.5 * s, 0.25 * s * s
     p, q = x + s * v + quarter * a, v + half * a
     pg, qg = g + s * u + quarter * b, u + half * b
     # right side and matrix of the two equations for a and b at the end

@@ -28,7 +28,7 @@ from typing import NamedTuple
 from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_contact, no_room, record_contact, with_impulse
-from ..equations.contact_law import contact_rate
+from ..equations.contact_law import contact_rate, force
 from ..equations.coordinates import contact_coordinates, displacements
 from ..equations.motion import (
     coefficients,
@@ -49,10 +49,11 @@ from .contact_location import (
     side,
     side_of,
     step,
+    step_alone,
     step_from,
     with_accelerations,
 )
-from .newmark import LIMIT
+from .newmark import LIMIT, next_output
 
 MOST_HALVINGS = 60  # of a step of the grid
 ROUNDING = 1e-6  # of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which …
@@ -167,11 +168,17 @@ def write_output(m, i, k, z, pressed, window, buffers):
 
 
 @jit_inlined
+def longest_piece(m, since):
+    """The longest piece that Eq. (13) allows."""
+    return max(m.shortest_step, m.step_per_age * since) * (1.0 + ROUNDING)
+
+
+@jit_inlined
 def halvings_at(m, pressed, since):
     """How often a step is halved until its pieces keep to Eq. (13), and into how many pieces that cuts it."""
     halvings, parts = 0, 1.0
     if pressed:
-        longest = max(m.shortest_step, m.step_per_age * since) * (1.0 + ROUNDING)
+        longest = longest_piece(m, since)
         while parts * longest < m.h and halvings < MOST_HALVINGS:
             halvings, parts = halvings + 1, 2.0 * parts
     return halvings, parts
@@ -237,6 +244,55 @@ def advance(m, forces, s, window, buffers):
     return LocatedState(x, v, a, g, u, b, pressed, i, offset, solves, before, since, contact), status
 
 
+@jit_inlined
+def stays(pressed, gap, rate, b, after, length):
+    """Whether a step to ``after``, from a gap with its rate and acceleration, certainly does not change contact.
+
+    As in :func:`.contact_location.locate_change`, but for the look at the vertex.
+    """
+    sign = -1.0 if pressed else 1.0
+    gap, rate, curvature = sign * gap, sign * rate, 0.5 * sign * (b + after[2])
+    turns = gap > 0.0 and rate < 0.0 and -rate < curvature * length and 2.0 * gap * curvature <= rate * rate
+    return (after[0] <= 0.0) == pressed and not turns and abs(after[0]) < LIMIT
+
+
+@jit_inlined
+def glide_at_wall(m, forces, s, stop, window, sampled):
+    """The state after the next pieces of one length, of one body at a wall, in which nothing happens.
+
+    As :func:`advance` takes them; that takes the piece that follows, and those at whose end something is recorded. Most
+    of its time goes into what these pieces do not need.
+    """
+    _, parts = halvings_at(m, s.pressed, s.since)
+    piece, k, whole = m.h / parts, s.step % m.steps, parts == 1.0
+    done = points_passed(piece, s.offset)
+    if done * piece != s.offset:
+        return s
+    left = min(next_output(s.step, m.steps, window, sampled), stop) - s.step if whole else int(parts) - int(done)
+    left = min(left - 1, SOLVES_PER_STEP - (s.solves - s.solves_before))
+    e, pressed, g, u, b, offset = side(m, s.pressed), s.pressed, s.g, s.u, s.b, s.offset
+    since, impulse, taken = s.since, s.contact.impulse, 0
+    while taken < left and (whole or 0.5 * parts * longest_piece(m, since) < m.h):
+        point = (done + taken + 1.0) * piece
+        length = m.h if whole else point - offset
+        push = forces[k + taken + 1, 1] if whole else forcing_at(m, k, point)[1]
+        after = step_alone(e, g, u, b, length, push)
+        if not stays(pressed, g, u, b, after, length):
+            break
+        if pressed:
+            since += length
+            twice = force(m.stiffness, m.damper, g, u) + force(m.stiffness, m.damper, after[0], after[1])
+            impulse += 0.5 * length * twice
+        g, u, b = after
+        taken += 1
+        offset = point
+    solves, contact = s.solves + taken, with_impulse(s.contact, impulse)
+    if not whole:
+        return LocatedState(s.x, s.v, s.a, g, u, b, pressed, s.step, offset, solves, s.solves_before, since, contact)
+    before = solves if taken > 0 else s.solves_before
+    return LocatedState(s.x, s.v, s.a, g, u, b, pressed, s.step + taken, 0.0, solves, before, since, contact)
+
+
 @jit_no_alloc
 def integrate_located(m, forces, state, stop, most, window, buffers):
     """Integrate to the end of step ``stop`` of the grid.
@@ -267,7 +323,10 @@ def integrate_located(m, forces, state, stop, most, window, buffers):
     pause = s.solves + most
     if s.offset == 0.0:
         write_output(m, s.step, s.step % m.steps, motion_of(s), s.pressed, window, buffers)
+    glides, sampled = m.wall and m.stages.count == 0, buffers.samples.shape[0] > 0
     while s.step < stop and status == OK:
+        if glides:
+            s = glide_at_wall(m, forces, s, stop, window, sampled)
         s, status = advance(m, forces, s, window, buffers)
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:
             status = PAUSED

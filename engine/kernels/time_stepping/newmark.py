@@ -318,6 +318,15 @@ def write_output(m, i, k, n, now, pressed, window, buffers):
         write_sample(m, buffers.samples[j], now, pressed)
 
 
+@jit_inlined
+def next_output(i, n, window, sampled):
+    """The first step after i of which a section row or a sample is asked for."""
+    k = i % n
+    if sampled and i >= window[1]:
+        return i + min(n - k, window[2] - k % window[2])
+    return min(i + n - k, window[1]) if sampled else i + n - k
+
+
 @jit
 def integrate_recorded(m, cosines, state, stop, window, buffers):
     """As :func:`integrate`, step for step, and fill the buffers; returns OK, DIVERGED or FULL.
