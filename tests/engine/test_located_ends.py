@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from vibroscope.engine import Newmark, Record, Status, System, simulate
+from vibroscope.engine import Excitation, Newmark, Record, Status, System, simulate
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.time_stepping import located as kernel
 
@@ -80,3 +80,23 @@ def test_too_many_solves_in_one_step_have_a_status(monkeypatch):
     found = simulate(System(), 0.001, Newmark(1e9, 0.0, 4, located=True), periods=5, keep=1)
     assert found.status is Status.UNRESOLVED
     assert "smaller K" in found.message
+
+
+@pytest.mark.parametrize("steps", [20, 200])
+@pytest.mark.parametrize("clearance", [-0.3, 0.0])
+def test_pieces_at_a_wall_are_those_of_mirrored_bodies(steps, clearance):
+    """Which are solved one by one, at a wall in a loop of their own."""
+    force = {"base": 0.0, "force1": 1.0}
+    wall = System(wall=True, d1=0.01, clearance=clearance, excitation=Excitation(**force))
+    both = Excitation(**force, force2=-1.0)
+    both = System(1.0, 0.01, 0.01, mu=1.0, d3=None, clearance=2 * clearance, excitation=both)
+    record = Record(periods=2, per_period=steps // 5)
+    options = {"periods": 4, "keep": 4, "record": record}
+    one = simulate(wall, 1.08, Newmark(2500.0, 8.0, steps, located=True), **options)
+    two = simulate(both, 1.08, Newmark(1250.0, 4.0, steps, located=True), **options)
+    assert abs(one.cost.steps - two.cost.steps) <= 0.02 * two.cost.steps  # rounding decides the iterations of a change
+    assert len(one.impacts) == len(two.impacts) > 3
+    np.testing.assert_allclose(one.contacts, two.contacts, atol=1e-8)
+    np.testing.assert_allclose(one.impacts.impulse, two.impacts.impulse, rtol=1e-6)
+    np.testing.assert_allclose(one.section[:, :2], two.section[:, :2], atol=1e-8)
+    np.testing.assert_allclose(one.trajectory.displacement[0], two.trajectory.displacement[0], atol=1e-8)
