@@ -56,10 +56,8 @@ class SpeedQuestion:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Those of `KINDS` that there are: not every contact law has steps that are skipped, or located ones."""
-        law = self.method.law
-        absent = {"plain": law not in NEWMARK_LAWS, "located": law != CONTACT_LAWS[0]}
-        return tuple(kind for kind in KINDS if not absent.get(kind))
+        """Those of `KINDS` that there are: not every contact law has steps that are skipped."""
+        return tuple(kind for kind in KINDS if kind != "plain" or self.method.law in NEWMARK_LAWS)
 
 
 class Key(NamedTuple):

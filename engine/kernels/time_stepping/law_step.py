@@ -12,13 +12,15 @@ are those of the laws that are piecewise linear,
     max(0, Kδ + cv),   Kδ + min(max(cv, −Kδ), Kδ) = max(0, min(Kδ + cv, 2Kδ)),   Kδ + c max(v, 0) = max(Kδ + cv, Kδ).
 
 For the others the secants of a bracket that always holds the root find it (Illinois: Dowell & Jarratt, BIT 11 (1971)
-168), across the kinks of a law as well, to the last digits.
+168), across the kinks of a law as well, to the last digits. Only the law of constant restitution does not fall
+everywhere: where a contact is about to end, it pulls by √δ or more, and the root lies beyond L(−g₀, −r₀).
 """
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..equations.contact_law import COMPRESSION, CUT, LIMITED, law_force
 
 SOLVES = 100  # secants, of which 6 to 10 are needed
+WIDENINGS = 200  # of a bracket, each twice as far
 CLOSE = 4 * 2.0**-52
 
 
@@ -64,6 +66,13 @@ def bracketed_root(m, gain, gap, rate, by_gap, by_rate):
     push = high
     if above == 0.0 or first == 0.0:
         return push
+    for _ in range(WIDENINGS):
+        if (above > 0.0) != (below > 0.0):
+            break
+        low, below, high = high, above, 2.0 * high
+        above = high - law_force(
+            m.law, m.stiffness, gain, m.exponent, m.penetration, -gap - by_gap * high, -rate - by_rate * high
+        )
     for _ in range(SOLVES):
         push = high - above * (high - low) / (above - below)
         value = push - law_force(

@@ -169,32 +169,40 @@ def step_of_law(m, gain, pressed, z, s, k, offset):
     return x1, v1, a1, g1, u1, b1
 
 
+@jit_inlined
+def with_closed_gap(which, theta, z, solves):
+    """What is found: at the end of a piece by the gap, that is zero."""
+    return theta, (z[0], z[1], z[2], 0.0 if which == GAP else z[3], z[4], z[5]), solves
+
+
 @jit_no_alloc
 def locate_end(m, gain, piece, which, z, end, length, k, s):
     """Where a piece ends that the step from ``z`` to ``end`` leaves, the motion there, and steps solved to find it.
 
     Arguments as those of :func:`.contact_location.locate_change`.
     """
-    low, high, theta, there, solves = 0.0, length, length, end, 0
+    low, high, theta, there, beyond, solves = 0.0, length, length, end, end, 0
     before, passed = margin(m, gain, piece, which, z), -length
     for i in range(ITERATIONS):
         value = margin(m, gain, piece, which, there)
         if value > 0.0 or (value == 0.0 and piece != FREE):
             low = theta
         else:
-            high = theta
+            high, beyond = theta, there
         change = before - value
         better = theta - value * passed / change if change != 0.0 else low
-        if min(abs(better - theta), high - low) <= PRECISION * length:
+        if high - low <= PRECISION * length:
+            break
+        if abs(better - theta) <= PRECISION * length:
+            return with_closed_gap(which, theta, there, solves)
             break
         if not low < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         before, passed = value, theta - better
         there = step_of_law(m, gain, piece != FREE, z, better, k, s)
         theta, solves = better, solves + 1
-    if which == GAP:
-        there = there[0], there[1], there[2], 0.0, there[4], there[5]
-    return theta, there, solves
+    # a law that pulls to the last ends with a jump, beyond which nothing acts
+    return with_closed_gap(which, high, beyond, solves)
 
 
 @jit_no_alloc
