@@ -1,7 +1,5 @@
 """Plain twin of located steps with any contact law: looks through each step for the first change, and bisects it."""
 
-import math
-
 import numpy as np
 
 from tests.naive_law_stepping import LawTwin

@@ -22,7 +22,6 @@ from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.performance.contenders import CHECKED, PERIODS, engine_seconds
 from vibroscope.app.performance.peers import plain_loop
 from vibroscope.engine import (
-    CONTACT_LAWS,
     NEWMARK_LAWS,
     Cancelled,
     ExactPenalty,

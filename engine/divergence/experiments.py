@@ -26,7 +26,6 @@ What remains is the error of :class:`.error.Target`, or if the reference does no
 sections (:mod:`.statistics`).
 """
 
-import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from ..divergence.contact import damping_of_law, equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
-from ..methods import CONTACT_LAWS, Newmark, Reference, TimeStepping
+from ..methods import Newmark, Reference, TimeStepping
 from ..motions.description import describe
 from ..motions.steady import KEEP, LONG, Steady, steady
 from ..motions.words import touching
