@@ -129,7 +129,7 @@ class Newmark:
         contacts shorter than some steps are resolved by shorter ones. The cost counts each solve.
     law : {"kelvin-voigt", "cut"}
         Contact law: a spring and a damper, as in the paper, which may pull near the end of a contact; or the same cut
-        at zero. With "cut" all steps are taken and none is located. :class:`TimeStepping` has more laws.
+        at zero. With "cut" all steps are taken. :class:`TimeStepping` has more laws.
 
     Raises
     ------
@@ -161,8 +161,6 @@ class Newmark:
             object.__setattr__(self, name, flag(name, getattr(self, name)))
         if self.law not in NEWMARK_LAWS:
             raise ValueError(f"law = {self.law!r} is stepped by TimeStepping(…, law={self.law!r}), not by Newmark")
-        if self.located and self.law != CONTACT_LAWS[0]:
-            raise ValueError(f"law = {self.law!r} has no located steps: leave located at False")
         _check_steps(self)
 
     @property
@@ -184,8 +182,9 @@ class TimeStepping:
     status : {"start", "end", "located"}
         Whether a step is with contact is taken from the gap at its start, or iterated until it agrees with the gap at
         its end (where the integrator takes the contact force). Explicit integrators know the gap before the force and
-        have nothing to iterate: they do not take "end". "located" cuts a step at each contact change, where the
-        acceleration starts anew; other than with :class:`Newmark`, contacts are not resolved by shorter steps.
+        have nothing to iterate: they do not take "end". "located" cuts a step at each contact change and
+        each kink of the law, where the acceleration starts anew; other than with :class:`Newmark`, contacts are not
+        resolved by shorter steps.
     without_solution : {"stop", "keep", "halve"}
         With status "end", what a step does in which neither status agrees with its own end: end the run with the status
         ``without-solution``; keep the former status; or be cut into 2, 4, … 1024 parts until all of them have a
@@ -237,8 +236,6 @@ class TimeStepping:
         if self.integrator.explicit and self.status == "end":
             name = self.integrator.name
             raise ValueError(f"{name} is explicit and knows the gap before the force: it has no status = 'end'")
-        if self.located and self.law != CONTACT_LAWS[0]:
-            raise ValueError(f"law = {self.law!r} has no located steps: use status = 'start' or 'end'")
 
     @property
     def located(self) -> bool:

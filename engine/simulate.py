@@ -6,10 +6,10 @@ from .arguments import shown
 from .drivers.base import Driver
 from .drivers.event_driven import EventDriver
 from .drivers.law_driven import LawDriver, needs_law
-from .drivers.located import LocatedDriver
+from .drivers.located import located_driver
 from .drivers.newmark import ONE_STEP_DRIVERS
 from .drivers.time_stepping import TimeSteppingDriver
-from .methods import ExactPenalty, Method, Reference, TimeStepping
+from .methods import ExactPenalty, Method, Reference, TimeStepping, is_located
 from .model import System, check_eta, require, whole
 from .result import Checkpoint, Record, Response, Status, Trajectory
 
@@ -124,8 +124,8 @@ def sample_run(
 
 
 def _driver(method: Method) -> type[Driver]:
-    if getattr(method, "located", False):
-        return LocatedDriver
+    if is_located(method):
+        return located_driver(method)
     if needs_law(method):
         return LawDriver
     return _DRIVERS[type(method)]

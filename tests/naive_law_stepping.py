@@ -51,5 +51,8 @@ class LawTwin(Twin):
             return push - self.law(*self.seen)
 
         first = -excess(0.0)
-        self.given = brentq(excess, *sorted((0.0, WIDER * first)), **EXACT) if status and first else 0.0
+        last = WIDER * first
+        while status and first and excess(last) * first < 0:
+            last *= WIDER
+        self.given = brentq(excess, *sorted((0.0, last)), **EXACT) if status and first else 0.0
         return end(True)

@@ -106,7 +106,7 @@ def _every_law(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
             continue
         schemes.append(stepping_of(own, K=1.0, D=0.0, steps=1000))
     if not options.located and options.status is None:
-        schemes.append(with_located_steps(schemes[0]))  # other laws have none
+        schemes.append(with_located_steps(schemes[0]))  # of one law: each takes a search of its own
     return schemes
 
 
@@ -123,7 +123,7 @@ def _every_scheme(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
             note(f"{name} is explicit and knows the gap before the force: its status is that at the start")
             own.status = own.without_solution = None
         schemes.append(stepping_of(own, K=1.0, D=0.0, steps=1000))
-    if not options.located and options.status is None and (options.law or CONTACT_LAWS[0]) == CONTACT_LAWS[0]:
+    if not options.located and options.status is None:
         schemes += [with_located_steps(each) for each in schemes]
     return schemes
 

@@ -22,7 +22,6 @@ from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.performance.contenders import CHECKED, PERIODS, engine_seconds
 from vibroscope.app.performance.peers import plain_loop
 from vibroscope.engine import (
-    CONTACT_LAWS,
     NEWMARK_LAWS,
     Cancelled,
     ExactPenalty,
@@ -56,10 +55,8 @@ class SpeedQuestion:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Those of `KINDS` that there are: not every contact law has steps that are skipped, or located ones."""
-        law = self.method.law
-        absent = {"plain": law not in NEWMARK_LAWS, "located": law != CONTACT_LAWS[0]}
-        return tuple(kind for kind in KINDS if not absent.get(kind))
+        """Those of `KINDS` that there are: not every contact law has steps that are skipped."""
+        return tuple(kind for kind in KINDS if kind != "plain" or self.method.law in NEWMARK_LAWS)
 
 
 class Key(NamedTuple):

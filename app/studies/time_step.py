@@ -66,7 +66,7 @@ class PartialStep:
 
     @property
     def schemes(self) -> tuple[str, ...]:
-        """Those of `engine.sweeps.SCHEMES` that the contact law has."""
+        """Those of `engine.sweeps.SCHEMES`."""
         return tuple(self.study.schemes)
 
     @property

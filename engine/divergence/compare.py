@@ -215,7 +215,7 @@ class Comparison:
         Raises
         ------
         ValueError
-            If a run ended early, or if no steps with the contact law can be located.
+            If a run ended early.
         """
         if not (self.runs.penalty.ok and self.runs.exact.ok and self.parts):
             raise ValueError("a run ended early, so that there is no time step to split: see the runs' messages")

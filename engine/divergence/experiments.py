@@ -26,7 +26,6 @@ What remains is the error of :class:`.error.Target`, or if the reference does no
 sections (:mod:`.statistics`).
 """
 
-import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -190,8 +189,7 @@ def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newma
     """Yield the name of a choice that codes differ in, and the method with this choice changed."""
     own = _as_time_stepping(method)
     if not is_located(method):
-        with contextlib.suppress(ValueError):
-            yield "status", with_located_steps(method)
+        yield "status", with_located_steps(method)
         if not own.integrator.explicit:
             yield "status", replace(own, status="start" if own.status == "end" else "end")
     if own.integrator != NewmarkBeta():

@@ -46,11 +46,6 @@ class TimeStepParts:
 def with_located_steps(method: Newmark | TimeStepping) -> Newmark | TimeStepping:
     """Return a method with the same numbers whose steps are cut where contact changes.
 
-    Raises
-    ------
-    ValueError
-        If its steps, or those with its contact law, cannot be located.
-
     Examples
     --------
     >>> from vibroscope.engine import Newmark, with_located_steps
@@ -79,11 +74,6 @@ def split_time_step(
         Of one period of the series.
     initial : (4,) sequence, or None for rest
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0 of all runs.
-
-    Raises
-    ------
-    ValueError
-        If no steps with the contact law can be located.
     """
     method, run = with_located_steps(penalty.method), penalty
     if method != penalty.method:

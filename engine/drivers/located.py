@@ -6,19 +6,21 @@ from ..integrators import Integrator, NewmarkBeta
 from ..kernels.accelerated import located_skip
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
+from ..kernels.equations.contact_law import CONSTANT, KELVIN_VOIGT, LAWS
 from ..kernels.equations.motion import coefficients
 from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import Parameters
 from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import located as kernel
+from ..kernels.time_stepping import located_law
 from ..kernels.time_stepping.contact_location import Stages, forcing_with
 from ..kernels.time_stepping.linear_step import COLUMNS
-from ..methods import TimeStepping
+from ..methods import Newmark, TimeStepping, spring_exponent
 from ..result import Checkpoint, Cost, Status
 from .newmark import has_strides
-from .parameters import parameters_of
 from .skip_tables import LocatedTables
 from .stepping import SteppingDriver
+from .time_stepping import parameters_of_steps
 
 MANY_STEPS = 1000  # a period from which tables are worth their making, for Newmark's method, whose steps take no time
 
@@ -41,31 +43,37 @@ class LocatedDriver(SteppingDriver):
     solves_per_call = 2_000_000
 
     def begin(self, start: Checkpoint) -> None:
-        method, p = self._method, parameters_of(*self.run)
+        method, p = self._method, parameters_of_steps(*self.run)
         self._scheme, integrator = kernel.located_scheme(p), NewmarkBeta()
         if isinstance(method, TimeStepping):
             integrator = method.integrator
             self.solution = f"the solution by {integrator.name}"
             self._scheme = self._scheme._replace(stages=stages_of(integrator, p), shortest_step=self._scheme.h)
-        self._forces, angle = self.forces_of_steps(), self.angles_of_steps()[:-1]
         self._tables = None
-        if self._can_skip(p):
-            angles = np.array([np.cos(angle), np.sin(angle)])
-            self._tables = LocatedTables(self._scheme, p, integrator)
-            work = np.zeros((5, COLUMNS))
-            self._skips = located_skip.LocatedSkips(self._tables.arrays, p.free_position, angles, work)
-        if len(start.state) == kernel.STATE.size:
+        self._prepare(p, integrator)
+        if len(start.state) > len(self.run[0].rest):
             self._state = np.array(start.state)
         else:
             state = kernel.start_state(self._scheme, start.state, self.kept_from == 0)
-            if getattr(method, "initial_acceleration", "") == "zero":
-                state = state._replace(a=0.0, b=0.0)
-            self._state = kernel.STATE.pack(state)
+            self._state = self._packed_start(state, getattr(method, "initial_acceleration", "") == "zero")
         self._started = self._now.solves
         if not getattr(self._kernel, "signatures", True):  # compile or load outside the measured seconds
             state, self._state = self._state, self._state.copy()
             self._call(0, 0, self._no_buffers)
             self._state = state
+
+    def _prepare(self, p: Parameters, integrator: Integrator) -> None:
+        """Make what the kernel needs beside the scheme."""
+        self._forces, angle = self.forces_of_steps(), self.angles_of_steps()[:-1]
+        if self._can_skip(p):
+            angles = np.array([np.cos(angle), np.sin(angle)])
+            self._tables = LocatedTables(self._scheme, p, integrator)
+            work = np.zeros((5, COLUMNS))
+            self._skips = located_skip.LocatedSkips(self._tables.arrays, p.free_position, angles, work)
+
+    def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
+        """The discrete solution at τ = 0; ``at_rest``: without acceleration."""
+        return kernel.STATE.pack(state._replace(a=0.0, b=0.0) if at_rest else state)
 
     def _can_skip(self, p: Parameters) -> bool:
         method = self._method
@@ -130,3 +138,42 @@ class LocatedDriver(SteppingDriver):
 
     def cost(self) -> Cost:
         return Cost(self.seconds, steps=self._now.solves - self._started)
+
+
+class LocatedLawDriver(LocatedDriver):
+    """The same with another contact law than spring and damper; every step is taken."""
+
+    def _prepare(self, p: Parameters, integrator: Integrator) -> None:
+        m = self._scheme._replace(stages=stages_of(integrator, p))
+        self._law = located_law.LawScheme(m, int(p.law), p.stiffness, p.exponent, p.penetration, p.gain, p.relative)
+
+    def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
+        m, pressed = self._law, state.pressed
+        z = uncompiled(kernel.motion_of)(state)
+        closing = max(-state.u, 0.0) if state.g == 0.0 else 0.0  # of a contact that was open before, nothing is known
+        contact = state.contact._replace(speed2=state.contact.speed1 - closing)
+        gain = uncompiled(located_law.gain_of)(m, contact)
+        if at_rest:
+            a, b = 0.0, 0.0
+        else:
+            forcing = uncompiled(forcing_with)(m.located, 1.0, 0.0)
+            _, _, a, _, _, b = located_law.with_law_accelerations(m, gain, pressed, z, forcing)
+        piece = located_law.piece_at(m, gain, z) if pressed else located_law.FREE
+        return located_law.STATE.pack(located_law.LawState(state._replace(a=a, b=b, contact=contact), piece))
+
+    @property
+    def _now(self) -> kernel.LocatedState:
+        return located_law.STATE.read(self._state).located
+
+    @property
+    def _kernel(self):
+        return located_law.integrate_located_law
+
+    def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
+        return self._kernel(self._law, self._state, last, most, self._window, buffers.views)
+
+
+def located_driver(method: Newmark | TimeStepping) -> type[LocatedDriver]:
+    """The driver of a method with located steps."""
+    same = method.law == LAWS[CONSTANT] and spring_exponent(method) == 1.0  # Eq. (20) with n = 1 is Eq. (5)
+    return LocatedDriver if same or method.law == LAWS[KELVIN_VOIGT] else LocatedLawDriver

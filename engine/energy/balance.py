@@ -75,6 +75,6 @@ def energy_balance(
     rows = response.section if start is None else np.vstack([np.asarray(start, dtype=float), response.section])
     if len(rows) < 2:
         raise ValueError("the balance of one kept period needs its initial state: keep two periods, or give the start")
-    if needs_law(response.method):
+    if needs_law(getattr(response.method, "limit", response.method)):
         return balance_of_law(response, rows)
     return balance_between_events(response, rows, cancelled)

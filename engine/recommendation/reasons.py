@@ -7,7 +7,7 @@ from dataclasses import replace
 from ..divergence.contact import damping_of_law, equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
-from ..methods import CONTACT_LAWS, Newmark, Reference, TimeStepping
+from ..methods import Newmark, Reference, TimeStepping
 from ..motions.description import describe
 from ..motions.steady import KEEP, LONG, Steady, steady
 from ..motions.words import touching
@@ -114,8 +114,7 @@ def unmet_tolerance_reason(
     pairs = (least.setting.stiffness, least.setting.damping), stiffest
     methods = (replace(trials.scheme, stiffness=stiffness, damping=d) for stiffness, d in pairs)
     if min(error_without_time_step(target, method, cancelled) for method in methods) <= tolerance:
-        cut = not trials.located and trials.scheme.law == CONTACT_LAWS[0]  # other laws have no located steps
-        advice = "allow more steps, or cut them where contact changes" if cut else "allow more steps"
+        advice = "allow more steps" + ("" if trials.located else ", or cut them where contact changes")
         return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
     law = trials.scheme.law
     if math.isnan(error_without_time_step(target, trials.scheme, cancelled)):

@@ -245,7 +245,7 @@ def sweep_step(
     Returns
     -------
     xarray.Dataset
-        Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step, if the law has one; see
+        Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step; see
         :mod:`.sweeps.step_study` for the variables.
 
     Examples

@@ -28,7 +28,7 @@ from .variables import StudyArray, Variable, status_variable, variables_of
 PLOTTED = 2  # periods of a phase plot
 INSTANTS = 500  # of each, at most
 COLUMNS = ("xi1", "v1", "xi2", "v2")
-SCHEMES = {"fixed": 0, "located": 1}  # the second one where the contact law has located steps
+SCHEMES = {"fixed": 0, "located": 1}
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,11 +64,8 @@ class StepStudy(Study):
 
     @cached_property
     def schemes(self) -> dict[str, Method]:
-        """Of `SCHEMES`, the method with its own steps, and with located ones where its contact law has them."""
-        try:
-            return {"fixed": self.method, "located": with_located_steps(self.method)}
-        except ValueError:
-            return {"fixed": self.method}
+        """Of `SCHEMES`, the method with its own steps, and with located ones."""
+        return {"fixed": self.method, "located": with_located_steps(self.method)}
 
     @property
     def options(self) -> dict[str, object]:

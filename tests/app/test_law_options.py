@@ -56,7 +56,6 @@ def test_options_reach_the_method(capsys, arguments, method, restitution):
         ("--solver exact --K 1200 --law cut", "the exact solver needs --D"),
         ("--solver exact --K 1200 --law impact --D 1", "penetration = None is outside"),
         ("--solver exact --K 1200 --law flores --restitution 0", "since its formula divides by it: give D"),
-        (f"{NEWMARK} --K 1200 --law limited --D 1 --located", "law = 'limited' has no located steps"),
         (f"{NEWMARK} --D 1 --stiffness-of-step -1", "stiffness_of_step = -1.0 is outside (0, 1e+06]"),
     ],
 )

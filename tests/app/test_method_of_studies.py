@@ -24,7 +24,7 @@ from .fakes import FakeHost
 COARSE = {"eta": "2.76", "K": "12000", "D": "18", "steps": "200"}
 HHT_END = read_setting(COARSE | {"integrator": "hht", "status": "end", "without_solution": "keep"})
 HERTZ = read_setting(COARSE | {"law": "hunt-crossley", "D": "30"})
-KINDS = {"plain": ("fixed", "plain", "located"), "cut": ("fixed", "plain"), "hunt-crossley": ("fixed",)}
+KINDS = dict.fromkeys(("plain", "cut"), ("fixed", "plain", "located")) | {"hunt-crossley": ("fixed", "located")}
 
 
 def never():
@@ -77,22 +77,15 @@ def test_the_time_step_is_titled_and_described_by_what_is_set(few):
     assert view.phases["fixed"].title.text.startswith("T/200, constant step: η = 2.76")
 
 
-def test_a_law_without_located_steps_has_the_fixed_one_alone(few):
+def test_a_study_of_another_law_has_fixed_and_located_steps(few):
     result = step_result(HERTZ)
-    assert result.schemes == ("fixed",)
+    assert result.schemes == ("fixed", "located")
     assert result.share == 1
     view = TimeStepView(print)
-    view.update(HHT_END, step_result(HHT_END))
-    assert len(view.sizes["spread", "located"].data["n"]) == 2
     view.update(HERTZ, result)
-    assert "Hunt–Crossley" in view.phases["fixed"].title.text
-    assert view.phases["located"].title.text == "This contact law has no step cut at contact"
-    sources = view.sizes["spread", "located"], view.orbits["located"], view.sections["located"]
-    assert not any(len(column) for source in sources for column in source.data.values())
-    assert [item.visible for item in view.curves["spread"].legend[0].items] == [True, False]
-    text = str(statements(HERTZ, result))
-    assert "located" not in text
-    assert "T/200, constant step" in text
+    assert all("Hunt–Crossley" in phase.title.text for phase in view.phases.values())
+    assert len(view.sizes["spread", "located"].data["n"]) == 2
+    assert "T/200, constant step" in str(statements(HERTZ, result))
 
 
 def test_a_run_that_stops_for_want_of_a_solution_is_not_said_to_have_blown_up(few):
@@ -120,12 +113,12 @@ def test_every_method_has_a_kept_study_of_its_own_and_located_ones_are_half_of_a
         StepStudy(System(), Newmark(1, 1, 100, located=True), 2.76, 10, 5, steps=[100])
 
 
-def test_the_command_refuses_located_steps_and_keeps_one_scheme_of_other_laws(capsys, tmp_path):
+def test_the_command_refuses_located_steps_and_keeps_both_schemes_of_other_laws(capsys, tmp_path):
     common = "sweep step --eta 1.08 --K 500 --D 2 --steps 60 --transient 10 --sample 5"
     assert main([*common.split(), "--out", str(tmp_path / "a"), "--status", "located"]) == 2
     assert "located steps stand beside" in capsys.readouterr().err
     assert main([*common.split(), "--out", str(tmp_path / "b"), "--law", "jankowski"]) == 0
-    assert xarray.open_zarr(tmp_path / "b").sizes["scheme"] == 1
+    assert xarray.open_zarr(tmp_path / "b").sizes["scheme"] == 2
 
 
 @pytest.mark.parametrize("law", KINDS)
@@ -155,7 +148,7 @@ def test_words_and_script_of_a_measurement_name_what_is_set(few, capsys):
     lines = dict(Speed(FakeHost()).describe(HERTZ, result))
     assert lines["Penalty solution"].endswith("contact law Hunt–Crossley.")
     assert "in which this law is solved for" in lines["What an FE code pays"]
-    assert "With the step cut where contact changes" not in lines
+    assert "Steps are cut" in lines["With the step cut where contact changes"]
     assert "closed form" not in f"{lines} {Speed.spec()}".lower()
     exec(speed_python(Speed.question(None, HHT_END)), {})
     assert "located 200 " in capsys.readouterr().out

@@ -138,7 +138,7 @@ def test_all_integrators_are_asked_with_whole_and_with_located_steps(asked, caps
         (["--status", "end", "--without-solution", "keep"], 8, {"start", "end"}),
         (["--status", "start"], 8, {"start"}),
         (["--located"], 8, {"located"}),
-        (["--law", "hunt-crossley"], 8, {"start"}),
+        (["--status", "start", "--law", "hunt-crossley"], 8, {"start"}),
     ],
 )
 def test_what_is_given_holds_for_all_integrators(asked, capsys, options, count, statuses):

@@ -192,7 +192,6 @@ def test_an_unstable_method_diverges_and_names_its_limit(integrator, steps, word
             "central-difference is explicit",
         ),
         (lambda: TimeStepping(1.0, 1.0, 100, status="within"), "status = 'within' is not one of start, end, located"),
-        (lambda: TimeStepping(1.0, 1.0, 100, status="located", law="cut"), "law = 'cut' has no located steps"),
         (lambda: TimeStepping(1.0, 1.0, 100, without_solution="skip"), "is not one of stop, keep, halve"),
         (lambda: TimeStepping(1.0, 1.0, 3), "steps = 3 is outside"),
     ],

@@ -72,9 +72,13 @@ def test_the_integrators_part_is_the_rest_of_what_the_status_alone_changes():
     np.testing.assert_allclose(parts.status, runs[0] - runs[1], atol=1e-12)
 
 
-def test_a_law_without_located_steps_has_no_split():
-    with pytest.raises(ValueError, match="located"):
-        with_located_steps(Newmark(2500, 8, 500, law="cut"))
+@pytest.mark.parametrize("law", ["cut", "limited"])
+def test_the_split_of_another_law(law):
+    found = compare(SYSTEM, 1.08, TimeStepping(2500, 8, 500, law=law), **SHORT)
+    parts = found.split_time_step()
+    assert parts.located == TimeStepping(2500, 8, 500, status="located", law=law)
+    np.testing.assert_allclose(parts.status + parts.integrator, found.parts.time_step, atol=1e-12)
+    assert np.abs(parts.status).max() > 0
 
 
 def test_the_same_method_under_both_names_has_the_same_parts_and_motion():

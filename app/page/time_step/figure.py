@@ -126,10 +126,7 @@ class TimeStepView:
         self._result = result
         index = result.nearest(setting.steps)
         for scheme in SCHEMES:
-            if scheme in result.schemes:
-                self._draw(result, index, scheme, setting)
-            else:
-                self._clear(scheme)
+            self._draw(result, index, scheme, setting)
         for name in _SIZES:
             sizes = np.concatenate([self.sizes[name, scheme].data["size"] for scheme in SCHEMES])
             if len(sizes):
@@ -146,8 +143,6 @@ class TimeStepView:
         at = ", ".join(field.words(value) if not field.unit else field.measure(value) for field, value in fields)
         name = "" if isinstance(method, Newmark) else f", {brief_name(method)}"
         self.phases[scheme].title.text = f"T/{result.steps[index]:.0f}, {STEP_NAMES[scheme]}{name}: {at}"
-        for plot in self.curves.values():
-            plot.legend[0].items[SCHEMES[scheme]].visible = True
         for source, shown in ((self.orbits, result.orbit), (self.sections, result.section)):
             write(source[scheme], as_float32(dict(zip(_SHOWN, shown(index, scheme).values(), strict=True))))
         for name in _SIZES:
@@ -155,14 +150,6 @@ class TimeStepView:
             fine = np.isfinite(sizes)
             shown = {"n": result.steps[fine], "size": np.maximum(sizes[fine], _FLOOR)}
             write(self.sizes[name, scheme], as_float32(shown))
-
-    def _clear(self, scheme: str) -> None:
-        """Nothing of a scheme that the contact law does not have."""
-        self.phases[scheme].title.text = f"This contact law has no {STEP_NAMES[scheme]}"
-        for plot in self.curves.values():
-            plot.legend[0].items[SCHEMES[scheme]].visible = False
-        for source in (self.orbits[scheme], self.sections[scheme], *(self.sizes[name, scheme] for name in _SIZES)):
-            write(source, {name: np.empty(0, np.float32) for name in source.data})
 
     def on_tap(self, event: Tap) -> None:
         """Set n to that of the study which is nearest to a tap."""

@@ -75,11 +75,6 @@ class TimeStepTab(StudyTab):
         method = replace(setting.constant_step, steps=STEPS[0])
         return StepQuestion(setting.system, setting.eta, method, setting.own_start)
 
-    def figures(self) -> list[Figure]:
-        """Without the phase plot of located steps where the contact law has none."""
-        absent = [f"step_phase_{scheme}" for scheme in SCHEMES if self.result and scheme not in self.result.schemes]
-        return [each for each in super().figures() if each.name not in absent]
-
     def draw(self, setting: Setting, result: PartialStep | None) -> None:
         """The figures."""
         self.view.update(setting, result)

@@ -112,7 +112,8 @@ def write_skipped(m, skips, ahead, s, coarse, end, window, buffers):
     while i <= end:
         if i > window[0] or i == window[1]:
             write_u_at(skips.tables, ahead.mode, (i - s.step) * ahead.parts - ahead.done, coarse, us)
-            write_output(m, i, i % m.steps, motion_at(us[4], skips.rest), s.pressed, window, buffers)
+            z = motion_at(us[4], skips.rest)
+            write_output(m, i, i % m.steps, z, contact_force(m, s.pressed, z), window, buffers)
         i = next_output(i, m.steps, window, sampled)
 
 
@@ -136,7 +137,8 @@ def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
     s, status, recorded = unpack_state(state), OK, buffers.contacts.shape[0] > 0
     t, us, rest, pause = skips.tables, skips.us, skips.rest, s.solves + most
     if s.offset == 0.0:
-        write_output(m, s.step, s.step % m.steps, motion_of(s), s.pressed, window, buffers)
+        z = motion_of(s)
+        write_output(m, s.step, s.step % m.steps, z, contact_force(m, s.pressed, z), window, buffers)
     while s.step < stop and status == OK:
         ahead, coarse, fine = pieces_ahead(m, s), 0, 0
         mode, parts, done = ahead.mode, ahead.parts, ahead.done

@@ -154,8 +154,8 @@ def write_row(m, row, z):
 
 
 @jit
-def write_output(m, i, k, z, pressed, window, buffers):
-    """Write the section row and the sample of step i, the k-th of its period, if they are asked for."""
+def write_output(m, i, k, z, push, window, buffers):
+    """Write the section row and the sample of step i, the k-th of its period, if they are asked for; ``push``: λ."""
     kept_from, sampled_from, stride = window
     section, samples = buffers.section, buffers.samples
     if k == 0 and i > kept_from and section.shape[0] > 0:
@@ -164,7 +164,7 @@ def write_output(m, i, k, z, pressed, window, buffers):
         j = (i - sampled_from) // m.steps * buffers.phases.shape[0] + k // stride
         if j < samples.shape[0]:
             write_row(m, samples[j], z)
-            samples[j, 4] = contact_force(m, pressed, z)
+            samples[j, 4] = push
 
 
 @jit_inlined
@@ -235,7 +235,7 @@ def advance(m, forces, s, window, buffers):
         i, offset, before = i + 1, 0.0, solves
         k = k + 1 if k + 1 < m.steps else 0
         if k == 0 or i >= window[1]:
-            write_output(m, i, k, z, pressed, window, buffers)
+            write_output(m, i, k, z, contact_force(m, pressed, z), window, buffers)
     if not abs(z[3]) < LIMIT:
         status = DIVERGED
     elif solves - before > SOLVES_PER_STEP:
@@ -322,7 +322,8 @@ def integrate_located(m, forces, state, stop, most, window, buffers):
     s, status = unpack_state(state), OK
     pause = s.solves + most
     if s.offset == 0.0:
-        write_output(m, s.step, s.step % m.steps, motion_of(s), s.pressed, window, buffers)
+        z = motion_of(s)
+        write_output(m, s.step, s.step % m.steps, z, contact_force(m, s.pressed, z), window, buffers)
     glides, sampled = m.wall and m.stages.count == 0, buffers.samples.shape[0] > 0
     while s.step < stop and status == OK:
         if glides:

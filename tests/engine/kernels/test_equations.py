@@ -115,8 +115,3 @@ def test_every_step_with_the_law_that_is_cut_is_that_of_the_textbook(eta, stiffn
 def test_a_law_that_does_not_exist_is_refused():
     with pytest.raises(ValueError, match="law = 'glue' is not one of kelvin-voigt, cut"):
         Newmark(1.0, 1.0, 100, law="glue")
-
-
-def test_the_law_that_is_cut_has_no_located_steps():
-    with pytest.raises(ValueError, match="law = 'cut' has no located steps"):
-        Newmark(1.0, 1.0, 100, located=True, law="cut")

@@ -1,0 +1,107 @@
+"""Located steps with other contact laws than spring and damper: their twin, their order, their energy, their bits."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import (
+    INTEGRATORS,
+    LAWS_BY_RESTITUTION,
+    Excitation,
+    Newmark,
+    Record,
+    System,
+    TimeStepping,
+    simulate,
+)
+from vibroscope.engine.energy.balance import energy_balance
+
+from tests.law_numbers import law_numbers
+from tests.naive_law_located import LocatedLawTwin
+from tests.share import every
+
+from .test_law_exact import APART, OTHER, method_of
+
+PERIODS = 2
+EXPONENTS = {"impact": 2.2, "hunt-crossley": 1.0, "constant-restitution": 2.0}
+# of the integrator alone 2; the damper of "jankowski" begins as δ^¼, that of "constant-restitution" with n = 2 as δ^½
+ORDERS = {"jankowski": 1.25, "constant-restitution": 1.5}
+
+
+def cases():
+    """Integrator and law."""
+    for turn, law in enumerate(OTHER):
+        for kind in INTEGRATORS.values():
+            yield kind, law, bool(turn % 2)
+
+
+@pytest.mark.parametrize(("kind", "law", "wall"), every(cases()))
+def test_changes_and_states_are_those_of_the_twin(kind, law, wall):
+    system = System(wall=wall, mu=None if wall else 0.7, kappa=2.0, d1=0.4, d2=0.5, clearance=0.1)
+    steps, damping = 120 if kind.explicit else 50, None if law in LAWS_BY_RESTITUTION else 2.0
+    numbers = law_numbers(law, EXPONENTS.get(law), 0.05)
+    method = TimeStepping(80.0, damping, steps, kind(), "located", law=law, **numbers)
+    run = simulate(system, 1.3, method, periods=PERIODS, keep=PERIODS)
+    changes, states = LocatedLawTwin(system, 1.3, method).changes(PERIODS)
+    assert len(changes) == 2 * len(run.contacts) > 0
+    np.testing.assert_allclose(run.contacts.ravel(), [tau for tau, _ in changes], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(run.section, states, rtol=0, atol=1e-11)
+
+
+def errors_of(law, status, integrator):
+    """Errors after a period over n."""
+    exact = simulate(System(), 2.76, method_of(law), periods=1, keep=1, initial=APART).section[-1]
+    found = []
+    for steps in (1600, 3200, 6400, 12800, 25600):
+        method = method_of(law, kind=TimeStepping, steps=steps, status=status, integrator=integrator)
+        found.append(
+            np.abs(simulate(System(), 2.76, method, periods=1, keep=1, initial=APART).section[-1] - exact).max()
+        )
+    return np.array(found)
+
+
+def order_of(errors):
+    return -np.polyfit(np.log(2.0) * np.arange(len(errors)), np.log(errors), 1)[0]
+
+
+@pytest.mark.parametrize("name", ["newmark", "hht", "bathe"])
+@pytest.mark.parametrize("law", OTHER)
+def test_the_order_is_that_of_the_integrator_where_the_force_allows_it(law, name):
+    located, plain = (errors_of(law, status, INTEGRATORS[name]()) for status in ("located", "start"))
+    assert abs(order_of(located) - ORDERS.get(law, 2.0)) < 0.25
+    if law in ("cut", "compression"):  # whose damper jumps at touch
+        assert order_of(plain) < 1.3
+        assert located[-1] < plain[-1] / 100
+
+
+def test_newmark_cut_at_zero_resolves_its_contacts():
+    """Its steps in contact are shortened, with the law that is cut as with spring and damper."""
+    exact = simulate(System(), 2.76, method_of("cut", 12000.0, 18.0), periods=3, keep=1).section[-1]
+    found = []
+    for steps in (200, 400, 800, 1600):
+        run = simulate(System(), 2.76, Newmark(12000, 18, steps, located=True, law="cut"), periods=3, keep=1)
+        assert run.cost.steps > 3.3 * steps
+        found.append(np.abs(run.section[-1] - exact).max())
+    assert 1.8 < order_of(np.array(found)) < 2.2
+
+
+@pytest.mark.parametrize("law", OTHER)
+def test_the_energy_balance_closes_as_steps_become_smaller(law):
+    system, residuals = System(clearance=-0.05, excitation=Excitation(base=0.3)), []
+    for steps in (200, 800):
+        method = method_of(law, kind=TimeStepping, steps=steps, status="located")
+        balance = energy_balance(simulate(system, 1.4, method, periods=12, keep=4))
+        residuals.append(np.abs(balance.residual).max() / balance.size)
+    assert residuals[1] < residuals[0] / 3
+    assert residuals[1] < 0.01
+
+
+@pytest.mark.parametrize("law", ["cut", "limited", "flores", "impact"])
+def test_a_run_that_goes_on_has_the_same_bits(law, monkeypatch):
+    method = method_of(law, kind=TimeStepping, steps=150, status="located")
+    whole = simulate(System(), 1.08, method, periods=9, keep=5, record=Record(2, 30))
+    first = simulate(System(), 1.08, method, periods=5, keep=1)
+    monkeypatch.setattr("vibroscope.engine.drivers.located.LocatedDriver.solves_per_call", 7)
+    rest = simulate(System(), 1.08, method, periods=5, keep=5, record=Record(2, 30), initial=first.checkpoint)
+    np.testing.assert_array_equal(rest.section, whole.section)
+    np.testing.assert_array_equal(rest.contacts, whole.contacts)
+    np.testing.assert_array_equal(rest.trajectory.force, whole.trajectory.force)
+    assert rest.trajectory.force.max() > 0
