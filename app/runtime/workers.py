@@ -1,8 +1,8 @@
 """The thread pools of one process, shared by all sessions; threads suffice because the kernels release the GIL.
 
 Sessions take turns. The next job of a pool is one of the session that has had least of its threads lately, whatever
-came first, and a long job that calls `give_way` now and then lets such jobs run at once. So a session pays for its
-expensive jobs with its own waiting time.
+came first, and a long job that calls `give_way` now and then lets such jobs run at once, and rests while they run in
+other threads. So a session pays for its expensive jobs with its own waiting time.
 
 Every pool is created here, so that a server that stops knows which jobs are still running.
 """
@@ -25,6 +25,7 @@ _SOLVER = "solver"
 _NICE = 10  # added to the niceness of the process for background threads; on Linux each thread has its own
 _HALF_LIFE = 10.0  # s after which half of what a session has had is forgotten
 SHORT, LONG = 0.1, 2.0  # margins of pools whose jobs take tenths of a second, and seconds: see `Workers`
+_REST = 0.05  # s after which a job that rests looks again
 _MOST_NESTED = 4  # jobs that give way to each other in one thread; each may have started threads that still run
 _FORGOTTEN = 1e-3  # s of which no account is kept
 
@@ -36,6 +37,7 @@ class _Job:
     future: Future
     submitted: float
     begun: float = 0.0  # by `own_time`
+    since: float = 0.0  # when it began to run, after it last gave way
 
 
 class _Thread(threading.local):
@@ -51,7 +53,9 @@ _thread = _Thread()
 
 
 def give_way() -> None:
-    """Run waiting jobs of sessions that have had less time than that of the job which calls this.
+    """Let jobs of sessions run that have had less time than that of the job which calls this.
+
+    Those that wait run in its place; those that run in other threads have the processors, since the job rests.
 
     Call it from a job that runs long, in the job's own thread, many times a second, and hold no lock that another job
     may wait for.
@@ -82,8 +86,8 @@ class Workers(ThreadPoolExecutor):
     waited : metrics.Durations, optional
         Where the time goes for which jobs wait for a thread.
     margin : float
-        Seconds that a running job's session must have had more than a waiting one's for the job to give way. The job
-        goes on only after what ran in its place, so that first results should take no longer than this.
+        Seconds that a running job's session must have had more than another for the job to give way. The job goes on
+        only after what ran in its place, so that first results should take no longer than this.
     """
 
     def __init__(
@@ -97,8 +101,10 @@ class Workers(ThreadPoolExecutor):
         super().__init__(max_workers=threads, thread_name_prefix=name, initializer=initializer)
         self._waited, self._margin = waited, margin
         self._lock = threading.Lock()
+        self._ended = threading.Condition(self._lock)  # a job has
         self._waiting: list[_Job] = []
         self._running = 0
+        self._active: list[_Job] = []  # those that run and do not give way
         self._had: dict[str, float] = {}  # s of this pool's threads by session
         self._counted = time.monotonic()  # when the last part of that was forgotten
 
@@ -131,13 +137,35 @@ class Workers(ThreadPoolExecutor):
 
     def run_lighter_jobs(self) -> None:
         """See `give_way`."""
-        if not self._waiting or len(_thread.running) > _MOST_NESTED:
+        if len(_thread.running) > _MOST_NESTED or self.jobs == len(_thread.running):
             return
         running, given, begun = _thread.running[-1], _thread.given, time.monotonic()
-        had = own_time() - running.begun
-        while (entry := self._next_job(running.session, had - self._margin)) is not None:
-            self._run(entry)
+        more = own_time() - running.begun - self._margin
+        self._set_active(running, False)
+        while True:
+            if (entry := self._next_job(running.session, more)) is not None:
+                self._run(entry)
+            elif not self._rest(running.session, more):
+                break
+        self._set_active(running, True)
         _thread.given = given + time.monotonic() - begun  # with what those gave in their turn
+
+    def _set_active(self, job: _Job, active: bool) -> None:
+        with self._lock:
+            job.since = time.monotonic()
+            self._active.append(job) if active else self._active.remove(job)
+
+    def _rest(self, session: str, more: float) -> bool:
+        """Wait a moment if a job of a session runs that has had less, with ``more`` to this one's; whether it did."""
+        with self._lock:
+            now, had = time.monotonic(), self._had.get(session, 0.0) + more
+            lighter = any(
+                job.session != session and self._had.get(job.session, 0.0) + now - job.since < had
+                for job in self._active
+            )
+            if lighter:
+                self._ended.wait(_REST)
+        return lighter
 
     def _run_next(self) -> None:
         entry = self._next_job()
@@ -163,6 +191,7 @@ class Workers(ThreadPoolExecutor):
         if self._waited is not None:
             self._waited.add(time.monotonic() - entry.submitted)
         _thread.running.append(entry)
+        self._set_active(entry, True)
         try:
             if entry.future.set_running_or_notify_cancel():
                 try:
@@ -174,8 +203,10 @@ class Workers(ThreadPoolExecutor):
         finally:
             _thread.running.pop()
             seconds = own_time() - entry.begun
+            self._set_active(entry, False)
             with self._lock:
                 self._running -= 1
+                self._ended.notify_all()
                 self._forget()  # what is older than this job
                 self._had[entry.session] = self._had.get(entry.session, 0.0) + seconds
 

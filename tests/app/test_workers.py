@@ -107,6 +107,50 @@ def test_a_job_gives_way_once_its_session_has_had_the_margin_more(spend):
     assert ran == [1.0, 0.5, "other", 0.6]
 
 
+def test_a_job_rests_while_one_of_a_session_that_has_had_less_runs_in_another_thread(spend):
+    order, begun, end = [], threading.Event(), threading.Event()
+
+    def light():
+        begun.set()
+        end.wait(5)
+        order.append("light")
+
+    def heavy():
+        spend(1.0)
+        pool.submit(light, session="light")
+        begun.wait(5)
+        threading.Timer(0.1, end.set).start()
+        give_way()
+        order.append("heavy")
+
+    with Workers("test", 2) as pool:
+        pool.submit(heavy, session="heavy").result(5)
+    assert order == ["light", "heavy"]
+
+
+def test_a_job_rests_no_longer_than_until_the_other_session_has_had_as_much(spend):
+    begun, end = threading.Event(), threading.Event()
+
+    def light():
+        begun.set()
+        for _ in range(200):
+            if end.wait(0.02):
+                return True
+            spend(0.1)
+        return False
+
+    def heavy():
+        spend(1.0)
+        running = pool.submit(light, session="light")
+        begun.wait(5)
+        give_way()
+        end.set()
+        return running.result(5)
+
+    with Workers("test", 2) as pool:
+        assert pool.submit(heavy, session="heavy").result(10)
+
+
 def test_giving_way_outside_a_pool_does_nothing(spend):
     before = own_time()
     give_way()
