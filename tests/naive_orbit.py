@@ -30,6 +30,7 @@ class Twin:
             self.numbers |= {"K": mp.mpf(method.stiffness), "D": mp.mpf(method.damping)}
         self.slope = None  # ∂F/∂x at the first guess
         self.impacts = []  # of the orbit evaluated last: parting speed, and contact force if the bodies stayed joined
+        self.propagators = {}  # by contact, number that varies, and length: differences change one phase or two
 
     def generator(self, eta, touching):
         """A of z′ = A z, z = (ξ₁, ξ₁′, ξ₂, ξ₂′, cos ητ, sin ητ)."""
@@ -52,6 +53,13 @@ class Twin:
                 a[3, column + 2] -= factor / self.mu
         return a
 
+    def propagator(self, touching, generator, length):
+        """exp(A·length), each computed once."""
+        key = touching, self.numbers[self.over], length
+        if key not in self.propagators:
+            self.propagators[key] = mp.expm(generator * length)
+        return self.propagators[key]
+
     def force(self, z, eta):
         """Contact force of the joined bodies, in a unit of its own: what body 1 would gain on body 2 apart (Eq. 8)."""
         free = self.generator(eta, False) * z
@@ -68,7 +76,7 @@ class Twin:
             length = (end - turn) * 2 * mp.pi / eta
             if not touching:
                 phases.append((matrices[touching], z, length))
-            z = mp.expm(matrices[touching] * length) * z
+            z = self.propagator(touching, matrices[touching], length) * z
             y, turn = list(z[:4]), end
             if k == len(instants):
                 break
