@@ -195,7 +195,6 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
             break
         if abs(better - theta) <= PRECISION * length:
             return with_closed_gap(which, theta, there, solves)
-            break
         if not low < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         before, passed = value, theta - better
