@@ -102,7 +102,7 @@ _MODEL_COLUMNS = {
 } | {
     **{f"xi{k}": ("displacement", f"x{k}") for k in (1, 2)},
     **{f"v{k}": ("velocity", f"velocity{k}") for k in (1, 2)},
-    "spread": ("displacement", "spread"),
+    **{name: ("displacement", name) for name in ("spread", "scatter")},
     "longest_contact": ("time", "longest_contact"),
 }
 

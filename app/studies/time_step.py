@@ -87,9 +87,17 @@ class PartialStep:
         return kind_words(*kind) if kind else f"{kind_words(CellKind.UNKNOWN, period, near)} by its section alone"
 
     def order(self, name: str, scheme: str) -> tuple[float, float]:
-        """Observed order of ``spread`` or ``error_time_step``, and its standard error."""
+        """Observed order of ``scatter`` or ``error_time_step``, and its standard error."""
         orders = self.study.conclusions(self.values)
         return tuple(float(orders[f"order_of_{name}{end}"].values[SCHEMES[scheme]]) for end in ("", "_error"))
+
+    def why_none(self, name: str, *schemes: str) -> str:
+        """Why ``scatter`` or ``error_time_step`` has no number at any n with these schemes, or all; else empty."""
+        schemes = schemes or self.schemes
+        if any(np.isfinite(self.of_scheme(name, scheme)).any() for scheme in schemes):
+            return ""
+        complete = any((self.of_scheme("status", scheme) == 0).any() for scheme in schemes)
+        return "the motions do not keep step" if complete else "no run came to its end"
 
     def data(self) -> dict[str, object]:
         """What is known, for a file: the variables as `engine.sweep_step` names them."""

@@ -1,7 +1,7 @@
 """The time-step study (paper, Figure 14): one motion with n steps per period, at fixed K and D.
 
 A constant step misses each contact change by a part of a step, so that the section scatters. How fast that fades is
-the observed order p in spread ∝ n⁻ᵖ, the slope of a least-squares line through log spread over log n. Beside each run
+the observed order p in scatter ∝ n⁻ᵖ, the slope of a least-squares line through log scatter over log n. Beside each run
 stands the one whose steps are cut at the contact changes (:func:`..divergence.time_step.with_located_steps`), where the
 contact law has such steps; and the error by the time step, this run − exact penalty, has an order too.
 """
@@ -134,7 +134,7 @@ class StepStudy(Study):
     def variables(self) -> dict[str, Variable]:
         """What is computed of each cell."""
         dims = ("steps", "scheme")
-        found = variables_of(vocabulary.PENALTY_MOTION | vocabulary.ERRORS, dims)
+        found = variables_of(vocabulary.PENALTY_MOTION | vocabulary.SCATTER | vocabulary.ERRORS, dims)
         found |= {name: Variable((*dims, "instant"), "f8", vocabulary.PHASE_PLOT.format(name)) for name in COLUMNS}
         found["tau"] = Variable((*dims, "instant"), "f8", vocabulary.TIME)
         for name in self.shown:
@@ -176,7 +176,23 @@ class StepStudy(Study):
             columns.append(values | phase_plots(cells, found))
             if progress is not None:
                 progress(done * len(points["steps"]))
+        for values in columns:  # `found` is that of the located steps, the last of the schemes
+            values["scatter"] = _scatter(values[f"{self.shown[0]}_section"], found, exact)
         return {name: np.stack([values[name] for values in columns], axis=1) for name in self.variables}
+
+
+def _scatter(sections: np.ndarray, located: CellResults, exact: CellResults) -> np.ndarray:
+    """Standard deviation about the points of the cycle of the located run, or of exact penalty where it has none.
+
+    The period of a run with constant steps is no measure: its scatter can hide a cycle, and repeat itself by chance.
+    """
+    scatter = np.full(len(sections), np.nan)
+    without_step = np.where(exact.period > 0, exact.period, exact.near_period)
+    for cell, period in enumerate(np.where(located.period > 0, located.period, without_step)):
+        period = max(period, 1)
+        rows = sections.shape[1] // period * period
+        scatter[cell] = np.sqrt(sections[cell, -rows:].reshape(-1, period).var(axis=0).mean())
+    return scatter
 
 
 def _repeated(results: CellResults, n: int) -> CellResults:

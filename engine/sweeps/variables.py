@@ -50,6 +50,13 @@ SOLUTIONS = {
     "periods_until_stopped": ("f8", "excitation periods until the run stopped for want of a solution; nan: it did not"),
     "period": MOTION["period"],
 }
+# Of a run with constant steps beside one with located steps.
+SCATTER = {
+    "scatter": (
+        "f8",
+        "the same about the points of the cycle of the located run, or of exact penalty where that run repeats none",
+    )
+}
 # Of a plane of starts.
 STARTS = {
     "xi1": "xi1 at tau = 0",
@@ -107,7 +114,7 @@ REFERENCE = {
     "reference_impacts_per_period": "impacts per excitation period",
     "reference_impact_phase": IMPACT_PHASE["impact_phase"][1],
 }
-ORDERED = {"spread": "the spread", "error_time_step": "the error by the time step"}
+ORDERED = {"spread": "the spread", "scatter": "the scatter", "error_time_step": "the error by the time step"}
 ORDER = "p in n^-p for {}, by least squares"
 ORDER_ERROR = "standard error of that slope"
 

@@ -76,7 +76,7 @@ def test_a_time_step_study_as_the_contract_says(tmp_path, capsys):
     )  # fixed and located
     found = xarray.open_zarr(path)
     assert found["spread"].sizes == {"steps": 2, "scheme": 2}
-    assert {"order_of_spread", "xi1", "v1", "tau", "error", "period"} <= set(found)
+    assert {"order_of_spread", "scatter", "order_of_scatter", "xi1", "v1", "tau", "error", "period"} <= set(found)
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ COLUMNS = {  # some of them, by figure
     "basin_reference": {"xi2", "v2", "motion"},
     "basin_penalty": {"xi2", "v2", "motion", "periods"},
     "step_phase_fixed": {"xi2", "v2"},
-    "step_spread": {"n", "spread"},
+    "step_spread": {"n", "scatter"},
     "speed": {"steps", "us_per_period", "error"},
     "claims": {"claim", "agrees", "found"},
 }

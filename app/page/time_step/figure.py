@@ -22,9 +22,14 @@ from vibroscope.engine.sweeps import SCHEMES
 GREEN = "#009E73"  # the located step is neither of the two solutions that have a colour in Explore
 _COLOURS = {"fixed": VERMILLION, "located": GREEN}
 _MARKERS = {"fixed": "diamond", "located": "circle"}
+# Figures and axes are named in links. Of each: variable, title, label.
 _SIZES = {
-    "spread": ("Scatter of the section (drawn down to 10⁻¹⁰)", "standard deviation of ξ₂"),
-    "error_time_step": ("Error by the time step alone", "rms difference from exact penalty, relative"),
+    "spread": ("scatter", "Scatter about the cycle (drawn down to 10⁻¹⁰)", "standard deviation of ξ₂"),
+    "error_time_step": (
+        "error_time_step",
+        "Error by the time step alone",
+        "rms difference from exact penalty, relative",
+    ),
 }
 # What is smaller is rounding; a line of it would only stretch the axis.
 _FLOOR = 1e-10
@@ -32,7 +37,7 @@ _SHOWN = ("xi2", "v2")  # axes and columns of the phase plots; at a wall they ho
 _UNIT_AXES = (  # what stands before the unit, quantity
     ("xi2", "displacement ξ₂", "displacement"),
     ("v2", "velocity ξ₂′", "velocity"),
-    ("spread", _SIZES["spread"][1], "displacement"),
+    ("spread", _SIZES["spread"][2], "displacement"),
 )
 _SPAN = STEPS[0] / 1.4, STEPS[-1] * 1.4
 
@@ -85,7 +90,7 @@ class TimeStepView:
         return plot
 
     def _curve(self, name: str) -> figure:
-        title, label = _SIZES[name]
+        _, title, label = _SIZES[name]
         plot = make_figure(
             title,
             "steps per period n = T/Δτ",
@@ -131,6 +136,9 @@ class TimeStepView:
             sizes = np.concatenate([self.sizes[name, scheme].data["size"] for scheme in SCHEMES])
             if len(sizes):
                 self.ranges[name].put(*(10.0**end for end in _decades(sizes)), fresh=fresh)
+            variable, title, _ = _SIZES[name]
+            why = result.why_none(variable)
+            self.curves[name].title.text = f"{title}: no number, since {why}" if why else title
         drawn = [*self.orbits.values(), *self.sections.values()]
         for name in _SHOWN:
             columns = [source.data[name] for source in drawn]
@@ -146,7 +154,7 @@ class TimeStepView:
         for source, shown in ((self.orbits, result.orbit), (self.sections, result.section)):
             write(source[scheme], as_float32(dict(zip(_SHOWN, shown(index, scheme).values(), strict=True))))
         for name in _SIZES:
-            sizes = result.of_scheme(name, scheme)
+            sizes = result.of_scheme(_SIZES[name][0], scheme)
             fine = np.isfinite(sizes)
             shown = {"n": result.steps[fine], "size": np.maximum(sizes[fine], _FLOOR)}
             write(self.sizes[name, scheme], as_float32(shown))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import panel as pn
 from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.method_words import STEP_NAMES, words_of_method
@@ -42,7 +43,7 @@ class TimeStepTab(StudyTab):
             )
             for scheme in SCHEMES
         ),
-        Figure("step_spread", "Scatter over n", "Scatter of the section over the steps per period."),
+        Figure("step_spread", "Scatter over n", "Scatter about the cycle over the steps per period."),
         Figure("step_error_time_step", "Error over n", "Error by the time step alone over the steps per period."),
     )
     axes = {"xi2": LINEAR, "v2": LINEAR, "n": LOGARITHMIC, "spread": LOGARITHMIC, "error_time_step": LOGARITHMIC}  # noqa: RUF012 - read only
@@ -86,8 +87,8 @@ class TimeStepTab(StudyTab):
 
     def table(self, name: str) -> list[Series]:
         """Orbit and section of the n that is shown, or a size over n."""
-        result, what = self.result, name.removeprefix("step_")
-        if what in ("spread", "error_time_step"):
+        result, what = self.result, name.removeprefix("step_").replace("spread", "scatter")
+        if what in ("scatter", "error_time_step"):
             of = result.of_scheme
             return [Series(scheme, {"n": result.steps, what: of(what, scheme)}) for scheme in result.schemes]
         scheme, index = what.removeprefix("phase_"), result.nearest(self._result_setting.steps)
@@ -116,6 +117,7 @@ class TimeStepTab(StudyTab):
         self.host.set({"steps": str(steps)})
 
 
+_SLOWEST = 1 / 6  # order: by half from the fewest steps of the study to the most
 _ROUNDING = 1e-11  # of a displacement: what a motion that repeats exactly scatters by
 _ENDED = {Status.DIVERGED: "blown up.", Status.WITHOUT_SOLUTION: "stopped: a step has no solution."}
 
@@ -125,34 +127,36 @@ def statements(setting: Setting, result: PartialStep) -> list[list[str]]:
     index = result.nearest(setting.steps)
     n = f"T/{result.steps[index]:.0f}"
     lines = [[f"{n}, {STEP_NAMES[scheme]}", _motion(result, index, scheme)] for scheme in result.schemes]
-    for name, head in (("spread", "Scatter"), ("error_time_step", "Error by the time step")):
+    for name, head in (("scatter", "Scatter"), ("error_time_step", "Error by the time step")):
         lines.append([f"{head}, observed order", _orders(result, name)])
     return lines
 
 
 def _motion(result: PartialStep, index: int, scheme: str) -> str:
-    names = ("status", "spread", "longest_contact_steps", "error")
-    status, spread, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
+    names = ("status", "scatter", "longest_contact_steps", "error")
+    status, scatter, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
     if status != 0:
         return _ENDED.get(STATUSES[int(status)], "ended early.")
     symbol = "ξ₁" if result.question.system.wall else "ξ₂"
-    scatter = f"{symbol} scatters by {spread:.2g}" if spread > _ROUNDING else "no scatter beyond rounding"
-    text = f"{result.words(index, scheme)}; {scatter}; longest contact {steps:.3g} steps"
+    scatters = f"{symbol} scatters by {scatter:.2g}" if scatter > _ROUNDING else "no scatter beyond rounding"
+    text = f"{result.words(index, scheme)}; {scatters}; longest contact {steps:.3g} steps"
     return f"{text}; error against the reference {percent(error)}." if math.isfinite(error) else f"{text}."
 
 
 def _orders(result: PartialStep, name: str) -> str:
-    said = []
-    for scheme in result.schemes:
-        sizes = result.of_scheme(name, scheme)
-        order, error = result.order(name, scheme)
-        if sizes.max(initial=0.0) < 1e-10:
-            said.append(f"{STEP_NAMES[scheme]}: none beyond rounding")
-        elif order <= 0:
-            said.append(f"{STEP_NAMES[scheme]}: does not fall with n")
-        elif math.isfinite(order):
-            sure = f" ± {error:.1g}" if math.isfinite(error) else ""
-            said.append(f"{STEP_NAMES[scheme]}: falls as n to the power of −{order:.2f}{sure}")
-        else:
-            said.append(f"{STEP_NAMES[scheme]}: no number, since the motions do not keep step")
+    said = [f"{STEP_NAMES[scheme]}: {_order(result, name, scheme)}" for scheme in result.schemes]
     return f"{'; '.join(said)}."
+
+
+def _order(result: PartialStep, name: str, scheme: str) -> str:
+    if missing := result.why_none(name, scheme):
+        return f"no number, since {missing}"
+    if np.nanmax(result.of_scheme(name, scheme)) < 1e-10:
+        return "none beyond rounding"
+    order, error = result.order(name, scheme)
+    if math.isnan(order):
+        return "no order from a single number of steps"
+    if order <= _SLOWEST:
+        return "does not fall with n"
+    power = f"n to the power of −{order:.2f}" + (f" ± {error:.1g}" if math.isfinite(error) else "")
+    return f"falls unevenly, about as {power}" if order <= 3 * error else f"falls as {power}"

@@ -1,0 +1,62 @@
+"""What the time-step tab says and draws of scatter and error: about the cycle of the motion, and a reason for no number."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.time_step.figure import TimeStepView
+from vibroscope.app.page.time_step.tab import TimeStepTab, statements
+from vibroscope.app.studies import time_step
+from vibroscope.app.studies.time_step import grow_step
+
+from .fakes import FakeHost
+
+TWO = Setting(eta=3.2, K=12000.0, D=18.0)  # two periods with every n
+APART = Setting(eta=1.08, K=22220.0, D=0.7267)  # exact penalty and every run differ
+
+
+@cache
+def result_of(setting: Setting) -> time_step.PartialStep:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(time_step, "STEPS", (500, 1000, 2000, 4000))
+        return list(grow_step(TimeStepTab(FakeHost()).question(setting), None, lambda: False))[-1]
+
+
+@pytest.mark.parametrize("scheme", ["fixed", "located"])
+def test_scatter_is_about_the_points_of_the_cycle(scheme):
+    """With 500 steps, not even nearly two periods, about the two points of exact penalty."""
+    result = result_of(TWO)
+    section = result.of_scheme("xi2_section", scheme)
+    about_two = np.sqrt((section[:, ::2].var(axis=1) + section[:, 1::2].var(axis=1)) / 2)
+    np.testing.assert_allclose(result.of_scheme("scatter", scheme), about_two, rtol=1e-6, atol=1e-14)
+    assert (result.of_scheme("spread", scheme) > 0.2).all()
+    assert result.of_scheme("near_period", "fixed")[0] == 0
+
+
+def test_a_cycle_of_two_periods_that_repeats_exactly_has_no_scatter():
+    lines = dict(statements(TWO, result_of(TWO)))
+    assert "repeats every 2 periods; no scatter beyond rounding" in lines["T/2000, step cut at contact"]
+    assert "step cut at contact: none beyond rounding" in lines["Scatter, observed order"]
+    assert "constant step: falls as n to the power of −" in lines["Scatter, observed order"]
+
+
+def test_where_motions_do_not_keep_step_words_and_figure_say_why_there_is_no_number():
+    result, view = result_of(APART), TimeStepView(lambda steps: None)
+    said = dict(statements(APART, result))
+    why = "no number, since the motions do not keep step"
+    assert said["Error by the time step, observed order"].count(why) == 2
+    assert "constant step: does not fall with n" in said["Scatter, observed order"]
+    view.update(APART, result)
+    assert view.curves["error_time_step"].title.text == f"Error by the time step alone: {why}"
+    view.update(TWO, result_of(TWO))
+    assert view.curves["error_time_step"].title.text == "Error by the time step alone"
+
+
+def test_runs_that_blew_up_have_no_order_for_another_reason():
+    setting = Setting(eta=2.76, K=12000.0, D=18.0, integrator="central-difference", steps=500)
+    result = result_of(setting)
+    for scheme in result.schemes:
+        result.values["status"][:, time_step.SCHEMES[scheme]] = 1
+        result.values["scatter"][:, time_step.SCHEMES[scheme]] = np.nan
+    assert dict(statements(setting, result))["Scatter, observed order"].count("no run came to its end") == 2
