@@ -39,7 +39,7 @@ def add(commands) -> None:
         epilog="Ctrl-C ends the search; what was found is printed. With --out each branch is kept once it is followed: "
         "after a stop or a kill the same command reads what is kept, and goes on from there.",
     )
-    add_solver_options(command, follows=False)
+    add_solver_options(command, default="reference", follows=False)
     add_law_options(command)
     add = command.add_argument
     add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")

@@ -112,17 +112,19 @@ def units_of(options: argparse.Namespace) -> Units:
 # --- the solver -------------------------------------------------------------------------------------------------------
 
 
-def add_solver_options(command: argparse.ArgumentParser, *, follows: bool = True) -> None:
+def add_solver_options(command: argparse.ArgumentParser, *, default: str | None = None, follows: bool = True) -> None:
     """Add the problem, the solver and the initial state, for :func:`problem_of`.
 
-    ``follows``: whether K can follow the step.
+    ``default``: the solver where none is given; it has to be given without. ``follows``: whether K can follow the step.
     """
+    usual = "" if default is None else f" (default {default})"
     add = command.add_argument
     add(
         "--solver",
-        required=True,
+        default=default,
+        required=default is None,
         choices=tuple(SOLVER_OPTIONS),
-        help="semi-analytical reference; penalty model without a time step, or by Newmark's method",
+        help=f"semi-analytical reference; penalty model without a time step, or by Newmark's method{usual}",
     )
     add("--eta", **ETA)
     add_penalty_options(command, follows=follows)

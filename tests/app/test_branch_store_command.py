@@ -12,7 +12,7 @@ from tests.few_seeds import few_seeds
 
 from .command_line import run_command
 
-WORDS = ("branch", "--solver", "reference", "--from", "2.6", "--to", "3", "--max-period", "2", "--json")
+WORDS = ("branch", "--from", "2.6", "--to", "3", "--max-period", "2", "--json")
 
 
 @pytest.fixture(autouse=True)
@@ -35,7 +35,9 @@ def test_what_a_killed_search_had_found_is_kept_and_the_next_call_adds_the_rest(
     assert (kept.attrs["complete"], kept.branch.values.max()) == (0, 1)
     monkeypatch.undo()
     code, text, error = run_command(capsys, *WORDS, "--out", out)
-    branches = json.loads(text)["branches"]
+    report = json.loads(text)
+    branches = report["branches"]
+    assert (report["over"], report["solver"]) == ("eta", "reference")
     assert (code, len(branches) > 2, error) == (0, True, "")
     whole = xarray.open_zarr(out, consolidated=False)
     assert whole.attrs["complete"] == 1
