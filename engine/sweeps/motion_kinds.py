@@ -237,8 +237,11 @@ def _periods(found: CellResults) -> np.ndarray:
 
 
 def _limit(cells: Cells, run: dict, how: dict) -> dict[str, np.ndarray]:
-    """Kinds of the motions without a time step that begin where the cells of Newmark's method ended."""
-    runs = run_cells(cells, **run, **how)
+    """Kinds of the motions without a time step that begin where the cells of Newmark's method ended.
+
+    Their samples are long enough to tell a slow transient that alternates from a cycle.
+    """
+    runs = run_cells(cells, **(run | {"sample": max(run["sample"], SETTLED)}), **how)
     return _follow(cells, np.where(runs.ok, _periods(runs), 0), np.where(runs.ok[:, None], runs.end, np.nan), how)
 
 
