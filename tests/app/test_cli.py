@@ -116,7 +116,10 @@ def test_all_options_reach_the_solver(capsys):
         (["--solver", "reference", "--eta", "1.08", "--initial", "a,b,c,d"], "not a list of numbers"),
         (["--solver", "reference", "--eta", "1.08", "--initial", "1,0,0,0"], "gap"),
         (["--solver", "reference", "--eta", "1.08", "--restitution", "2"], "restitution = 2.0"),
-        (["--solver", "reference", "--eta", "1.08", "--treshold", "2"], "simulate: --treshold is no option: do you mean --threshold? (see"),
+        (
+            ["--solver", "reference", "--eta", "1.08", "--treshold", "2"],
+            "--treshold is no option: do you mean --threshold?",
+        ),
         (["--solver", "reference", "--eta", "1.08", "--colour=2"], "simulate: --colour is no option (see"),
         (["--solver", "reference", "--eta", "1.08", "one\nline"], "simulate: one line belongs to no option (see"),
         ([*NEWMARK, "--steady"], "has a time step"),

@@ -1,4 +1,4 @@
-"""What the time-step tab says and draws of scatter and error: about the cycle of the motion, and a reason for no number."""
+"""What the time-step tab says and draws of scatter and error: about the cycle, and why there is no number."""
 
 from functools import cache
 
