@@ -2,18 +2,20 @@
 
 Sessions take turns. The next job of a pool is one of the session that has had least of its threads lately, whatever
 came first, and a long job that calls `give_way` now and then lets such jobs run at once, and rests while they run in
-other threads. So a session pays for its expensive jobs with its own waiting time.
+other threads, or while a page is built (`ahead_of_jobs`). So a session pays for its expensive jobs with its own waiting
+time.
 
 Every pool is created here, so that a server that stops knows which jobs are still running.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -26,6 +28,7 @@ _NICE = 10  # added to the niceness of the process for background threads; on Li
 _HALF_LIFE = 10.0  # s after which half of what a session has had is forgotten
 SHORT, LONG = 0.1, 2.0  # margins of pools whose jobs take tenths of a second, and seconds: see `Workers`
 _REST = 0.05  # s after which a job that rests looks again
+LONGEST_REST = 1.0  # s in which a job waits for Python code that is ahead of it; then it works for as long
 _MOST_NESTED = 4  # jobs that give way to each other in one thread; each may have started threads that still run
 _FORGOTTEN = 1e-3  # s of which no account is kept
 
@@ -46,10 +49,31 @@ class _Thread(threading.local):
     def __init__(self) -> None:
         self.pool: Workers | None = None
         self.running: list[_Job] = []
-        self.given = 0.0  # s in which jobs ran in the place of others
+        self.given = 0.0  # s in which jobs ran in the place of others, or rested for what is ahead of them
+        self.works_until = 0.0  # when a job of this thread may rest again for what is ahead of it
 
 
 _thread = _Thread()
+_ahead = threading.Condition()
+_count_ahead = 0
+
+
+@contextlib.contextmanager
+def ahead_of_jobs() -> Iterator[None]:
+    """Let the jobs that call `give_way` rest while this runs.
+
+    For Python code that a visitor waits for: beside jobs of Python code it would have the interpreter's lock only in
+    its turn.
+    """
+    global _count_ahead
+    with _ahead:
+        _count_ahead += 1
+    try:
+        yield
+    finally:
+        with _ahead:
+            _count_ahead -= 1
+            _ahead.notify_all()
 
 
 def give_way() -> None:
@@ -61,7 +85,19 @@ def give_way() -> None:
     may wait for.
     """
     if _thread.running:
+        _rest_for_what_is_ahead()
         _thread.pool.run_lighter_jobs()
+
+
+def _rest_for_what_is_ahead() -> None:
+    begun = time.monotonic()
+    if not _count_ahead or begun < _thread.works_until:
+        return
+    with _ahead:
+        _ahead.wait_for(lambda: not _count_ahead, LONGEST_REST)
+    rested = time.monotonic() - begun
+    _thread.given += rested
+    _thread.works_until = begun + 2 * rested
 
 
 def own_time() -> float:

@@ -2,7 +2,7 @@
 
 Both take some hundred milliseconds of Python code, for which the loop would answer nobody. A thread that runs such code
 hands over the interpreter's lock whenever another one has waited for the switch interval, which the loop does each time
-that it has waited for the network.
+that it has waited for the network. Studies rest meanwhile: much of theirs is Python code, too.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from bokeh.server.connection import ServerConnection
 from bokeh.server.session import ServerSession
 from panel.io.application import Application
 from vibroscope.app.compat import claim_document, forget_empty_defaults
+from vibroscope.app.runtime.workers import ahead_of_jobs
 
 Result = TypeVar("Result")
 
@@ -39,7 +40,8 @@ class ThreadedApplication(Application):
 
     async def _build(self, doc: Document) -> None:
         async with self._building:
-            await asyncio.to_thread(super().initialize_document, doc)
+            with ahead_of_jobs():
+                await asyncio.to_thread(super().initialize_document, doc)
         claim_document(doc)
 
     def initialize_document(self, doc: Document) -> None:
@@ -50,7 +52,8 @@ class ThreadedApplication(Application):
 
 async def in_thread(session: ServerSession, work: Callable[..., Result], *arguments: object) -> Result:
     """Return what ``work`` makes of a session's document, which is locked meanwhile, in a thread."""
-    return await session.with_document_locked(partial(asyncio.to_thread, work, *arguments))
+    with ahead_of_jobs():
+        return await session.with_document_locked(partial(asyncio.to_thread, work, *arguments))
 
 
 async def pull(message: Message, connection: ServerConnection) -> Message:

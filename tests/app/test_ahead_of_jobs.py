@@ -1,0 +1,59 @@
+"""Background jobs rest while a page is built, and work on in between if pages never end."""
+
+import threading
+import time
+
+import pytest
+from vibroscope.app.runtime import workers
+from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own_time
+
+
+@pytest.fixture
+def pool():
+    with Workers("test", 1) as pool:
+        yield pool
+
+
+def test_a_job_rests_until_what_is_ahead_of_it_ends_and_its_own_time_stands_still(pool):
+    order, asked = [], threading.Event()
+
+    def job():
+        begun = own_time()
+        asked.set()
+        give_way()
+        order.append("job")
+        return own_time() - begun
+
+    with ahead_of_jobs(), ahead_of_jobs():
+        running = pool.submit(job)
+        asked.wait(5)
+        time.sleep(0.3)
+        order.append("page")
+    assert running.result(5) < 0.2
+    assert order == ["page", "job"]
+
+
+def test_pages_without_end_leave_a_job_half_of_its_time(pool, monkeypatch):
+    monkeypatch.setattr(workers, "LONGEST_REST", 0.1)
+
+    def job():
+        rests = []
+        begun = time.monotonic()
+        while time.monotonic() < begun + 1.0:
+            before = time.monotonic()
+            give_way()
+            if (rest := time.monotonic() - before) > 0.05:
+                rests.append(rest)
+        return rests
+
+    with ahead_of_jobs():
+        rests = pool.submit(job).result(10)
+    assert len(rests) > 1
+    assert sum(rests) < 0.8
+
+
+def test_where_nothing_is_ahead_no_job_rests(pool):
+    with pytest.raises(ZeroDivisionError), ahead_of_jobs():
+        raise ZeroDivisionError
+    waited = pool.submit(lambda: (time.monotonic(), give_way(), time.monotonic())).result(5)
+    assert waited[2] - waited[0] < 0.5
