@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
-    seeds = read_basin(options.from_basin) if options.from_basin else None
+    seeds = read_basin(options.from_basin) if options.from_basin is not None else None
     if seeds is not None and options.eta is None:
         options.eta = seeds.eta
     problem, found, code = _problem(options), [], 0
@@ -159,6 +159,9 @@ def _problem(options: argparse.Namespace) -> tuple:
 def _along(options: argparse.Namespace, problem: tuple, cancelled) -> PointCurves | None:
     """The plane of both numbers, if a second one is asked for."""
     if not options.along:
+        for name in ("along_from", "along_to"):
+            if getattr(options, name) is not None:
+                note(f"--{name.replace('_', '-')} has no effect without --along")
         return None
     if options.along_from is None or options.along_to is None:
         raise ValueError(f"--along {options.along} needs --along-from and --along-to, the ends of its range")
