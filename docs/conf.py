@@ -2,6 +2,7 @@
 
 import os
 import platform
+import re
 import sys
 from datetime import UTC, datetime
 from importlib.metadata import version as version_of
@@ -76,10 +77,11 @@ html_extra_path = ["extra"]  # wheel/: the image puts a wheel there
 
 
 def make_reachable(app, pagename, templatename, context, doctree) -> None:
-    """Say which level the captions of the contents have, and let keys scroll what is wider than the page."""
+    """Say which level captions have, let keys scroll what is wider than the page, mark gaps before formula numbers."""
     tree = context.get("furo_navigation_tree", "")
     context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
     body = context.get("body", "").replace("<pre>", '<pre tabindex="0">')
+    body = re.sub(r"  ( +)(?=\(\d+\)(\n|</pre>))", r'  <span class="formula-gap">\1</span>', body)
     context["body"] = body.replace('<table class="docutils', '<table tabindex="0" class="docutils')
 
 
