@@ -42,9 +42,9 @@ POINTS = [dict(zip(NAMES, point, strict=True)) for point in RANDOM.uniform(-3, 3
 
 def special():
     """The numbers of which the theory's first page says that pages write the paper's case."""
-    sentence = re.search(r"these pages write (.*?) for the\s+paper", (ROOT / "docs/theory/index.md").read_text(), re.S)[
-        1
-    ]
+    sentence = re.search(
+        r"these pages write (.*?)\s+for the\s+paper", (ROOT / "docs/theory/index.md").read_text(), re.S
+    )[1]
     found = set()
     for first, last in re.findall(r"\((\d+)\)(?:\s+to\s+\((\d+)\))?", sentence):
         found |= set(range(int(first), int(last or first) + 1))
