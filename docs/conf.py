@@ -8,14 +8,12 @@ from datetime import UTC, datetime
 from importlib.metadata import version as version_of
 from pathlib import Path
 
-from jupyter_client.connect import ConnectionFileMixin
 from vibroscope.app.performance.bench import processor
 
 sys.path.insert(0, str(Path(__file__).parent))
 # the commands that pages show are found beside this Python
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 os.environ.setdefault("COLUMNS", "100")
-ConnectionFileMixin.transport.default_value = "ipc"  # the notebook's kernel: a port can be read by others, and warns
 
 
 def made() -> str:
