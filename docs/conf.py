@@ -4,6 +4,7 @@ import os
 import platform
 import re
 import sys
+import tempfile
 from datetime import UTC, datetime
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -14,6 +15,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 # the commands that pages show are found beside this Python
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 os.environ.setdefault("COLUMNS", "100")
+# The notebook runs without the user's own IPython profile; its kernel would warn of the port on which it listens.
+ipython = tempfile.TemporaryDirectory()
+os.environ["IPYTHONDIR"] = ipython.name
+(profile := Path(ipython.name, "profile_default")).mkdir()
+(profile / "ipython_kernel_config.py").write_text('c.IPKernelApp.log_level = "ERROR"\n')
 
 
 def made() -> str:
