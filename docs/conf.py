@@ -2,7 +2,9 @@
 
 import os
 import platform
+import re
 import sys
+import tempfile
 from datetime import UTC, datetime
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -13,6 +15,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 # the commands that pages show are found beside this Python
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 os.environ.setdefault("COLUMNS", "100")
+# The notebook runs without the user's own IPython profile; its kernel would warn of the port on which it listens.
+ipython = tempfile.TemporaryDirectory()
+os.environ["IPYTHONDIR"] = ipython.name
+(profile := Path(ipython.name, "profile_default")).mkdir()
+(profile / "ipython_kernel_config.py").write_text('c.IPKernelApp.log_level = "ERROR"\n')
 
 
 def made() -> str:
@@ -76,10 +83,11 @@ html_extra_path = ["extra"]  # wheel/: the image puts a wheel there
 
 
 def make_reachable(app, pagename, templatename, context, doctree) -> None:
-    """Say which level the captions of the contents have, and let keys scroll what is wider than the page."""
+    """Say which level captions have, let keys scroll what is wider than the page, mark gaps before formula numbers."""
     tree = context.get("furo_navigation_tree", "")
     context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
     body = context.get("body", "").replace("<pre>", '<pre tabindex="0">')
+    body = re.sub(r"  ( +)(?=\(\d+\)(\n|</pre>))", r'  <span class="formula-gap">\1</span>', body)
     context["body"] = body.replace('<table class="docutils', '<table tabindex="0" class="docutils')
 
 

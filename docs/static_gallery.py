@@ -22,7 +22,7 @@ from gallery import comparison, settings  # noqa: E402
 from vibroscope.app.explorer.scenes import scenes  # noqa: E402
 from vibroscope.app.explorer.shelf import shelf  # noqa: E402
 from vibroscope.app.export.formats import Figure  # noqa: E402
-from vibroscope.app.export.report import as_report  # noqa: E402
+from vibroscope.app.export.report import STYLE, as_report  # noqa: E402
 from vibroscope.app.export.scripts import as_command, as_python  # noqa: E402
 from vibroscope.engine import percent, verdict  # noqa: E402
 
@@ -55,6 +55,24 @@ def page(key: str) -> str:
     return text
 
 
+def index(keys: list[str]) -> str:
+    """The page that leads to the reports."""
+    lists = ""
+    for heading, entries in (("The paper's pendulums", scenes()), ("Published systems", shelf())):
+        links = [
+            f'<li><a href="{key}.html">{escape(entries[key].title)}</a>: {escape(entries[key].caption)}</li>'
+            for key in keys
+            if key in entries
+        ]
+        lists += f"<h2>{heading}</h2><ul>{''.join(links)}</ul>" if links else ""
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
+<title>Vibroscope: gallery</title><style>{STYLE}</style></head><body><h1>Gallery</h1>
+<p>A report of each scene and of each published system: verdict, setting, figures, and what gives the same numbers.</p>
+{lists}</body></html>
+"""
+
+
 def main() -> None:
     """Write the pages and their index."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -66,11 +84,7 @@ def main() -> None:
     for key in options.keys or entries:
         (options.out / f"{key}.html").write_text(page(key))
         print(options.out / f"{key}.html", flush=True)
-    links = "".join(
-        f'<li><a href="{key}.html">{escape(entries[key].title)}</a></li>' for key in options.keys or entries
-    )
-    head = '<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Vibroscope: gallery</title><h1>Gallery</h1>'
-    (options.out / "index.html").write_text(f"{head}<ul>{links}</ul></html>")
+    (options.out / "index.html").write_text(index(options.keys or list(entries)))
 
 
 if __name__ == "__main__":

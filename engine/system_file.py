@@ -217,15 +217,12 @@ def _excitation_lines(system: System) -> list[str]:
 
 
 def physical_text(system: System, units: Units, eta: float | None = None) -> str:
-    """Write the same system as a table [physical], every number with its unit."""
-    lines = [
-        "# The system in physical units ",
-        "",
-    ]
-    lines += ["[physical]"]
+    """Write the same system as a table [physical], every number with its unit, to 15 digits: 0.9, no rounding of it."""
+    lines = ["# The system in physical units", "", "[physical]"]
     for name, value in physical_entry(system, units, eta).items():
         meaning = "body 2 is a wall" if name == WALL else KEYS[name].meaning
-        lines.append(f"{f'{name} = {_toml(value)}':43} # {meaning}")
+        text = _toml(value if isinstance(value, bool) else float(f"{value:.15g}"))
+        lines.append(f"{f'{name} = {text}':43} # {meaning}")
     return "\n".join(lines) + "\n"
 
 

@@ -1,6 +1,7 @@
 """Displayed formulas: where they stand in pages and docstrings, and what one is for the numbers of its symbols."""
 
 import ast
+import functools
 import math
 import re
 from pathlib import Path
@@ -11,7 +12,8 @@ ROOT = Path(__file__).parents[1]
 FUNCTIONS = {"max": max, "min": min, "exp": math.exp, "cos": math.cos, "ln": math.log, "arccos": math.acos}
 FUNCTIONS |= {"arcsin": math.asin, "arcosh": math.acosh, "√": math.sqrt}
 NUMBERS = {"π": math.pi, "½": 0.5, "¼": 0.25}
-POWERS = {"²": 2.0, "³": 3.0}
+POWERS = {"²": 2.0, "³": 3.0, "⁻¹": -1}
+COMPARED = set()  # numbers of the formulas that a test compares with the code, of all modules that are imported
 
 
 def shown(text):
@@ -28,9 +30,40 @@ def shown(text):
     return found
 
 
+class Formulas(dict):
+    """Formulas by number, which notes in `read` the numbers that were asked for."""
+
+    read = set()  # noqa: RUF012 - of all pages, since a test asks those of its own module
+
+    def __getitem__(self, number):
+        self.read.add(number)
+        return super().__getitem__(number)
+
+
+def compares(*numbers):
+    """A test that compares these formulas with the code; one that has read no such formula at its end fails.
+
+    Where the test has an argument `number`, it compares that one alone.
+    """
+    COMPARED.update(numbers)
+
+    def decorate(test):
+        @functools.wraps(test)
+        def checked(**arguments):
+            Formulas.read.clear()
+            test(**arguments)
+            wanted = {arguments["number"]} if "number" in arguments else set(numbers)
+            assert wanted <= set(numbers)
+            assert wanted <= Formulas.read, f"{wanted - Formulas.read} not read"
+
+        return checked
+
+    return decorate
+
+
 def of_pages():
     """The formulas of the theory by number; each number stands in one place."""
-    found = {}
+    found = Formulas()
     for page in (ROOT / "docs/theory").glob("*.md"):
         for number, formulas in shown(page.read_text()).items():
             assert number not in found, f"({number}) stands twice"
@@ -56,25 +89,42 @@ def parts(formula):
 
 
 class Matrix:
-    """A matrix whose products side by side are those of matrices; `rows`: its numbers."""
+    """A matrix whose products side by side are those of matrices; `rows`: its numbers.
+
+    A number that is added to it stands for so many times the unit matrix.
+    """
 
     def __init__(self, rows):
-        self.rows = np.asarray(rows, dtype=float)
+        self.rows = np.asarray(rows)
+
+    def _times_unit(self, other):
+        return other.rows if isinstance(other, Matrix) else other * np.eye(len(self.rows))
 
     def __mul__(self, other):
         return Matrix(self.rows @ other.rows)
+
+    def __rmul__(self, number):
+        return Matrix(number * self.rows)
 
     def __truediv__(self, number):
         return Matrix(self.rows / number)
 
     def __add__(self, other):
-        return Matrix(self.rows + other.rows)
+        return Matrix(self.rows + self._times_unit(other))
 
     def __sub__(self, other):
-        return Matrix(self.rows - other.rows)
+        return Matrix(self.rows - self._times_unit(other))
+
+    __radd__ = __add__
 
     def __neg__(self):
         return Matrix(-self.rows)
+
+    def __pow__(self, power):
+        return Matrix(np.linalg.matrix_power(self.rows, int(power)))
+
+    def __abs__(self):
+        return float(np.linalg.norm(self.rows))
 
 
 class Reader:
@@ -139,7 +189,7 @@ class Reader:
         """An atom with its powers."""
         value = self.atom()
         while True:
-            if raised := self.take("[²³ⁿ]"):
+            if raised := self.take("[²³ⁿ]|⁻¹"):
                 value **= POWERS[raised] if raised in POWERS else self.symbols["n"]
             elif self.take(r"\^"):
                 value **= self.atom()

@@ -106,6 +106,7 @@ def own_files(tmp_path, monkeypatch):
     system = re.search(r"((?:    .*\n)+)", text[text.index("    [physical]") :])[1]
     for name in ("my.toml", "mine.toml"):
         (tmp_path / name).write_text(re.sub("^    ", "", system, flags=re.MULTILINE))
+    (tmp_path / "two.toml").symlink_to(ROOT / "docs/two.toml")
     (tmp_path / "assets").symlink_to(ROOT / "assets")
     monkeypatch.chdir(tmp_path)
 

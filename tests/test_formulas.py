@@ -1,8 +1,10 @@
-"""The numbered formulas: pages and docstrings have the same ones, and laws and equations are what the kernels compute.
+"""The numbered formulas: pages and docstrings have the same ones, and each is what the code computes.
 
-A formula is read from the page as it is displayed there (`tests/displayed.py`).
+A formula is read from the page as it is displayed there (`tests/displayed.py`). Those of laws and equations of motion
+are compared here, the others in `test_formulas_of_….py`.
 """
 
+import importlib
 import math
 import re
 
@@ -29,7 +31,7 @@ from vibroscope.engine.kernels.equations.motion import (
 from vibroscope.engine.kernels.time_stepping import newmark
 from vibroscope.engine.laws import formula_damper
 
-from tests.displayed import ROOT, of_docstrings, of_pages, parts, sides, value
+from tests.displayed import COMPARED, ROOT, compares, of_docstrings, of_pages, parts, sides, value
 
 PAGES, DOCSTRINGS = of_pages(), of_docstrings()
 SYSTEM, ETA = System(), 1.3
@@ -40,9 +42,9 @@ POINTS = [dict(zip(NAMES, point, strict=True)) for point in RANDOM.uniform(-3, 3
 
 def special():
     """The numbers of which the theory's first page says that pages write the paper's case."""
-    sentence = re.search(r"these pages write (.*?) for the\s+paper", (ROOT / "docs/theory/index.md").read_text(), re.S)[
-        1
-    ]
+    sentence = re.search(
+        r"these pages write (.*?)\s+for the\s+paper", (ROOT / "docs/theory/index.md").read_text(), re.S
+    )[1]
     found = set()
     for first, last in re.findall(r"\((\d+)\)(?:\s+to\s+\((\d+)\))?", sentence):
         found |= set(range(int(first), int(last or first) + 1))
@@ -52,6 +54,12 @@ def special():
 def test_every_number_is_given_once_and_none_is_left_out():
     assert sorted(PAGES) == list(range(1, max(PAGES) + 1))
     assert DOCSTRINGS.keys() == PAGES.keys()
+
+
+def test_every_formula_is_compared_with_the_code():
+    for path in (ROOT / "tests").glob("test_formulas*.py"):
+        importlib.import_module(f"tests.{path.stem}")  # its tests say what they compare
+    assert PAGES.keys() == COMPARED
 
 
 @pytest.mark.parametrize("number", sorted(PAGES))
@@ -76,6 +84,7 @@ def system_symbols(point):
 
 
 @pytest.mark.parametrize("point", POINTS[:5])
+@compares(1, 2, 3, 4, 8)
 def test_equations_of_motion(point):
     symbols, p = system_symbols(point), parameters_of(SYSTEM, ETA, Reference())
     turn = math.cos(ETA * point["τ"]), math.sin(ETA * point["τ"])
@@ -96,6 +105,7 @@ LAWS |= {20: "constant-restitution", 21: "impact"}
 
 
 @pytest.mark.parametrize("number", LAWS)
+@compares(*LAWS)
 def test_contact_laws(number):
     law = contact_law.LAWS.index(LAWS[number])
     n = 1.5 if number == 19 else 1.7
@@ -112,6 +122,7 @@ def smooth_step():
     return re.search(r"S\(x\) = ([^,]*),", PAGES[21])[1]
 
 
+@compares(5)
 def test_the_spring_and_damper_of_the_linear_kernels():
     for point in POINTS:
         symbols = {"K": 50.0, "D": 1.5, "g": point["ξ₁"], "g′": point["ξ₂"]}
@@ -119,12 +130,14 @@ def test_the_spring_and_damper_of_the_linear_kernels():
         assert value(sides(PAGES[5])[1], symbols) == pytest.approx(found)
 
 
+@compares(7)
 def test_the_eigenvalue_of_the_contact_mode():
     symbols = {"K": 30.0, "D": 9.0, "M": 1 + 1 / SYSTEM.mass_ratio}
     fast = contact_law.contact_rate(symbols["K"], symbols["D"], symbols["M"])
     assert value(sides(PAGES[7])[0], symbols | {"s": -fast}) == pytest.approx(0, abs=1e-9)
 
 
+@compares(9)
 def test_impacts_obey_the_impact_law():
     impacts = simulate(SYSTEM, 2.76, Reference(), periods=100, keep=20).impacts
     before, after = (np.subtract(*velocity.T[::-1]) for velocity in (impacts.velocity_before, impacts.velocity_after))
@@ -137,6 +150,7 @@ def test_impacts_obey_the_impact_law():
 
 
 @pytest.mark.parametrize("point", POINTS[:5])
+@compares(10, 11)
 def test_a_step_of_newmarks_method(point):
     method = Newmark(stiffness=700.0, damping=4.0, steps=60)
     scheme = newmark.scheme_of(parameters_of(SYSTEM, ETA, method))
@@ -162,6 +176,7 @@ FORMULAS = {22: "hunt-crossley", 23: "lankarani-nikravesh", 24: "flores", 25: "j
 
 @pytest.mark.parametrize("number", FORMULAS)
 @pytest.mark.parametrize("e", [0.2, 0.6, 0.9])
+@compares(*FORMULAS)
 def test_dampers_of_a_restitution(number, e):
     symbols = {"e": e, "K": 900.0, "m": 0.4, "n": 1.5, "v₀": 0.7}
     found, relative = formula_damper(FORMULAS[number], e, symbols["K"], symbols["m"], symbols["n"])
@@ -171,6 +186,7 @@ def test_dampers_of_a_restitution(number, e):
 
 
 @pytest.mark.parametrize("D", [0.5, 4.0, 12.0])
+@compares(28, 29, 30, 31, 32)
 def test_restitutions_of_a_damper(D):
     K, m, n, v0 = 900.0, SYSTEM.mass_share, 1.5, 0.7
     symbols = {"K": K, "m": m, "n": n, "c": 2 * D, "v₀": v0, "h": 2 * D / K}
@@ -188,6 +204,7 @@ def test_restitutions_of_a_damper(D):
     assert left == pytest.approx(right, rel=1e-9)
 
 
+@compares(33, 34, 54, 55)
 def test_formulas_of_the_system_and_of_the_contact_mode():
     symbols = system_symbols(POINTS[0]) | {"K": 3000.0}
     for which, computed in enumerate((SYSTEM.kappa3**2, SYSTEM.mass_ratio, SYSTEM.mass_share)):

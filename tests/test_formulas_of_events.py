@@ -12,7 +12,7 @@ from vibroscope.engine.kernels.equations.motion import separated_generator
 from vibroscope.engine.kernels.event_driven import chatter, saltation
 from vibroscope.engine.kernels.linear.tables import POWERS
 
-from tests.displayed import Matrix, of_pages, sides, value
+from tests.displayed import Matrix, compares, of_pages, sides, value
 
 PAGES = of_pages()
 SYSTEM, ETA = System(mu=0.7, kappa=1.8, d1=0.1, d2=0.2, clearance=0.1), 1.3
@@ -49,7 +49,8 @@ def common_motions(count):
     return pressing[:count]
 
 
-def test_the_flights_of_a_chatter():  # (36), (37)
+@compares(36, 37)
+def test_the_flights_of_a_chatter():
     """The gap by the free equations, with the common motion, to the order that is written."""
     generator = np.zeros((6, 6))
     generator[:4] = separated_generator(PARAMETERS)
@@ -68,7 +69,8 @@ def test_the_flights_of_a_chatter():  # (36), (37)
         assert misses[1] < 2e-4 * misses[0]  # r times what an error of third order leaves: 1e-4 of it
 
 
-def test_the_length_of_a_chatter():  # (38)
+@compares(38)
+def test_the_length_of_a_chatter():
     for z in common_motions(5):
         r = 1e-3
         before = (z[0], z[1] - SYSTEM.mass_share * r, z[2], r, z[4], z[5])
@@ -84,7 +86,8 @@ def variation(time):
     return found
 
 
-def test_the_change_along_an_event_and_the_saltation_matrix():  # (39), (40)
+@compares(39, 40)
+def test_the_change_along_an_event_and_the_saltation_matrix():
     flight = REFERENCE.flight
     for state in states(5, 6):
         before = np.array([state[0], state[1], -PARAMETERS.free_gap, -abs(state[3]), *state[4:]])
@@ -115,7 +118,8 @@ def test_the_change_along_an_event_and_the_saltation_matrix():  # (39), (40)
         np.testing.assert_allclose(value(sides(PAGES[40])[1], columns).rows, d.state, rtol=1e-11, atol=1e-12)
 
 
-def test_the_lengthening_of_a_chatter():  # (41), (42)
+@compares(41, 42)
+def test_the_lengthening_of_a_chatter():
     for z in common_motions(5):
         d, parting, out, r = variation(RANDOM.uniform(-1, 1, 4)), RANDOM.uniform(-1, 1, 4), np.zeros(4), 1e-2
         saltation.chatter_lengthening(REFERENCE, d, z, r, parting, out)

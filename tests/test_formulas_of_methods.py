@@ -38,7 +38,7 @@ from vibroscope.engine.kernels.equations.contact_law import LAWS, contact_rate, 
 from vibroscope.engine.kernels.equations.motion import accelerations, coefficients, separated_generator
 from vibroscope.engine.kernels.time_stepping import contact_location, law_step, located, newmark
 
-from tests.displayed import Matrix, of_pages, sides, value
+from tests.displayed import Matrix, compares, of_pages, sides, value
 from tests.law_numbers import law_numbers
 
 PAGES = of_pages()
@@ -62,7 +62,8 @@ def spelled_out(formula, count):
 
 
 @pytest.mark.parametrize("pressed", [False, True])
-def test_accelerations_of_a_located_step(pressed):  # (12)
+@compares(12)
+def test_accelerations_of_a_located_step(pressed):
     m = located.located_scheme(parameters_of(SYSTEM, ETA, Newmark(700.0, 4.0, 60, located=True)))
     e = contact_location.side(m, pressed)
     for x, v, g, u, cosine, sine in states(5, 6):
@@ -77,7 +78,8 @@ def test_accelerations_of_a_located_step(pressed):  # (12)
 
 
 @pytest.mark.parametrize("stiffness", [50.0, 3e4])
-def test_steps_in_contact_are_as_long_as_they_may_be(stiffness):  # (13)
+@compares(13)
+def test_steps_in_contact_are_as_long_as_they_may_be(stiffness):
     p = parameters_of(SYSTEM, ETA, Newmark(stiffness, 4.0, 60, located=True))
     m = located.located_scheme(p)
     fast = contact_rate(p.stiffness, p.damping, 1 / p.mass_share)
@@ -94,7 +96,8 @@ METHODS = NewmarkBeta(0.3, 0.6), HHT(-0.2), HHTInterpolated(-0.2), GeneralisedAl
 
 @pytest.mark.parametrize("status", [0, 1])
 @pytest.mark.parametrize("integrator", METHODS, ids=lambda kind: kind.name)
-def test_a_stage_of_an_integrator(integrator, status):  # (14), (15)
+@compares(14, 15)
+def test_a_stage_of_an_integrator(integrator, status):
     b, h, (stage,) = bodies_of(parameters_of(SYSTEM, ETA, TimeStepping(700.0, 4.0, 60))), 0.07, integrator.stages
     maps = step_maps(b, integrator, h)[status]
     for start in np.column_stack([RANDOM.uniform(-2, 2, (5, 7)), states(5, 3)[:, 1:], np.ones(5)]):
@@ -117,7 +120,8 @@ def test_a_stage_of_an_integrator(integrator, status):  # (14), (15)
 
 
 @pytest.mark.parametrize("law", [law for law in LAWS if law not in ("kelvin-voigt", "cut")])
-def test_the_force_of_a_step(law):  # (27)
+@compares(27)
+def test_the_force_of_a_step(law):
     numbers = law_numbers(law, 1.7 if law == "impact" else None)
     method = TimeStepping(700.0, 4.0, 60, law=law, **numbers)
     m = newmark.scheme_of(parameters_of(SYSTEM, ETA, method))
@@ -128,7 +132,8 @@ def test_the_force_of_a_step(law):  # (27)
         assert value(sides(PAGES[27])[1], symbols) == pytest.approx(found, rel=1e-9, abs=1e-9)
 
 
-def test_the_error_that_can_be_attained():  # (43)
+@compares(43)
+def test_the_error_that_can_be_attained():
     setup = SimulationSetup(SYSTEM, ETA, Reference(), 3)
     symbols = {"ε_m": EPSILON, "sensitivity": sensitivity(setup), "accumulated rounding": accumulated_rounding(setup)}
     assert EPSILON == 2.0**-52
@@ -136,7 +141,8 @@ def test_the_error_that_can_be_attained():  # (43)
 
 
 @pytest.mark.parametrize("method", [Reference(), ExactPenalty(300.0, 2.0)], ids=["reference", "penalty"])
-def test_the_mechanical_energy(method):  # (49)
+@compares(49)
+def test_the_mechanical_energy(method):
     system = System(mu=0.7, kappa=1.8, d1=0.1, d2=0.2)
     forms = energy_forms(simulate(system, ETA, method, periods=3, keep=3))
     for x1, v1, g, u, *_ in states(8, 6):
@@ -147,7 +153,8 @@ def test_the_mechanical_energy(method):  # (49)
         assert value(sides(PAGES[49])[1], for_method) == pytest.approx(z @ forms.stored @ z + spring, rel=1e-12)
 
 
-def test_the_integral_of_a_power_over_twice_a_time():  # (50)
+@compares(50)
+def test_the_integral_of_a_power_over_twice_a_time():
     generator = np.zeros((6, 6))
     generator[:4] = separated_generator(PARAMETERS)
     powers = energy_forms(simulate(SYSTEM, ETA, Reference(), periods=2, keep=2)).powers[0]
@@ -158,7 +165,8 @@ def test_the_integral_of_a_power_over_twice_a_time():  # (50)
         np.testing.assert_allclose(value(sides(PAGES[50], 2)[1], symbols).rows, twice, rtol=1e-10, atol=1e-12)
 
 
-def test_the_energy_that_steps_create():  # (51)
+@compares(51)
+def test_the_energy_that_steps_create():
     method = TimeStepping(700.0, 4.0, 80, HHT(-0.3))
     record = Record(3, method.steps)
     run = simulate(SYSTEM, ETA, method, periods=3, keep=3, record=record)
@@ -197,7 +205,8 @@ def on_grid(found, system, method):
     return samples_on_grid(run, replace(found.grid, periods=6)).reshape(4, -1)
 
 
-def test_the_parts_of_a_difference():  # (53), (56), (57)
+@compares(53, 56, 57)
+def test_the_parts_of_a_difference():
     found = compare(System(), 1.08, Newmark(2500.0, 8.0, 2000), periods=300, keep=6)
     series, status, split = found.parts, found.split_time_step(), found.split()
     runs = series.runs

@@ -21,4 +21,8 @@ def test_a_report_of_a_published_system(tmp_path):
     assert "vibroscope compare" in text
     assert "Parts of the difference" in text
     assert not re.findall(r'(?:src|href)="https?:', text)
-    assert 'href="wall.html"' in (tmp_path / "index.html").read_text()
+    index = (tmp_path / "index.html").read_text()
+    assert f'<a href="wall.html">{shelf()["wall"].title}</a>: {shelf()["wall"].caption}' in index
+    for each in (text, index):  # readable on a phone and in the dark
+        assert '<meta name="viewport"' in each
+        assert "prefers-color-scheme: dark" in each

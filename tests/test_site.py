@@ -17,14 +17,21 @@ LOADED = {("script", "src"), ("link", "href"), ("img", "src"), ("object", "data"
 
 
 class Links(HTMLParser):
-    """The addresses that a page links to and loads, and its anchors."""
+    """The addresses that a page links to and loads, its anchors, and what its own scripts say."""
 
     def __init__(self, text):
         super().__init__()
-        self.links, self.loaded, self.anchors = [], [], set()
+        self.links, self.loaded, self.anchors, self.scripts, self.tag = [], [], set(), "", ""
         self.feed(text)
 
+    def handle_data(self, data):
+        self.scripts += data if self.tag == "script" else ""
+
+    def handle_endtag(self, tag):
+        self.tag = ""
+
     def handle_starttag(self, tag, attrs):
+        self.tag = tag
         for name, value in attrs:
             if name == "id":
                 self.anchors.add(value)
@@ -73,6 +80,7 @@ def test_the_site_loads_nothing_from_another_host(site):
     loaded = [link for found in pages.values() for link in found.loaded if not link.startswith("data:")]
     assert loaded
     assert not [link for link in loaded if "//" in link]
+    assert not [page for page, found in pages.items() if re.search("https?://", found.scripts)]
     styles = [path.read_text() for path in folder.rglob("*.css")]
     assert styles
     assert not [found for text in styles for found in re.findall(r"(?:url\(|@import)\s*[\"']?(?:https?:)?//", text)]

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Installs the wheel of dist/ with the dependencies that it declares into an empty environment of each Python that is
-# here, and uses it: try-dist.sh [VERSION …], by default 3.11, 3.12 and 3.13. A Python that is missing is NOT TRIED.
+# here, and uses it, first without extras and then with them: try-dist.sh [VERSION …], by default all that Numba takes from
+# 3.11 on. A Python that is missing is NOT TRIED.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 versions=("$@")
-[ $# -gt 0 ] || versions=(3.11 3.12 3.13)
+[ $# -gt 0 ] || versions=(3.11 3.12 3.13 3.14 3.15)
 wheels=(dist/vibroscope-*.whl)
 [ -f "${wheels[0]}" ] && [ ${#wheels[@]} = 1 ] || { echo "dist/ must hold one wheel: make dist"; exit 1; }
 wheel=$(realpath "${wheels[0]}")
@@ -56,7 +57,39 @@ try_with() {
     "$bin/vibroscope" stability >stability.txt || { grep -v passed stability.txt | tail; fail "stability"; }
     say "Python $version: $(tail -n 1 stability.txt)"
     served "$version" "$bin"
+    for shell in bash zsh fish; do
+        "$bin/vibroscope" completion "$shell" | grep -q vibroscope || fail "completion $shell"
+    done
+    say "Python $version: completion for bash, zsh and fish"
+    extras "$version" "$bin"
     cd - >/dev/null
+}
+
+# extras VERSION BIN: what the extras add, installed and used
+extras() {
+    "$2/python" -m pip --disable-pip-version-check install --quiet "$wheel[fit,cluster,codes]" || fail "extras with Python $1"
+    "$2/python" -m pip --disable-pip-version-check check || fail "dependencies of the extras with Python $1"
+    "$2/vibroscope" measurement >measured.csv
+    local scene=(--eta 2.76 --K 12000 --D 18 --steps 2000)
+    "$2/vibroscope" compare "${scene[@]}" --measured measured.csv --fit restitution | grep -q restitution || fail "fit"
+    # a file: the workers' processes read it again
+    cat >cluster.py <<'PYTHON'
+import subprocess
+import sys
+
+from distributed import LocalCluster
+
+if __name__ == "__main__":
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        plane = "sweep plane --eta 2.76 --K 100:60000:4 --D 1:100:4 --steps 500 --transient 20 --sample 10".split()
+        subprocess.run(
+            [sys.argv[1], *plane, "--scheduler", cluster.scheduler_address, "--out", "plane.zarr"],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
+PYTHON
+    "$2/python" cluster.py "$2/vibroscope" || fail "sweep on a cluster with Python $1"
+    say "Python $1: the extras fit, cluster and codes: installed; a fit, and a plane on two Dask workers"
 }
 
 # served VERSION BIN: the explorer answers, with its documentation

@@ -8,13 +8,17 @@ import argparse
 import math
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import repeat
 
 from vibroscope.app.runtime.number_text import parse_typed, quote, two_meanings
 from vibroscope.app.runtime.typed_units import is_unit, list_units, scaled, seconds_of, sizes, steps_of_time
 
 # Quantities of the options that may have a unit, by their names; the time step is given as a time.
 QUANTITIES = {"eta": "frequency", "K": "stiffness", "K_max": "stiffness", "D": "damping", "threshold": "velocity"}
-QUANTITIES |= {"penetration": "displacement", "steps": "time"}
+QUANTITIES |= {"penetration": "displacement", "steps": "time", "eta_range": "frequency"}
+# Those of the numbers of a state, and of the options that are one.
+STATE = {"xi1": "displacement", "v1": "velocity", "xi2": "displacement", "v2": "velocity"}
+STATES = "initial", "start"
 # Ends of a range: the option that names their number.
 _ENDS = {"low": "over", "high": "over", "along_from": "along", "along_to": "along"}
 
@@ -71,25 +75,52 @@ def _read_measured(text: str, whole: bool) -> float | Measured:
     return Measured(text, _read(text, False, unit), unit)
 
 
-def numbers(text: str) -> tuple[float, ...]:
-    """Comma-separated numbers."""
+def state_numbers(text: str) -> tuple[float | Measured, ...]:
+    """The numbers of a state, comma-separated, each with a unit or without."""
+    return _list_of(text, "x1,v1,x2,v2")
+
+
+def step_numbers(text: str) -> tuple[float | Measured, ...]:
+    """Numbers of steps, comma-separated, or time steps."""
+    return _list_of(text, "2000,4000,8000")
+
+
+def _list_of(text: str, example: str) -> tuple[float | Measured, ...]:
     try:
-        return tuple(float(part) for part in text.split(","))
+        return tuple(measured(part) for part in text.split(","))
+    except NotANumber:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers: give {example}") from None
+
+
+def span(text: str, example: str = "a:b:n, as 100:60000:64") -> tuple[float | Measured, float | Measured, float]:
+    """``a:b:n``: both ends of a range, each with a unit or without, and how many values it has."""
+    try:
+        low, high, cells = text.split(":")
+        return measured(low), measured(high), number(cells)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers: give x1,v1,x2,v2") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is no range: give {example}") from None
 
 
 def resolve_units(options: argparse.Namespace) -> None:
     """Put the number of the model in place of each one with a unit; raises ValueError in words."""
     given = vars(options)
     for name in sorted(given, key=lambda name: name == "steps"):  # a time is a part of the period, which η gives
-        swept = given.get(_ENDS[name]) if name in _ENDS else name
-        given[name] = _resolved(given[name], name, QUANTITIES.get(swept), options)
+        given[name] = _resolved(given[name], name, _quantity(name, given), options)
 
 
-def _resolved(value: object, name: str, quantity: str | None, options: argparse.Namespace) -> object:
-    if isinstance(value, tuple):  # a range
-        return tuple(_resolved(each, name, quantity, options) for each in value)
+def _quantity(name: str, given: dict[str, object]) -> str | tuple[str, ...] | None:
+    """What an option is measured as, of a state each of its numbers; None if it has no unit."""
+    if name in STATES:
+        return tuple(STATE.values())
+    if name in ("x", "y") and isinstance(given[name], tuple):  # an axis: its number, and the range
+        return STATE.get(given[name][0])
+    return QUANTITIES.get(given.get(_ENDS[name]) if name in _ENDS else name)
+
+
+def _resolved(value: object, name: str, quantity: str | tuple | None, options: argparse.Namespace) -> object:
+    if isinstance(value, tuple):  # a range or a list; the engine says if a state has more or less than four numbers
+        own = (*quantity, *repeat(None, len(value))) if isinstance(quantity, tuple) else (quantity,) * len(value)
+        return tuple(_resolved(*each, options) for each in zip(value, repeat(name), own, strict=False))
     if not isinstance(value, Measured):
         return value
     option = f"--{name.replace('_', '-')}"

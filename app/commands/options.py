@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import fields, replace
 from inspect import signature
 
-from vibroscope.app.commands.numbers import measured, measured_count, number, numbers
+from vibroscope.app.commands.numbers import measured, measured_count, number, state_numbers
 from vibroscope.app.commands.output import note
 from vibroscope.engine import (
     CONTACT_LAWS,
@@ -145,7 +145,7 @@ def add_initial_option(command: argparse.ArgumentParser) -> None:
     """Add ``--initial``; a list that begins with a minus sign is given as ``--initial=-1,0,2,0``."""
     command.add_argument(
         "--initial",
-        type=numbers,
+        type=state_numbers,
         metavar="x1,v1,x2,v2",
         default=None,
         help="state at tau = 0 (default: rest, the static equilibrium), as --initial=-1,0,2,0; the reference needs an "

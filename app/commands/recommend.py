@@ -4,7 +4,7 @@ import argparse
 import json
 import math
 
-from vibroscope.app.commands.numbers import count, measured, number
+from vibroscope.app.commands.numbers import count, measured, number, span
 from vibroscope.app.commands.options import (
     ETA,
     add_integrator_options,
@@ -86,15 +86,17 @@ def add(commands) -> None:
     command.set_defaults(run=run)
 
 
-def eta_range(text: str) -> list[float]:
-    """``A:B:N`` as N numbers from A to B."""
-    try:
-        first, last, frequencies = text.split(":")
-        low, high, n = number(first), number(last), int(frequencies)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not A:B:N: give 2.6:2.9:7 for seven frequencies") from None
-    if not 2 <= n <= ETAS_LIMIT:
-        raise argparse.ArgumentTypeError(f"N = {n} is outside [2, {ETAS_LIMIT}]: give the number of frequencies")
+def eta_range(text: str) -> tuple:
+    """``A:B:N``: two frequencies, each with a unit or without, and how many values the range has."""
+    low, high, n = span(text, "A:B:N, as 2.6:2.9:7 for seven frequencies")
+    if not (2 <= n <= ETAS_LIMIT and n == int(n)):
+        limits = f"is not in 2 … {ETAS_LIMIT}, or not whole"
+        raise argparse.ArgumentTypeError(f"N = {n:g} {limits}: give the number of frequencies")
+    return low, high, int(n)
+
+
+def etas_of(low: float, high: float, n: int) -> list[float]:
+    """N frequencies from the lowest to the highest."""
     return [low + (high - low) * i / (n - 1) for i in range(n)]
 
 
@@ -121,10 +123,10 @@ def run(options: argparse.Namespace) -> None:
     if options.one_setting:
         if not options.eta_range:
             raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")
-        found = recommend_range(system, options.eta_range, scheme=scheme, **search)
+        found = recommend_range(system, etas_of(*options.eta_range), scheme=scheme, **search)
         print(json.dumps(range_json(found, units), allow_nan=False) if options.json else range_text(found, units))
     elif options.eta_range:
-        curve = design_curve(system, options.eta_range, scheme=scheme, **search)
+        curve = design_curve(system, etas_of(*options.eta_range), scheme=scheme, **search)
         rows = [as_json(found, units) for found in curve]
         print(json.dumps(rows, allow_nan=False) if options.json else _curve_text(curve))
     elif options.json:

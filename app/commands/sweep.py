@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from vibroscope.app.commands import basins
 from vibroscope.app.commands.interrupt import watch_interrupt
-from vibroscope.app.commands.numbers import Measured, count, measured, measured_count, number, numbers
+from vibroscope.app.commands.numbers import count, measured, measured_count, number, span, state_numbers, step_numbers
 from vibroscope.app.commands.options import (
     ETA,
     SOLVER_OPTIONS,
@@ -115,7 +115,7 @@ def _add_eta(studies) -> None:
     add("--eta", **ETA | {"help": f"where another parameter is swept: {ETA['help']}"})
     _add_solver(command, follows=False)
     add("--direction", choices=DIRECTIONS, default="rest", help="each value from rest, or from its neighbour's end")
-    add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each value starts, in place of rest")
+    add("--initial", type=state_numbers, metavar="x1,v1,x2,v2", help="where each value starts, in place of rest")
     add("--coordinates", default="xi1,xi2", metavar="A,B", help=f"of {','.join(COORDINATES)} (default %(default)s)")
     add("--refine", type=count, default=0, metavar="N", help="halve intervals in which the motion changes, N times")
     add("--lyapunov", type=count, default=0, metavar="N", help="average the Lyapunov exponent over N periods")
@@ -126,8 +126,8 @@ def _add_plane(studies) -> None:
     command = _study(studies, "plane", _plane, sweep_plane, text)
     add = command.add_argument
     add("--eta", **ETA)
-    add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
-    add("--D", required=True, type=_span, metavar="a:b:n", help="contact damping, n values from a to b")
+    add("--K", required=True, type=span, metavar="a:b:n", help="contact stiffness, n values from a to b")
+    add("--D", required=True, type=span, metavar="a:b:n", help="contact damping, n values from a to b")
     add("--steps", type=measured_count, metavar="N", help="newmark: steps per excitation period")
     add("--solver", choices=("newmark", "exact"), default="newmark", help="with or without a time step (newmark)")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
@@ -143,8 +143,8 @@ def _add_step(studies) -> None:
     add("--eta", **ETA)
     add_stiffness_option(command, "contact stiffness", required=True)
     add("--D", type=measured, metavar="F", help="contact damping; some laws need none: --law")
-    add("--steps", required=True, type=numbers, metavar="2000,4000,...", help="steps per period, ascending")
-    add("--initial", type=numbers, metavar="x1,v1,x2,v2", help="where each run starts, in place of rest")
+    add("--steps", required=True, type=step_numbers, metavar="2000,4000,...", help="steps per period, ascending")
+    add("--initial", type=state_numbers, metavar="x1,v1,x2,v2", help="where each run starts, in place of rest")
     add_integrator_options(command)
 
 
@@ -154,9 +154,9 @@ def _add_no_solution(studies) -> None:
     command.set_defaults(located=False)
     add = command.add_argument
     add("--eta", **ETA)
-    add("--K", required=True, type=_span, metavar="a:b:n", help="contact stiffness, n values from a to b")
+    add("--K", required=True, type=span, metavar="a:b:n", help="contact stiffness, n values from a to b")
     add("--D", required=True, type=measured, metavar="F", help="contact damping")
-    add("--steps", required=True, type=_span, metavar="a:b:n", help="steps per period, n values from a to b")
+    add("--steps", required=True, type=span, metavar="a:b:n", help="steps per period, n values from a to b")
     add_integrator_options(command)
 
 
@@ -169,7 +169,7 @@ def _add_basin(studies) -> None:
     axis = "of xi1, v1, xi2, v2, and phase: the share of the excitation period at which a run begins"
     add("--x", required=True, type=_start_axis, metavar="name:a:b:n", help=f"first axis, n values from a to b; {axis}")
     add("--y", required=True, type=_start_axis, metavar="name:a:b:n", help="second axis, as the first")
-    add("--start", type=numbers, metavar="x1,v1,x2,v2", help="the numbers that are on no axis (default: rest)")
+    add("--start", type=state_numbers, metavar="x1,v1,x2,v2", help="the numbers that are on no axis (default: rest)")
     add("--phase", type=number, default=0.0, metavar="F", help="where it is on no axis (default %(default)g)")
     _add_solver(command, follows=True)
 
@@ -221,19 +221,11 @@ def _check_lines(path: str, damaged: list[str], finished: bool) -> list[str]:
     return [*(f"{path}/{name}: missing, damaged, or of something else" for name in damaged), advice]
 
 
-def _span(text: str) -> tuple[float | Measured, float | Measured, float]:
-    try:
-        low, high, cells = text.split(":")
-        return measured(low), measured(high), number(cells)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no range: give a:b:n, as 100:60000:64") from None
-
-
 def _start_axis(text: str) -> tuple[str, tuple]:
-    name, _, span = text.partition(":")
+    name, _, ends = text.partition(":")
     if name not in AXES:
         raise argparse.ArgumentTypeError(f"{text!r} is no axis: give one of {', '.join(AXES)}, as xi2:-8:8:64")
-    return name, _span(span)
+    return name, span(ends)
 
 
 def _eta(options: argparse.Namespace, **how):

@@ -12,12 +12,17 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.label import setting_rows
 
-_STYLE = """
+STYLE = """
 body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #22303c; }
 body { overflow-wrap: anywhere; }
 table { border-collapse: collapse; } td, th { padding: 2px 14px 2px 0; text-align: left; font-weight: normal; }
+@media (min-width: 46em) { td, th { overflow-wrap: break-word; } }
 figure { margin: 1.5rem 0; } figure svg { max-width: 100%; height: auto; } figcaption { color: #566573; }
 pre { padding: 10px; white-space: pre-wrap; background: #f3f5f7; font-size: 13px; }
+@media screen and (prefers-color-scheme: dark) {
+  body { background: #131416; color: #cfd0d0; } a { color: #7ab3f5; }
+  pre { background: #202226; } figcaption { color: #9aa5b1; } figure svg { background: white; }
+}
 """
 
 
@@ -53,8 +58,9 @@ def as_report(
     )
     commands = "".join(f"<pre>{escape(script)}</pre>" for script in scripts)
     return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>Vibroscope report: {escape(title)}</title>
-<style>{_STYLE}</style></head><body>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
+<title>Vibroscope report: {escape(title)}</title>
+<style>{STYLE}</style></head><body>
 <h1>Vibroscope report: {escape(title)}</h1>
 <h2>What it means</h2>{lines}
 {_setting_table(setting) if setting else ""}

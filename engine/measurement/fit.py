@@ -6,9 +6,9 @@ independent noise of one size σ_n, the estimates scatter about the truth with t
 
     C = σ_n² (JᵀJ)⁻¹,    σ_n² = Σ r² / (2n − k),                                                 (59)
 
-where J is the Jacobian of the residuals r and k the number of parameters. The standard errors are the square roots of
-its diagonal. They hold if the model is right: if the residuals are larger than the measurement's own noise, or depend
-on each other, a remark says so.
+where J is the Jacobian of the residuals r and k the number of estimates, τ₀ included. The standard errors are the
+square roots of its diagonal. They hold if the model is right: if the residuals are larger than the measurement's own
+noise, or depend on each other, a remark says so.
 
 Not every constant can be determined from every motion. One that does not change the motion (d₃ where no contact is
 permanent) has a column of zeros: it keeps its value, and its error is infinite. Two that change the motion alike are

@@ -22,7 +22,8 @@ def run(steps):
 
 
 def test_every_answer_carries_the_headers(server):
-    for path in ("/", "/nothing", "/static/js/bokeh.min.js", "/liveness", "/speed/work-precision.svg"):
+    pages = "/", "/nothing", "/docs/", "/docs/start.html", "/docs/no"
+    for path in (*pages, "/static/js/bokeh.min.js", "/liveness", "/speed/work-precision.svg"):
         headers = run(get(server.url + path)).headers
         assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
         assert "unsafe-eval" not in headers["Content-Security-Policy"]

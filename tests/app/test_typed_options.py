@@ -51,7 +51,7 @@ def test_what_is_no_number_or_two_is_refused(read, text, words):
 
 
 def test_the_numbers_of_a_range_are_read_too():
-    assert eta_range("2,6:2.8:3") == [2.6, 2.7, 2.8]
+    assert eta_range("2,6:2.8:3") == (2.6, 2.8, 3)
     with pytest.raises(argparse.ArgumentTypeError, match=r"can mean 1125 or 1\.125"):
         eta_range("1,125:2.8:3")
 

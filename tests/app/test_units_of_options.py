@@ -7,6 +7,7 @@ import math
 import pytest
 from vibroscope.app.commands.cli import build_parser
 from vibroscope.app.commands.numbers import QUANTITIES, Measured, measured, measured_count, resolve_units
+from vibroscope.app.commands.recommend import eta_range, etas_of
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.engine import parse_system
@@ -72,6 +73,26 @@ def test_ranges_may_have_units_too():
     assert low * SYSTEM.units.omega1 / (2 * math.pi) == pytest.approx(8)
 
 
+def test_the_range_of_a_recommendation_may_have_units():
+    low, high, n = resolved("recommend", "--eta-range", "8 Hz:12 Hz:5").eta_range
+    assert (low, high) == pytest.approx(tuple(2 * math.pi * f / SYSTEM.units.omega1 for f in (8, 12)), rel=1e-12)
+    assert etas_of(low, high, n) == pytest.approx([low * (1 + 0.125 * i) for i in range(5)], rel=1e-12)
+
+
+def test_lists_may_have_units():
+    steps = "sweep", "step", "--K", "584", "--D", "2", "--steps", "250 us, 125 us,1600", "--out", "a"
+    assert resolved(*steps).steps == (400, 800, 1600)
+    length, speed = (SYSTEM.units.factor(quantity) for quantity in ("displacement", "velocity"))
+    model = pytest.approx((-1e-4 / length, 2e-3 / speed, 0.5, 3.0), rel=1e-12)
+    state = "-0.1 mm,2 mm/s,0.5,3"
+    assert resolved("simulate", "--solver", "reference", f"--initial={state}").initial == model
+    axes = "--x", "xi1:0:1 mm:9", "--y", "v1:-2 mm/s:2 mm/s:9"
+    basin = resolved("sweep", "basin", *axes, f"--start={state}", "--solver", "reference", "--out", "a")
+    assert basin.start == model
+    assert basin.x == ("xi1", pytest.approx((0, 1e-3 / length, 9), rel=1e-12))
+    assert basin.y == ("v1", pytest.approx((-2e-3 / speed, 2e-3 / speed, 9), rel=1e-12))
+
+
 def test_a_run_with_units_is_the_run_without(own, capsys):
     with_units = [{"584": "57638464 N/m", "400": "0.00025 s"}.get(word, word) for word in RUN]
     outputs = [run_command(capsys, *words, "--system", own) for words in (RUN, with_units)]
@@ -103,6 +124,9 @@ def test_a_unit_without_a_system_in_units_is_refused_in_one_line(words, said, tm
         (("--K", "1e6 kg"), "--K '1e6 kg': give it in N/m, kN/m, MN/m, N/mm, kN/mm, or without a unit"),
         (("--steps", "5 mm"), "--steps '5 mm': give it in s, ms, us"),
         (("--steps", "-5 us"), "a time step is above 0"),
+        (("--initial", "1 mm,2 mm,0,0"), "--initial '2 mm': give it in m/s, cm/s, mm/s, or without a unit"),
+        (("--initial", "1 mm,2 apples,0,0"), "'1 mm,2 apples,0,0' is not a list of numbers: give x1,v1,x2,v2"),
+        (("--initial", "1 mm,0,0,0,5"), "initial"),
     ],
 )
 def test_a_unit_of_something_else_is_refused_with_those_that_fit(words, said, own, capsys):
@@ -115,6 +139,9 @@ def test_a_number_of_a_range_that_has_no_unit_says_so(own, capsys):
     command = "sweep eta --over restitution --from 1mm --to 2 --count 3 --solver reference --out a"
     status, _, err = run_command(capsys, *command.split(), "--system", own)
     assert (status, err) == (2, "vibroscope sweep: --from '1mm': this number is given without a unit\n")
+    command = "sweep basin --x phase:0:1s:4 --y v1:-8:8:4 --solver reference --out a"
+    status, _, err = run_command(capsys, *command.split(), "--system", own)
+    assert (status, err) == (2, "vibroscope sweep: --x '1s': this number is given without a unit\n")
 
 
 @pytest.mark.parametrize("read", [measured, measured_count])
@@ -134,7 +161,7 @@ def test_every_option_that_takes_a_unit_has_its_quantity():
     """What a parser reads as a number with a unit, or as a range of them, is resolved by its name."""
     for command in ("simulate", "motion", "compare", "recommend", "export", "rules", "measurement"):
         sub = next(a for a in build_parser([command])._subparsers._group_actions)
-        own = {a.dest for a in sub.choices[command]._actions if a.type in (measured, measured_count)}
+        own = {a.dest for a in sub.choices[command]._actions if a.type in (measured, measured_count, eta_range)}
         assert own
         assert own <= QUANTITIES.keys()
     assert isinstance(measured("3 N/m"), Measured)

@@ -87,6 +87,12 @@ def test_files_of_any_system_are_read_back(system):
     assert parse_system(text.encode()).eta == pytest.approx(1.3)
 
 
+def test_a_number_is_written_as_it_was_given():
+    entry = {"mass1_kg": 2.4, "frequency1_Hz": 12.0, "mass2_kg": 0.9, "frequency2_Hz": 30.0, "length_mm": 1.0}
+    found = system_of_physical(entry)
+    assert "mass2_kg = 0.9 " in physical_text(found.system, found.units)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

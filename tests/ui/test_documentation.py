@@ -31,3 +31,16 @@ def test_a_page_can_be_read_on_a_phone_in_the_dark(site, windows, name):
     shade = page.evaluate("getComputedStyle(document.body).backgroundColor.match(/[\\d.]+/g).slice(0, 3)")
     assert max(float(part) for part in shade) < 64
     page.close()
+
+
+@pytest.mark.parametrize(("width", "gap"), [(1440, True), (390, False)])
+def test_the_number_of_a_formula_is_beside_it(site, windows, width, gap):
+    """Within the column on a screen; on a phone without the gap that would put it out of sight."""
+    page = windows(viewport={"width": width, "height": 900}).new_page()
+    page.goto((site / "theory/penalty.html").as_uri())
+    gaps = page.evaluate("[...document.querySelectorAll('.formula-gap')].map(one => one.offsetWidth > 0)")
+    assert set(gaps) == {gap}
+    if gap:
+        outputs = "[...document.querySelectorAll('article pre')]"
+        assert page.evaluate(f"{outputs}.filter(one => one.scrollWidth > one.clientWidth + 1).length") == 0
+    page.close()
