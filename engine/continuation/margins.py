@@ -26,6 +26,7 @@ from ..drivers.orbit import (
     TOUCH,
     WHERE,
 )
+from ..drivers.orbit_steps import branch_point_indicator, doubling_indicator, neimark_sacker_indicator
 from ..methods import Reference
 from .curve import CurvePoint
 from .orbit import Orbit
@@ -59,7 +60,6 @@ _MORE = {
     (OPENS, True): (RELEASE, STICK),
     (OPENS, False): (PART, TOUCH),
 }  # events at the zero of a minimum, of the reference and of the exact penalty
-PAIRS = [(i, j) for i in range(4) for j in range(i)]
 
 
 class Margin(NamedTuple):
@@ -77,16 +77,16 @@ def margins(orbit: Orbit, evaluation, method) -> list[Margin]:
     """All margins of an orbit, in a fixed order for each sequence of events."""
     if needs_law(method):
         return list(law_margins(orbit, evaluation, method.law))
-    rigid, facts = isinstance(method, Reference), evaluation.facts
+    rigid, facts = isinstance(method, Reference), evaluation.facts.tolist()
     threshold = method.threshold if rigid else 0.0
     found, touching = [], orbit.first
     for k, kind in enumerate(orbit.kinds):
         found.append(_inside(facts, k, touching, rigid))
-        parting, force = facts[k, PARTING], facts[k, FORCE]
+        parting, force = facts[k][PARTING], facts[k][FORCE]
         if k and orbit.kinds[k - 1] == RELEASE:  # the closing speed vanishes with the square of the length
             found.append(Margin(STAYS_SHUT, k, False, orbit.instants[k] - orbit.instants[k - 1]))
         elif kind in (IMPACT, STICK, CHATTER, TOUCH):
-            found.append(Margin(GRAZING, k, False, facts[k, CLOSING]))
+            found.append(Margin(GRAZING, k, False, facts[k][CLOSING]))
         if kind == IMPACT and threshold > 0:
             found.append(Margin(STICKING_BEGINS, k, False, max(parting - threshold, -force)))
         if kind == STICK:
@@ -100,9 +100,9 @@ def margins(orbit: Orbit, evaluation, method) -> list[Margin]:
     return found
 
 
-def _inside(facts: np.ndarray, k: int, touching: bool, rigid: bool) -> Margin:
+def _inside(facts: list[list[float]], k: int, touching: bool, rigid: bool) -> Margin:
     kind = OPENS if touching else GRAZING
-    return Margin(kind, k, True, facts[k, LOWEST], more=_MORE[kind, rigid])
+    return Margin(kind, k, True, facts[k][LOWEST], more=_MORE[kind, rigid])
 
 
 def law_margins(orbit: Orbit, evaluation, law: str) -> Iterator[Margin]:
@@ -134,34 +134,16 @@ def indicator(kind: str, point: CurvePoint) -> float:
 
     Determinants of the whole Jacobian instead of that of the Poincaré map, which is infinite at a grazing impact.
     """
-    jacobian = point.evaluation.jacobian
     if kind == FOLD:
         return float(point.tangent[-1])
+    jacobian = point.evaluation.jacobian
     if kind == DOUBLING:
-        doubled = jacobian.copy()
-        doubled[range(4), range(4)] += 2.0
-        return _signed(doubled)
+        return doubling_indicator(jacobian)
     if kind == BRANCH_POINT:
-        return _signed(np.vstack([point.extended, point.tangent]))
-    events = np.sign(_signed(jacobian[4:, 4:])) if len(jacobian) > 4 else 1.0
-    return events * _pairs(point.evaluation.monodromy)
+        return branch_point_indicator(jacobian, point.slope, point.tangent)
+    return neimark_sacker_indicator(jacobian)
 
 
 def indicators(point: CurvePoint) -> np.ndarray:
     """All of them, (4,)."""
     return np.array([indicator(kind, point) for kind in BIFURCATIONS])
-
-
-def _signed(matrix: np.ndarray) -> float:
-    """The determinant relative to Hadamard's bound of it: of moderate size, and smooth."""
-    with np.errstate(all="ignore"):  # at a grazing impact there may be none
-        sign, logarithm = np.linalg.slogdet(matrix)
-        return float(sign * np.exp(logarithm - np.log(np.linalg.norm(matrix, axis=1)).sum()))
-
-
-def _pairs(monodromy: np.ndarray) -> float:
-    """The product of 1 − mᵢmⱼ over all pairs of multipliers, scaled."""
-    i, j = np.transpose(PAIRS)
-    rows = monodromy[i], monodromy[j]
-    second = rows[0][:, i] * rows[1][:, j] - rows[0][:, j] * rows[1][:, i]
-    return _signed(np.eye(6) - second)

@@ -8,8 +8,7 @@ from ..kernels.compile.options import uncompiled
 from ..kernels.equations.contact_law import COMPRESSION, LAWS
 from ..kernels.event_driven import law_integrate as loop
 from ..kernels.event_driven import law_orbit as kernel
-from ..kernels.event_driven.orbit import DAMP, LAW_FACTS, LIMIT, LOAD, PART, RELAX, TOUCH, UNLIMIT, UNLOAD
-from ..kernels.event_driven.saltation import make_variation
+from ..kernels.event_driven.orbit import DAMP, LIMIT, LOAD, PART, RELAX, TOUCH, UNLIMIT, UNLOAD
 from ..kernels.event_driven.state import in_periods, linear_state, start_state
 from ..methods import ExactPenalty, Reference
 from ..model import System
@@ -48,21 +47,9 @@ class LawOrbitEquations:
 
     def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events."""
-        p, m = self._system, len(kinds)
-        n = 4 + m
-        found = Evaluation(*map(np.zeros, ((n,), (n, n), (m + 1, LAW_FACTS), (m + 1, 5), (period, 4))))
-        piece = piece_after(self._law, kinds[-1]) if m else IN_PUSH if first else IN_FLIGHT
-        kernel.law_orbit_equations(
-            p,
-            np.array(kinds, dtype=np.int64),
-            piece,
-            float(period),
-            unknowns,
-            tuple(found),
-            make_variation(n),
-            np.zeros(n),
-        )
-        return found
+        piece = piece_after(self._law, kinds[-1]) if len(kinds) else IN_PUSH if first else IN_FLIGHT
+        numbers = np.array(kinds, dtype=np.int64)
+        return Evaluation(*kernel.evaluate_law_orbit(self._system, numbers, piece, float(period), unknowns))
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """As :meth:`.orbit.OrbitEquations.state_later`."""

@@ -10,7 +10,6 @@ from ..kernels.event_driven.orbit import (
     CLOSING,
     DAMP,
     DEPTH,
-    FACTS,
     FORCE,
     IMPACT,
     JOINS,
@@ -28,13 +27,13 @@ from ..kernels.event_driven.orbit import (
     UNLIMIT,
     UNLOAD,
     WHERE,
-    orbit_equations,
+    evaluate_orbit,
     state_later,
 )
-from ..kernels.event_driven.saltation import make_variation
+from ..kernels.event_driven.orbit_steps import monodromy_of
 from ..kernels.event_driven.setup import set_up_events
 from ..kernels.event_driven.state import SYSTEM
-from ..kernels.parameters import no_keys
+from ..kernels.parameters import ETA, no_keys
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from .event_driven import COMPLETION
@@ -94,14 +93,8 @@ class Evaluation(NamedTuple):
 
     @property
     def monodromy(self) -> np.ndarray:
-        """Jacobian of the Poincaré map over the cycle, (4, 4); nan at a grazing impact, where there is none."""
-        first = self.jacobian[:4, :4] + np.eye(4)
-        if len(self.jacobian) == 4:
-            return first
-        try:
-            return first - self.jacobian[:4, 4:] @ np.linalg.solve(self.jacobian[4:, 4:], self.jacobian[4:, :4])
-        except np.linalg.LinAlgError:
-            return np.full((4, 4), np.nan)
+        """Jacobian of the Poincaré map over the cycle, (4, 4); not finite at a grazing impact, where there is none."""
+        return monodromy_of(self.jacobian)
 
     @property
     def multipliers(self) -> np.ndarray:
@@ -131,12 +124,22 @@ class OrbitEquations:
     def __init__(
         self, system: System, eta: float, method: Reference | ExactPenalty, like: "OrbitEquations | None" = None
     ) -> None:
-        self._row, self._rigid = np.array(parameters_of(system, eta, method)), isinstance(method, Reference)
+        self._problem, self._rigid = (system, method), isinstance(method, Reference)
+        self._row = self._row_of(eta, like)
         self._wall, self._period = wall_of(system), 2 * np.pi / eta
         self._packed = SYSTEM.zeros() if like is None else like._packed.copy()
         self._keys = no_keys() if like is None else like._keys.copy()
         self._has_contact = False
         self._set_up(contact=False)
+
+    def _row_of(self, eta: float, like: "OrbitEquations | None") -> np.ndarray:
+        """The parameters; where only η differs from others, these with another η."""
+        system, method = self._problem
+        if like is None or like._problem[0] is not system or like._problem[1] is not method:
+            return np.array(parameters_of(system, eta, method))
+        row = like._row.copy()
+        row[ETA] = eta
+        return row
 
     def _set_up(self, contact: bool) -> None:
         keys = self._keys if contact else np.array([self._keys[0], self._row])  # a key that is met writes no tables
@@ -157,24 +160,10 @@ class OrbitEquations:
         unknowns : (4 + m,) ndarray
             ξ₁, ξ₁′, g, g′ at τ = 0, then the instants of the events in excitation periods.
         """
-        m = len(kinds)
-        n = 4 + m
-        sizes = (n,), (n, n), (m + 1, FACTS), (m + 1, 5), (period, 4)
-        found = Evaluation(*map(np.zeros, sizes))
         if not self._has_contact and (first or any(kind in JOINS for kind in kinds)):
             self._set_up(contact=True)
-        orbit_equations(
-            self._packed,
-            self._wall,
-            np.array(kinds, dtype=np.int64),
-            first,
-            float(period),
-            unknowns,
-            tuple(found),
-            make_variation(n),
-            np.zeros(n),
-        )
-        return found
+        numbers = np.array(kinds, dtype=np.int64)
+        return Evaluation(*evaluate_orbit(self._packed, self._wall, numbers, first, float(period), unknowns))
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """The state (ξ₁, ξ₁′, g, g′) a number of excitation periods after another one, without an event on the way.

@@ -17,7 +17,7 @@ Plain twin: runs of the event loop, and differences of them (tests/engine/test_l
 
 import numpy as np
 
-from ..compile.options import jit_inlined, jit_no_alloc
+from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..equations.contact_law import COMPRESSION, LIMITED
 from ..linear.cos_sin import cos_sin
 from .law_integrate import phase_of
@@ -26,6 +26,7 @@ from .orbit import (
     CLOSING,
     DAMP,
     DEPTH,
+    LAW_FACTS,
     LIMIT,
     LOAD,
     LOWEST,
@@ -49,7 +50,7 @@ from .orbit import (
     write_after,
     write_section,
 )
-from .saltation import leave_event, scale_row, shift, slope_of
+from .saltation import leave_event, make_variation, scale_row, shift, slope_of
 from .state import absolute
 
 IN_FLIGHT, IN_OVERLAP, IN_PUSH, IN_EXTRA = range(4)  # numbers of pieces
@@ -206,3 +207,14 @@ def law_state_later(p, piece, y, turn, length):
     n = max(int(np.floor(length / phase.spacing)), 0)
     z = advanced(phase, relative_state(p, phase, (y[0], y[1], y[2], y[3]), turn), n)
     return absolute(phase, state_at(phase, z, length / phase.spacing - n))
+
+
+@jit
+def evaluate_law_orbit(p, kinds, piece, periods, unknowns):
+    """What :func:`law_orbit_equations` fills, in arrays of its own."""
+    m = kinds.shape[0]
+    n = 4 + m
+    sizes = (m + 1, LAW_FACTS), (m + 1, 5), (int(periods), 4)
+    out = np.zeros(n), np.zeros((n, n)), np.zeros(sizes[0]), np.zeros(sizes[1]), np.zeros(sizes[2])
+    law_orbit_equations(p, kinds, piece, periods, unknowns, out, make_variation(n), np.zeros(n))
+    return out

@@ -23,7 +23,7 @@ Plain twin: the same orbits solved with many digits (tests/naive_orbit.py, tests
 
 import numpy as np
 
-from ..compile.options import jit_no_alloc
+from ..compile.options import jit, jit_no_alloc
 from ..linear.cos_sin import cos_sin
 from ..linear.tables import (
     CURVATURE,
@@ -39,7 +39,17 @@ from ..linear.tables import (
 )
 from .chatter import sum_up
 from .events import joint_force_at
-from .saltation import add_row, carry, carry_over_sum, leave_event, multiply, scale_row, shift, slope_of
+from .saltation import (
+    add_row,
+    carry,
+    carry_over_sum,
+    leave_event,
+    make_variation,
+    multiply,
+    scale_row,
+    shift,
+    slope_of,
+)
 from .state import absolute, unpack_system
 
 # what happens at an event
@@ -364,3 +374,13 @@ def orbit_equations(packed, wall, kinds, first, periods, unknowns, out, d, begun
         residual[:] = np.nan
         jacobian[:] = np.nan
         facts[:] = np.nan
+
+
+@jit
+def evaluate_orbit(packed, wall, kinds, first, periods, unknowns):
+    """What :func:`orbit_equations` fills, in arrays of its own."""
+    m = kinds.shape[0]
+    n = 4 + m
+    out = np.zeros(n), np.zeros((n, n)), np.zeros((m + 1, FACTS)), np.zeros((m + 1, 5)), np.zeros((int(periods), 4))
+    orbit_equations(packed, wall, kinds, first, periods, unknowns, out, make_variation(n), np.zeros(n))
+    return out

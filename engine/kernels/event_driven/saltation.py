@@ -40,7 +40,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit_no_alloc
+from ..compile.options import jit, jit_no_alloc
 from ..linear.tables import CURVATURE, GAP, POINTS, POSITION, POWERS, gap_at, polynomial_at, position_at
 from .chatter import damper_terms, gap_acceleration_and_jerk
 from .output import evaluate
@@ -60,7 +60,8 @@ class Variation(NamedTuple):
     rows: np.ndarray  # (2, n) work space
 
 
-def make_variation(numbers: int = 4) -> Variation:
+@jit
+def make_variation(numbers=4):
     """The variation at the start of a run: δ = 1 for the start, and 0 for what comes later."""
     course = np.ones(1, dtype=np.int64)
     return Variation(
