@@ -16,8 +16,8 @@ from .batch import run_cells
 from .cells import Cells
 from .drivers import orbit_steps, settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
-from .drivers.law_orbit import LawOrbitEquations, equations_of
-from .drivers.orbit import PART, OrbitEquations
+from .drivers.law_orbit import equations_of, residuals_of
+from .drivers.orbit import PART
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
 from .motions.steady import steady
@@ -90,10 +90,11 @@ def _settle(cells: Cells) -> None:
     settle.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
 
 
-def _step(equations: OrbitEquations | LawOrbitEquations) -> None:
+def _step(system: System, method: Reference | ExactPenalty) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
-    start, ones = np.zeros(4), np.ones(5)
+    equations, start, ones = equations_of(system, 1.08, method), np.zeros(4), np.ones(5)
     found = equations((), False, 1, start)
+    residuals_of([(system, 1.08, method)], (), False, 1, start)
     equations.state_later(PART, start, 0.0, 0.1)
     scales = orbit_steps.scales_of(start, 1.0)
     orbit_steps.step_at_value(found.residual, found.jacobian, scales, start.copy())
@@ -114,5 +115,5 @@ def calls(system: System) -> Iterator[tuple[str, Callable[[], object]]]:
         cells = Cells(system, [1.08], _RUNS[name])
         yield f"{name}, for studies", lambda cells=cells: run_cells(cells, transient=1, sample=2)
     for method in (_RUNS["reference"],) if system.wall else (_RUNS["reference"], _RUNS["other contact laws"]):
-        yield "branches", lambda method=method: _step(equations_of(system, 1.08, method))
+        yield "branches", lambda method=method: _step(system, method)
     yield "basins of attraction", lambda: _settle(Cells(system, [1.08], Reference()))

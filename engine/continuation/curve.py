@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..drivers.law_orbit import LawOrbitEquations, equations_of
+from ..drivers.law_orbit import LawOrbitEquations, equations_of, residuals_of
 from ..drivers.orbit import Evaluation, OrbitEquations
 from ..drivers.orbit_steps import scales_of, step_at_value, step_in_plane, tangent_of
 from .family import Family
@@ -59,7 +59,7 @@ class CurvePoint:
     @cached_property
     def tangent(self) -> np.ndarray:
         """See the class; nan where there is none."""
-        tangent = tangent_of(self.evaluation.jacobian, self.slope, self._curve.scales(self.orbit))
+        tangent = tangent_of(self.evaluation.jacobian, self.slope, self.scales)
         forwards = tangent[-1] if self._towards is None else tangent @ self._towards
         return tangent if forwards >= 0 else -tangent
 
@@ -67,10 +67,15 @@ class CurvePoint:
         """The same point with the opposite tangent."""
         return CurvePoint(self._curve, self.orbit, self.value, -self.tangent)
 
-    @property
+    @cached_property
     def unknowns(self) -> np.ndarray:
         """X, (5 + m,)."""
         return np.append(self.orbit.unknowns, self.value)
+
+    @cached_property
+    def scales(self) -> np.ndarray:
+        """Units in which distances from the orbit count, (5 + m,)."""
+        return self._curve.scales(self.orbit)
 
     def remember(self, s: float, unknowns: np.ndarray) -> None:
         """Note the X of the curve at a distance along the tangent."""
@@ -81,7 +86,7 @@ class CurvePoint:
 
         Interpolation by divided differences (Newton) with the tangent at 0.
         """
-        along = self.tangent * self._curve.scales(self.orbit)
+        along = self.tangent * self.scales
         found = self.unknowns + s * along
         nearest = sorted(self._solved, key=lambda known: abs(known - s))[:2]
         bends = [(self._solved[known] - self.unknowns - known * along) / known**2 for known in nearest]
@@ -130,9 +135,10 @@ class Curve:
         h = DIFFERENCE * self.width
         for offsets in ((-h, h), (0.0, h, 2 * h), (0.0, -h, -2 * h)):
             try:
-                values = [self.evaluate(orbit, value + offset).residual for offset in offsets]
+                problems = [self.family.at(value + offset) for offset in offsets]
             except ValueError:
                 continue
+            values = residuals_of(problems, orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
             if len(values) == 2:
                 return (values[1] - values[0]) / (2 * h)
             return (4 * values[1] - 3 * values[0] - values[2]) / (2 * offsets[1])
@@ -162,7 +168,7 @@ class Curve:
         Where the curve is steep enough α₁ is that of the tangent, since the tables of one α₁ then serve all steps of
         Newton's method; near a fold the orbit is sought in the plane orthogonal to the tangent.
         """
-        scales = self.scales(point.orbit)
+        scales = point.scales
         guess, predicted = point.unknowns + s * point.tangent * scales, point.predicted(s)
         orbit = point.orbit.at(predicted[:-1])
         try:

@@ -24,8 +24,7 @@ from .margins import (
     SWITCHES_LESS,
     indicator,
     indicators,
-    least,
-    margins,
+    least_margin,
 )
 from .orbit import Orbit, check_cancelled, least_period
 from .roots import first_zero
@@ -126,7 +125,7 @@ class Tracer:
             if there is None:
                 return step
             step = self._distance(here, there)
-        if least(self.margins(there)) <= 0:
+        if self.least_margin(there) <= 0:
             self.reason = ""
             return FIRST_STEP / 10 if self._change_sequence(here, step) else step / 4
         angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
@@ -148,12 +147,12 @@ class Tracer:
         ahead = self.curve.ahead(here, s)
         return ahead and CurvePoint(self.curve, *ahead, here.tangent)
 
-    def margins(self, point: CurvePoint) -> list:
-        """The margins of an orbit."""
-        return margins(point.orbit, point.evaluation, self.curve.family.at(point.value)[2])
+    def least_margin(self, point: CurvePoint) -> float:
+        """The smallest margin of an orbit."""
+        return least_margin(point.orbit, point.evaluation, self.curve.family.at(point.value)[2])
 
     def _distance(self, here: CurvePoint, there: CurvePoint) -> float:
-        return float((there.unknowns - here.unknowns) / self.curve.scales(here.orbit) @ here.tangent)
+        return float((there.unknowns - here.unknowns) / here.scales @ here.tangent)
 
     def _way(self, here: CurvePoint, there: CurvePoint) -> float:
         """The distance at which :meth:`at` finds another orbit ahead of one."""
@@ -173,7 +172,7 @@ class Tracer:
 
     def _at_border(self, here: CurvePoint, way: float, border: float) -> CurvePoint | None:
         """The orbit at an end of the range, about a distance ``way`` along the tangent of another one."""
-        guess = here.unknowns + way * here.tangent * self.curve.scales(here.orbit)
+        guess = here.unknowns + way * here.tangent * here.scales
         orbit = self.curve.corrected(replace(here.orbit, unknowns=guess[:-1]), border)
         return orbit and CurvePoint(self.curve, orbit, border, here.tangent)
 
@@ -201,7 +200,7 @@ class Tracer:
         start = self.points[0]
         if start.orbit.kinds != here.orbit.kinds:
             return None
-        scales = self.curve.scales(start.orbit)
+        scales = start.scales
         a, along = here.unknowns / scales, (there.unknowns - here.unknowns) / scales
         off = start.unknowns / scales - a
         share = float(off @ along / (along @ along))
@@ -280,7 +279,7 @@ class Tracer:
             off = np.abs(values - MULTIPLIERS[kind]).min()
             return not off >= UNLIKE * np.abs(values[0])  # infinite at a grazing impact, where there are no others
         if kind == BRANCH_POINT:
-            singular = np.linalg.svd(point.extended * self.curve.scales(point.orbit), compute_uv=False)
+            singular = np.linalg.svd(point.extended * point.scales, compute_uv=False)
             return bool(singular[-1] < SINGULAR * singular[-2])
         return True
 
@@ -309,7 +308,7 @@ class Tracer:
 
         def smallest(s: float) -> float:
             point = self.at(here, s) if s else here
-            return np.nan if point is None else least(self.margins(point))
+            return np.nan if point is None else self.least_margin(point)
 
         located = first_zero(smallest, 0.0, step)
         last = None if located is None else self.at(here, located)

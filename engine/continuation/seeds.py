@@ -16,7 +16,7 @@ from ..motions.poincare_map import PoincareMap
 from ..motions.steady import steady
 from ..simulate import starting_checkpoint
 from .curve import Curve
-from .margins import least, margins
+from .margins import least_margin
 from .orbit import Orbit, least_period, orbit_of_run
 
 TRANSIENT, SAMPLE = 2000, 64  # periods
@@ -63,7 +63,7 @@ class OrbitFinder:
         if orbit is None:
             return None
         found = self.curve.evaluate(orbit, value)
-        if not least(margins(orbit, found, problem[2])) >= -ZERO:
+        if not least_margin(orbit, found, problem[2]) >= -ZERO:
             return None
         rows = found.section
         shortest = least_period(rows, SAME)

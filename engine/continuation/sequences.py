@@ -19,7 +19,7 @@ from ..drivers.law_driven import needs_law
 from ..drivers.orbit import CHATTER, IMPACT, JOINS, PART, TOUCH
 from ..methods import Reference
 from .curve import Curve, CurvePoint
-from .margins import GRAZING, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, least, margins
+from .margins import GRAZING, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, least_margin, margins
 from .orbit import Orbit, least_period, orbit_of_run, touching_at_start, within_cycle
 from .switches import REOPENED, contact_of, flight_of, partner
 
@@ -70,8 +70,8 @@ def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
 
 
 def _holds(curve: Curve, point: CurvePoint) -> bool:
-    found = margins(point.orbit, point.evaluation, curve.family.at(point.value)[2])
-    return least(found) > 0 and bool((np.diff(point.orbit.instants) > 0).all())
+    margin = least_margin(point.orbit, point.evaluation, curve.family.at(point.value)[2])
+    return margin > 0 and bool((np.diff(point.orbit.instants) > 0).all())
 
 
 def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tuple[Orbit, tuple[int, int] | None]]:

@@ -10,9 +10,11 @@ from ..kernels.event_driven.orbit import (
     CLOSING,
     DAMP,
     DEPTH,
+    FACTS,
     FORCE,
     IMPACT,
     JOINS,
+    LAW_FACTS,
     LIMIT,
     LOAD,
     LOWEST,
@@ -28,6 +30,7 @@ from ..kernels.event_driven.orbit import (
     UNLOAD,
     WHERE,
     evaluate_orbit,
+    orbit_residuals,
     state_later,
 )
 from ..kernels.event_driven.orbit_steps import monodromy_of
@@ -47,6 +50,7 @@ __all__ = [
     "FORCE",
     "IMPACT",
     "JOINS",
+    "LAW_FACTS",
     "LIMIT",
     "LOAD",
     "LOWEST",
@@ -66,6 +70,8 @@ __all__ = [
 ]
 
 
+NO_CIRCLE = np.zeros(2)  # that separates slow from fast eigenvalues: an orbit's contacts have no slow phase
+JOINING = frozenset(JOINS)
 INFINITE = 1e10  # an element of the Jacobian above that is one of a grazing impact
 
 
@@ -91,6 +97,12 @@ class Evaluation(NamedTuple):
     after: np.ndarray
     section: np.ndarray
 
+    @classmethod
+    def zeros(cls, events: int, periods: int, facts: int) -> "Evaluation":
+        """Room for the equations of so many events and periods, with so many facts of each event."""
+        n = 4 + events
+        return cls(*map(np.zeros, (n, (n, n), (events + 1, facts), (events + 1, 5), (periods, 4))))
+
     @property
     def monodromy(self) -> np.ndarray:
         """Jacobian of the Poincaré map over the cycle, (4, 4); not finite at a grazing impact, where there is none."""
@@ -104,6 +116,20 @@ class Evaluation(NamedTuple):
             return np.array([np.inf, np.nan, np.nan, np.nan], dtype=complex)
         values = np.linalg.eigvals(jacobian).astype(complex)
         return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+def residuals(
+    problems: Sequence[tuple[System, float, Reference | ExactPenalty]],
+    kinds: Sequence[int],
+    first: bool,
+    period: int,
+    unknowns: np.ndarray,
+) -> np.ndarray:
+    """The residuals of the same unknowns in several problems of one kind, (k, 4 + m)."""
+    system, _, method = problems[0]
+    rows, numbers = np.array([parameters_of(*each) for each in problems]), np.array(kinds, dtype=np.int64)
+    how = rows, isinstance(method, Reference), wall_of(system), COMPLETION
+    return orbit_residuals(SYSTEM.zeros(), *how, numbers, first, float(period), unknowns)
 
 
 class OrbitEquations:
@@ -142,9 +168,13 @@ class OrbitEquations:
         return row
 
     def _set_up(self, contact: bool) -> None:
-        keys = self._keys if contact else np.array([self._keys[0], self._row])  # a key that is met writes no tables
-        set_up_events(self._packed, keys, self._row, self._rigid, np.zeros(2), COMPLETION)
-        self._keys[0], self._has_contact = keys[0], contact
+        before = self._keys[1].copy()
+        if not contact:
+            self._keys[1] = self._row  # a key that is met writes no tables
+        set_up_events(self._packed, self._keys, self._row, self._rigid, NO_CIRCLE, COMPLETION)
+        if not contact:
+            self._keys[1] = before
+        self._has_contact = contact
 
     def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events.
@@ -160,10 +190,11 @@ class OrbitEquations:
         unknowns : (4 + m,) ndarray
             ξ₁, ξ₁′, g, g′ at τ = 0, then the instants of the events in excitation periods.
         """
-        if not self._has_contact and (first or any(kind in JOINS for kind in kinds)):
+        if not self._has_contact and (first or not JOINING.isdisjoint(kinds)):
             self._set_up(contact=True)
-        numbers = np.array(kinds, dtype=np.int64)
-        return Evaluation(*evaluate_orbit(self._packed, self._wall, numbers, first, float(period), unknowns))
+        numbers, found = np.array(kinds, dtype=np.int64), Evaluation.zeros(len(kinds), period, FACTS)
+        evaluate_orbit(self._packed, self._wall, numbers, first, float(period), unknowns, tuple(found))
+        return found
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """The state (ξ₁, ξ₁′, g, g′) a number of excitation periods after another one, without an event on the way.

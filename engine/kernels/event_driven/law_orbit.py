@@ -26,7 +26,6 @@ from .orbit import (
     CLOSING,
     DAMP,
     DEPTH,
-    LAW_FACTS,
     LIMIT,
     LOAD,
     LOWEST,
@@ -210,11 +209,7 @@ def law_state_later(p, piece, y, turn, length):
 
 
 @jit
-def evaluate_law_orbit(p, kinds, piece, periods, unknowns):
-    """What :func:`law_orbit_equations` fills, in arrays of its own."""
-    m = kinds.shape[0]
-    n = 4 + m
-    sizes = (m + 1, LAW_FACTS), (m + 1, 5), (int(periods), 4)
-    out = np.zeros(n), np.zeros((n, n)), np.zeros(sizes[0]), np.zeros(sizes[1]), np.zeros(sizes[2])
+def evaluate_law_orbit(p, kinds, piece, periods, unknowns, out):
+    """Call :func:`law_orbit_equations` with work space of its own."""
+    n = unknowns.shape[0]
     law_orbit_equations(p, kinds, piece, periods, unknowns, out, make_variation(n), np.zeros(n))
-    return out

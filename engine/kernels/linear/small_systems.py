@@ -16,8 +16,8 @@ from ..compile.options import jit
 def eliminate(matrix, right):
     """Gaussian elimination with partial pivoting, in place; returns the sign of the row exchanges.
 
-    The upper triangle of ``matrix``, (n, n), becomes U; the rows of ``right``, (n, k), are changed with its own. Where a
-    pivot is zero or nan its column is left as it is.
+    The upper triangle of ``matrix``, (n, n), becomes U; the rows of ``right``, (n, k), are changed with its own. A
+    column whose pivot is zero is left as it is.
     """
     n, sign = matrix.shape[0], 1.0
     for k in range(n):
