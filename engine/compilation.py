@@ -14,8 +14,10 @@ import numpy as np
 
 from .batch import run_cells
 from .cells import Cells
-from .drivers import settle
+from .drivers import orbit_steps, settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
+from .drivers.law_orbit import equations_of, residuals_of
+from .drivers.orbit import PART
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
 from .motions.steady import steady
@@ -88,6 +90,22 @@ def _settle(cells: Cells) -> None:
     settle.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
 
 
+def _step(system: System, method: Reference | ExactPenalty) -> None:
+    """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
+    equations, start, ones = equations_of(system, 1.08, method), np.zeros(4), np.ones(5)
+    found = equations((), False, 1, start)
+    residuals_of([(system, 1.08, method)], (), False, 1, start)
+    equations.state_later(PART, start, 0.0, 0.1)
+    scales = orbit_steps.scales_of(start, 1.0)
+    orbit_steps.step_at_value(found.residual, found.jacobian, scales, start.copy())
+    x, slope, step = np.zeros(5), found.residual.copy(), np.zeros((5, 1))
+    orbit_steps.step_in_plane((found.residual, found.jacobian), scales, (ones, 1.0), x, slope, step)
+    orbit_steps.branch_point_indicator(found.jacobian, slope, orbit_steps.tangent_of(found.jacobian, slope, scales))
+    orbit_steps.doubling_indicator(found.jacobian)
+    orbit_steps.neimark_sacker_indicator(found.jacobian)
+    orbit_steps.null_vector(np.eye(4, 5))
+
+
 def calls(system: System) -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield what is solved, in words, and a call that loads its kernels for this kind of system."""
     for name in _AT_WALL if system.wall else _RUNS:
@@ -96,4 +114,6 @@ def calls(system: System) -> Iterator[tuple[str, Callable[[], object]]]:
     for name in _BATCHES:
         cells = Cells(system, [1.08], _RUNS[name])
         yield f"{name}, for studies", lambda cells=cells: run_cells(cells, transient=1, sample=2)
+    for method in (_RUNS["reference"],) if system.wall else (_RUNS["reference"], _RUNS["other contact laws"]):
+        yield "branches", lambda method=method: _step(system, method)
     yield "basins of attraction", lambda: _settle(Cells(system, [1.08], Reference()))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from .curve import Curve, CurvePoint, null_vectors
-from .margins import DOUBLING, least, margins
+from .margins import DOUBLING, least_margin
 
 AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on the branch
 
@@ -31,7 +31,7 @@ def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | Non
         half = orbit.period // 2
         if kind == DOUBLING and np.abs(rows[0] - rows[half]).max() < 0.1 * step * scales[0]:
             continue  # back on the branch of half the period
-        if least(margins(start.orbit, start.evaluation, curve.family.at(start.value)[2])) > 0:
+        if least_margin(start.orbit, start.evaluation, curve.family.at(start.value)[2]) > 0:
             return start
     return None
 

@@ -6,13 +6,13 @@ are nothing special (Keller 1977). Distances are scaled: states by their largest
 by the excitation period.
 """
 
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from ..drivers.law_orbit import LawOrbitEquations, equations_of
+from ..drivers.law_orbit import LawOrbitEquations, equations_of, residuals_of
 from ..drivers.orbit import Evaluation, OrbitEquations
+from ..drivers.orbit_steps import scales_of, step_at_value, step_in_plane, tangent_of
 from .family import Family
 from .orbit import Orbit
 from .parameter_range import ParameterRange
@@ -59,7 +59,7 @@ class CurvePoint:
     @cached_property
     def tangent(self) -> np.ndarray:
         """See the class; nan where there is none."""
-        tangent = null_vector(self.extended * self._curve.scales(self.orbit))
+        tangent = tangent_of(self.evaluation.jacobian, self.slope, self.scales)
         forwards = tangent[-1] if self._towards is None else tangent @ self._towards
         return tangent if forwards >= 0 else -tangent
 
@@ -67,10 +67,15 @@ class CurvePoint:
         """The same point with the opposite tangent."""
         return CurvePoint(self._curve, self.orbit, self.value, -self.tangent)
 
-    @property
+    @cached_property
     def unknowns(self) -> np.ndarray:
         """X, (5 + m,)."""
         return np.append(self.orbit.unknowns, self.value)
+
+    @cached_property
+    def scales(self) -> np.ndarray:
+        """Units in which distances from the orbit count, (5 + m,)."""
+        return self._curve.scales(self.orbit)
 
     def remember(self, s: float, unknowns: np.ndarray) -> None:
         """Note the X of the curve at a distance along the tangent."""
@@ -81,7 +86,7 @@ class CurvePoint:
 
         Interpolation by divided differences (Newton) with the tangent at 0.
         """
-        along = self.tangent * self._curve.scales(self.orbit)
+        along = self.tangent * self.scales
         found = self.unknowns + s * along
         nearest = sorted(self._solved, key=lambda known: abs(known - s))[:2]
         bends = [(self._solved[known] - self.unknowns - known * along) / known**2 for known in nearest]
@@ -130,9 +135,10 @@ class Curve:
         h = DIFFERENCE * self.width
         for offsets in ((-h, h), (0.0, h, 2 * h), (0.0, -h, -2 * h)):
             try:
-                values = [self.evaluate(orbit, value + offset).residual for offset in offsets]
+                problems = [self.family.at(value + offset) for offset in offsets]
             except ValueError:
                 continue
+            values = residuals_of(problems, orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
             if len(values) == 2:
                 return (values[1] - values[0]) / (2 * h)
             return (4 * values[1] - 3 * values[0] - values[2]) / (2 * offsets[1])
@@ -140,25 +146,21 @@ class Curve:
 
     def scales(self, orbit: Orbit) -> np.ndarray:
         """Units in which distances count, (5 + m,)."""
-        size = max(np.abs(orbit.unknowns[:4]).max(), 1e-9)
-        return np.concatenate([np.full(4, size), np.ones(len(orbit.kinds)), [self.width]])
+        return scales_of(orbit.unknowns, self.width)
 
     def corrected(self, orbit: Orbit, value: float) -> Orbit | None:
         """The orbit at this α₁ near a guess; None if Newton's method does not find it."""
-        scales, before = self.scales(orbit)[:-1], np.inf
+        equations, scales = self.equations(value), self.scales(orbit)
+        unknowns, before = orbit.unknowns.copy(), np.inf
         for _ in range(NEWTON_STEPS):
-            found = self.evaluate(orbit, value)
-            step = _solve(found.jacobian * scales, -found.residual)
-            if step is None:
-                return None
-            length = np.abs(step).max()
+            found = equations(orbit.kinds, orbit.first, orbit.period, unknowns)
+            length = step_at_value(found.residual, found.jacobian, scales, unknowns)
             if not length < 1e3 or (length >= before and length > STALLED):
                 return None
-            orbit = replace(orbit, unknowns=orbit.unknowns + step * scales)
             if length < CONVERGED or length >= before or _next_step(length, before) < CONVERGED:
-                return orbit
+                return orbit.at(unknowns)
             before = length
-        return orbit if before < STALLED else None
+        return orbit.at(unknowns) if before < STALLED else None
 
     def ahead(self, point: CurvePoint, s: float) -> tuple[Orbit, float] | None:
         """The orbit and α₁ at the distance s along the tangent of a point; None if there is none.
@@ -166,9 +168,9 @@ class Curve:
         Where the curve is steep enough α₁ is that of the tangent, since the tables of one α₁ then serve all steps of
         Newton's method; near a fold the orbit is sought in the plane orthogonal to the tangent.
         """
-        scales = self.scales(point.orbit)
+        scales = point.scales
         guess, predicted = point.unknowns + s * point.tangent * scales, point.predicted(s)
-        orbit = replace(point.orbit, unknowns=predicted[:-1])
+        orbit = point.orbit.at(predicted[:-1])
         try:
             if abs(point.tangent[-1]) > STEEP:
                 orbit = self.corrected(orbit, float(guess[-1]))
@@ -194,23 +196,16 @@ class Curve:
         ``slope``: ∂F/∂α₁ nearby, by default that of the guess. Each step corrects it by what the one before missed
         (Broyden 1965), since differences would need the tables of two more α₁.
         """
-        scales, x, step = self.scales(orbit), np.append(orbit.unknowns, value), None
-        if slope is None:
-            slope = self.slope(orbit, value)
-        before = np.inf
+        slope = (self.slope(orbit, value) if slope is None else slope).copy()
+        scales, x, before = self.scales(orbit), np.append(orbit.unknowns, value), np.inf
+        step = np.zeros((len(x), 1))
         for _ in range(2 * NEWTON_STEPS):
-            orbit = replace(orbit, unknowns=x[:-1])
-            found = self.evaluate(orbit, float(x[-1]))
-            if step is not None:
-                slope = slope + found.residual * (step[-1] / scales[-1] / (step @ step))
-            matrix = np.column_stack([found.jacobian, slope])
-            step = _solve(np.vstack([matrix, row]) * scales, np.append(-found.residual, target - row @ x))
-            if step is None or not np.abs(step).max() < 1.0:
+            found = self.equations(float(x[-1]))(orbit.kinds, orbit.first, orbit.period, x[:-1])
+            length = step_in_plane((found.residual, found.jacobian), scales, (row, float(target)), x, slope, step)
+            if not length < 1.0:
                 return None
-            x = x + step * scales
-            length = np.abs(step).max()
             if length < CONVERGED or (length >= before and before < STALLED):
-                return replace(orbit, unknowns=x[:-1]), float(x[-1])
+                return orbit.at(x[:-1].copy()), float(x[-1])
             before = length
         return None
 
@@ -220,22 +215,6 @@ def _next_step(length: float, before: float) -> float:
     return length * (length / before) ** 2 if before < np.inf else np.inf
 
 
-def null_vector(matrix: np.ndarray) -> np.ndarray:
-    """The vector of length one that a matrix with one column more than rows maps to zero; nan if it is not finite."""
-    if not np.isfinite(matrix).all():
-        return np.full(matrix.shape[1], np.nan)
-    q, _ = np.linalg.qr(matrix.T, mode="complete")
-    return q[:, -1]
-
-
 def null_vectors(matrix: np.ndarray) -> np.ndarray:
     """Two vectors of length one that a matrix with one column more than rows, of a rank one too low, maps to zero."""
     return np.linalg.svd(matrix)[2][-2:]
-
-
-def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
-    try:
-        found = np.linalg.solve(matrix, right)
-    except np.linalg.LinAlgError:
-        return None
-    return found if np.isfinite(found).all() else None

@@ -12,23 +12,24 @@ import numpy as np
 
 from ..drivers.event_driven import displaced_state
 from .branch import Point
-from .curve import Curve, CurvePoint
+from .curve import STEEP, Curve, CurvePoint
 from .margins import (
     BIFURCATIONS,
     BRANCH_POINT,
     CHATTER_COMPLETES,
+    DOUBLING,
     FOLD,
     GRAZING,
     NEIMARK_SACKER,
+    SWITCHES_LESS,
     indicator,
     indicators,
-    least,
-    margins,
+    least_margin,
 )
-from .orbit import check_cancelled
+from .orbit import Orbit, check_cancelled, least_period
 from .roots import first_zero
 from .seeds import SAME
-from .sequences import after_chatter, beyond, point_within_cycle
+from .sequences import REPEATED, after_chatter, beyond, point_within_cycle
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
@@ -36,6 +37,8 @@ BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
 GROWTH = 8.0  # … but no step is longer than so many of the one before
 MOST_ORBITS = 5000
 REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
+MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
+UNLIKE = 1e-3  # of the largest: where a phase has no length rounding decides the sign of the determinants
 SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
 CLOSED = 0.05  # of a step
 ACCUMULATED = (
@@ -66,7 +69,7 @@ class Tracer:
     reason : str
         Why the branch ends.
     joined : float or None
-        α₁ where it ends in a branch of half the period.
+        α₁ where it ends in a branch of a shorter period.
     """
 
     def __init__(
@@ -122,22 +125,21 @@ class Tracer:
             if there is None:
                 return step
             step = self._distance(here, there)
-        if least(self.margins(there)) <= 0:
+        if self.least_margin(there) <= 0:
             self.reason = ""
             return FIRST_STEP / 10 if self._change_sequence(here, step) else step / 4
         angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
         if self._joins(here, there):
-            self.joined = self._value_of_joining(here, there)
-            where = f"{self.curve.family.over} = {self.joined:.10g}"
-            self.reason = f"joins a branch of period {there.orbit.period // 2} at {where}"
+            self._join(there.orbit.period // 2, self._value_of_joining(here, there))
             return step
+        end = self._first_orbit_between(here, there)
+        if end is not None:
+            there, step = end, self._way(here, end)
         after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
         if self.points[-1] is there:
             there.remember(self._distance(there, here), here.unknowns)
         self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
-        if not self.reason:
-            self._end_where_it_began()
         return min(step * min(BEND / max(angle, BEND / GROWTH), GROWTH), LARGEST_STEP)
 
     def at(self, here: CurvePoint, s: float) -> CurvePoint | None:
@@ -145,12 +147,18 @@ class Tracer:
         ahead = self.curve.ahead(here, s)
         return ahead and CurvePoint(self.curve, *ahead, here.tangent)
 
-    def margins(self, point: CurvePoint) -> list:
-        """The margins of an orbit."""
-        return margins(point.orbit, point.evaluation, self.curve.family.at(point.value)[2])
+    def least_margin(self, point: CurvePoint) -> float:
+        """The smallest margin of an orbit."""
+        return least_margin(point.orbit, point.evaluation, self.curve.family.at(point.value)[2])
 
     def _distance(self, here: CurvePoint, there: CurvePoint) -> float:
-        return float((there.unknowns - here.unknowns) / self.curve.scales(here.orbit) @ here.tangent)
+        return float((there.unknowns - here.unknowns) / here.scales @ here.tangent)
+
+    def _way(self, here: CurvePoint, there: CurvePoint) -> float:
+        """The distance at which :meth:`at` finds another orbit ahead of one."""
+        if abs(here.tangent[-1]) > STEEP:
+            return (there.value - here.value) / (here.tangent[-1] * self.curve.width)
+        return self._distance(here, there)
 
     def _border_ahead(self, here: CurvePoint) -> tuple[float, float]:
         """The end of the range towards which the tangent points, and how far along it; infinite if there is none."""
@@ -164,46 +172,57 @@ class Tracer:
 
     def _at_border(self, here: CurvePoint, way: float, border: float) -> CurvePoint | None:
         """The orbit at an end of the range, about a distance ``way`` along the tangent of another one."""
-        guess = here.unknowns + way * here.tangent * self.curve.scales(here.orbit)
+        guess = here.unknowns + way * here.tangent * here.scales
         orbit = self.curve.corrected(replace(here.orbit, unknowns=guess[:-1]), border)
         return orbit and CurvePoint(self.curve, orbit, border, here.tangent)
 
-    def _end_where_it_began(self) -> bool:
-        """End the branch if it is back at its first orbit; returns whether it is."""
-        later = self._returned_later()
-        if not (later or self._returned()):
+    def _first_orbit_between(self, here: CurvePoint, there: CurvePoint) -> CurvePoint | None:
+        """The first orbit of the branch, if it is between two neighbours, where the branch ends; else None."""
+        start = self.points[0]
+        if len(self.points) < 10 or self.reason or start.orbit.period != here.orbit.period:
+            return None
+        share, onwards = self._share_on_chord(here, there), True
+        if share is not None:
+            onwards = start.tangent @ there.tangent > 0
+        elif start.tangent[-1] * (there.value - here.value) > 0:  # maybe with its events counted from another one on
+            share = (start.value - here.value) / (there.value - here.value)
+        if share is None or not 0 <= share <= 1:
+            return None
+        chord = there.orbit.unknowns - here.orbit.unknowns
+        orbit = self.curve.corrected(here.orbit.at(here.orbit.unknowns + share * chord), start.value)
+        if orbit is None or not self._is_first(orbit):
+            return None
+        self._close(onwards)
+        return CurvePoint(self.curve, orbit, start.value, here.tangent)
+
+    def _share_on_chord(self, here: CurvePoint, there: CurvePoint) -> float | None:
+        """The share of the way between two neighbours at which the first orbit lies, if its events are the same."""
+        start = self.points[0]
+        if start.orbit.kinds != here.orbit.kinds:
+            return None
+        scales = start.scales
+        a, along = here.unknowns / scales, (there.unknowns - here.unknowns) / scales
+        off = start.unknowns / scales - a
+        share = float(off @ along / (along @ along))
+        return share if np.linalg.norm(off - share * along) < CLOSED * np.linalg.norm(along) else None
+
+    def _is_first(self, orbit: Orbit) -> bool:
+        """Whether an orbit passes through a state of the first one at τ ≡ 0, with as many events."""
+        rows = self.points[0].evaluation.section
+        near = np.abs(rows - orbit.unknowns[:4]).max(axis=1) < SAME * max(np.abs(rows).max(), 1e-9)
+        return bool(near.any()) and sorted(orbit.kinds) == sorted(self.points[0].orbit.kinds)
+
+    def _ends_at(self, point: CurvePoint) -> bool:
+        """Whether an orbit next to the end of a sequence is the first one of the branch, which then ends there."""
+        start = self.points[0]
+        near = abs(point.value - start.value) < SAME * self.curve.width
+        if len(self.points) < 10 or not near or not self._is_first(point.orbit):
             return False
-        onwards = later or self.points[0].tangent @ self.points[-1].tangent > 0
-        self.reason = "the branch closes in itself" if onwards else "the branch comes back to where it began"
+        self._close(start.tangent[-1] * point.tangent[-1] > 0)
         return True
 
-    def _returned(self) -> bool:
-        """Whether the branch is back at its first orbit."""
-        start, before, here = self.points[0], self.points[-2], self.points[-1]
-        if len(self.points) < 10 or not start.orbit.kinds == here.orbit.kinds == before.orbit.kinds:
-            return False
-        scales = self.curve.scales(start.orbit)
-        a, along = before.unknowns / scales, (here.unknowns - before.unknowns) / scales
-        off = start.unknowns / scales - a
-        share = off @ along / (along @ along)
-        return 0 <= share <= 1 and np.linalg.norm(off - share * along) < CLOSED * np.linalg.norm(along)
-
-    def _returned_later(self) -> bool:
-        """Whether it is back there in the same direction, with the events of the cycle counted from another one on."""
-        start, before, here = self.points[0], self.points[-2], self.points[-1]
-        if len(self.points) < 10 or not start.orbit.period == before.orbit.period == here.orbit.period:
-            return False
-        onwards = (here.value - before.value) * (self.points[1].value - start.value) > 0
-        if not onwards or before.orbit.kinds != here.orbit.kinds:
-            return False
-        share = (start.value - before.value) / (here.value - before.value)
-        if not 0 <= share <= 1:
-            return False
-        chord = here.orbit.unknowns - before.orbit.unknowns
-        again = self.curve.corrected(replace(before.orbit, unknowns=before.orbit.unknowns + share * chord), start.value)
-        rows = start.evaluation.section
-        size = SAME * max(np.abs(rows).max(), 1e-9)
-        return again is not None and bool((np.abs(rows - again.unknowns[:4]).max(axis=1) < size).any())
+    def _close(self, onwards: bool) -> None:
+        self.reason = "the branch closes in itself" if onwards else "the branch comes back to where it began"
 
     def _joins(self, here: CurvePoint, there: CurvePoint) -> bool:
         """Whether both halves of the cycle become the same between two orbits.
@@ -255,15 +274,22 @@ class Tracer:
             return bool((np.abs(values.imag[np.abs(np.abs(values) - 1) < REAL]) > REAL).any())
         if not np.isfinite(point.extended).all():
             return False
+        if kind in MULTIPLIERS:
+            values = point.evaluation.multipliers
+            off = np.abs(values - MULTIPLIERS[kind]).min()
+            return not off >= UNLIKE * np.abs(values[0])  # infinite at a grazing impact, where there are no others
         if kind == BRANCH_POINT:
-            singular = np.linalg.svd(point.extended * self.curve.scales(point.orbit), compute_uv=False)
+            singular = np.linalg.svd(point.extended * point.scales, compute_uv=False)
             return bool(singular[-1] < SINGULAR * singular[-2])
         return True
 
-    def mark(self, kind: str, point: CurvePoint) -> None:
-        """Note a point of the branch."""
+    def mark(self, kind: str, point: CurvePoint, regular: CurvePoint | None = None) -> None:
+        """Note a point of the branch; ``regular``: an orbit with the same multipliers, where a phase has no length."""
         point = point_within_cycle(self.curve, point)
-        self.marks.append((point_on_branch(self.curve, kind, point, len(self.points) - 1), point))
+        noted = point_on_branch(self.curve, kind, point, len(self.points) - 1)
+        if regular is not None:
+            noted = replace(noted, multipliers=regular.evaluation.multipliers)
+        self.marks.append((noted, point))
 
     def _accumulates(self) -> bool:
         """Whether grazing follows grazing, each with one more impact, ever closer: a chatter completes."""
@@ -282,7 +308,7 @@ class Tracer:
 
         def smallest(s: float) -> float:
             point = self.at(here, s) if s else here
-            return np.nan if point is None else least(self.margins(point))
+            return np.nan if point is None else self.least_margin(point)
 
         located = first_zero(smallest, 0.0, step)
         last = None if located is None else self.at(here, located)
@@ -295,24 +321,40 @@ class Tracer:
         # on its own side of the end, where it is an orbit beyond rounding: at the end itself a new phase is of length
         # zero, which makes the equations singular although nothing bifurcates
         inside = self.at(here, (1 - INSIDE) * located) or last
-        self._mark_bifurcations(here, inside, (1 - INSIDE) * located)
+        end, way = self._first_orbit_between(here, inside), (1 - INSIDE) * located
+        if end is not None:
+            way = self._way(here, end)
+        elif self._ends_at(inside):
+            end = inside
+        self._mark_bifurcations(here, end or inside, way)
+        if end is not None:
+            self.points.append(point_within_cycle(self.curve, end))
+            return True
         following, margin = beyond(self.curve, last)
-        self.mark(margin.kind, last)
+        self.mark(margin.kind, last, following if margin.kind == SWITCHES_LESS else None)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
         if self._accumulates():
             self.mark(CHATTER_COMPLETES, last)
             self._grazings = []
             following = after_chatter(self.curve, last)
         self.points.append(point_within_cycle(self.curve, inside))
-        if self._end_where_it_began():
-            return True
         if following is None:
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"
             return True
+        shortest = least_period(following.evaluation.section, REPEATED)
+        if shortest < following.orbit.period:
+            self._join(shortest, last.value)
+            return True
+        self._ends_at(following)
         self.points.append(point_within_cycle(self.curve, following))
         self._indicators = indicators(self.points[-1])
         return True
+
+    def _join(self, period: int, value: float) -> None:
+        """End the branch where it meets one of a shorter period."""
+        self.joined = value
+        self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.10g}"
 
 
 def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> Point:

@@ -5,6 +5,7 @@ orbit with this sequence; at its zero the sequence changes. An *indicator* chang
 """
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from ..drivers.orbit import (
     DEPTH,
     FORCE,
     IMPACT,
+    LAW_FACTS,
     LOAD,
     LOWEST,
     PART,
@@ -25,8 +27,10 @@ from ..drivers.orbit import (
     STICK,
     TOUCH,
     WHERE,
+    Evaluation,
 )
-from ..methods import Reference
+from ..drivers.orbit_steps import branch_point_indicator, doubling_indicator, neimark_sacker_indicator
+from ..methods import ExactPenalty, Reference
 from .curve import CurvePoint
 from .orbit import Orbit
 from .switches import CONTACT, switches_within
@@ -59,7 +63,7 @@ _MORE = {
     (OPENS, True): (RELEASE, STICK),
     (OPENS, False): (PART, TOUCH),
 }  # events at the zero of a minimum, of the reference and of the exact penalty
-PAIRS = [(i, j) for i in range(4) for j in range(i)]
+_BESIDE = _BEGINS, _ENDS, _LENGTH = range(LAW_FACTS, LAW_FACTS + 3)  # made of facts: for sticking, and a phase's length
 
 
 class Margin(NamedTuple):
@@ -68,65 +72,86 @@ class Margin(NamedTuple):
     kind: str
     event: int  # of the sequence; len(kinds) is the end of the cycle
     inside: bool  # whether it concerns the phase that ends with the event, not the event
-    value: float
+    value: float = np.nan
     column: int = WHERE  # of the facts: when, within the phase
     more: tuple[int, ...] = ()  # the events that follow each other at its zero
 
 
-def margins(orbit: Orbit, evaluation, method) -> list[Margin]:
+def margins(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> list[Margin]:
     """All margins of an orbit, in a fixed order for each sequence of events."""
-    if needs_law(method):
-        return list(law_margins(orbit, evaluation, method.law))
-    rigid, facts = isinstance(method, Reference), evaluation.facts
-    threshold = method.threshold if rigid else 0.0
-    found, touching = [], orbit.first
-    for k, kind in enumerate(orbit.kinds):
-        found.append(_inside(facts, k, touching, rigid))
-        parting, force = facts[k, PARTING], facts[k, FORCE]
-        if k and orbit.kinds[k - 1] == RELEASE:  # the closing speed vanishes with the square of the length
-            found.append(Margin(STAYS_SHUT, k, False, orbit.instants[k] - orbit.instants[k - 1]))
-        elif kind in (IMPACT, STICK, CHATTER, TOUCH):
-            found.append(Margin(GRAZING, k, False, facts[k, CLOSING]))
-        if kind == IMPACT and threshold > 0:
-            found.append(Margin(STICKING_BEGINS, k, False, max(parting - threshold, -force)))
-        if kind == STICK:
-            found.append(Margin(STICKING_ENDS, k, False, min(threshold - parting, force)))
-        if kind == CHATTER:
-            found.append(Margin(STICKING_ENDS, k, False, force))
-        if kind == PART:
-            found.append(Margin(GRAZING, k, False, parting))
-        touching = kind in (STICK, CHATTER, TOUCH)
-    found.append(_inside(facts, len(orbit.kinds), touching, rigid))
-    return found
+    conditions, columns = _conditions_of(orbit, method)
+    values = _values(columns, orbit, evaluation, method).tolist()
+    return [margin._replace(value=value) for margin, value in zip(conditions, values, strict=True)]
 
 
-def _inside(facts: np.ndarray, k: int, touching: bool, rigid: bool) -> Margin:
-    kind = OPENS if touching else GRAZING
-    return Margin(kind, k, True, facts[k, LOWEST], more=_MORE[kind, rigid])
+def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> float:
+    """The smallest margin of an orbit."""
+    return float(_values(_conditions_of(orbit, method)[1], orbit, evaluation, method).min())
 
 
-def law_margins(orbit: Orbit, evaluation, law: str) -> Iterator[Margin]:
-    """All margins of an orbit with a piecewise linear contact law."""
+def _values(columns: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> np.ndarray:
+    """The values of margins, of each its event and its column: of the facts, or of one beside them."""
     facts, m = evaluation.facts, len(orbit.kinds)
-    began = orbit.kinds[-1] if m else TOUCH if orbit.first else PART
-    for k, kind in enumerate((*orbit.kinds, None)):
+    table = np.empty((m + 1, LAW_FACTS + len(_BESIDE)))
+    table[:, : facts.shape[1]] = facts
+    begins = np.maximum(facts[:, PARTING] - getattr(method, "threshold", 0.0), -facts[:, FORCE])
+    table[:, _BEGINS], table[:, _ENDS] = begins, -begins
+    table[1:m, _LENGTH] = np.diff(orbit.instants)
+    return table[columns[0], columns[1]]
+
+
+def _conditions_of(orbit: Orbit, method: Reference | ExactPenalty) -> tuple[tuple[Margin, ...], np.ndarray]:
+    law = method.law if needs_law(method) else None
+    rigid = isinstance(method, Reference)
+    return _conditions(orbit.kinds, orbit.first, rigid, rigid and method.threshold > 0, law)
+
+
+@lru_cache(maxsize=1024)
+def _conditions(
+    kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool, law: str | None
+) -> tuple[tuple[Margin, ...], np.ndarray]:
+    """The margins of a sequence of events, without their values, and where these stand: events and columns, (2, n)."""
+    found = list(_law_margins(kinds, first, law) if law else _margins(kinds, first, rigid, sticks))
+    return tuple(margin for margin, _ in found), np.array([[margin.event, column] for margin, column in found]).T
+
+
+def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> Iterator[tuple[Margin, int]]:
+    touching = first
+    for k, kind in enumerate((*kinds, None)):
+        within = OPENS if touching else GRAZING
+        yield Margin(within, k, True, more=_MORE[within, rigid]), LOWEST
+        if k and kind is not None and kinds[k - 1] == RELEASE:  # its closing speed is of second order
+            yield Margin(STAYS_SHUT, k, False), _LENGTH
+        elif kind in (IMPACT, STICK, CHATTER, TOUCH):
+            yield Margin(GRAZING, k, False), CLOSING
+        if kind == IMPACT and sticks:
+            yield Margin(STICKING_BEGINS, k, False), _BEGINS
+        if kind == STICK:
+            yield Margin(STICKING_ENDS, k, False), _ENDS
+        if kind == CHATTER:
+            yield Margin(STICKING_ENDS, k, False), FORCE
+        if kind == PART:
+            yield Margin(GRAZING, k, False), PARTING
+        touching = kind in (STICK, CHATTER, TOUCH)
+
+
+def _law_margins(kinds: tuple[int, ...], first: bool, law: str) -> Iterator[tuple[Margin, int]]:
+    """The same with a piecewise linear contact law."""
+    m = len(kinds)
+    began = kinds[-1] if m else TOUCH if first else PART
+    for k, kind in enumerate((*kinds, None)):
         if began == PART:
-            yield Margin(GRAZING, k, True, facts[k, LOWEST], more=CONTACT[law])
+            yield Margin(GRAZING, k, True, more=CONTACT[law]), LOWEST
         else:
             for lowest, column, more in switches_within(law, began if m else None):
-                yield Margin(SWITCHES_MORE, k, True, facts[k, lowest], column, more)
+                yield Margin(SWITCHES_MORE, k, True, column=column, more=more), lowest
         if kind in (TOUCH, PART):
-            yield Margin(GRAZING, k, False, facts[k, CLOSING])
+            yield Margin(GRAZING, k, False), CLOSING
         elif kind is not None:
-            yield Margin(SWITCHES_LESS, k, False, facts[k, CLOSING])
+            yield Margin(SWITCHES_LESS, k, False), CLOSING
             if kind in (LOAD, DAMP):
-                yield Margin(OPENS, k, False, facts[k, DEPTH])
+                yield Margin(OPENS, k, False), DEPTH
         began = kind
-
-
-def least(found: list[Margin]) -> float:
-    """The smallest margin."""
-    return min(margin.value for margin in found)
 
 
 def indicator(kind: str, point: CurvePoint) -> float:
@@ -134,34 +159,16 @@ def indicator(kind: str, point: CurvePoint) -> float:
 
     Determinants of the whole Jacobian instead of that of the Poincaré map, which is infinite at a grazing impact.
     """
-    jacobian = point.evaluation.jacobian
     if kind == FOLD:
         return float(point.tangent[-1])
+    jacobian = point.evaluation.jacobian
     if kind == DOUBLING:
-        doubled = jacobian.copy()
-        doubled[range(4), range(4)] += 2.0
-        return _signed(doubled)
+        return doubling_indicator(jacobian)
     if kind == BRANCH_POINT:
-        return _signed(np.vstack([point.extended, point.tangent]))
-    events = np.sign(_signed(jacobian[4:, 4:])) if len(jacobian) > 4 else 1.0
-    return events * _pairs(point.evaluation.monodromy)
+        return branch_point_indicator(jacobian, point.slope, point.tangent)
+    return neimark_sacker_indicator(jacobian)
 
 
 def indicators(point: CurvePoint) -> np.ndarray:
     """All of them, (4,)."""
     return np.array([indicator(kind, point) for kind in BIFURCATIONS])
-
-
-def _signed(matrix: np.ndarray) -> float:
-    """The determinant relative to Hadamard's bound of it: of moderate size, and smooth."""
-    with np.errstate(all="ignore"):  # at a grazing impact there may be none
-        sign, logarithm = np.linalg.slogdet(matrix)
-        return float(sign * np.exp(logarithm - np.log(np.linalg.norm(matrix, axis=1)).sum()))
-
-
-def _pairs(monodromy: np.ndarray) -> float:
-    """The product of 1 − mᵢmⱼ over all pairs of multipliers, scaled."""
-    i, j = np.transpose(PAIRS)
-    rows = monodromy[i], monodromy[j]
-    second = rows[0][:, i] * rows[1][:, j] - rows[0][:, j] * rows[1][:, i]
-    return _signed(np.eye(6) - second)

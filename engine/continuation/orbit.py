@@ -81,11 +81,22 @@ class Orbit:
         """The events in words."""
         return ", ".join(self.events) or ("lasting contact" if self.first else "no contact")
 
+    def at(self, unknowns: np.ndarray) -> "Orbit":
+        """The orbit with this sequence of events at other unknowns."""
+        return Orbit(self.period, self.kinds, self.first, unknowns)
+
     def repeated(self, times: int) -> "Orbit":
         """The same orbit over several cycles."""
         shifts = np.repeat(np.arange(times) * self.period, len(self.kinds))
         unknowns = np.concatenate([self.unknowns[:4], np.tile(self.instants, times) + shifts])
         return replace(self, period=times * self.period, kinds=self.kinds * times, unknowns=unknowns)
+
+
+def least_period(rows: np.ndarray, same: float) -> int:
+    """After how many excitation periods the section of a cycle, (p, 4), repeats itself, to a share of its size."""
+    size = same * max(np.abs(rows).max(), 1e-9)
+    shorter = (p for p in range(1, len(rows)) if len(rows) % p == 0)
+    return next((p for p in shorter if np.abs(rows - np.roll(rows, -p, axis=0)).max() <= size), len(rows))
 
 
 def touching_at_start(kinds: tuple[int, ...], default: bool) -> bool:

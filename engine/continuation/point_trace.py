@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .curve import null_vector
+from ..drivers.orbit_steps import null_vector
 from .margins import Margin
 from .meetings import Meetings
 from .orbit import check_cancelled, within_cycle

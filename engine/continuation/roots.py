@@ -1,8 +1,7 @@
 """The zero of a function on an interval at whose ends it has different signs: Chandrupatla's method (1997)."""
 
+import math
 from collections.abc import Callable
-
-import numpy as np
 
 TOLERANCE = 1e-12  # of the interval
 MOST_STEPS = 200
@@ -15,16 +14,16 @@ def first_zero(function: Callable[[float], float], low: float, high: float) -> f
     """
     b, a = low, high
     fb, fa = function(b), function(a)
-    if np.isnan(fa) or np.isnan(fb) or fa * fb > 0:
+    if math.isnan(fa) or math.isnan(fb) or fa * fb > 0:
         return None
     least = TOLERANCE * (high - low)
     share = 0.5
     for _ in range(MOST_STEPS):
         x = a + share * (b - a)
         fx = function(x)
-        if np.isnan(fx):
+        if math.isnan(fx):
             return None
-        if np.sign(fx) == np.sign(fa):
+        if (fx > 0) - (fx < 0) == (fa > 0) - (fa < 0):
             c, fc, a, fa = a, fa, x, fx
         else:
             c, fc, b, fb, a, fa = b, fb, a, fa, x, fx
@@ -33,9 +32,9 @@ def first_zero(function: Callable[[float], float], low: float, high: float) -> f
         if narrow > 0.5 or fbest == 0:
             return best
         share = 0.5
-        if np.isfinite([fa, fb, fc]).all() and fc != fb and fc != fa and fb != fa:
+        if math.isfinite(fa) and math.isfinite(fb) and math.isfinite(fc) and fc != fb and fc != fa and fb != fa:
             place, height = (a - b) / (c - b), (fa - fb) / (fc - fb)
-            if 1 - np.sqrt(1 - place) < height < np.sqrt(place):
+            if 1 - math.sqrt(1 - place) < height < math.sqrt(place):
                 share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
         share = min(max(share, narrow), 1 - narrow)
     return best

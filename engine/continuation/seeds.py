@@ -16,13 +16,15 @@ from ..motions.poincare_map import PoincareMap
 from ..motions.steady import steady
 from ..simulate import starting_checkpoint
 from .curve import Curve
-from .orbit import Orbit, orbit_of_run
+from .margins import least_margin
+from .orbit import Orbit, least_period, orbit_of_run
 
 TRANSIENT, SAMPLE = 2000, 64  # periods
 REACH = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn
 NEAR = 0.03  # of the size: a state that nearly returns lies near an orbit
 SAME = 1e-6  # of the size: orbits closer than that are the same
 CLOSE = 1e-6  # of the size: the events of a state that returns so closely are those of the orbit
+ZERO = 1e-8  # a margin farther below zero is that of a solution which is no orbit: the bodies penetrate on the way
 NEWTON_STEPS = 15  # of the Poincaré map
 STABLE = 1e-6  # beyond one: a motion loses its stability at a point if no multiplier is larger
 
@@ -60,23 +62,35 @@ class OrbitFinder:
         orbit = guess and self.curve.corrected(guess, value)
         if orbit is None:
             return None
-        rows = self.curve.evaluate(orbit, value).section
-        least = next(p for p in range(1, period + 1) if period % p == 0 and _repeats(rows, p))
-        return orbit if least == period else self.at(value, poincare.displacements(rows[0]), least)
+        found = self.curve.evaluate(orbit, value)
+        if not least_margin(orbit, found, problem[2]) >= -ZERO:
+            return None
+        rows = found.section
+        shortest = least_period(rows, SAME)
+        return orbit if shortest == period else self.at(value, poincare.displacements(rows[0]), shortest)
 
     def near(self, value: float, state: Sequence[float]) -> Orbit | None:
-        """The orbit of the shortest period that nearly passes through a state, stable or not; None if there is none."""
+        """The orbit that passes through a state, stable or not, or else that of the shortest period that nearly does.
+
+        None if there is none.
+        """
         problem = self.family.at(value)
         poincare = PoincareMap(*problem, self.cancelled)
         y = poincare.coordinates(np.asarray(starting_checkpoint(state, *problem).state))
-        near = NEAR * max(np.abs(y).max(), 1e-9)
+        size, near = max(np.abs(y).max(), 1e-9), None
         for period in range(1, self.max_period + 1):
             returned = poincare(y, period)
-            if returned is not None and returned.residual < near:
-                orbit = self.at(value, poincare.displacements(y), period)
-                if orbit is not None and np.abs(orbit.unknowns[:4] - y).max() < 2 * near:
-                    return orbit
-        return None
+            if returned is None or not returned.residual < NEAR * size:
+                continue
+            if near is not None and not returned.residual < CLOSE * size:
+                continue
+            orbit = self.at(value, poincare.displacements(y), period)
+            off = np.inf if orbit is None else np.abs(orbit.unknowns[:4] - y).max()
+            if off < CLOSE * size:
+                return orbit
+            if near is None and off < 2 * NEAR * size:
+                near = orbit
+        return near
 
     def settled(self, value: float, state: Sequence[float] | None) -> Orbit:
         """The orbit that a run settles to.
@@ -200,11 +214,6 @@ class OrbitFinder:
     def _attracts(self, orbit: Orbit, value: float) -> bool:
         factors = np.abs(self.curve.evaluate(orbit, value).multipliers)
         return orbit.period == 1 or not factors.max() > 1 + STABLE
-
-
-def _repeats(rows: np.ndarray, period: int) -> bool:
-    """Whether a section repeats itself after so many periods."""
-    return bool(np.abs(rows - np.roll(rows, -period, axis=0)).max() <= SAME * max(np.abs(rows).max(), 1e-9))
 
 
 def _apart(system: System, state: np.ndarray) -> np.ndarray:

@@ -19,8 +19,8 @@ from ..drivers.law_driven import needs_law
 from ..drivers.orbit import CHATTER, IMPACT, JOINS, PART, TOUCH
 from ..methods import Reference
 from .curve import Curve, CurvePoint
-from .margins import GRAZING, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, least, margins
-from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
+from .margins import GRAZING, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, least_margin, margins
+from .orbit import Orbit, least_period, orbit_of_run, touching_at_start, within_cycle
 from .switches import REOPENED, contact_of, flight_of, partner
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
@@ -28,6 +28,7 @@ LONG_STEPS = 10.0 ** np.arange(-7, -1.0, 0.5)  # the same after a jump
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
 ZERO = 1e-8  # a margin below that is zero where another one is
+REPEATED = 1e-10  # of the size: rounding; within the first step an orbit departs farther from one of a shorter period
 SHORTEST = 1e-6  # excitation periods: a new contact, or flight, of the penalty is followed from there on …
 SHORTEST_PIECE = 1e-4  # … a new piece of a contact law …
 SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of third order in its length
@@ -37,15 +38,18 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin]:
     """The first orbit with the sequence that follows where margins of the last one are zero, and the margin it crosses.
 
     None if no orbit is found. Its tangent points away from the last orbit. Where an impact grazes the flight before it
-    may do so, too, so that several margins are zero at once.
+    may do so, too, so that several margins are zero at once. So they are where the orbit meets one of a shorter period:
+    that repeats itself, and is returned only if there is no other.
     """
+    shorter = None
     found = sorted(margins(last.orbit, last.evaluation, curve.family.at(last.value)[2]), key=lambda each: each.value)
     for margin in (each for each in found if each.value <= max(ZERO, found[0].value)):
         for orbit, phase in _neighbours(curve, last, margin):
             point = _with_short_phase(curve, last, orbit, *phase) if phase else _on_its_side(curve, last, orbit)
-            if point is not None:
+            if point is not None and least_period(point.evaluation.section, REPEATED) == orbit.period:
                 return point, margin
-    return _after_jump(curve, last), found[0]
+            shorter = shorter or (point and (point, margin))
+    return shorter or (_after_jump(curve, last), found[0])
 
 
 def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
@@ -66,8 +70,8 @@ def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
 
 
 def _holds(curve: Curve, point: CurvePoint) -> bool:
-    found = margins(point.orbit, point.evaluation, curve.family.at(point.value)[2])
-    return least(found) > 0 and bool((np.diff(point.orbit.instants) > 0).all())
+    margin = least_margin(point.orbit, point.evaluation, curve.family.at(point.value)[2])
+    return margin > 0 and bool((np.diff(point.orbit.instants) > 0).all())
 
 
 def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tuple[Orbit, tuple[int, int] | None]]:

@@ -199,7 +199,7 @@ def integrate_variation(
         y = (ξ₁, ξ₁′, g, g′) at the end; its Jacobian; a number that differs between different sequences of events.
         None if the integration ends early.
     """
-    variation = make_variation()
+    variation = uncompiled(make_variation)()
     status, _, _ = kernel.integrate(
         system.packed, start, periods, (0.0, 0.0), NO_BUFFERS.flat, NO_BUFFERS.sizes, system.views.wall, variation
     )

@@ -9,12 +9,11 @@ from ..kernels.equations.contact_law import COMPRESSION, LAWS
 from ..kernels.event_driven import law_integrate as loop
 from ..kernels.event_driven import law_orbit as kernel
 from ..kernels.event_driven.orbit import DAMP, LAW_FACTS, LIMIT, LOAD, PART, RELAX, TOUCH, UNLIMIT, UNLOAD
-from ..kernels.event_driven.saltation import make_variation
 from ..kernels.event_driven.state import in_periods, linear_state, start_state
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from .law_driven import needs_law, set_up_law
-from .orbit import Evaluation, OrbitEquations
+from .orbit import Evaluation, OrbitEquations, residuals
 
 IN_FLIGHT, IN_OVERLAP, IN_PUSH, IN_EXTRA = kernel.IN_FLIGHT, kernel.IN_OVERLAP, kernel.IN_PUSH, kernel.IN_EXTRA
 MOST_BLOCKS = 200_000  # of a run whose events are listed
@@ -25,6 +24,19 @@ def equations_of(
 ) -> "OrbitEquations | LawOrbitEquations":
     """The equations of the orbits of a system, η and method; ``like``: others of the same family."""
     return LawOrbitEquations(system, eta, method) if needs_law(method) else OrbitEquations(system, eta, method, like)
+
+
+def residuals_of(
+    problems: Sequence[tuple[System, float, Reference | ExactPenalty]],
+    kinds: Sequence[int],
+    first: bool,
+    period: int,
+    unknowns: np.ndarray,
+) -> np.ndarray:
+    """The residuals of the same unknowns in several problems of one kind, (k, 4 + m), to be differentiated."""
+    if needs_law(problems[0][2]):
+        return np.array([LawOrbitEquations(*each)(kinds, first, period, unknowns).residual for each in problems])
+    return residuals(problems, kinds, first, period, unknowns)
 
 
 def piece_after(law: str, kind: int) -> int:
@@ -48,20 +60,9 @@ class LawOrbitEquations:
 
     def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events."""
-        p, m = self._system, len(kinds)
-        n = 4 + m
-        found = Evaluation(*map(np.zeros, ((n,), (n, n), (m + 1, LAW_FACTS), (m + 1, 5), (period, 4))))
-        piece = piece_after(self._law, kinds[-1]) if m else IN_PUSH if first else IN_FLIGHT
-        kernel.law_orbit_equations(
-            p,
-            np.array(kinds, dtype=np.int64),
-            piece,
-            float(period),
-            unknowns,
-            tuple(found),
-            make_variation(n),
-            np.zeros(n),
-        )
+        piece = piece_after(self._law, kinds[-1]) if len(kinds) else IN_PUSH if first else IN_FLIGHT
+        numbers, found = np.array(kinds, dtype=np.int64), Evaluation.zeros(len(kinds), period, LAW_FACTS)
+        kernel.evaluate_law_orbit(self._system, numbers, piece, float(period), unknowns, tuple(found))
         return found
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:

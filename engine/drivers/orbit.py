@@ -14,6 +14,7 @@ from ..kernels.event_driven.orbit import (
     FORCE,
     IMPACT,
     JOINS,
+    LAW_FACTS,
     LIMIT,
     LOAD,
     LOWEST,
@@ -28,13 +29,14 @@ from ..kernels.event_driven.orbit import (
     UNLIMIT,
     UNLOAD,
     WHERE,
-    orbit_equations,
+    evaluate_orbit,
+    orbit_residuals,
     state_later,
 )
-from ..kernels.event_driven.saltation import make_variation
+from ..kernels.event_driven.orbit_steps import monodromy_of
 from ..kernels.event_driven.setup import set_up_events
 from ..kernels.event_driven.state import SYSTEM
-from ..kernels.parameters import no_keys
+from ..kernels.parameters import ETA, no_keys
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from .event_driven import COMPLETION
@@ -48,6 +50,7 @@ __all__ = [
     "FORCE",
     "IMPACT",
     "JOINS",
+    "LAW_FACTS",
     "LIMIT",
     "LOAD",
     "LOWEST",
@@ -67,6 +70,8 @@ __all__ = [
 ]
 
 
+NO_CIRCLE = np.zeros(2)  # that separates slow from fast eigenvalues: an orbit's contacts have no slow phase
+JOINING = frozenset(JOINS)
 INFINITE = 1e10  # an element of the Jacobian above that is one of a grazing impact
 
 
@@ -92,16 +97,16 @@ class Evaluation(NamedTuple):
     after: np.ndarray
     section: np.ndarray
 
+    @classmethod
+    def zeros(cls, events: int, periods: int, facts: int) -> "Evaluation":
+        """Room for the equations of so many events and periods, with so many facts of each event."""
+        n = 4 + events
+        return cls(*map(np.zeros, (n, (n, n), (events + 1, facts), (events + 1, 5), (periods, 4))))
+
     @property
     def monodromy(self) -> np.ndarray:
-        """Jacobian of the Poincaré map over the cycle, (4, 4); nan at a grazing impact, where there is none."""
-        first = self.jacobian[:4, :4] + np.eye(4)
-        if len(self.jacobian) == 4:
-            return first
-        try:
-            return first - self.jacobian[:4, 4:] @ np.linalg.solve(self.jacobian[4:, 4:], self.jacobian[4:, :4])
-        except np.linalg.LinAlgError:
-            return np.full((4, 4), np.nan)
+        """Jacobian of the Poincaré map over the cycle, (4, 4); not finite at a grazing impact, where there is none."""
+        return monodromy_of(self.jacobian)
 
     @property
     def multipliers(self) -> np.ndarray:
@@ -111,6 +116,20 @@ class Evaluation(NamedTuple):
             return np.array([np.inf, np.nan, np.nan, np.nan], dtype=complex)
         values = np.linalg.eigvals(jacobian).astype(complex)
         return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+def residuals(
+    problems: Sequence[tuple[System, float, Reference | ExactPenalty]],
+    kinds: Sequence[int],
+    first: bool,
+    period: int,
+    unknowns: np.ndarray,
+) -> np.ndarray:
+    """The residuals of the same unknowns in several problems of one kind, (k, 4 + m)."""
+    system, _, method = problems[0]
+    rows, numbers = np.array([parameters_of(*each) for each in problems]), np.array(kinds, dtype=np.int64)
+    how = rows, isinstance(method, Reference), wall_of(system), COMPLETION
+    return orbit_residuals(SYSTEM.zeros(), *how, numbers, first, float(period), unknowns)
 
 
 class OrbitEquations:
@@ -131,17 +150,31 @@ class OrbitEquations:
     def __init__(
         self, system: System, eta: float, method: Reference | ExactPenalty, like: "OrbitEquations | None" = None
     ) -> None:
-        self._row, self._rigid = np.array(parameters_of(system, eta, method)), isinstance(method, Reference)
+        self._problem, self._rigid = (system, method), isinstance(method, Reference)
+        self._row = self._row_of(eta, like)
         self._wall, self._period = wall_of(system), 2 * np.pi / eta
         self._packed = SYSTEM.zeros() if like is None else like._packed.copy()
         self._keys = no_keys() if like is None else like._keys.copy()
         self._has_contact = False
         self._set_up(contact=False)
 
+    def _row_of(self, eta: float, like: "OrbitEquations | None") -> np.ndarray:
+        """The parameters; where only η differs from others, these with another η."""
+        system, method = self._problem
+        if like is None or like._problem[0] is not system or like._problem[1] is not method:
+            return np.array(parameters_of(system, eta, method))
+        row = like._row.copy()
+        row[ETA] = eta
+        return row
+
     def _set_up(self, contact: bool) -> None:
-        keys = self._keys if contact else np.array([self._keys[0], self._row])  # a key that is met writes no tables
-        set_up_events(self._packed, keys, self._row, self._rigid, np.zeros(2), COMPLETION)
-        self._keys[0], self._has_contact = keys[0], contact
+        before = self._keys[1].copy()
+        if not contact:
+            self._keys[1] = self._row  # a key that is met writes no tables
+        set_up_events(self._packed, self._keys, self._row, self._rigid, NO_CIRCLE, COMPLETION)
+        if not contact:
+            self._keys[1] = before
+        self._has_contact = contact
 
     def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events.
@@ -157,23 +190,10 @@ class OrbitEquations:
         unknowns : (4 + m,) ndarray
             ξ₁, ξ₁′, g, g′ at τ = 0, then the instants of the events in excitation periods.
         """
-        m = len(kinds)
-        n = 4 + m
-        sizes = (n,), (n, n), (m + 1, FACTS), (m + 1, 5), (period, 4)
-        found = Evaluation(*map(np.zeros, sizes))
-        if not self._has_contact and (first or any(kind in JOINS for kind in kinds)):
+        if not self._has_contact and (first or not JOINING.isdisjoint(kinds)):
             self._set_up(contact=True)
-        orbit_equations(
-            self._packed,
-            self._wall,
-            np.array(kinds, dtype=np.int64),
-            first,
-            float(period),
-            unknowns,
-            tuple(found),
-            make_variation(n),
-            np.zeros(n),
-        )
+        numbers, found = np.array(kinds, dtype=np.int64), Evaluation.zeros(len(kinds), period, FACTS)
+        evaluate_orbit(self._packed, self._wall, numbers, first, float(period), unknowns, tuple(found))
         return found
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:

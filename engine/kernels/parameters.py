@@ -52,7 +52,7 @@ class Parameters(NamedTuple):
 # since an integer or a flag has another type as a constant of compiled code than as an argument from Python.
 TWO_BODIES, AT_WALL = None, (1.0,)
 
-STEPS = Parameters._fields.index("steps")
+ETA, STEPS = Parameters._fields.index("eta"), Parameters._fields.index("steps")
 FOR_FLIGHT = Parameters._fields.index("clearance") + 1  # numbers that the tables of flight depend on …
 FOR_CONTACT = Parameters._fields.index("damping") + 1  # … and those of contact
 

@@ -24,6 +24,7 @@ from tests.few_seeds import few_seeds
 from tests.share import every, share
 
 PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
+WALL, ISOLATED = System(wall=True, clearance=0.5), {"low": 0.5, "high": 0.62, "max_period": 3}
 AT_REST = System(excitation=Excitation(base=0.0))
 
 
@@ -161,15 +162,41 @@ def test_what_is_not_found_is_said_with_its_reason():
         find_branches(PAPER, 3.365, Reference(), **(how | {"initial": (1.0, 2.0)}))
 
 
-@pytest.mark.parametrize("value", [0.55, 0.5631])
-def test_an_isolated_branch_closes_though_its_events_are_counted_from_another_one_on(value):
-    """After a turn the cycle of three periods begins at another of them, and the next turns never end."""
-    system = System(wall=True, clearance=0.5)
+@pytest.fixture(scope="module")
+def isolated():
     start = (-0.009197782845214886, -0.1351231394306132, 0.0, 0.0)
-    span = {"low": 0.5, "high": 0.62, "max_period": 3}
-    found = continue_branch(system, 0.5508751686340112, Reference("derived"), initial=start, **span)
-    k = int(np.argmin(np.abs(found.values - value)))
-    again = continue_branch(system, found.values[k], Reference("derived"), initial=found.sections[k][1], **span)
-    for branch in (found, again):
-        assert branch.ends == ("the branch closes in itself",) * 2
-        assert len(branch.values) < 200  # at most two turns
+    return continue_branch(WALL, 0.5508751686340112, Reference("derived"), initial=start, **ISOLATED)
+
+
+@pytest.mark.parametrize("phase", range(3))
+@pytest.mark.parametrize("value", every([0.5047, 0.506, 0.513, 0.53, 0.55, 0.5631, 0.594]))
+def test_an_isolated_branch_is_the_same_wherever_and_from_whichever_event_it_is_followed(isolated, value, phase):
+    """It touches branches of period one at 0.50458, where three flights graze at once, and closes after one turn."""
+    off = np.abs(np.subtract.outer(isolated.values, sorted_values(isolated))).min(axis=1)  # not at a grazing
+    k = int(np.argmin(np.where(off > 1e-6, np.abs(isolated.values - value), np.inf)))
+    state = isolated.sections[k][phase]
+    again = continue_branch(WALL, isolated.values[k], Reference("derived"), initial=state, **ISOLATED)
+    assert again.ends == ("the branch closes in itself",) * 2
+    for branch in (isolated, again):
+        points = sorted((point.kind, point.value) for point in branch.points)
+        assert [kind for kind, _ in points] == ["fold"] + ["grazing"] * 6 + ["period doubling"] * 2
+        values = [value for _, value in points]
+        assert np.abs(np.subtract(values, sorted_values(isolated))).max() < 1e-10
+        turned = [np.abs(branch.sections[-1] - np.roll(branch.sections[0], k, axis=0)).max() for k in range(3)]
+        assert min(turned) < 1e-6  # neither short of its first orbit nor beyond it
+
+
+def sorted_values(branch):
+    """The numbers at the points of a branch, kind by kind."""
+    return [value for _, value in sorted((point.kind, point.value) for point in branch.points)]
+
+
+def test_a_branch_of_two_periods_ends_where_it_grazes_as_one_of_period_one(isolated):
+    state = (-0.12729196473086413, 0.004863650611044364, 0.0, 0.0)
+    branch = continue_branch(WALL, 0.513, Reference("derived"), initial=state, **ISOLATED)
+    assert branch.period == 2
+    touching = next(value for value in sorted_values(isolated) if abs(value - 0.50458) < 1e-6)
+    ends = sorted(branch.ends)
+    assert ends[0] == "eta leaves the range at 0.62"
+    assert ends[1].startswith("joins a branch of period 1 at eta = ")
+    assert abs(float(ends[1].rpartition(" ")[2]) - touching) < 1e-9

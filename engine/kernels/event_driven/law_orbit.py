@@ -17,7 +17,7 @@ Plain twin: runs of the event loop, and differences of them (tests/engine/test_l
 
 import numpy as np
 
-from ..compile.options import jit_inlined, jit_no_alloc
+from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..equations.contact_law import COMPRESSION, LIMITED
 from ..linear.cos_sin import cos_sin
 from .law_integrate import phase_of
@@ -49,7 +49,7 @@ from .orbit import (
     write_after,
     write_section,
 )
-from .saltation import leave_event, scale_row, shift, slope_of
+from .saltation import leave_event, make_variation, scale_row, shift, slope_of
 from .state import absolute
 
 IN_FLIGHT, IN_OVERLAP, IN_PUSH, IN_EXTRA = range(4)  # numbers of pieces
@@ -206,3 +206,10 @@ def law_state_later(p, piece, y, turn, length):
     n = max(int(np.floor(length / phase.spacing)), 0)
     z = advanced(phase, relative_state(p, phase, (y[0], y[1], y[2], y[3]), turn), n)
     return absolute(phase, state_at(phase, z, length / phase.spacing - n))
+
+
+@jit
+def evaluate_law_orbit(p, kinds, piece, periods, unknowns, out):
+    """Call :func:`law_orbit_equations` with work space of its own."""
+    n = unknowns.shape[0]
+    law_orbit_equations(p, kinds, piece, periods, unknowns, out, make_variation(n), np.zeros(n))

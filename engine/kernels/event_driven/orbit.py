@@ -23,7 +23,7 @@ Plain twin: the same orbits solved with many digits (tests/naive_orbit.py, tests
 
 import numpy as np
 
-from ..compile.options import jit_no_alloc
+from ..compile.options import jit, jit_no_alloc
 from ..linear.cos_sin import cos_sin
 from ..linear.tables import (
     CURVATURE,
@@ -39,7 +39,18 @@ from ..linear.tables import (
 )
 from .chatter import sum_up
 from .events import joint_force_at
-from .saltation import add_row, carry, carry_over_sum, leave_event, multiply, scale_row, shift, slope_of
+from .saltation import (
+    add_row,
+    carry,
+    carry_over_sum,
+    leave_event,
+    make_variation,
+    multiply,
+    scale_row,
+    shift,
+    slope_of,
+)
+from .setup import set_up_flow
 from .state import absolute, unpack_system
 
 # what happens at an event
@@ -114,12 +125,17 @@ def write_section(p, phase, z, begin, end, section):
 def flow(phase, z, length, d):
     """(ξ₁, ξ₁′, g, g′) of z after a length of time, and δ with it.
 
-    A length below zero extends the phase backwards, as far as the polynomials of its first interval reach.
+    A length below zero extends the phase backwards, as far as the polynomials of its first interval reach. Without δ
+    the tables may be those of :func:`.setup.set_up_flow`.
     """
+    longest = POINTS
     n = max(int(np.floor(length / phase.spacing)), 0)
     u = length / phase.spacing - n
     while n > 0:
-        step = min(n, POINTS)
+        if d is None:
+            while longest > n:
+                longest //= 2
+        step = min(n, longest)
         z = state_after(phase, z, step)
         multiply(phase.transitions[step - 1], d)
         n -= step
@@ -203,12 +219,13 @@ def lowest_minimum(phase, z, length, from_zero, scratch):
 def write_event_equation(p, d, y, end, kind, k, residual, jacobian):
     """Write the equation of event k at its instant ``end``, gap or contact force = 0, and its derivative."""
     row = jacobian[4 + k]
+    residual[4 + k] = joint_force_at(p, y[0], y[1], end - np.floor(end)) if kind == RELEASE else y[2]
+    if d is None:
+        return
     if kind != RELEASE:
-        residual[4 + k] = y[2]
         for j in range(row.shape[0]):
             row[j] = d.state[2, j]
         return
-    residual[4 + k] = joint_force_at(p, y[0], y[1], end - np.floor(end))
     for j in range(row.shape[0]):
         row[j] = p.force_position * d.state[0, j] + p.force_velocity * d.state[1, j]
     angle = 2.0 * np.pi * end
@@ -264,9 +281,9 @@ def reset(p, d, y, end, kind):
 @jit_no_alloc
 def start_at(p, d, unknowns, touching):
     """y₀ of the unknowns, with the derivatives of what it does not depend on set to zero."""
-    if p.wall:
+    if d is not None and p.wall:
         d.state[0, 0] = d.state[1, 1] = 0.0
-    if touching and p.rigid:
+    if d is not None and touching and p.rigid:
         d.state[2, 2] = d.state[3, 3] = 0.0
     x1, v1 = (0.0, 0.0) if p.wall else (unknowns[0], unknowns[1])
     return (x1, v1, 0.0, 0.0) if touching and p.rigid else (x1, v1, unknowns[2], unknowns[3])
@@ -299,19 +316,21 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
         z, length = relative_state(p, phase, y, turn), (end - turn) * p.period
         if length < BACKWARDS * phase.spacing:
             return False
-        for j in range(begun.shape[0]):
-            begun[j] = d.time[j] / p.period
-        leave_event(phase, d, z)
-        facts[k, LOWEST], where = lowest_minimum(phase, z, length, order > 0, p.scratch)
-        facts[k, WHERE] = turn + where / p.period
-        write_section(p, phase, z, turn, end, section)
+        if d is not None:
+            for j in range(begun.shape[0]):
+                begun[j] = d.time[j] / p.period
+            leave_event(phase, d, z)
+            facts[k, LOWEST], where = lowest_minimum(phase, z, length, order > 0, p.scratch)
+            facts[k, WHERE] = turn + where / p.period
+            write_section(p, phase, z, turn, end, section)
         x1, v1, gap, rate = flow(phase, z, length, d)
         y = absolute(phase, (x1, v1, gap, rate))
         if k == m:
             break
-        c, s = cos_sin(end - np.floor(end))
-        d.time[4 + k] = p.period
-        shift(d, slope_of(phase, (x1, v1, gap, rate, c, s)), 1.0)
+        if d is not None:
+            c, s = cos_sin(end - np.floor(end))
+            d.time[4 + k] = p.period
+            shift(d, slope_of(phase, (x1, v1, gap, rate, c, s)), 1.0)
         write_event_equation(p, d, y, end, kinds[k], k, residual, jacobian)
         if order > 0:
             divide_by_length(residual, jacobian, k, order, end - turn, begun)
@@ -322,9 +341,10 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
     write_after(after[m], y, periods)
     for i in range(4):
         residual[i] = y[i] - unknowns[i]
-        for j in range(unknowns.shape[0]):
-            jacobian[i, j] = d.state[i, j]
-        jacobian[i, i] -= 1.0
+        if d is not None:
+            for j in range(unknowns.shape[0]):
+                jacobian[i, j] = d.state[i, j]
+            jacobian[i, i] -= 1.0
     return True
 
 
@@ -351,8 +371,8 @@ def orbit_equations(packed, wall, kinds, first, periods, unknowns, out, d, begun
         joined bodies right after it, and the lowest minimum of what is watched in the phase that it ends, with its
         instant; the last row belongs to the end of the cycle. ``after``: the state right after each event and its time
         in periods, last that at the end. ``section`` (p, 4): the states at whole periods.
-    d : Variation
-        Of the 4 + m unknowns, at the start of a run; changed.
+    d : Variation or None
+        Of the 4 + m unknowns, at the start of a run; changed. With None only ``residual`` is filled.
     begun : (4 + m,) float64
         Work space.
     """
@@ -364,3 +384,26 @@ def orbit_equations(packed, wall, kinds, first, periods, unknowns, out, d, begun
         residual[:] = np.nan
         jacobian[:] = np.nan
         facts[:] = np.nan
+
+
+@jit
+def evaluate_orbit(packed, wall, kinds, first, periods, unknowns, out):
+    """Call :func:`orbit_equations` with work space of its own."""
+    n = unknowns.shape[0]
+    orbit_equations(packed, wall, kinds, first, periods, unknowns, out, make_variation(n), np.zeros(n))
+
+
+@jit
+def orbit_residuals(packed, rows, rigid, wall, completion, kinds, first, periods, unknowns):
+    """The residuals of the same unknowns for several rows of parameters, (k, 4 + m): for differences of these."""
+    m = kinds.shape[0]
+    n, touching = 4 + m, first
+    for kind in kinds:
+        touching |= kind in JOINS
+    out = np.zeros(n), np.zeros((n, n)), np.zeros((m + 1, FACTS)), np.zeros((m + 1, 5)), np.zeros((0, 4))
+    found, begun = np.empty((rows.shape[0], n)), np.zeros(n)
+    for i in range(rows.shape[0]):
+        set_up_flow(packed, rows[i], rigid, touching, completion)
+        orbit_equations(packed, wall, kinds, first, periods, unknowns, out, None, begun)
+        found[i] = out[0]
+    return found

@@ -40,7 +40,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit_no_alloc
+from ..compile.options import jit, jit_no_alloc
 from ..linear.tables import CURVATURE, GAP, POINTS, POSITION, POWERS, gap_at, polynomial_at, position_at
 from .chatter import damper_terms, gap_acceleration_and_jerk
 from .output import evaluate
@@ -60,7 +60,8 @@ class Variation(NamedTuple):
     rows: np.ndarray  # (2, n) work space
 
 
-def make_variation(numbers: int = 4) -> Variation:
+@jit
+def make_variation(numbers=4):
     """The variation at the start of a run: δ = 1 for the start, and 0 for what comes later."""
     course = np.ones(1, dtype=np.int64)
     return Variation(
@@ -100,6 +101,8 @@ def carry_to_end(p, phase, d, z, s):
 @jit_no_alloc
 def multiply(matrix, d):
     """Multiply δ, or δ_e, by the upper left part of a matrix."""
+    if d is None:
+        return
     for k in range(d.state.shape[1]):
         old = d.state[0, k], d.state[1, k], d.state[2, k], d.state[3, k]
         for i in range(4):
@@ -111,6 +114,8 @@ def multiply(matrix, d):
 @jit_no_alloc
 def add_row(d, i, factor, j):
     """Add so many times row j of δ, or δ_e, to row i."""
+    if d is None:
+        return
     for k in range(d.state.shape[1]):
         d.state[i, k] += factor * d.state[j, k]
 
@@ -118,6 +123,8 @@ def add_row(d, i, factor, j):
 @jit_no_alloc
 def scale_row(d, i, factor):
     """Scale row i of δ, or δ_e."""
+    if d is None:
+        return
     for k in range(d.state.shape[1]):
         d.state[i, k] = factor * d.state[i, k] if factor != 0.0 else 0.0
 
@@ -139,6 +146,8 @@ def slope_of(phase, z):
 @jit_no_alloc
 def shift(d, slope, sign):
     """From fixed time to the event (sign = 1), or back (−1)."""
+    if d is None:
+        return
     for k in range(d.state.shape[1]):
         for i in range(4):
             d.state[i, k] += sign * slope[i] * d.time[k]
@@ -265,6 +274,8 @@ def carry_over_chatter(p, d, before, after, stop):
 @jit_no_alloc
 def carry_over_sum(p, d, z, length, c, s):
     """δ_e over the summed end of a chatter that begins at z and lasts a time; c, s: cos ητ and sin ητ at its end."""
+    if d is None:
+        return
     parting, end, r = d.rows[0], d.rows[1], z[3]
     for k in range(d.time.shape[0]):
         parting[k] = d.state[3, k]

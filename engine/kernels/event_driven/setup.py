@@ -22,7 +22,7 @@ from ..equations.motion import (
 from ..equations.rates import free_rate, pressed_rate
 from ..linear.matrices import unit
 from ..linear.slow_subspace import SEPARATION, fast_projector
-from ..linear.tables import REACH, full_generator, tabulate
+from ..linear.tables import REACH, full_generator, tabulate, tabulate_flow
 from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
 from .state import SYSTEM
 
@@ -71,12 +71,17 @@ def flight_phase(p):
 
 
 @jit
+def contact_generator(p, rigid):
+    """The generator of the bodies in contact, and its largest |eigenvalue| or a bound of that."""
+    if rigid:
+        return joined_generator(p), max(p.kappa3, p.eta)
+    return pressed_generator(p), pressed_rate(p)
+
+
+@jit
 def contact_phase(p, rigid):
     """Tables of the bodies in contact."""
-    if rigid:
-        generator, fastest = joined_generator(p), max(p.kappa3, p.eta)
-    else:
-        generator, fastest = pressed_generator(p), pressed_rate(p)
+    generator, fastest = contact_generator(p, rigid)
     row, equilibrium = watched_in_contact(p, rigid), contact_equilibrium(p, rigid)
     return tabulate(generator, p.eta, row, REACH / fastest, equilibrium, p.wall > 0.0)
 
@@ -129,6 +134,18 @@ def full_pressed_generators(rows):
 
 
 @jit
+def write_laws(packed, p, rigid, stiff, completion):
+    """Write the numbers of a :class:`.state.HybridSystem` that are no tables."""
+    _write_numbers(packed, 2 * math.pi / p.eta, p.eta / (2 * math.pi), rigid, stiff)
+    position, velocity, gap, rate = force_factors(p, rigid)
+    _write_laws(packed, position, velocity, gap, rate)
+    cosine, sine, constant = other_force_factors(p, rigid)
+    _write_other_force(packed, cosine, sine, constant)
+    mass_share = 0.0 if p.wall > 0.0 else p.mass_share
+    _write_impact(packed, p.clearance, mass_share, p.restitution, p.threshold, completion)
+
+
+@jit
 def set_up_events(packed, keys, row, rigid, circle, completion):
     """Write the :class:`.state.HybridSystem` of a run into its packed array.
 
@@ -146,6 +163,7 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
         How far a chatter must have come to be summed up.
     """
     p = unpack_parameters(row)
+    write_laws(packed, p, rigid, circle[0] > 0.0, completion)
     if renew_key(keys[0], row, FOR_FLIGHT):
         _write_flight(packed, flight_phase(p))
     if renew_key(keys[1], row, FOR_CONTACT):
@@ -154,10 +172,20 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
             fast = fast_projector(pressed_generator(p), p.eta, circle[0])
             _write_slow(packed, slow_contact_phase(p, fast, circle[1]))
             _write_fast(packed, fast)
-    _write_numbers(packed, 2 * math.pi / p.eta, p.eta / (2 * math.pi), rigid, circle[0] > 0.0)
-    position, velocity, gap, rate = force_factors(p, rigid)
-    _write_laws(packed, position, velocity, gap, rate)
-    cosine, sine, constant = other_force_factors(p, rigid)
-    _write_other_force(packed, cosine, sine, constant)
-    mass_share = 0.0 if p.wall > 0.0 else p.mass_share
-    _write_impact(packed, p.clearance, mass_share, p.restitution, p.threshold, completion)
+
+
+@jit
+def set_up_flow(packed, row, rigid, touching, completion):
+    """The same for motions whose events are given: without tables of what is watched, in half the time.
+
+    ``touching``: whether there is contact. Transitions have tables at the powers of two alone.
+    """
+    p = unpack_parameters(row)
+    write_laws(packed, p, rigid, False, completion)
+    position, gap = free_equilibrium(p)
+    h, wall = REACH / free_rate(p), p.wall > 0.0
+    _write_flight(packed, tabulate_flow(separated_generator(p), p.eta, h, (position, gap, gap), wall))
+    if touching:
+        generator, fastest = contact_generator(p, rigid)
+        equilibrium = contact_equilibrium(p, rigid)
+        _write_contact(packed, tabulate_flow(generator, p.eta, REACH / fastest, equilibrium, wall))

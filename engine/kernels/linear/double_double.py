@@ -1,5 +1,7 @@
 """Matrices to twice the usual number of digits, as sums of two float64 (Dekker 1971; Knuth, TAOCP 2, 4.2.2).
 
+As in :mod:`.matrices` they are [B C; 0 R], and the zeros in the lower left are left out of products.
+
 The tables of a phase are powers of one matrix. Rounded at each product, they would be wrong by several units in the
 last place, always in the same sense, and would cause most of the error of a solution in closed form.
 
@@ -16,15 +18,14 @@ _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose produc
 def _products(begin):
     # Constant bounds let the compiler unroll the loops. Rows and columns before ``begin`` are left out.
     @jit
-    def product(a, b, divisor):
-        out = np.zeros((2, 6, 6))
-        for i in range(begin, 6):
-            for k in range(begin, 6):
+    def add_block(out, a, b, rows, inner, first):
+        for i in range(rows[0], rows[1]):
+            for k in range(inner[0], inner[1]):
                 x, rest = a[0, i, k], a[1, i, k]
                 t = _SPLITTER * x
                 x1 = t - (t - x)
                 x2 = x - x1
-                for j in range(begin, 6):
+                for j in range(first, 6):
                     y = b[0, k, j]
                     t = _SPLITTER * y
                     y1 = t - (t - y)
@@ -37,8 +38,11 @@ def _products(begin):
                     lost = (high - (total - virtual)) + (p - virtual)
                     out[0, i, j] = total
                     out[1, i, j] += lost + error + (x * b[1, k, j] + rest * y)
-        for i in range(begin, 6):
-            for j in range(begin, 6):
+
+    @jit
+    def divide(out, divisor, rows, first):
+        for i in range(rows[0], rows[1]):
+            for j in range(first, 6):
                 high, low = out[0, i, j], out[1, i, j]
                 quotient = high / divisor
                 t = _SPLITTER * quotient
@@ -46,18 +50,32 @@ def _products(begin):
                 low = (((high - divisor * upper) - divisor * (quotient - upper)) + low) / divisor
                 out[0, i, j] = quotient + low
                 out[1, i, j] = (quotient - out[0, i, j]) + low
+
+    @jit
+    def product(a, b, divisor):
+        out = np.zeros((2, 6, 6))
+        add_block(out, a, b, (begin, 4), (begin, 4), begin)
+        add_block(out, a, b, (begin, 6), (4, 6), 4)
+        divide(out, divisor, (begin, 4), begin)
+        divide(out, divisor, (4, 6), 4)
         return out
 
     @jit
-    def rounded_product(a, b, out):
+    def round_block(out, a, b, rows, inner, columns):
         # the factors are known to more digits than the product needs
-        for i in range(begin, 6):
-            for j in range(begin, 6):
+        for i in range(rows[0], rows[1]):
+            for j in range(columns[0], columns[1]):
                 high, low = 0.0, 0.0
-                for k in range(begin, 6):
+                for k in range(inner[0], inner[1]):
                     high += a[0, i, k] * b[0, k, j]
                     low += a[1, i, k] * b[0, k, j] + a[0, i, k] * b[1, k, j]
                 out[i, j] = high + low
+
+    @jit
+    def rounded_product(a, b, out):
+        round_block(out, a, b, (begin, 4), (begin, 4), (begin, 4))
+        round_block(out, a, b, (begin, 4), (begin, 6), (4, 6))
+        round_block(out, a, b, (4, 6), (4, 6), (4, 6))
 
     return product, rounded_product
 

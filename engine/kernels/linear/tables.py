@@ -97,16 +97,39 @@ def fill_polynomial(out, begin, row, a, h):
 
 
 @jit
+def write_turn(transition, turn):
+    """Write how cos ητ and sin ητ go on over an angle."""
+    transition[4, 4] = transition[5, 5] = math.cos(turn)
+    transition[5, 4] = math.sin(turn)
+    transition[4, 5] = -math.sin(turn)
+
+
+@jit
 def transitions_of(a, eta, h, one_body):
     """E(jh) for j = 1 … POINTS."""
     step = double_double.exponential(a, h, _SERIES, one_body)
     transitions = double_double.powers(step, POINTS, one_body)
     for j in range(1, POINTS + 1):
-        turn = j * h * eta
-        transitions[j - 1, 4, 4] = transitions[j - 1, 5, 5] = math.cos(turn)
-        transitions[j - 1, 5, 4] = math.sin(turn)
-        transitions[j - 1, 4, 5] = -math.sin(turn)
+        write_turn(transitions[j - 1], j * h * eta)
     return transitions
+
+
+@jit
+def tabulate_flow(generator, eta, h, equilibrium, one_body):
+    """Those tables of :func:`tabulate` that lead a state on: E(jh) for j = 1, 2, 4 … POINTS, ξ₁ and g; no others."""
+    a = full_generator(generator, eta)
+    transitions, rows = np.zeros((POINTS, 6, 6)), np.zeros((6, INTEGRAL + 1))
+    step, j = double_double.exponential(a, h, _SERIES, one_body), 1
+    while j <= POINTS:
+        write_turn(transitions[j - 1], j * h * eta)
+        for i in range(4):
+            for k in range(6):
+                transitions[j - 1, i, k] = step[0, i, k]
+        step, j = double_double.product(step, step, 1.0, one_body), 2 * j
+    if not one_body:
+        fill_polynomial(rows, POSITION, unit(0), a, h)
+    fill_polynomial(rows, GAP, unit(2), a, h)
+    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], one_body, rows, transitions)
 
 
 @jit

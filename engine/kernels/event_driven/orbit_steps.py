@@ -1,0 +1,171 @@
+"""Steps of Newton's method to an orbit, the tangent of a curve of orbits, and the Jacobian of its Poincaré map.
+
+The equations of an orbit and their Jacobian are those of :mod:`.orbit` or :mod:`.law_orbit`; what follows from them is
+the same for both.
+"""
+
+import numpy as np
+
+from ..compile.options import jit
+from ..linear.small_systems import null_vector, relative_determinant, solve
+
+
+@jit
+def scales_of(unknowns, width):
+    """Units in which distances count, (n + 1,): of states their largest, of instants the period, of α₁ ``width``."""
+    n, size = unknowns.shape[0], 1e-9
+    scales = np.ones(n + 1)
+    for j in range(4):
+        size = max(size, abs(unknowns[j]))
+    scales[:4] = size
+    scales[n] = width
+    return scales
+
+
+@jit
+def step_at_value(residual, jacobian, scales, unknowns):
+    """Take a step of Newton's method in the unknowns, in place; returns its largest scaled component.
+
+    Parameters
+    ----------
+    residual : (n,) float64
+    jacobian : (n, n) float64
+    scales : (n + 1,) float64
+        Units of the unknowns, and of α₁.
+    unknowns : (n,) float64
+    """
+    n = residual.shape[0]
+    matrix, step = np.empty((n, n)), np.empty((n, 1))
+    for i in range(n):
+        step[i, 0] = -residual[i]
+        for j in range(n):
+            matrix[i, j] = jacobian[i, j] * scales[j]
+    return take_step(matrix, step, scales, unknowns)
+
+
+@jit
+def step_in_plane(found, scales, plane, x, slope, step):
+    """Take a step of Newton's method in X = (unknowns, α₁), in place, in the plane row·X = target.
+
+    Parameters
+    ----------
+    found : tuple
+        Residual (n,) and Jacobian (n, n).
+    scales : (n + 1,) float64
+    plane : tuple
+        ``row`` (n + 1,) and ``target``.
+    x : (n + 1,) float64
+    slope : (n,) float64
+        ∂F/∂α₁ nearby; it is corrected by what the step before missed (Broyden 1965).
+    step : (n + 1, 1) float64
+        The scaled step before, zero at the first one; becomes this one.
+
+    Returns
+    -------
+    float
+        The largest scaled component of the step; not finite if there is none.
+    """
+    residual, jacobian = found
+    row, target = plane
+    n, square = residual.shape[0], 0.0
+    for j in range(n + 1):
+        square += step[j, 0] * step[j, 0]
+    missed = step[n, 0] / scales[n] / square if square > 0.0 else 0.0
+    matrix = np.empty((n + 1, n + 1))
+    off = target
+    for j in range(n + 1):
+        off -= row[j] * x[j]
+        matrix[n, j] = row[j] * scales[j]
+    for i in range(n):
+        slope[i] += residual[i] * missed
+        step[i, 0] = -residual[i]
+        matrix[i, n] = slope[i] * scales[n]
+        for j in range(n):
+            matrix[i, j] = jacobian[i, j] * scales[j]
+    step[n, 0] = off
+    return take_step(matrix, step, scales, x)
+
+
+@jit
+def take_step(matrix, step, scales, x):
+    """Solve for a step and add it to x, in place; returns its largest scaled component, nan if it is not finite."""
+    solve(matrix, step)
+    length = 0.0
+    for j in range(x.shape[0]):
+        if not np.isfinite(step[j, 0]):
+            return np.nan
+        length = max(length, abs(step[j, 0]))
+    for j in range(x.shape[0]):
+        x[j] += step[j, 0] * scales[j]
+    return length
+
+
+@jit
+def tangent_of(jacobian, slope, scales):
+    """The scaled vector of length one, (n + 1,), along which F does not change; nan if there is none."""
+    n = slope.shape[0]
+    matrix = np.empty((n, n + 1))
+    for i in range(n):
+        for j in range(n):
+            matrix[i, j] = jacobian[i, j] * scales[j]
+        matrix[i, n] = slope[i] * scales[n]
+    return null_vector(matrix)
+
+
+@jit
+def monodromy_of(jacobian):
+    """Jacobian of the Poincaré map over the cycle, (4, 4); not finite at a grazing impact, where there is none."""
+    m = jacobian.shape[0] - 4
+    found = jacobian[:4, :4].copy()
+    for i in range(4):
+        found[i, i] += 1.0
+    if m == 0:
+        return found
+    moved = jacobian[4:, :4].copy()
+    solve(jacobian[4:, 4:].copy(), moved)
+    for i in range(4):
+        for j in range(4):
+            for k in range(m):
+                found[i, j] -= jacobian[i, 4 + k] * moved[k, j]
+    return found
+
+
+@jit
+def doubling_indicator(jacobian):
+    """The relative determinant of the Jacobian with M + 1 in place of M − 1."""
+    doubled = jacobian.copy()
+    for i in range(4):
+        doubled[i, i] += 2.0
+    return relative_determinant(doubled)
+
+
+@jit
+def branch_point_indicator(jacobian, slope, tangent):
+    """The relative determinant of the Jacobian with its column of α₁, bordered by the tangent."""
+    n = slope.shape[0]
+    matrix = np.empty((n + 1, n + 1))
+    matrix[:n, :n] = jacobian
+    matrix[:n, n] = slope
+    matrix[n] = tangent
+    return relative_determinant(matrix)
+
+
+@jit
+def neimark_sacker_indicator(jacobian):
+    """The product of 1 − mᵢmⱼ over all pairs of multipliers, scaled, with the sign of the events' determinant."""
+    monodromy = monodromy_of(jacobian)
+    pairs = np.empty((6, 6))
+    row = 0
+    for i in range(4):
+        for j in range(i):
+            column = 0
+            for k in range(4):
+                for n in range(k):
+                    minor = monodromy[i, k] * monodromy[j, n] - monodromy[i, n] * monodromy[j, k]
+                    pairs[row, column] = (1.0 if row == column else 0.0) - minor
+                    column += 1
+            row += 1
+    events = 1.0
+    if jacobian.shape[0] > 4:
+        events = np.sign(relative_determinant(jacobian[4:, 4:].copy()))
+    return events * relative_determinant(pairs)
