@@ -45,15 +45,18 @@ def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
 class LocatedTables:
     """The tables of located steps of size Δτ and of their pieces, made as a run asks for them.
 
+    ``contacts``: whether contacts are skipped, too, as those of spring and damper.
+
     Attributes
     ----------
     arrays : SkipTables
     """
 
-    def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator):
+    def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator, contacts: bool = True):
         self._scheme, self._parameters, self._integrator = m, p, integrator
         halvings, _ = uncompiled(halvings_at)(m, True, 0.0)
-        self.arrays = _empty_tables([[None]] * (CONTACT + 1 + min(halvings, TABULATED)), p)
+        modes = CONTACT + 1 + min(halvings, TABULATED) if contacts else FREE + 1
+        self.arrays = _empty_tables([[None]] * modes, p)
         self.arrays.counts[:] = MISSING
 
     def make_asked(self) -> None:
