@@ -17,6 +17,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
 from vibroscope.engine.law_table import HERTZ
+from vibroscope.engine.laws import STEP_SCALE_RANGE
 from vibroscope.engine.methods import (
     DAMPING_RANGE,
     EXPONENT_RANGE,
@@ -50,6 +51,20 @@ class Explorer(param.Parameterized):
 
     eta = param.Number(1.08, bounds=ETA_RANGE, softbounds=(0.5, 4.0), label="η", doc="excitation frequency Ω/ω₁")
     K = param.Number(2500.0, bounds=STIFFNESS_RANGE, softbounds=(10.0, 1e5), label="K", doc="penalty stiffness")
+    stiffness = param.Selector(
+        default="typed",
+        objects=["typed", "step"],
+        label="Stiffness",
+        doc="K as typed, or K = s m/Δτ² from the time step and the reduced mass m, as the soft constraint contact of "
+        "explicit codes has it (LS-DYNA: SOFT = 1)",
+    )
+    step_scale = param.Number(
+        0.1,
+        bounds=STEP_SCALE_RANGE,
+        inclusive_bounds=(False, True),
+        label="s",
+        doc="of K = s m/Δτ², SOFSCL of LS-DYNA; a smaller step makes K larger",
+    )
     D = param.Number(8.0, bounds=DAMPING_RANGE, softbounds=(0.1, 100.0), label="D", doc="penalty damping")
     steps = param.Integer(2000, bounds=STEPS_RANGE, softbounds=(8, 32_000), label="T/Δτ", doc="time steps per period")
     located = param.Selector(
@@ -197,7 +212,7 @@ START_FIELDS = ("start_xi1", "start_v1", "start_xi2", "start_v2")
 SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 # What the penalty solution is computed with, beside K, D and the step.
 STEPPING_FIELDS = ("integrator", "beta", "gamma", "alpha", "rho", "status", "without_solution", "law")
-STEPPING_FIELDS += ("exponent", "penetration", "damper", "initial_acceleration")
+STEPPING_FIELDS += ("exponent", "penetration", "stiffness", "step_scale", "damper", "initial_acceleration")
 # A scene of the paper sets them to their defaults.
 PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located", *STEPPING_FIELDS)
 DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them

@@ -19,7 +19,7 @@ from .step_maps import bodies_of, step_maps
 
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
-SAME = 1e-12  # rows that differ by less, as a share of their size, are watched once
+SAME = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
 
 
 def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
@@ -149,9 +149,11 @@ def _watched_rows(maps: np.ndarray, m: LinearScheme, mode: int) -> list[np.ndarr
 
 
 def _distinct(rows: list[np.ndarray]) -> list[np.ndarray]:
+    """The rows but for multiples: those of an earlier one have its sign, as the forces without and with contact."""
     found = []
     for row in rows:
-        if not any(np.abs(row - other).max() <= SAME * np.abs(row).max() for other in found):
+        own = row / np.abs(row).max()
+        if not any(np.abs(own - other / np.abs(other).max()).max() <= SAME for other in found):
             found.append(row)
     return found
 

@@ -73,7 +73,7 @@ def test_steps_end_at_the_kinks_of_impact(penetration, exponent, damping, wall):
     assert len(twin.contacts) == len(run.contacts) > 0
 
 
-@pytest.mark.parametrize("damping", [33.99920246114031, 34.0])
+@pytest.mark.parametrize("damping", [34.0, 34.1])
 def test_a_cut_within_one_step_is_seen(damping):
     """The force of "impact" pulls for less than a step, in which both ends push."""
     method = ExactPenalty(12000.0, damping, "impact", exponent=1.5, penetration=0.003)

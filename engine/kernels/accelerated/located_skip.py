@@ -44,7 +44,7 @@ FREE, CONTACT = range(2)  # modes; CONTACT + j: in contact, with steps halved j 
 TABULATED = 30  # halvings: with more, all pieces are solved
 MISSING, ASKED = -1, -2  # in the place of a number of watched rows: tables that have not been made, and shall be
 
-# What follows a skip: another one; a piece that is solved for; nothing, since it reaches beyond the end; tables are made
+# What follows a skip: another one; a piece that is solved for; nothing, since it reaches beyond the end; new tables
 SKIP_ON, TAKE_PIECE, BEYOND, WAIT = range(4)
 
 
