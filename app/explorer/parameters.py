@@ -51,20 +51,6 @@ class Explorer(param.Parameterized):
 
     eta = param.Number(1.08, bounds=ETA_RANGE, softbounds=(0.5, 4.0), label="η", doc="excitation frequency Ω/ω₁")
     K = param.Number(2500.0, bounds=STIFFNESS_RANGE, softbounds=(10.0, 1e5), label="K", doc="penalty stiffness")
-    stiffness = param.Selector(
-        default="typed",
-        objects=["typed", "step"],
-        label="Stiffness",
-        doc="K as typed, or K = s m/Δτ² from the time step and the reduced mass m, as the soft constraint contact of "
-        "explicit codes has it (LS-DYNA: SOFT = 1)",
-    )
-    step_scale = param.Number(
-        0.1,
-        bounds=STEP_SCALE_RANGE,
-        inclusive_bounds=(False, True),
-        label="s",
-        doc="of K = s m/Δτ², SOFSCL of LS-DYNA; a smaller step makes K larger",
-    )
     D = param.Number(8.0, bounds=DAMPING_RANGE, softbounds=(0.1, 100.0), label="D", doc="penalty damping")
     steps = param.Integer(2000, bounds=STEPS_RANGE, softbounds=(8, 32_000), label="T/Δτ", doc="time steps per period")
     located = param.Selector(
@@ -106,6 +92,20 @@ class Explorer(param.Parameterized):
         inclusive_bounds=(False, True),
         label="δ_d",
         doc="penetration from which on the damper of IMPACT acts in full",
+    )
+    stiffness = param.Selector(
+        default="typed",
+        objects=["typed", "step"],
+        label="Stiffness",
+        doc="K as typed, or K = s m/Δτ² from the time step and the reduced mass m, as the soft constraint contact of "
+        "explicit codes has it (LS-DYNA: SOFT = 1)",
+    )
+    step_scale = param.Number(
+        0.1,
+        bounds=STEP_SCALE_RANGE,
+        inclusive_bounds=(False, True),
+        label="s",
+        doc="of K = s m/Δτ², SOFSCL of LS-DYNA; a smaller step makes K larger",
     )
     damper = param.Selector(
         default="typed",
