@@ -33,16 +33,17 @@ def methods_of(stiffness, damping, steps):
     """Name, method with skips, and the plain loop that it is judged by."""
     for kind in INTEGRATORS.values():
         for status in ("start", "end", "located"):
-            for law in LAWS if status != "located" else LAWS[:1]:
+            for law in LAWS:
                 if status != "end" or not kind.explicit:
                     method = TimeStepping(stiffness, damping, steps, kind(), status, "keep", law)
                     judge = "start" if status == "located" else status
                     yield f"{kind.name}, {status}, {law}", method, replace(method, status=judge, every_step=True)
     for law in CONTACT_LAWS[2:]:
         numbers = {"penetration": PENETRATION} if "penetration" in numbers_of(law) else {}
-        for status in ("start", "end"):
+        for status in ("start", "end", "located"):
             method = TimeStepping(stiffness, damping, steps, NewmarkBeta(), status, "keep", law, **numbers)
-            yield f"{NewmarkBeta.name}, {status}, {law}", method, replace(method, every_step=True)
+            judge = "start" if status == "located" else status
+            yield f"{NewmarkBeta.name}, {status}, {law}", method, replace(method, status=judge, every_step=True)
     newmark = Newmark(stiffness, damping, steps)
     yield "Newmark", newmark, replace(newmark, every_step=True)
     yield "Newmark located", replace(newmark, located=True), replace(newmark, every_step=True)

@@ -51,6 +51,9 @@ _RUNS = {  # what is called, by what it solves; the solvers that the explorer op
     "other integrators, every step": TimeStepping(2500.0, 8.0, 2000, every_step=True),
     "other contact laws": ExactPenalty(2500.0, 8.0, "cut"),
     "other contact laws, located": TimeStepping(2500.0, 8.0, 2000, status="located", law="cut"),
+    "other contact laws, located, every step": TimeStepping(
+        2500.0, 8.0, 2000, status="located", law="cut", every_step=True
+    ),
 }
 _SYSTEMS = System(), System(wall=True)  # each with machine code of its own
 _AT_WALL = ("reference", "Newmark", "Newmark, every step")  # which have kernels of their own for a wall

@@ -20,6 +20,7 @@ from .law_table import LAWS
 from .methods import STEPS_RANGE, spring_exponent
 from .model import System, check_eta, require, whole
 
+STEP_SCALE_RANGE = (0.0, 1e6)  # of s in K = s m/Δτ², 0 excluded
 DIVIDING = "flores", "jankowski", "constant-restitution"  # whose formula has no value for e = 0
 
 
@@ -85,7 +86,8 @@ def stiffness_of_step(system: System, eta: float, steps: float, scale: float) ->
     2247
     """
     step = 2.0 * math.pi / check_eta(eta) / whole("steps", steps, *STEPS_RANGE, "give steps per excitation period")
-    s = require("stiffness_of_step", scale, 0.0, 1e6, "give the share s of m/Δτ², 0.05 to 1 in codes", open_low=True)
+    why = "give the share s of m/Δτ², 0.05 to 1 in codes"
+    s = require("stiffness_of_step", scale, *STEP_SCALE_RANGE, why, open_low=True)
     return s * system.mass_share / step**2
 
 

@@ -14,8 +14,8 @@ TIGHT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15, "max_step": 0.01}
 def force(method, gain, depth, speed, sides=None):
     """λ of a penetration and its rate; ``gain``: c, or h of the laws that have it.
 
-    ``sides``: of "impact", whether its damping is full and whether it is cut at zero (1, else −1), where the formula of
-    these sides shall go on beyond them.
+    ``sides``: of "impact", whether its damping is full and whether it is cut at zero (1, else −1), of "jankowski",
+    whether the bodies part, where the formula of these sides shall go on beyond them.
     """
     law, k, n = method.law, method.stiffness, method.exponent
     if law == "kelvin-voigt":
@@ -30,7 +30,8 @@ def force(method, gain, depth, speed, sides=None):
     if law in ("hunt-crossley", "lankarani-nikravesh", "flores"):
         return k * depth**n * (1 + gain * speed)
     if law == "jankowski":
-        return k * depth**1.5 + (gain * depth**0.25 * speed if speed > 0 else 0.0)
+        closing = speed > 0 if sides is None else sides[0] < 0
+        return k * depth**1.5 + (gain * depth**0.25 * speed if closing else 0.0)
     if law == "constant-restitution":
         return k * depth**n + gain * depth ** ((n - 1) / 2) * speed
     x = depth / method.penetration
@@ -81,6 +82,7 @@ class Motion:
     def run(self, start, end):
         """The state at τ = ``end``; contacts and their impulses are noted."""
         t, y, gain, sides = 0.0, np.array([*start, 0.0]), None, [-1.0, -1.0]
+        law = self.method.law
 
         def gap(t, y, gain, sides):
             return self.system.clearance + y[2] - y[0]
@@ -96,7 +98,10 @@ class Motion:
             damper = gain * (3 * x**2 - 2 * x**3) / depth**self.method.exponent
             return -self.method.stiffness - damper * (y[1] - y[3])
 
-        kinks = (full, cut) if self.method.law == "impact" else ()
+        def parting(t, y, gain, sides):  # "jankowski": whether the bodies part
+            return -1.0 if gain is None else y[3] - y[1]
+
+        kinks = (full, cut) if law == "impact" else (parting,) if law == "jankowski" else ()
         for each in (gap, *kinks):
             each.terminal = True
         while True:
@@ -112,7 +117,7 @@ class Motion:
             if found.status == 0:
                 return y[:4]
             if not found.t_events[0].size:  # a kink: on from there, with steps that do not reach over it
-                sides = [-side if times.size else side for side, times in zip(sides, found.t_events[1:], strict=True)]
+                sides = [-side if times.size else side for side, times in zip(sides, found.t_events[1:], strict=False)]
                 continue
             sides = [-1.0, -1.0]
             if gain is None:

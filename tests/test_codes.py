@@ -12,6 +12,7 @@ from vibroscope.app.export.decks import Problem, deck
 from vibroscope.engine import NewmarkBeta, System, TimeStepping, Units, simulate
 
 from tools.codes import PAGE, opensees_cells, table
+from tools.hertz_codes import MATERIALS
 from tools.other_codes import (
     CASES,
     INTEGRATORS,
@@ -52,6 +53,8 @@ def test_the_page_has_a_row_for_each_run_and_explains_it():
     found = [row for row in ROWS if row[3] in {f"T/{n}" for n in STEPS}]
     assert len(found) == len(CASES) * len(STEPS) * len(INTEGRATORS) + 5
     assert all(EXPLAINED.match(row[-1]) for row in found)
+    of_laws = [row for row in ROWS if row[4] in {f"T/{n}" for n in STEPS}]
+    assert len(of_laws) == len(CASES) * len(STEPS) * len(MATERIALS)
     assert "unexplained" not in TEXT
     assert "nan" not in TEXT
 

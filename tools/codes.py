@@ -114,7 +114,7 @@ default, and by {tight} with 1e-8.
 
 
 _HERTZ = """\
-Newmark's method at η = 2.76, K = 12000, the damper by the formula of each law with e = 0.5.
+Newmark's method, the damper by the formula of each law with e = 0.5, ten periods.
 
 {table}
 
@@ -189,7 +189,7 @@ def hertz_text(folder: Path) -> str:
     if not is_offered():
         return "Not compared: this version has not these laws."
     cells = [law_cells(problem, folder) for problem in law_problems()]
-    return _HERTZ.format(table=table(("law", "material", "steps", "OpenSees beside ours"), cells))
+    return _HERTZ.format(table=table(("η", "K", "law", "material", "steps", "OpenSees beside ours"), cells))
 
 
 def calculix_text(folder: Path) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from vibroscope.app.export.decks import Problem, deck
 from vibroscope.engine import CONTACT_LAWS, System, TimeStepping, simulate
 
-from tools.other_codes import AGREE, PERIODS, STEPS, distance, run_opensees
+from tools.other_codes import AGREE, CASES, PERIODS, STEPS, distance, run_opensees
 
 MATERIALS = {"jankowski": "JankowskiImpact", "hunt-crossley": "Hertzdamp", "flores": "Hertzdamp"}
 NUDGE = 1e-11  # by which our own start is moved, to see how long two runs stay together
@@ -20,13 +20,18 @@ def is_offered() -> bool:
 
 
 def law_problems() -> list[Problem]:
-    """Newmark's method at η = 2.76, K = 12000, the damper by the formula of each law."""
-    return [Problem(System(), 2.76, method_of(law, n), periods=PERIODS, keep=1) for law in MATERIALS for n in STEPS]
+    """Newmark's method at four η and K, the damper by the formula of each law."""
+    return [
+        Problem(System(), eta, method_of(law, K, n), periods=PERIODS, keep=1)
+        for law in MATERIALS
+        for n in STEPS
+        for eta, K, _ in CASES
+    ]
 
 
-def method_of(law: str, steps: int) -> TimeStepping:
+def method_of(law: str, stiffness: float, steps: int) -> TimeStepping:
     """Newmark's method with a law of Hertz."""
-    return TimeStepping(12000, None, steps, status="end", law=law, initial_acceleration="zero")
+    return TimeStepping(stiffness, None, steps, status="end", law=law, initial_acceleration="zero")
 
 
 def sections(problem: Problem, nudge: float = 0.0) -> np.ndarray:
@@ -80,7 +85,7 @@ def hertz_force(problem: Problem, states: np.ndarray) -> Force:
 
 
 def law_cells(problem: Problem, folder: Path) -> list[str]:
-    """A row of the table: law, material, steps, what is found."""
+    """A row of the table: η, K, law, material, steps, what is found."""
     method = problem.method
     states, stopped = run_opensees(deck("opensees", problem), folder)
     ours = sections(problem)
@@ -96,5 +101,7 @@ def law_cells(problem: Problem, folder: Path) -> list[str]:
     else:
         own, alike = together(ours, sections(problem, NUDGE)), together(ours, theirs)
         words = f"agree to {AGREE:.0e} for {alike} periods; ours and ours from a start {NUDGE:.0e} off for {own}"
-    ended = "" if stopped is None else f"; it stops in step {stopped}"
-    return [method.law, f"`{MATERIALS[method.law]}`", f"T/{method.steps}", words + ended]
+    if stopped is not None:
+        words += f"; it stops in step {stopped}"
+    numbers = f"{problem.eta:g}", f"{method.stiffness:g}"
+    return [*numbers, method.law, f"`{MATERIALS[method.law]}`", f"T/{method.steps}", words]

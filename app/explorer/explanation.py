@@ -140,7 +140,7 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
         found = _without_verdict(comparison, error)
     difference = comparison.difference if comparison.parts and math.isfinite(comparison.difference.total) else None
     in_step = ("total", *PARTS) if comparison.pointwise else ()
-    change, limit = _takeable(_change_texts(found.change), setting)
+    change, limit = _takeable(_change_texts(found.change, setting), setting)
     return Explanation(
         headline=found.headline + _shift_note(comparison) + limit,
         agree=found.agree,
@@ -205,9 +205,12 @@ def _last_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(new, old, row) for row in tail]).astype(np.float32)
 
 
-def _change_texts(change: dict[str, float | bool | str]) -> dict[str, str]:
-    """The proposed change as texts for the controls, which have a switch of their own for located steps."""
-    texts = {}
+def _change_texts(change: dict[str, float | bool | str], setting: Setting) -> dict[str, str]:
+    """The proposed change as texts for the controls, which have a switch of their own for located steps.
+
+    It was tried with the present K, which therefore no longer follows the step where another step is proposed.
+    """
+    texts = {"K": print_value(setting.K)} if setting.follows_step and "steps" in change else {}
     for name, value in change.items():
         if "located" in (name, value):
             texts["located"] = "yes"

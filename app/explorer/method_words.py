@@ -17,6 +17,7 @@ INTEGRATOR_NAMES = {
     "semi-implicit-euler": "semi-implicit Euler",
 }
 STATUS_NAMES = {"start": "start of the step", "end": "end, iterated"}
+STIFFNESS_NAMES = {"typed": "K as typed", "step": "s·m/Δτ²"}
 DAMPER_NAMES = {"typed": "D as typed", "restitution": "from the restitution"}
 WITHOUT_SOLUTION_NAMES = {"stop": "stop", "keep": "keep status", "halve": "halve step"}
 LAW_NAMES = {
@@ -36,6 +37,7 @@ CHOICE_NAMES = {  # of the choices by which methods with a time step differ
     "status": STATUS_NAMES,
     "without_solution": WITHOUT_SOLUTION_NAMES,
     "law": LAW_NAMES,
+    "stiffness": STIFFNESS_NAMES,
     "damper": DAMPER_NAMES,
 }
 CUT = "cut at contact"  # of steps that end where contact changes, as titles and legends have it

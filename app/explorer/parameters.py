@@ -17,6 +17,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
 from vibroscope.engine.law_table import HERTZ
+from vibroscope.engine.laws import STEP_SCALE_RANGE
 from vibroscope.engine.methods import (
     DAMPING_RANGE,
     EXPONENT_RANGE,
@@ -91,6 +92,20 @@ class Explorer(param.Parameterized):
         inclusive_bounds=(False, True),
         label="δ_d",
         doc="penetration from which on the damper of IMPACT acts in full",
+    )
+    stiffness = param.Selector(
+        default="typed",
+        objects=["typed", "step"],
+        label="Stiffness",
+        doc="K as typed, or K = s m/Δτ² from the time step and the reduced mass m, as the soft constraint contact of "
+        "explicit codes has it (LS-DYNA: SOFT = 1)",
+    )
+    step_scale = param.Number(
+        0.1,
+        bounds=STEP_SCALE_RANGE,
+        inclusive_bounds=(False, True),
+        label="s",
+        doc="of K = s m/Δτ², SOFSCL of LS-DYNA; a smaller step makes K larger",
     )
     damper = param.Selector(
         default="typed",
@@ -197,7 +212,7 @@ START_FIELDS = ("start_xi1", "start_v1", "start_xi2", "start_v2")
 SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 # What the penalty solution is computed with, beside K, D and the step.
 STEPPING_FIELDS = ("integrator", "beta", "gamma", "alpha", "rho", "status", "without_solution", "law")
-STEPPING_FIELDS += ("exponent", "penetration", "damper", "initial_acceleration")
+STEPPING_FIELDS += ("exponent", "penetration", "stiffness", "step_scale", "damper", "initial_acceleration")
 # A scene of the paper sets them to their defaults.
 PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located", *STEPPING_FIELDS)
 DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them

@@ -277,7 +277,8 @@ def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, fl
             found[name] = float(f"{getattr(setting, name) * ratio:.12g}")
     if not _is_covered("K", found.get("K", setting.K), after.system):
         found.pop("K", None), found.pop("D", None)
-    return found | ({"damper": setting.damper} if "D" in found else {})
+    kept = {"K": "stiffness", "D": "damper"}  # which a number that is given would end
+    return found | {choice: getattr(setting, choice) for name, choice in kept.items() if name in found}
 
 
 def _is_covered(name: str, value: float, system: System) -> bool:

@@ -18,7 +18,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.app.runtime.number_text import LONGEST_NUMBER, print_number, quote
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import end_text, simulate
+from vibroscope.engine import end_text, simulate, stiffness_of_step
 from vibroscope.engine.methods import STEPS_RANGE
 
 _PERIODS = signature(simulate).parameters["periods"].default
@@ -44,12 +44,16 @@ def read_setting_at_any_cost(texts: Mapping[str, object], base: Setting | None =
     setting = (base or Setting())._replace(**read_values(texts))
     if "D" in texts and "damper" not in texts:  # what is given stays
         setting = setting._replace(damper="typed")
+    if "K" in texts and "stiffness" not in texts:
+        setting = setting._replace(stiffness="typed")
     if setting.bodies == "wall":  # it does not move
         setting = setting._replace(coordinate="xi1", start_xi2=0.0, start_v2=0.0)
     if any(setting.start_numbers):
         setting = setting._replace(zero_start="rest")
     setting = _with_one_status(setting, texts)
     _check_combination(setting)
+    if setting.follows_step:
+        setting = setting._replace(K=_stiffness_of_step(setting, texts))
     _check_damper(setting, texts)
     given = (name for name in texts if name in ("start_xi1", "start_xi2"))
     _check_gap(setting, "start_xi1" if setting.bodies == "wall" else next(given, "start_xi2"))
@@ -104,6 +108,16 @@ def _check_combination(setting: Setting) -> None:
         _ = setting.system
     except ValueError as error:
         raise _refused_system(setting, error) from None
+
+
+def _stiffness_of_step(setting: Setting, given: Mapping[str, object]) -> float:
+    """K as it follows from the step; raises `Refused` for what was given last where that is out of range."""
+    K = stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale)
+    low, high = bounds_of("K")
+    if not low <= K <= high:
+        name = next((name for name in ("steps", "eta", "step_scale") if name in given), "stiffness")
+        raise Refused(name, f"K must be from {end_text(low)} to {end_text(high)}, not s m/Δτ² = {K:.3g}.")
+    return K
 
 
 def _check_damper(setting: Setting, given: Mapping[str, object]) -> None:

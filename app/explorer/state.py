@@ -77,6 +77,11 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
         return self.damper == "restitution" and self.law in LAWS_BY_RESTITUTION
 
     @property
+    def follows_step(self) -> bool:
+        """Whether K is that of the time step: `reading.read_setting` then makes it from `step_scale`."""
+        return self.stiffness == "step"
+
+    @property
     def damping(self) -> tuple[float, bool]:
         """D, and whether it is still to be divided by the closing speed of a touch, in Aω₁.
 

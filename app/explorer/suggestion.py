@@ -127,6 +127,8 @@ def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, 
     held = str(asked.get("hold", ""))
     if "D" in held and setting.follows_restitution:
         raise Refused("D", "D follows from the restitution, and cannot be held: choose “D as typed” under Solver.")
+    if "K" in held and setting.follows_step:
+        raise Refused("K", "K follows from the time step, and cannot be held: choose “K as typed” under Solver.")
     etas = _read_etas(setting, asked.get("from", ""), asked.get("to", ""))
     if schemes and len(etas) > 1:
         raise Refused("eta", "What a code has is searched at one frequency: leave the ends of the range empty.")

@@ -69,8 +69,8 @@ def _choice(match: re.Match) -> str:
     if (field, values) == ("status", ["located"]):
         return _CUTTING["yes"]
     names = CHOICE_NAMES[field]
-    if not set(values) <= set(names):
-        return match[0]
+    if not set(values) <= set(names) or match.string.startswith(names[values[0]], match.start(2)):
+        return match[0]  # no choice, or its name already
     quoted = " or ".join(f"“{names[value]}”" for value in values)
     return f"{quoted} for a step without a solution" if field == "without_solution" else f"{what} {quoted}"
 

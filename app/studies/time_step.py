@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import Newmark, System, TimeStepping
+from vibroscope.engine import Newmark, System, TimeStepping, stiffness_of_step
 from vibroscope.engine.sweeps import (
     MISSING,
     SCHEMES,
@@ -38,11 +38,16 @@ class StepQuestion(NamedTuple):
     eta: float
     method: Newmark | TimeStepping  # with steps that are not located; how many has no effect
     initial: tuple[float, float, float, float] | None = None  # rest
+    stiffness_of_step: float | None = None  # s, where K follows the step: that of the method has no effect then
 
     def study(self) -> StepStudy:
         """The study that answers it."""
         method = replace(self.method, steps=STEPS[0])
-        return StepStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, steps=STEPS, initial=self.initial)
+        if self.stiffness_of_step is not None:
+            first = stiffness_of_step(self.system, self.eta, STEPS[0], self.stiffness_of_step)
+            method = replace(method, stiffness=first)
+        own = {"initial": self.initial, "stiffness_of_step": self.stiffness_of_step}
+        return StepStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, steps=STEPS, **own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +109,8 @@ class PartialStep:
         method = self.question.method
         question = {"eta": self.question.eta, "K": method.stiffness, "D": method.damping, "steps": self.steps}
         question |= {"method": scheme_as_dict(method)}
+        if (scale := self.question.stiffness_of_step) is not None:
+            question |= {"stiffness_of_step": scale, "K": self.study.arrays["K"].values[: self._count]}
         of_study = {"error_joint_damping": self.study.arrays["error_joint_damping"]}
         of_study |= self.study.conclusions(self.values)
         return (

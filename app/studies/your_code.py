@@ -18,7 +18,7 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.number_text import print_number
-from vibroscope.engine import METHOD_NUMBERS, TimeStepping, simulate
+from vibroscope.engine import METHOD_NUMBERS, TimeStepping, is_located, simulate
 
 _POINTS = 240  # of a small picture
 _CACHE = Cache(24)  # runs of rules, which shall not take the place of those that the page draws
@@ -106,6 +106,8 @@ def code_lines(code: Code, setting: Setting) -> tuple[str, ...]:
 def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:
     """Whether the steps have solutions: by a run that stops at the first that has none."""
     method = setting.penalty
+    if is_located(method):
+        return "Steps are cut where contact changes, so that every step has a solution."
     if not isinstance(method, TimeStepping) or method.status != "end":
         return "The contact status is taken from the start of the step, so that every step has a solution."
     how = run_length(setting.system) | {"initial": setting.initial, "cancelled": cancelled}

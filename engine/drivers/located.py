@@ -13,7 +13,7 @@ from ..kernels.parameters import Parameters
 from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import located as kernel
 from ..kernels.time_stepping import located_law
-from ..kernels.time_stepping.contact_location import Stages, forcing_with
+from ..kernels.time_stepping.contact_location import LocatedScheme, Stages, forcing_with
 from ..kernels.time_stepping.linear_step import COLUMNS
 from ..methods import Newmark, TimeStepping, spring_exponent
 from ..result import Checkpoint, Cost, Status
@@ -64,11 +64,15 @@ class LocatedDriver(SteppingDriver):
 
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         """Make what the kernel needs beside the scheme."""
-        self._forces, angle = self.forces_of_steps(), self.angles_of_steps()[:-1]
+        self._forces = self.forces_of_steps()
+        self._prepare_skips(self._scheme, p, integrator, contacts=True)
+
+    def _prepare_skips(self, m: LocatedScheme, p: Parameters, integrator: Integrator, *, contacts: bool) -> None:
+        """Make what skips need, where steps can be skipped; ``contacts``: whether those in contact can, too."""
         if self._can_skip(p):
+            angle, work = self.angles_of_steps()[:-1], np.zeros((5, COLUMNS))
+            self._tables = LocatedTables(m, p, integrator, contacts)
             angles = np.array([np.cos(angle), np.sin(angle)])
-            self._tables = LocatedTables(self._scheme, p, integrator)
-            work = np.zeros((5, COLUMNS))
             self._skips = located_skip.LocatedSkips(self._tables.arrays, p.free_position, angles, work)
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
@@ -100,8 +104,11 @@ class LocatedDriver(SteppingDriver):
     def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
         if self._tables is None:
             return self._take_every_step(last, most, buffers)
-        arrays = self._forces, self._state, last, most, self._window, buffers.views
-        return located_skip.integrate_skipping(self._scheme, self._skips, *arrays)
+        return self._skip(self._state, last, most, self._window, buffers.views)
+
+    def _skip(self, *arrays) -> int:
+        """Integrate with skips."""
+        return located_skip.integrate_skipping(self._scheme, self._skips, self._forces, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
         arrays = self._forces, self._state, last, most, self._window, buffers.views
@@ -141,11 +148,12 @@ class LocatedDriver(SteppingDriver):
 
 
 class LocatedLawDriver(LocatedDriver):
-    """The same with another contact law than spring and damper; every step is taken."""
+    """The same with another contact law than spring and damper: flights are skipped, steps in contact are taken."""
 
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         m = self._scheme._replace(stages=stages_of(integrator, p))
         self._law = located_law.LawScheme(m, int(p.law), p.stiffness, p.exponent, p.penetration, p.gain, p.relative)
+        self._prepare_skips(m, p, integrator, contacts=False)
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
         m, pressed = self._law, state.pressed
@@ -167,10 +175,13 @@ class LocatedLawDriver(LocatedDriver):
 
     @property
     def _kernel(self):
-        return located_law.integrate_located_law
+        return located_law.integrate_located_law if self._tables is None else located_skip.integrate_skipping_flights
+
+    def _skip(self, *arrays) -> int:
+        return located_skip.integrate_skipping_flights(self._law, self._skips, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        return self._kernel(self._law, self._state, last, most, self._window, buffers.views)
+        return located_law.integrate_located_law(self._law, self._state, last, most, self._window, buffers.views)
 
 
 def located_driver(method: Newmark | TimeStepping) -> type[LocatedDriver]:

@@ -19,7 +19,7 @@ from .step_maps import bodies_of, step_maps
 
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
-SAME = 1e-12  # rows that differ by less, as a share of their size, are watched once
+SAME = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
 
 
 def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
@@ -45,15 +45,18 @@ def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
 class LocatedTables:
     """The tables of located steps of size Δτ and of their pieces, made as a run asks for them.
 
+    ``contacts``: whether contacts are skipped, too, as those of spring and damper.
+
     Attributes
     ----------
     arrays : SkipTables
     """
 
-    def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator):
+    def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator, contacts: bool = True):
         self._scheme, self._parameters, self._integrator = m, p, integrator
         halvings, _ = uncompiled(halvings_at)(m, True, 0.0)
-        self.arrays = _empty_tables([[None]] * (CONTACT + 1 + min(halvings, TABULATED)), p)
+        modes = CONTACT + 1 + min(halvings, TABULATED) if contacts else FREE + 1
+        self.arrays = _empty_tables([[None]] * modes, p)
         self.arrays.counts[:] = MISSING
 
     def make_asked(self) -> None:
@@ -146,9 +149,11 @@ def _watched_rows(maps: np.ndarray, m: LinearScheme, mode: int) -> list[np.ndarr
 
 
 def _distinct(rows: list[np.ndarray]) -> list[np.ndarray]:
+    """The rows but for multiples: those of an earlier one have its sign, as the forces without and with contact."""
     found = []
     for row in rows:
-        if not any(np.abs(row - other).max() <= SAME * np.abs(row).max() for other in found):
+        own = row / np.abs(row).max()
+        if not any(np.abs(own - other / np.abs(other).max()).max() <= SAME for other in found):
             found.append(row)
     return found
 

@@ -3,7 +3,7 @@
 from hypothesis import strategies as st
 from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, STEPPING_FIELDS, Explorer, bounds_of
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine import INTEGRATORS
+from vibroscope.engine import INTEGRATORS, stiffness_of_step
 
 
 def _values(name):
@@ -23,7 +23,12 @@ def _together(setting):
     """The setting with a contact status that its integrator has."""
     if setting.located == "yes":
         setting = setting._replace(**{name: getattr(Setting(), name) for name in STEPPING_FIELDS})
-    return setting._replace(status="start") if INTEGRATORS[setting.integrator].explicit else setting
+    setting = setting._replace(status="start") if INTEGRATORS[setting.integrator].explicit else setting
+    if not setting.follows_step:
+        return setting
+    K = stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale)
+    low, high = bounds_of("K")
+    return setting._replace(**({"K": K} if low <= K <= high else {"stiffness": "typed"}))
 
 
 def _apart(setting):

@@ -11,6 +11,7 @@ from vibroscope.app.explorer.link import parse_address
 from vibroscope.app.explorer.parameters import FIELDS, Explorer, bounds_of
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
+from vibroscope.engine import stiffness_of_step
 from vibroscope.engine.model import check_eta
 from vibroscope.engine.simulate import starting_checkpoint
 
@@ -30,7 +31,7 @@ def test_a_setting_has_the_parameters_and_the_defaults_of_the_explorer():
 def test_every_number_has_finite_bounds():
     rules = [Explorer.param[name] for name in FIELDS]
     bounds = [end for rule in rules if isinstance(rule, param.Number) for end in rule.bounds]
-    assert len(bounds) == 68
+    assert len(bounds) == 70
     assert all(map(math.isfinite, bounds))
 
 
@@ -46,6 +47,7 @@ def engine_takes(name, value):
     if name in ("exponent", "penetration"):
         setting = setting._replace(law="impact")
     try:
+        stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale)
         check_eta(setting.eta)
         starting_checkpoint(setting.initial, setting.system, setting.eta, setting.penalty)
         return all((setting.system, setting.reference, setting.penalty, setting._replace(units="si").scale))

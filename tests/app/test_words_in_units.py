@@ -6,10 +6,11 @@ from dataclasses import replace
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import describe, explain, paragraphs
+from vibroscope.app.explorer.method_words import LAW_NAMES, words_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.words_in_units import in_units, words_of_change
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.engine import Units
+from vibroscope.engine import CONTACT_LAWS, Units
 
 CACHE = Cache(48)
 UNITS = {"units": "mm-t-s", "omega1": 20.0, "m1": 3.0, "amplitude": 2.5}
@@ -58,6 +59,12 @@ def test_numbers_of_a_sentence_are_converted(text, expected):
 )
 def test_choices_have_the_names_of_their_controls(text, expected):
     assert in_units(text, None).endswith(expected)
+
+
+@pytest.mark.parametrize("law", CONTACT_LAWS)
+def test_a_name_of_the_page_stays(law):
+    text = f"contact law {LAW_NAMES[law]}; {words_of_method(Setting(law=law).penalty)}."
+    assert in_units(text, None) == text
 
 
 def test_the_sentences_on_a_step_without_a_solution_have_no_word_of_the_command_line():

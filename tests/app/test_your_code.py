@@ -155,3 +155,9 @@ def test_the_motions_are_those_that_explore_names(texts, monkeypatch):
     kinds = explain(compute_runs(setting)).in_units(setting.scale).kinds
     assert (said["Reference"], said["Penalty"]) == (kinds["reference"], kinds["penalty"])
     assert found.judged[0].outcome.motion.lower() in explain(compute_runs(setting)).kinds["penalty"].lower()
+
+
+def test_steps_that_are_cut_where_contact_changes_have_solutions():
+    setting = read_setting({"law": "limited", "located": "yes", "steps": "100"}, STEADY)
+    found = next(each for each in grow_code(question_of(setting), None, lambda: False) if each.solvable)
+    assert found.solvable.startswith("Steps are cut where contact changes")

@@ -73,6 +73,24 @@ def test_steps_end_at_the_kinks_of_impact(penetration, exponent, damping, wall):
     assert len(twin.contacts) == len(run.contacts) > 0
 
 
+@pytest.mark.parametrize("damping", [34.0, 34.1])
+def test_a_cut_within_one_step_is_seen(damping):
+    """The force of "impact" pulls for less than a step, in which both ends push."""
+    method = ExactPenalty(12000.0, damping, "impact", exponent=1.5, penetration=0.003)
+    run = simulate(System(), 2.76, method, periods=1, keep=1, initial=APART)
+    expected = Motion(System(), 2.76, method).run(APART, run.period)
+    np.testing.assert_allclose(run.section[-1], expected, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1200.0, None), (1200.0, 60.0), (40000.0, 30.0)])
+def test_where_the_damper_of_jankowski_ends_no_digit_is_lost(stiffness, damping):
+    """The twin's steps end where the bodies begin to part."""
+    method = ExactPenalty(stiffness, damping, "jankowski")
+    run = simulate(System(), 2.76, method, periods=1, keep=1, initial=APART)
+    expected = Motion(System(), 2.76, method).run(APART, run.period)
+    np.testing.assert_allclose(run.section[-1], expected, rtol=0, atol=4e-12)
+
+
 @pytest.mark.parametrize(
     ("law", "eta", "stiffness", "damping"),
     [("limited", 1.4, 30.0, 6.0), ("cut", 1.4, 100.0, 6.0), ("compression", 0.7, 100.0, 3.0)],

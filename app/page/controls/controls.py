@@ -36,6 +36,7 @@ _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
 _BODIES = {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"}
 _UNITS = {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"}
 _SOLVER_SWITCHES = {
+    "stiffness": CHOICE_NAMES["stiffness"],
     "damper": CHOICE_NAMES["damper"],
     "joint_damping": {"table": "as measured", "derived": "of both dampers"},
     "located": {"no": "at the next step", "yes": "cut at contact"},
@@ -45,6 +46,7 @@ _SOLVER_SWITCHES = {
 _SOLVER_SELECTS = {name: CHOICE_NAMES[name] for name in ("integrator", "law")}
 _INTEGRATOR_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
 _LAW_NUMBERS = ("exponent", "penetration")  # as far as the law has them
+_STIFFNESS_NUMBERS = ("step_scale",)  # where K follows the step
 _VIEW_SWITCHES = {
     "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
     "coordinate": {"xi1": "body 1", "xi2": "body 2"},
@@ -110,6 +112,7 @@ def _other_fields(setting: Setting) -> tuple[str, ...]:
         "threshold",
         *integrator_numbers(setting),
         *law_numbers(setting),
+        *(_STIFFNESS_NUMBERS if setting.follows_step else ()),
         *(START_FIELDS[:2] if setting.bodies == "wall" else START_FIELDS),
     )
 
@@ -126,6 +129,9 @@ def _notes(setting: Setting) -> dict[str, str]:
     notes = _numbers_below(setting)
     if setting.follows_restitution:
         notes["D"] = _of_restitution(setting)
+    if setting.follows_step:
+        own = f"{notes['K']}; " if "K" in notes else ""
+        notes["K"] = f"{own}{written(setting.step_scale)} m/Δτ²: half the step gives four times K"
     return notes | {name: "; ".join(filter(None, (notes.get(name), words))) for name, words in beyond.items()}
 
 
@@ -171,7 +177,7 @@ def _spec() -> dict:
         "solverNumbers": [_number("threshold")],
         "solverSelects": [_select(name, texts) for name, texts in _SOLVER_SELECTS.items()],
         "integratorNumbers": [_number(name) for name in _INTEGRATOR_NUMBERS],
-        "lawNumbers": [_number(name) for name in _LAW_NUMBERS],
+        "lawNumbers": [_number(name) for name in (*_LAW_NUMBERS, *_STIFFNESS_NUMBERS)],
         "starts": [_number(name) for name in START_FIELDS],
         "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],

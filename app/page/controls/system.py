@@ -34,6 +34,7 @@ _ALWAYS = ("restitution",)
 _OF_BODY_2 = ("kappa", "d2", "d3", "force2", "force2_phase", "constant2")
 _OF_KIND = {"pendulums": ("kappa3",), "two": ("mass_ratio",), "wall": ()}
 _OF_BOTH = "follows from both dampers; choose “as measured” under Solver to type it"
+_OF_STEP = "follows from the time step; choose “K as typed” under Solver to type it"
 _OF_RESTITUTION = "follows from the restitution; choose “D as typed” under Solver to type it"
 
 
@@ -135,6 +136,8 @@ def why_locked(name: str, setting: Setting) -> str:
     """Why a number that is shown cannot be changed, since it follows from others; empty if it can."""
     if name in ("d3", "joint_damping_ratio") and setting.joint_damping == "derived":
         return _OF_BOTH
+    if name == "K" and setting.follows_step:
+        return _OF_STEP
     return _OF_RESTITUTION if name == "D" and setting.follows_restitution else ""
 
 

@@ -23,7 +23,7 @@ from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstac
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
-from vibroscope.engine import STATUSES, Status, percent
+from vibroscope.engine import STATUSES, Status, percent, written
 from vibroscope.engine.sweeps import SCHEMES
 
 
@@ -74,7 +74,10 @@ class TimeStepTab(StudyTab):
     def question(self, setting: Setting) -> StepQuestion:
         """All but n itself, and whether steps are located: both are shown."""
         method = replace(setting.constant_step, steps=STEPS[0])
-        return StepQuestion(setting.system, setting.eta, method, setting.own_start)
+        if not setting.follows_step:
+            return StepQuestion(setting.system, setting.eta, method, setting.own_start)
+        method = replace(method, stiffness=1.0)  # each number of steps has its own
+        return StepQuestion(setting.system, setting.eta, method, setting.own_start, setting.step_scale)
 
     def draw(self, setting: Setting, result: PartialStep | None) -> None:
         """The figures."""
@@ -83,7 +86,11 @@ class TimeStepTab(StudyTab):
     def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
         """What is computed, the n that is shown, and how scatter and error fade."""
         words = words_of_method(result.question.method)
-        return [*([["Penalty solution", f"{words}."]] if words else []), *statements(setting, result)]
+        lines = [["Penalty solution", f"{words}."]] if words else []
+        if (scale := result.question.stiffness_of_step) is not None:
+            text = f"K = {written(scale)} m/Δτ² follows the step: each n has a K of its own, and is another model."
+            lines.append(["Stiffness", text])
+        return [*lines, *statements(setting, result)]
 
     def table(self, name: str) -> list[Series]:
         """Orbit and section of the n that is shown, or a size over n."""
@@ -96,17 +103,20 @@ class TimeStepTab(StudyTab):
 
     def python(self, setting: Setting) -> str:
         """`sweep_step` of the same steps."""
-        system, eta, method, initial = self.script_question(setting)
+        system, eta, method, initial, scale = self.script_question(setting)
         how = f"scheme={method_python(method)}, " if scheme_options(method) else ""
         how += f"transient={TRANSIENT}, sample={SAMPLE}" + ("" if initial is None else f", initial={initial}")
-        numbers = f"{eta!r}, {method.stiffness!r}, {method.damping!r}, {STEPS}"
+        how += "" if scale is None else f", stiffness_of_step={scale}"
+        stiffness = method.stiffness if scale is None else None
+        numbers = f"{eta!r}, {stiffness!r}, {method.damping!r}, {STEPS}"
         names = names_in(method) if scheme_options(method) else ()
         return sweep_python({"study": f"sweep_step(system, {numbers}, {how})"}, system, *names)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep step`` of the same steps."""
-        system, eta, method, initial = self.script_question(setting)
-        numbers = {"eta": eta, "K": method.stiffness, "D": method.damping}
+        system, eta, method, initial, scale = self.script_question(setting)
+        stiffness = {"K": method.stiffness} if scale is None else {"stiffness-of-step": scale}
+        numbers = {"eta": eta, **stiffness, "D": method.damping}
         options = "".join(f" --{name} {print_number(x)}" for name, x in numbers.items() if x is not None)
         options += f" --steps {','.join(map(str, STEPS))}{scheme_options(method)}"
         options += f" --transient {TRANSIENT} --sample {SAMPLE}"

@@ -9,7 +9,10 @@ the supremum of |g″| over all pieces of the table in the place of b, this *dip
 
 The tables of a mode are made when a run first needs them: most runs need few.
 
-Plain twin: :func:`..time_stepping.located.integrate_located` (tests/engine/kernels/test_located_skip.py).
+A flight is the same whatever the contact law is. So it is the one mode of laws of which a contact is solved for.
+
+Plain twins: :func:`..time_stepping.located.integrate_located` and
+:func:`..time_stepping.located_law.integrate_located_law` (tests/engine/kernels/test_located_skip.py).
 """
 
 from typing import NamedTuple
@@ -20,6 +23,7 @@ from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import with_impulse
 from ..linear.cos_sin import cos_sin
 from ..status import OK, PAUSED
+from ..time_stepping import located_law
 from ..time_stepping.contact_location import contact_force, side, step
 from ..time_stepping.linear_step import COLUMNS
 from ..time_stepping.located import (
@@ -39,6 +43,9 @@ from .matrix_skip import ENTRIES, UNLIMITED, SkipTables, find_skip, impulse_of, 
 FREE, CONTACT = range(2)  # modes; CONTACT + j: in contact, with steps halved j times
 TABULATED = 30  # halvings: with more, all pieces are solved
 MISSING, ASKED = -1, -2  # in the place of a number of watched rows: tables that have not been made, and shall be
+
+# What follows a skip: another one; a piece that is solved for; nothing, since it reaches beyond the end; new tables
+SKIP_ON, TAKE_PIECE, BEYOND, WAIT = range(4)
 
 
 class Pieces(NamedTuple):
@@ -117,6 +124,43 @@ def write_skipped(m, skips, ahead, s, coarse, end, window, buffers):
         i = next_output(i, m.steps, window, sampled)
 
 
+@jit_inlined
+def skip_pieces(m, skips, s, stop, window, buffers):
+    """The state after the next skip, if there is one, and what follows: SKIP_ON, TAKE_PIECE, BEYOND or WAIT."""
+    recorded = buffers.contacts.shape[0] > 0
+    t, us, rest = skips.tables, skips.us, skips.rest
+    ahead, coarse, fine = pieces_ahead(m, s), 0, 0
+    mode, parts, done = ahead.mode, ahead.parts, ahead.done
+    if ahead.most > 0 and t.counts[mode] < 0:
+        t.counts[mode] = ASKED
+        return s, WAIT
+    if ahead.most > 0 and t.counts[mode] > 0:
+        k, z = s.step % m.steps, motion_of(s)
+        cosine, sine = skips.angles[0, k], skips.angles[1, k]
+        if done > 0:
+            cosine, sine = cos_sin((k * m.h + s.offset) * m.frequency)
+        write_relative(z, contact_force(m, s.pressed, z), rest, cosine, sine, us[0])
+        coarse, fine = find_skip(t, mode, us, 0.0, -s.g if s.pressed else s.g, ahead.most)
+    if coarse + fine > 0:
+        pieces = coarse * t.strides[mode] + fine
+        steps, after = (done + pieces) // parts, (done + pieces) % parts
+        reached = s.step + steps
+        if recorded:
+            write_skipped(m, skips, ahead, s, coarse, min(reached, stop), window, buffers)
+        if reached >= stop:
+            return s, BEYOND
+        contact, since, solves = s.contact, s.since, s.solves + pieces
+        if s.pressed:
+            since += pieces * (m.h / parts)
+            if recorded:
+                contact = with_impulse(contact, contact.impulse + impulse_of(t, mode, coarse, fine, us))
+        before = solves - after if steps > 0 else s.solves_before
+        x, v, a, g, u, b = motion_at(us[2], rest)
+        offset = after * (m.h / parts)
+        s = LocatedState(x, v, a, g, u, b, s.pressed, reached, offset, solves, before, since, contact)
+    return s, TAKE_PIECE if max(coarse, fine) < ENTRIES else SKIP_ON
+
+
 @jit_no_alloc
 def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
     """Integrate to the end of step ``stop`` of the grid as :func:`..time_stepping.located.integrate_located` does.
@@ -134,44 +178,53 @@ def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
     int
         As there; PAUSED, too, for want of tables: those of which ``skips.tables.counts`` is ASKED.
     """
-    s, status, recorded = unpack_state(state), OK, buffers.contacts.shape[0] > 0
-    t, us, rest, pause = skips.tables, skips.us, skips.rest, s.solves + most
+    s, status = unpack_state(state), OK
+    pause = s.solves + most
     if s.offset == 0.0:
         z = motion_of(s)
         write_output(m, s.step, s.step % m.steps, z, contact_force(m, s.pressed, z), window, buffers)
     while s.step < stop and status == OK:
-        ahead, coarse, fine = pieces_ahead(m, s), 0, 0
-        mode, parts, done = ahead.mode, ahead.parts, ahead.done
-        if ahead.most > 0 and t.counts[mode] < 0:
-            t.counts[mode], status = ASKED, PAUSED
+        s, follows = skip_pieces(m, skips, s, stop, window, buffers)
+        if follows == BEYOND:
             break
-        if ahead.most > 0 and t.counts[mode] > 0:
-            k, z = s.step % m.steps, motion_of(s)
-            cosine, sine = skips.angles[0, k], skips.angles[1, k]
-            if done > 0:
-                cosine, sine = cos_sin((k * m.h + s.offset) * m.frequency)
-            write_relative(z, contact_force(m, s.pressed, z), rest, cosine, sine, us[0])
-            coarse, fine = find_skip(t, mode, us, 0.0, -s.g if s.pressed else s.g, ahead.most)
-        if coarse + fine > 0:
-            pieces = coarse * t.strides[mode] + fine
-            steps, after = (done + pieces) // parts, (done + pieces) % parts
-            reached = s.step + steps
-            if recorded:
-                write_skipped(m, skips, ahead, s, coarse, min(reached, stop), window, buffers)
-            if reached >= stop:
-                break
-            contact, since, solves = s.contact, s.since, s.solves + pieces
-            if s.pressed:
-                since += pieces * (m.h / parts)
-                if recorded:
-                    contact = with_impulse(contact, contact.impulse + impulse_of(t, mode, coarse, fine, us))
-            before = solves - after if steps > 0 else s.solves_before
-            x, v, a, g, u, b = motion_at(us[2], rest)
-            offset = after * (m.h / parts)
-            s = LocatedState(x, v, a, g, u, b, s.pressed, reached, offset, solves, before, since, contact)
-        if max(coarse, fine) < ENTRIES:  # else the table has ended, and not the mode
+        if follows == WAIT:
+            status = PAUSED
+        elif follows == TAKE_PIECE:
             s, status = advance(m, forces, s, window, buffers)
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:
             status = PAUSED
     write_state(state, s)
+    return status
+
+
+@jit_no_alloc
+def integrate_skipping_flights(m, skips, state, stop, most, window, buffers):
+    """The same with any contact law, as :func:`..time_stepping.located_law.integrate_located_law` does.
+
+    Flights are skipped; in contact every piece is solved for.
+
+    Parameters
+    ----------
+    m : LawScheme
+    state : (STATE.size,) float64
+        A :class:`..time_stepping.located_law.LawState`, changed in place.
+    """
+    at, status = located_law.unpack_state(state), OK
+    pause = at.located.solves + most
+    located_law.write_first_output(m, at.located, window, buffers)
+    while at.located.step < stop and status == OK:
+        follows = TAKE_PIECE
+        if at.piece == located_law.FREE:
+            s, follows = skip_pieces(m.located, skips, at.located, stop, window, buffers)
+            at = located_law.LawState(s, at.piece)
+        if follows == BEYOND:
+            break
+        if follows == WAIT:
+            status = PAUSED
+        elif follows == TAKE_PIECE:
+            at, status = located_law.advance(m, at, window, buffers)
+        s = at.located
+        if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:
+            status = PAUSED
+    located_law.write_state(state, at)
     return status

@@ -11,7 +11,8 @@ a bracket. The excursion of a gap that opens and closes within one step is sough
 
 The force of "impact", Eq. (21), has kinks: at the penetration d of full damping, and where it begins or ends to be cut
 at zero. A step that would pass one, either way, ends there. Until then its midpoint rules keep to the formula of the
-side that it begins on, which is smooth. A cut that begins and ends within one step is not seen.
+side that it begins on, which is smooth. A cut that begins and ends within one step, or a push between two cuts, is
+sought where what is cut has its turn.
 
 Plain twin: DOP853 with events (tests/engine/test_law_exact.py).
 """
@@ -31,6 +32,7 @@ TOLERANCE = 3e-14
 TRIES = 60  # sizes of one step
 REPEATS = 60  # of the last step
 FALSE_POSITIONS = 10  # of these, after which the bracket is halved
+TURN = 1e-5  # of a step, within which the turn of what is cut is known
 LARGEST, SMALLEST = 4.0, 0.1  # factors from step to step
 NUMBERS = 5  # ξ₁, ξ₁′, g, g′ and ∫λ, each from the beginning of a step; of the start: ξ₁, ξ₁′, g, g′, side
 BELOW, BEYOND, PULLS = 0.0, 1.0, 2.0  # sides of kinks: below d, beyond d, the force cut at zero
@@ -234,6 +236,60 @@ def step_to_depth(p, a, gain, size):
 
 
 @jit_no_alloc
+def change_of_push(p, gain, gap, rate, acceleration):
+    """The rate of what :func:`pushes` returns, at a positive penetration δ: that of K + cS(δ/d)v/δⁿ."""
+    depth, share = -gap, min(-gap / p.penetration, 1.0)
+    damping, slope = full_damping(share), 6.0 * share * (1.0 - share) / p.penetration
+    inner = rate * rate * (slope - p.exponent * damping / depth) - damping * acceleration
+    return gain * inner / power(depth, p.exponent)
+
+
+@jit_no_alloc
+def stepped_change_of_push(p, tau, gain, size, sign):
+    """The same at the end of the step, times ``sign``; where the contact is open there, it has had its turn: −1."""
+    _, _, gap, rate = stepped(p)
+    if not gap < 0.0:
+        return -1.0
+    write_slope(p, tau + size, gain, p.work[START], p.work[TABLE], p.work[SLOPE])
+    return sign * change_of_push(p, gain, gap, rate, p.work[SLOPE, 3])
+
+
+@jit_no_alloc
+def step_to_turn(p, a, gain, size, sign):
+    """The step to where what is cut has the other sign, at or before its turn, or ``size`` if it keeps its own.
+
+    ``sign``: 1 where the force is cut. The work space holds the step that is returned.
+    """
+    _, _, _, rate = stepped(p)
+    if not rate > 0.0:  # while the bodies close, the damper pushes
+        return size
+    low, high, above = 0.0, size, stepped_change_of_push(p, a.tau, gain, size, sign)
+    begun = sign * change_of_push(p, gain, a.gap, a.rate, p.work[FIRST, 3]) if a.rate > 0.0 > a.gap else -above
+    if not begun > 0.0 > above:
+        return size
+    below, last = begun, 0
+    while high - low > TURN * size:
+        middle = (low * above - high * below) / (above - below)
+        if not low + 0.5 * TURN * size < middle < high - 0.5 * TURN * size:
+            middle = 0.5 * (low + high)
+        extrapolate(p, a.tau, gain, middle)
+        _, _, gap, rate = stepped(p)
+        if gap < 0.0 and sign * pushes(p, gain, gap, rate) > 0.0:
+            return middle
+        value = stepped_change_of_push(p, a.tau, gain, middle, sign)
+        if value > 0.0:
+            low, below = middle, value
+            above *= 0.5 if last > 0 else 1.0
+            last = 1
+        else:
+            high, above = middle, value
+            below *= 0.5 if last < 0 else 1.0
+            last = -1
+    extrapolate(p, a.tau, gain, size)
+    return size
+
+
+@jit_no_alloc
 def step_to_cut(p, a, gain, size):
     """The step to where the force begins or ends to be cut, or ``size`` if a step of that does not pass it.
 
@@ -244,9 +300,14 @@ def step_to_cut(p, a, gain, size):
     sign = 1.0 if p.work[START, 4] == PULLS else -1.0
     _, _, gap, rate = stepped(p)
     above, below = sign * pushes(p, gain, gap, rate), sign * pushes(p, gain, a.gap, a.rate)
+    high = size
     if not above > 0.0:
-        return size
-    low, high, last = 0.0, size, 0
+        high = step_to_turn(p, a, gain, size, sign)
+        if high == size:
+            return size
+        _, _, gap, rate = stepped(p)
+        above = sign * pushes(p, gain, gap, rate)
+    low, last = 0.0, 0
     for repeat in range(REPEATS):
         if high - low <= 2.0**-50 * size:
             break

@@ -291,6 +291,14 @@ def advance(m, at, window, buffers):
     return LawState(s, after), status
 
 
+@jit_inlined
+def write_first_output(m, s, window, buffers):
+    """Write the section row and the sample of the step at which a call begins, if they are asked for."""
+    if s.offset == 0.0:
+        push = force_of(m, gain_of(m, s.contact), s.pressed, motion_of(s))
+        write_output(m.located, s.step, s.step % m.located.steps, motion_of(s), push, window, buffers)
+
+
 @jit_no_alloc
 def integrate_located_law(m, state, stop, most, window, buffers):
     """Integrate to the end of step ``stop`` of the grid, as :func:`.located.integrate_located` does.
@@ -302,11 +310,8 @@ def integrate_located_law(m, state, stop, most, window, buffers):
         A :class:`LawState`, changed in place.
     """
     at, status = unpack_state(state), OK
-    s = at.located
-    pause = s.solves + most
-    if s.offset == 0.0:
-        push = force_of(m, gain_of(m, s.contact), s.pressed, motion_of(s))
-        write_output(m.located, s.step, s.step % m.located.steps, motion_of(s), push, window, buffers)
+    pause = at.located.solves + most
+    write_first_output(m, at.located, window, buffers)
     while at.located.step < stop and status == OK:
         at, status = advance(m, at, window, buffers)
         s = at.located

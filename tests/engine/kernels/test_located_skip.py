@@ -2,11 +2,14 @@
 
 import math
 from dataclasses import replace
+from itertools import cycle
 
 import numpy as np
 import pytest
 from vibroscope.engine import (
+    CONTACT_LAWS,
     INTEGRATORS,
+    LAWS_BY_RESTITUTION,
     Bathe,
     ExactPenalty,
     Excitation,
@@ -21,9 +24,12 @@ from vibroscope.engine.drivers.located import stages_of
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.skip_tables import LocatedTables
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
+from vibroscope.engine.kernels.accelerated import located_skip
 from vibroscope.engine.kernels.accelerated.located_skip import ASKED, CONTACT, FREE
 from vibroscope.engine.kernels.time_stepping.contact_location import contact_force, step_of_stages
 from vibroscope.engine.kernels.time_stepping.located import located_scheme
+
+from tests.law_numbers import law_numbers
 
 SYSTEMS = System(mu=0.7, clearance=-0.2), System(wall=True, clearance=0.2, excitation=Excitation(constant1=0.3))
 FIELDS = ("time", "position", "velocity_before", "velocity_after", "impulse", "closing_speed")
@@ -77,7 +83,32 @@ def test_skips_are_the_plain_loop(system, eta, method):
     same(one, other, 1e-10)
 
 
-@pytest.mark.parametrize("method", [METHODS[0], METHODS[4], METHODS[-1]], ids=repr)
+OTHER_LAWS = [Newmark(2500.0, 8.0, 1000, located=True, law="cut")]
+for law, kind in zip(CONTACT_LAWS[1:], cycle(INTEGRATORS.values()), strict=False):
+    damping = None if law in LAWS_BY_RESTITUTION else 8.0
+    OTHER_LAWS.append(TimeStepping(2500.0, damping, 1000, kind(), "located", law=law, **law_numbers(law)))
+
+
+@pytest.mark.parametrize("method", OTHER_LAWS, ids=repr)
+@pytest.mark.parametrize("eta", [1.08, 2.76])
+@pytest.mark.parametrize("system", [System(), *SYSTEMS], ids=["paper", "preload", "wall"])
+def test_skipped_flights_are_the_plain_loop_with_every_law(system, eta, method, monkeypatch):
+    """The table of flights is made, and of no other mode."""
+    options = {"periods": 4, "keep": 4, "record": Record(2, 300)}
+    one = simulate(system, eta, replace(method, every_step=True), **options)
+    watched, skipping = [], located_skip.integrate_skipping_flights
+
+    def seen(m, skips, *arguments):
+        watched.append(skips.tables.counts)
+        return skipping(m, skips, *arguments)
+
+    monkeypatch.setattr(located_skip, "integrate_skipping_flights", seen)
+    other = simulate(system, eta, method, **options)
+    assert watched[-1].tolist() == [1]
+    same(one, other, 1e-9)
+
+
+@pytest.mark.parametrize("method", [METHODS[0], METHODS[4], METHODS[-1], OTHER_LAWS[0], OTHER_LAWS[2]], ids=repr)
 def test_skips_do_not_depend_on_where_a_run_is_cut(method):
     """Chaotic motion: the last bit would show."""
     method = replace(method, stiffness=12000.0, damping=18.0)

@@ -1,0 +1,103 @@
+"""A contact stiffness that follows the time step, on the page: what is run, shown, linked, studied and taken away."""
+
+import pytest
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.explanation import explain
+from vibroscope.app.explorer.link import parse_address, print_address
+from vibroscope.app.explorer.physical_fields import entered
+from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.suggestion import make_question
+from vibroscope.app.export.formats import as_toml, loaded_from_toml
+from vibroscope.app.export.label import setting_rows
+from vibroscope.app.export.scripts import as_command, as_python
+from vibroscope.app.page.controls.controls import Controls
+from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.engine import Newmark, stiffness_of_step
+
+COARSE = Setting(eta=2.76, K=12000.0, D=18.0, steps=200)
+FOLLOWS = read_setting({"stiffness": "step"}, COARSE)
+
+
+def followed(setting):
+    return stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale)
+
+
+def test_k_is_that_of_the_step_and_goes_with_it():
+    assert followed(FOLLOWS) == FOLLOWS.K
+    assert FOLLOWS.step_scale == 0.1
+    finer = read_setting({"steps": "400"}, FOLLOWS)
+    assert pytest.approx(4 * FOLLOWS.K) == finer.K
+    for texts in ({"eta": "1.08"}, {"step_scale": "0.2"}, {"kappa3": "1.4"}, {"bodies": "wall"}):
+        moved = read_setting(texts, FOLLOWS)
+        assert moved.K == followed(moved) != FOLLOWS.K
+    assert compute_runs(finer).penalty.response.method == Newmark(finer.K, 18.0, 400)
+
+
+def test_a_stiffness_that_is_given_stays_and_scenes_have_their_own():
+    typed = read_setting({"K": "900"}, FOLLOWS)
+    assert (typed.K, typed.follows_step) == (900.0, False)
+    assert read_setting({"K": "900", "stiffness": "step"}, COARSE) == FOLLOWS
+    scene = next(iter(scenes().values()))
+    assert read_setting(scene.texts(), FOLLOWS).K == scene.K
+    with pytest.raises(Refused, match="cannot be held"):
+        make_question(FOLLOWS, {"tolerance": "5", "hold": "K"})
+
+
+@pytest.mark.parametrize(
+    ("texts", "name"), [({"steps": "65000", "step_scale": "1e6"}, "steps"), ({"step_scale": "0"}, "step_scale")]
+)
+def test_what_is_out_of_range_is_refused_in_one_line(texts, name):
+    with pytest.raises(Refused, match=r"must be .*from") as refused:
+        read_setting(texts, FOLLOWS)
+    assert refused.value.name == name
+
+
+def test_it_is_linked_kept_and_taken_away():
+    assert read_setting(parse_address(print_address(FOLLOWS))) == FOLLOWS
+    assert read_setting(loaded_from_toml(as_toml(FOLLOWS)).texts) == FOLLOWS
+    assert read_setting(FOLLOWS.texts()) == FOLLOWS
+    rows = dict(row[:2] for row in setting_rows(FOLLOWS))
+    assert (rows["Stiffness"], rows["s"]) == ("step", "0.1")
+    assert repr(FOLLOWS.K) in as_python(FOLLOWS)
+    assert f"--K {FOLLOWS.K!r}" in as_command(FOLLOWS)
+
+
+def test_the_slider_is_locked_and_says_why():
+    controls = Controls()
+    controls.show_setting(FOLLOWS)
+    assert controls.fields["K"]["locked"].startswith("follows from the time step")
+    assert controls.shown["notes"]["K"] == "0.1 m/Δτ²: half the step gives four times K"
+    assert float(controls.shown["texts"]["K"]) == FOLLOWS.K
+    assert "step_scale" in controls.fields
+    controls.show_setting(FOLLOWS._replace(units="si"))
+    assert controls.shown["notes"]["K"].endswith("without dimension; 0.1 m/Δτ²: half the step gives four times K")
+    controls.show_setting(COARSE)
+    assert (controls.fields["K"]["locked"], "step_scale" in controls.fields) == ("", False)
+
+
+def test_it_follows_where_other_units_carry_the_numbers_over():
+    texts = entered({"mass1_kg": "2"}, FOLLOWS._replace(units="si"))
+    moved = read_setting(texts, FOLLOWS._replace(units="si"))
+    assert moved.follows_step
+    assert followed(moved) == moved.K
+
+
+def test_the_study_over_the_step_takes_the_stiffness_of_each():
+    question, finer = (TimeStepTab.question(None, each) for each in (FOLLOWS, read_setting({"steps": "400"}, FOLLOWS)))
+    assert question == finer
+    study = question.study()
+    expected = [stiffness_of_step(FOLLOWS.system, 2.76, n, 0.1) for n in study.steps]
+    assert study.arrays["K"].values.tolist() == expected
+    assert TimeStepTab.question(None, COARSE).stiffness_of_step is None
+
+
+def test_another_step_is_proposed_for_the_stiffness_with_which_it_was_tried():
+    texts = {"eta": "1.08", "D": "8", "steps": "16", "located": "yes", "stiffness": "step", "step_scale": "30"}
+    setting = read_setting(texts)
+    change = explain(compute_runs(setting)).change
+    assert change.keys() == {"steps", "K"}
+    moved = read_setting(change, setting)
+    assert (moved.K, moved.follows_step) == (setting.K, False)
