@@ -21,7 +21,7 @@ CALLS = {
     "simulate": ["--solver", "newmark", *MET],
     "motion": ["--solver", "newmark", *MET],
     "compare": MET,
-    "recommend": ["--eta", "2.76", "--tolerance", "0.2"],
+    "recommend": ["--eta", "3.25", "--tolerance", "0.5", "--steps-max", "64"],
     "validate": ["B5"],
     "codes": ["calculix"],
     "rules": ["ansys-mode", *MET],

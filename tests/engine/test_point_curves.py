@@ -6,7 +6,7 @@ from vibroscope.engine import ExactPenalty, PointCurves, Reference, System, cont
 
 PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
 CLOSE = 1e-8
-WIDE = {"low": 0.5, "high": 4.0, "along": "K", "along_low": 500.0, "along_high": 90_000.0}
+WIDE = {"low": 1.2, "high": 2.2, "along": "K", "along_low": 500.0, "along_high": 20_000.0}
 
 
 def points(eta, method, low, high, kind):
