@@ -14,6 +14,7 @@ FUNCTIONS |= {"arcsin": math.asin, "arcosh": math.acosh, "√": math.sqrt}
 NUMBERS = {"π": math.pi, "½": 0.5, "¼": 0.25}
 POWERS = {"²": 2.0, "³": 3.0, "⁻¹": -1}
 COMPARED = set()  # numbers of the formulas that a test compares with the code, of all modules that are imported
+NUMBERED = re.compile(r"\((\d+)\)[.,]? *$", re.MULTILINE)
 
 
 def shown(text):
@@ -22,7 +23,7 @@ def shown(text):
     for block in re.findall(r"(?:^ {4,}.+\n?)+", text, re.MULTILINE):
         lines = []
         for line in block.splitlines():
-            number = re.search(r"\((\d+)\)[.,]?$", line.rstrip())
+            number = NUMBERED.search(line.rstrip())
             lines.append(line[: number.start()] if number else line)
             if number:
                 found.setdefault(int(number[1]), []).append("    ".join(one.strip() for one in lines))
@@ -74,8 +75,8 @@ def of_pages():
 def of_docstrings():
     """The formulas of the engine's docstrings by number."""
     found = {}
-    for path in (ROOT / "engine").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+    for text in (path.read_text() for path in (ROOT / "engine").rglob("*.py")):
+        for node in ast.walk(ast.parse(text)) if NUMBERED.search(text) else ():
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
                 for number, formulas in shown(ast.get_docstring(node) or "").items():  # and lines of text that end so
                     found.setdefault(number, []).extend(one for one in formulas if re.search("[=≤≥]", one))

@@ -67,20 +67,21 @@ class LocatedLawTwin(LawTwin):
         """Changes of contact [(τ, begins)], and states at the ends of periods, (periods, 4)."""
         whole, n, rows, found = self.h, self.method.steps, [], []
         x1, v1, x2, v2 = self.system.rest
-        state, piece = self.anew(np.array([x1, x2]), np.array([v1, v2]), 0.0, False), 0
+        state, piece, end = self.anew(np.array([x1, x2]), np.array([v1, v2]), 0.0, False), 0, None
         for i in range(periods * n):
             done = 0.0
             while done < whole:
                 tau, length = i * whole + done, whole - done
 
                 def same(theta, state=state, tau=tau, piece=piece):
-                    x, v, *_ = self.step(state, tau, theta, piece > 0)
-                    return self.piece(x, v) == piece
+                    nonlocal end
+                    end = self.step(state, tau, theta, piece > 0)
+                    return self.piece(*end[:2]) == piece
 
                 looked = [length * j / LOOKS for j in range(1, LOOKS + 1)]
                 beyond = next((theta for theta in looked if not same(theta)), None)
                 if beyond is None:
-                    state, done = self.step(state, tau, length, piece > 0), whole
+                    state, done = end, whole
                     continue
                 before = beyond - length / LOOKS
                 for _ in range(55):

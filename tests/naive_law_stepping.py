@@ -50,9 +50,9 @@ class LawTwin(Twin):
             end(True)
             return push - self.law(*self.seen)
 
-        first = -excess(0.0)
+        first = -excess(0.0) if status else 0.0
         last = WIDER * first
-        while status and first and excess(last) * first < 0:
+        while first and excess(last) * first < 0:
             last *= WIDER
-        self.given = brentq(excess, *sorted((0.0, last)), **EXACT) if status and first else 0.0
+        self.given = brentq(excess, *sorted((0.0, last)), **EXACT) if first else 0.0
         return end(True)

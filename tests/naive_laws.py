@@ -67,12 +67,13 @@ class Motion:
         self.system, self.eta, self.method = system, eta, method
         self.mu = 1.0 if system.wall else system.mass_ratio
         self.m = 1.0 if system.wall else self.mu / (1 + self.mu)
+        self.driven = drive(system, eta)
         self.contacts, self.impulses = [], []
 
     def rates(self, t, y, gain, sides):
         c = self.system
         x1, v1, x2, v2, _ = y
-        (one, p1), (two, p2) = drive(c, self.eta)
+        (one, p1), (two, p2) = self.driven
         cosine, sine = math.cos(self.eta * t), math.sin(self.eta * t)
         push = 0.0 if gain is None else force(self.method, gain, x1 - x2 - c.clearance, v1 - v2, sides)
         a1 = one[0] * cosine + one[1] * sine + p1 - 2 * c.d1 * v1 - x1 - push

@@ -1,5 +1,6 @@
 """Plain twins of the one-step methods: each in the form of its source, every step solved with both contact statuses."""
 
+import functools
 import math
 
 import numpy as np
@@ -19,15 +20,21 @@ class Twin:
         self.system, self.eta, self.method = system, eta, method
         self.h = 2 * math.pi / eta / method.steps
         self.mass, self.dampers, self.springs = matrices_of(system)
+        self.load = functools.lru_cache(4)(self.load_of(*drive(system, eta)))  # a stage asks for the same load often
         self.free = slice(0, 1) if system.wall else slice(0, 2)
         self.contacts = self.none = self.two = 0
         self.at_end = method.status == "end"
 
-    def load(self, tau):
-        (one, constant1), (two, constant2) = drive(self.system, self.eta)
-        c, s = math.cos(self.eta * tau), math.sin(self.eta * tau)
-        forces = [one[0] * c + one[1] * s + constant1, self.mu * (two[0] * c + two[1] * s + constant2)]
-        return np.array(forces)
+    def load_of(self, first, second):
+        """The load at τ, from what drives each body."""
+        (one, constant1), (two, constant2) = first, second
+
+        def load(tau):
+            c, s = math.cos(self.eta * tau), math.sin(self.eta * tau)
+            forces = [one[0] * c + one[1] * s + constant1, self.mu * (two[0] * c + two[1] * s + constant2)]
+            return np.array(forces)
+
+        return load
 
     def gap(self, x):
         return self.system.clearance + x[1] - x[0]

@@ -56,9 +56,10 @@ class Plane:
         key = float(shares[0]), float(shares[1])
         found = self._known.get(key)
         if found is None:
+            last = next(reversed(self._known.values()), None)
             if len(self._known) > MOST_TABLES:
                 self._known.clear()
-            found = self._known[key] = equations_of(*self.problem(shares))
+            found = self._known[key] = equations_of(*self.problem(shares), like=last)
         return found
 
     def at(self, orbit: Orbit, shares: np.ndarray) -> Place:

@@ -27,7 +27,18 @@ from ..kernels.event_driven.state import (
     linear_state,
     start_state,
 )
-from ..kernels.linear.tables import DEEPEST, INTEGRAL, POINTS, REACH, TERMS, WIDTH, Scratch, full_generator, tabulate
+from ..kernels.linear.tables import (
+    DEEPEST,
+    INTEGRAL,
+    POINTS,
+    REACH,
+    TERMS,
+    WIDTH,
+    Phase,
+    Scratch,
+    full_generator,
+    tabulate,
+)
 from ..kernels.parameters import Parameters
 from ..kernels.status import OK, PAUSED
 from ..law_table import LAWS
@@ -77,8 +88,11 @@ def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np
     return {}
 
 
-def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
-    """Tables and numbers of a run; those of a law that is not piecewise linear are the flight's alone."""
+def set_up_law(system: System, eta: float, method: ExactPenalty, known: dict[tuple, Phase] | None = None) -> LawSystem:
+    """Tables and numbers of a run; those of a law that is not piecewise linear are the flight's alone.
+
+    ``known``: tables of other runs, which are taken where they are the same, and to which new ones are added.
+    """
     p = parameters_of(system, eta, method)
     wall, c = p.wall > 0.0, uncompiled(coefficients)(p)
     tables = {
@@ -95,9 +109,10 @@ def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
     }
     gap_row = np.zeros(6)
     gap_row[GAP] = 1.0
-    flight = _add_piece(tables, p, 0, (0.0, 0.0), [(gap_row, COLLISION, -1)])
+    known = {} if known is None else known
+    flight = _add_piece(tables, known, p, 0, (0.0, 0.0), [(gap_row, COLLISION, -1)])
     for piece, (contact, watched) in _pieces(p).items():
-        _add_piece(tables, p, piece, contact, watched)
+        _add_piece(tables, known, p, piece, contact, watched)
     return LawSystem(
         period=2 * np.pi / eta,
         frequency=eta / (2 * np.pi),
@@ -121,7 +136,7 @@ def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
     )
 
 
-def _add_piece(tables: dict, p: Parameters, piece: int, contact: tuple[float, float], watched: list):
+def _add_piece(tables: dict, known: dict, p: Parameters, piece: int, contact: tuple[float, float], watched: list):
     """Add the tables of a piece, with its spring and damper; returns those of its first watched quantity."""
     own, wall = p._replace(stiffness=contact[0], damping=contact[1]), p.wall > 0.0
     acts = contact[0] > 0.0
@@ -133,7 +148,10 @@ def _add_piece(tables: dict, p: Parameters, piece: int, contact: tuple[float, fl
     phases = []
     for k, (row, target, mirrored) in enumerate(watched):
         i, level = 2 * piece + k, float(row[GAP] * gap)
-        phases.append(tabulate(generator, p.eta, row, h, (position, gap, level), wall))
+        numbers = p.eta, h, position, gap, level, wall, generator.tobytes(), row.tobytes()
+        if numbers not in known:
+            known[numbers] = tabulate(generator, p.eta, row, h, (position, gap, level), wall)
+        phases.append(known[numbers])
         tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
             level,
             phases[k].rows,

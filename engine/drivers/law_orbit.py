@@ -17,13 +17,18 @@ from .orbit import Evaluation, OrbitEquations, residuals
 
 IN_FLIGHT, IN_OVERLAP, IN_PUSH, IN_EXTRA = kernel.IN_FLIGHT, kernel.IN_OVERLAP, kernel.IN_PUSH, kernel.IN_EXTRA
 MOST_BLOCKS = 200_000  # of a run whose events are listed
+MOST_TABLES = 64  # of equations of one family that are kept: 20 kB each
 
 
 def equations_of(
-    system: System, eta: float, method: Reference | ExactPenalty, like: OrbitEquations | None = None
+    system: System,
+    eta: float,
+    method: Reference | ExactPenalty,
+    like: "OrbitEquations | LawOrbitEquations | None" = None,
 ) -> "OrbitEquations | LawOrbitEquations":
     """The equations of the orbits of a system, η and method; ``like``: others of the same family."""
-    return LawOrbitEquations(system, eta, method) if needs_law(method) else OrbitEquations(system, eta, method, like)
+    kind = LawOrbitEquations if needs_law(method) else OrbitEquations
+    return kind(system, eta, method, like)
 
 
 def residuals_of(
@@ -53,10 +58,17 @@ class LawOrbitEquations:
     eta : float
     method : ExactPenalty
         With a piecewise linear law other than "kelvin-voigt", and a damper.
+    like : LawOrbitEquations, optional
+        Equations of the same kind of system and law: tables that are the same are taken from there.
     """
 
-    def __init__(self, system: System, eta: float, method: ExactPenalty) -> None:
-        self._system, self._law = set_up_law(system, eta, method), method.law
+    def __init__(
+        self, system: System, eta: float, method: ExactPenalty, like: "LawOrbitEquations | None" = None
+    ) -> None:
+        self._tables = {} if like is None else like._tables
+        if len(self._tables) > MOST_TABLES:
+            self._tables.clear()
+        self._system, self._law = set_up_law(system, eta, method, self._tables), method.law
 
     def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events."""

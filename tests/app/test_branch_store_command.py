@@ -12,7 +12,7 @@ from tests.few_seeds import few_seeds
 
 from .command_line import run_command
 
-WORDS = ("branch", "--from", "2.6", "--to", "3", "--max-period", "2", "--json")
+WORDS = ("branch", "--from", "2.76", "--to", "2.81", "--max-period", "2", "--json")
 
 
 @pytest.fixture(autouse=True)
@@ -25,20 +25,20 @@ def test_what_a_killed_search_had_found_is_kept_and_the_next_call_adds_the_rest(
     out = str(tmp_path / "branches.zarr")
 
     def killed(*problem, **how):
-        yield from islice(search_branches(*problem, **how), 2)
+        yield from islice(search_branches(*problem, **how), 1)
         raise RuntimeError("killed")
 
     monkeypatch.setattr(branch, "search_branches", killed)
     with pytest.raises(RuntimeError, match="killed"):
         run_command(capsys, *WORDS, "--out", out)
     kept = xarray.open_zarr(out, consolidated=False)
-    assert (kept.attrs["complete"], kept.branch.values.max()) == (0, 1)
+    assert (kept.attrs["complete"], kept.branch.values.max()) == (0, 0)
     monkeypatch.undo()
     code, text, error = run_command(capsys, *WORDS, "--out", out)
     report = json.loads(text)
     branches = report["branches"]
     assert (report["over"], report["solver"]) == ("eta", "reference")
-    assert (code, len(branches) > 2, error) == (0, True, "")
+    assert (code, len(branches), error) == (0, 2, "")
     whole = xarray.open_zarr(out, consolidated=False)
     assert whole.attrs["complete"] == 1
     assert whole.sizes["orbit"] == sum(each["orbits"] for each in branches)

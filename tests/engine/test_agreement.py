@@ -28,7 +28,7 @@ from vibroscope.engine.divergence import statistics
 from vibroscope.engine.divergence.agreement import SAME
 from vibroscope.engine.divergence.blame import HELPS, NEARLY, PART_OF
 
-from tests.share import share
+from tests.share import every, share
 
 # short runs: what is said must agree with the numbers, whatever these are
 RUN, SECTION = {"periods": 50, "keep": 16}, 100
@@ -130,7 +130,7 @@ def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, ev
 
 
 @pytest.mark.parametrize("eta", [1.08, 1.7, 2.76, 3.25])
-@pytest.mark.parametrize("numbers", [(12000.0, 18.0, 2000), (100.0, 50.0, 2000), (2500.0, 8.0, 400)])
+@pytest.mark.parametrize("numbers", every([(12000.0, 18.0, 2000), (100.0, 50.0, 2000), (2500.0, 8.0, 400)]))
 def test_bars_lines_and_verdict_of_the_page_share_numbers_and_words(eta, numbers):
     setting = Setting(eta=eta, **dict(zip(("K", "D", "steps"), numbers, strict=True)))
     runs = compute_runs(setting, cache=Cache(4))

@@ -6,6 +6,8 @@ from vibroscope.engine import ExactPenalty, Excitation, Record, Reference, Syste
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.drivers.section import period_of
 
+from tests.share import every
+
 VALUES = np.linspace(-7.3, 8.1, 14)
 NAMES = ("xi1", "v1", "xi2", "v2")
 
@@ -29,14 +31,16 @@ def nearest_motion(found, section):
 
 @pytest.mark.parametrize(
     ("system", "eta", "method", "axes", "start"),
-    [
-        (System(), 3.2, Reference(), ("xi2", "v2"), (0, 0, 0, 0)),
-        (System(), 3.2, Reference(), ("v1", "v2"), (-1, 0, 2, 0)),
-        (System(), 3.2, ExactPenalty(12000.0, 18.0), ("xi1", "xi2"), (0, 1, 0, 2)),
-        (System(), 1.9, Reference(), ("xi1", "v1"), (0, 0, 9, 0)),
-        (System(), 1.08, Reference(), ("xi2", "v2"), (0, 0, 0, 0)),
-        (System(wall=True, clearance=9.0), 2.2, Reference(), ("xi1", "v1"), (0, 0, 0, 0)),
-    ],
+    every(
+        [
+            (System(), 3.2, Reference(), ("xi2", "v2"), (0, 0, 0, 0)),
+            (System(), 3.2, Reference(), ("v1", "v2"), (-1, 0, 2, 0)),
+            (System(), 1.9, Reference(), ("xi1", "v1"), (0, 0, 9, 0)),
+            (System(), 1.08, Reference(), ("xi2", "v2"), (0, 0, 0, 0)),
+            (System(), 3.2, ExactPenalty(12000.0, 18.0), ("xi1", "xi2"), (0, 1, 0, 2)),
+            (System(wall=True, clearance=9.0), 2.2, Reference(), ("xi1", "v1"), (0, 0, 0, 0)),
+        ]
+    ),
 )
 def test_each_cell_ends_on_the_motion_of_its_own_long_run(system, eta, method, axes, start):
     found = sweep_basin(system, eta, method, VALUES, VALUES, axes=axes, start=start)

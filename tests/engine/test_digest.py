@@ -172,8 +172,14 @@ def test_this_engine_without_comments_and_formatting_is_the_same(real):
     assert code_digest(real) == engine_digest()
 
 
-def test_what_computes_is_numerical_and_what_keeps_or_explains_is_not():
-    found = {str(path) for path in numerical_modules()}
+@pytest.fixture(scope="module")
+def numerical():
+    """Paths of the modules of this engine that enter the digest."""
+    return set(numerical_modules())
+
+
+def test_what_computes_is_numerical_and_what_keeps_or_explains_is_not(numerical):
+    found = {str(path) for path in numerical}
     assert {"model.py", "methods.py", "simulate.py", "batch.py", "cells.py", "sweeps/errors.py"} <= found
     assert any(path.startswith("drivers/") for path in found)
     kept = ("store", "arrays", "place", "cluster", "growth", "memory", "cache", "progress", "provenance", "batches")
@@ -182,14 +188,14 @@ def test_what_computes_is_numerical_and_what_keeps_or_explains_is_not():
 
 
 @pytest.mark.parametrize("folder", ["event_driven", "time_stepping", "linear", "equations", "batch"])
-def test_the_compiled_kernels_are_numerical(folder):
-    assert any(path.parent == Path("kernels", folder) for path in numerical_modules())
+def test_the_compiled_kernels_are_numerical(numerical, folder):
+    assert any(path.parent == Path("kernels", folder) for path in numerical)
 
 
 def test_it_takes_a_fraction_of_a_second():
-    spent = []
-    for _ in range(3):
+    def spent():
         begin = time.process_time()
         code_digest(ENGINE)
-        spent.append(time.process_time() - begin)
-    assert min(spent) < 0.5
+        return time.process_time() - begin
+
+    assert any(spent() < 0.5 for _ in range(3))

@@ -8,6 +8,7 @@ from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, 
 from vibroscope.engine.energy.balance import energy_balance
 
 from tests import hard
+from tests.share import every
 
 EPSILON = np.finfo(float).eps
 
@@ -42,7 +43,7 @@ def check_balance(method, eta, balance):
     assert (balance.dampers >= 0).all()
 
 
-@pytest.mark.parametrize("case", hard.CASES)
+@pytest.mark.parametrize("case", every(hard.CASES))
 def test_work_and_losses_are_the_true_ones_and_the_balance_closes(case):
     system, eta, method = hard.arguments(case)
     response = run(eta, method, hard.periods(case), system, hard.initial(case))

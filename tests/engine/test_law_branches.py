@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from vibroscope.engine import ExactPenalty, Excitation, System, continue_branch, continue_point, simulate
+from vibroscope.engine.continuation.orbit import KINDS
+from vibroscope.engine.drivers import law_driven
 from vibroscope.engine.drivers.law_driven import LawFlow
+from vibroscope.engine.drivers.law_orbit import equations_of
+from vibroscope.engine.kernels.linear.tables import tabulate
 from vibroscope.engine.motions.poincare_map import PoincareMap
 
 from tests.share import every
@@ -194,3 +198,18 @@ def test_bifurcations_have_the_multiplier_of_their_kind(law):
     assert len(found) > 1
     for point in found:
         assert np.abs(point.multipliers - expected[point.kind]).min() < 1e-6
+
+
+def test_tables_that_another_damping_leaves_as_they_are_are_taken_over(monkeypatch):
+    made = []
+    monkeypatch.setattr(law_driven, "tabulate", lambda *numbers: made.append(numbers) or tabulate(*numbers))
+    first = equations_of(*at("cut", 1.3))
+    assert len(made) == 4
+    taken = equations_of(*at("cut", 1.3, damping=21.0), like=first)
+    assert len(made) == 6  # of what depends on D; not where the bodies part from flight or from an overlap
+    alone = equations_of(*at("cut", 1.3, damping=21.0))
+    (orbit,) = (p for p in branch_of("cut").points if p.kind == "grazing" and abs(p.value - 1.0883) < 1e-4)
+    kinds = [KINDS[event] for event in orbit.events]
+    unknowns = np.array([*PoincareMap(*at("cut", 1.3), None).coordinates(orbit.state), *orbit.instants])
+    for found, expected in zip(*(each(kinds, False, 1, unknowns) for each in (taken, alone)), strict=True):
+        np.testing.assert_array_equal(found, expected)

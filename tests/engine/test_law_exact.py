@@ -61,7 +61,16 @@ def test_the_motion_is_that_of_the_twin(law, wall):
 @pytest.mark.parametrize("wall", [False, True], ids=["two bodies", "wall"])
 @pytest.mark.parametrize(
     ("penetration", "exponent", "damping"),
-    [(0.01, 1.5, 8.0), (0.02, 1.5, 30.0), (0.003, 3.0, 2.0), (0.01, 2.2, 8.0), (0.001, 1.5, 18.0), (1e-5, 1.5, 18.0)],
+    every(
+        [
+            (0.01, 1.5, 8.0),
+            (0.02, 1.5, 30.0),
+            (0.003, 3.0, 2.0),
+            (0.01, 2.2, 8.0),
+            (0.001, 1.5, 18.0),
+            (1e-5, 1.5, 18.0),
+        ]
+    ),
 )
 def test_steps_end_at_the_kinks_of_impact(penetration, exponent, damping, wall):
     """The penetration of full damping is passed both ways; the force is cut, and sets in again before the end."""

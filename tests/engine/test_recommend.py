@@ -18,6 +18,7 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.divergence.contact import damping_for, damping_ratio, damping_ratio_for, stiffness_for
+from vibroscope.engine.recommendation import reasons
 
 from tests.share import every
 
@@ -126,6 +127,15 @@ def test_the_limit_that_is_to_blame_is_the_reason(options, word):
     assert word in found.reason
     assert found.best.setting.steps <= options["steps_max"]
     assert all(t.setting.stiffness <= options.get("stiffness_max", 1e6) for t in found.front)
+
+
+def test_a_contact_that_is_held_is_blamed_where_it_is_too_soft_after_one_run_without_a_time_step(monkeypatch):
+    runs = []
+    monkeypatch.setattr(reasons, "simulate", lambda *problem, **how: runs.append(problem) or simulate(*problem, **how))
+    found = recommend(SYSTEM, 2.76, tolerance=0.02, steps_max=256, stiffness=300.0, damping=4.0)
+    assert (found.met, found.best.setting[:2]) == (False, (300.0, 4.0))
+    assert "K = 300 and D = 4, which is held, is to blame" in found.reason
+    assert [method for *_, method in runs] == [ExactPenalty(300.0, 4.0)]
 
 
 def test_a_chaotic_reference_gives_no_recommendation():

@@ -71,13 +71,10 @@ def test_a_range_needs_at_least_as_many_steps_as_its_worst_eta(found):
     assert found.best.setting.steps > 0.8 * alone  # the search finds n to some per cent
 
 
-def test_what_is_held_is_kept_and_blamed_where_it_is_too_soft():
+def test_what_is_held_is_kept():
     found = recommend_range(SYSTEM, [2.7, 2.76], **QUICK, stiffness=3333.3, damping=None)
     assert found.best.setting.stiffness == 3333.3
     assert {trial.setting.stiffness for trial in found.front} == {3333.3}
-    found = recommend(SYSTEM, 2.76, tolerance=0.02, steps_max=256, stiffness=300.0, damping=4.0)
-    assert (found.met, found.best.setting[:2]) == (False, (300.0, 4.0))
-    assert "K = 300 and D = 4, which is held, is to blame" in found.reason
 
 
 def test_a_range_that_is_not_met_says_where_it_is_and_why_not():

@@ -10,6 +10,7 @@ from vibroscope.engine import Record, Status, simulate
 
 from tests import truth_systems as truth
 from tests.events import events_of
+from tests.share import every
 
 EPSILON = np.finfo(float).eps
 MARGIN = 4  # rounding errors in each radian
@@ -79,7 +80,7 @@ def check_events(case, response):
     assert (np.abs(speeds - true_speeds)[known] < within * (1 + acceleration / slow[known])).all()
 
 
-@pytest.mark.parametrize("case", truth.CASES)
+@pytest.mark.parametrize("case", every(truth.CASES))
 def test_states_forces_and_events(case):
     response = solve(case)
     assert response.status is Status.OK

@@ -23,6 +23,7 @@ from vibroscope.engine.divergence.encounters import delivered_restitution, mean_
 from vibroscope.engine.divergence.experiments import equal_damping
 
 from tests.law_numbers import law_numbers
+from tests.share import every
 
 SYSTEM, ETA = System(), 2.76
 SHORT = {"periods": 300, "keep": 10}
@@ -33,7 +34,7 @@ def stepping(law, damping, steps=1000, **more):
     return TimeStepping(12000, damping, steps, law=law, **law_numbers(law, penetration=0.001), **more)
 
 
-@pytest.mark.parametrize(("law", "damping"), CASES)
+@pytest.mark.parametrize(("law", "damping"), every(CASES))
 def test_every_law_has_a_verdict_and_parts_that_add_up(law, damping, monkeypatch):
     """What the motions are is taken from the kept periods, since evidence for it takes seconds."""
     monkeypatch.setattr(Comparison, "decided", lambda self, _: self)
