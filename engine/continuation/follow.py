@@ -12,6 +12,7 @@ import numpy as np
 
 from ..drivers.event_driven import displaced_state
 from .branch import Point
+from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import STEEP, Curve, CurvePoint
 from .margins import (
     BIFURCATIONS,
@@ -26,7 +27,7 @@ from .margins import (
     indicators,
     least_margin,
 )
-from .orbit import Orbit, check_cancelled, least_period
+from .orbit import check_cancelled, least_period
 from .roots import first_zero
 from .seeds import SAME
 from .sequences import REPEATED, after_chatter, beyond, point_within_cycle
@@ -40,7 +41,6 @@ REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and n
 MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
 UNLIKE = 1e-3  # of the largest: where a phase has no length rounding decides the sign of the determinants
 SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
-CLOSED = 0.05  # of a step
 ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
 )
@@ -129,8 +129,8 @@ class Tracer:
             self.reason = ""
             return FIRST_STEP / 10 if self._change_sequence(here, step) else step / 4
         angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
-        if self._joins(here, there):
-            self._join(there.orbit.period // 2, self._value_of_joining(here, there))
+        if halves_meet(here, there):
+            self._join(there.orbit.period // 2, value_of_meeting(here, there, self.doublings))
             return step
         end = self._first_orbit_between(here, there)
         if end is not None:
@@ -181,7 +181,7 @@ class Tracer:
         start = self.points[0]
         if len(self.points) < 10 or self.reason or start.orbit.period != here.orbit.period:
             return None
-        share, onwards = self._share_on_chord(here, there), True
+        share, onwards = share_of_first(start, here, there), True
         if share is not None:
             onwards = start.tangent @ there.tangent > 0
         elif start.tangent[-1] * (there.value - here.value) > 0:  # maybe with its events counted from another one on
@@ -190,62 +190,22 @@ class Tracer:
             return None
         chord = there.orbit.unknowns - here.orbit.unknowns
         orbit = self.curve.corrected(here.orbit.at(here.orbit.unknowns + share * chord), start.value)
-        if orbit is None or not self._is_first(orbit):
+        if orbit is None or not is_first(start, orbit):
             return None
         self._close(onwards)
         return CurvePoint(self.curve, orbit, start.value, here.tangent)
-
-    def _share_on_chord(self, here: CurvePoint, there: CurvePoint) -> float | None:
-        """The share of the way between two neighbours at which the first orbit lies, if its events are the same."""
-        start = self.points[0]
-        if start.orbit.kinds != here.orbit.kinds:
-            return None
-        scales = start.scales
-        a, along = here.unknowns / scales, (there.unknowns - here.unknowns) / scales
-        off = start.unknowns / scales - a
-        share = float(off @ along / (along @ along))
-        return share if np.linalg.norm(off - share * along) < CLOSED * np.linalg.norm(along) else None
-
-    def _is_first(self, orbit: Orbit) -> bool:
-        """Whether an orbit passes through a state of the first one at τ ≡ 0, with as many events."""
-        rows = self.points[0].evaluation.section
-        near = np.abs(rows - orbit.unknowns[:4]).max(axis=1) < SAME * max(np.abs(rows).max(), 1e-9)
-        return bool(near.any()) and sorted(orbit.kinds) == sorted(self.points[0].orbit.kinds)
 
     def _ends_at(self, point: CurvePoint) -> bool:
         """Whether an orbit next to the end of a sequence is the first one of the branch, which then ends there."""
         start = self.points[0]
         near = abs(point.value - start.value) < SAME * self.curve.width
-        if len(self.points) < 10 or not near or not self._is_first(point.orbit):
+        if len(self.points) < 10 or not near or not is_first(start, point.orbit):
             return False
         self._close(start.tangent[-1] * point.tangent[-1] > 0)
         return True
 
     def _close(self, onwards: bool) -> None:
         self.reason = "the branch closes in itself" if onwards else "the branch comes back to where it began"
-
-    def _joins(self, here: CurvePoint, there: CurvePoint) -> bool:
-        """Whether both halves of the cycle become the same between two orbits.
-
-        There a branch that began at a period doubling meets the branch of half the period. What follows is the same
-        orbits, half a cycle later.
-        """
-        if here.orbit.period % 2:
-            return False
-        return _difference_of_halves(here) @ _difference_of_halves(there) < 0
-
-    def _value_of_joining(self, here: CurvePoint, there: CurvePoint) -> float:
-        """α₁ where two branches meet: the known period doubling between two orbits, or next to them.
-
-        The equations are singular there; near it α₁ varies with the square of the difference of the halves.
-        """
-        one, two = (float(np.square(_difference_of_halves(point)).sum()) for point in (here, there))
-        share = one / (one - two) if one != two else 0.5
-        value = here.value + (there.value - here.value) * min(max(share, -1.0), 2.0)
-        half = here.orbit.period // 2
-        return min(
-            (known for period, known in self.doublings if period == half), key=lambda v: abs(v - value), default=value
-        )
 
     # -- points --------------------------------------------------------------------------------------------------------
 
@@ -370,9 +330,3 @@ def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> P
         instants=point.orbit.instants,
         index=index,
     )
-
-
-def _difference_of_halves(point: CurvePoint) -> np.ndarray:
-    """The state half a cycle later less the state at τ = 0, (4,)."""
-    rows = point.evaluation.section
-    return rows[len(rows) // 2] - rows[0]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..drivers.orbit_steps import null_vector
+from .closing import share_on_chord
 from .margins import Margin
 from .meetings import Meetings
 from .orbit import check_cancelled, within_cycle
@@ -229,14 +230,9 @@ class PointTrace:
         if not start.orbit.kinds == before.orbit.kinds == here.orbit.kinds:
             return False
         scales = self.equations.scales
-        a, along = before.scaled(scales), here.scaled(scales) - before.scaled(scales)
-        off = start.scaled(scales) - a
-        share, onwards = off @ along / (along @ along), self._places[1][1].scaled(scales) - start.scaled(scales)
-        return (
-            0 <= share <= 1
-            and along @ onwards > 0
-            and np.linalg.norm(off - share * along) < CLOSED * np.linalg.norm(along)
-        )
+        first, second, one, two = (place.scaled(scales) for place in (start, self._places[1][1], before, here))
+        share = share_on_chord(first, one, two, CLOSED)
+        return share is not None and 0 <= share <= 1 and (two - one) @ (second - first) > 0
 
     def _words(self, place: Place) -> str:
         value, along = self.plane.values(place.shares)

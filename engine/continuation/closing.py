@@ -1,0 +1,61 @@
+"""Where a branch is back at its first orbit, or ends in a branch of half its period."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .curve import CurvePoint
+from .orbit import Orbit
+from .seeds import SAME
+
+CLOSED = 0.05  # of a step
+
+
+def share_on_chord(point: np.ndarray, here: np.ndarray, there: np.ndarray, aside: float) -> float | None:
+    """The share of the way between two neighbours at which a point lies; None if it lies more than ``aside`` off."""
+    along, off = there - here, point - here
+    share = float(off @ along / (along @ along))
+    return share if np.linalg.norm(off - share * along) < aside * np.linalg.norm(along) else None
+
+
+def share_of_first(start: CurvePoint, here: CurvePoint, there: CurvePoint) -> float | None:
+    """The share of the way between two neighbours at which the first orbit lies, if its events are the same."""
+    if start.orbit.kinds != here.orbit.kinds:
+        return None
+    return share_on_chord(*(point.unknowns / start.scales for point in (start, here, there)), CLOSED)
+
+
+def is_first(start: CurvePoint, orbit: Orbit) -> bool:
+    """Whether an orbit passes through a state of the first one at τ ≡ 0, with as many events."""
+    rows = start.evaluation.section
+    near = np.abs(rows - orbit.unknowns[:4]).max(axis=1) < SAME * max(np.abs(rows).max(), 1e-9)
+    return bool(near.any()) and sorted(orbit.kinds) == sorted(start.orbit.kinds)
+
+
+def halves_meet(here: CurvePoint, there: CurvePoint) -> bool:
+    """Whether both halves of the cycle become the same between two orbits.
+
+    There a branch that began at a period doubling meets the branch of half the period. What follows is the same
+    orbits, half a cycle later.
+    """
+    if here.orbit.period % 2:
+        return False
+    return difference_of_halves(here) @ difference_of_halves(there) < 0
+
+
+def value_of_meeting(here: CurvePoint, there: CurvePoint, doublings: Sequence[tuple[int, float]]) -> float:
+    """α₁ where the halves meet: the known period doubling between two orbits, or next to them.
+
+    The equations are singular there; near it α₁ varies with the square of the difference of the halves.
+    """
+    one, two = (float(np.square(difference_of_halves(point)).sum()) for point in (here, there))
+    share = one / (one - two) if one != two else 0.5
+    value = here.value + (there.value - here.value) * min(max(share, -1.0), 2.0)
+    half = here.orbit.period // 2
+    return min((known for period, known in doublings if period == half), key=lambda v: abs(v - value), default=value)
+
+
+def difference_of_halves(point: CurvePoint) -> np.ndarray:
+    """The state half a cycle later less the state at τ = 0, (4,)."""
+    rows = point.evaluation.section
+    return rows[len(rows) // 2] - rows[0]
