@@ -17,7 +17,7 @@ INTEGRATOR_NAMES = {
     "semi-implicit-euler": "semi-implicit Euler",
 }
 STATUS_NAMES = {"start": "start of the step", "end": "end, iterated"}
-STIFFNESS_NAMES = {"typed": "K as typed", "step": "s·m/Δτ²"}
+STIFFNESS_NAMES = {"typed": "K as typed", "step": "follows the step"}
 DAMPER_NAMES = {"typed": "D as typed", "restitution": "from the restitution"}
 WITHOUT_SOLUTION_NAMES = {"stop": "stop", "keep": "keep status", "halve": "halve step"}
 LAW_NAMES = {

@@ -25,7 +25,7 @@ def test_a_stiffness_that_follows_the_step_locks_its_slider(visit):
     scale = explorer.typed("step_scale")
     explorer.page.locator("summary", has_text="Solver").click()
     assert scale.is_hidden()
-    explorer.moved(lambda: switch.get_by_label("s·m/Δτ²").check())
+    explorer.moved(lambda: switch.get_by_label("follows the step").check())
     explorer.wait_for_address(stiffness="step")
     assert slider.is_disabled()
     assert typed.is_disabled()
