@@ -111,8 +111,11 @@ def _check_combination(setting: Setting) -> None:
 
 
 def _stiffness_of_step(setting: Setting, given: Mapping[str, object]) -> float:
-    """K as it follows from the step; raises `Refused` for what was given last where that is out of range."""
-    K = stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale)
+    """K as it follows from the step, to six digits, so that it can be read and typed.
+
+    Raises `Refused` for what was given last where that is out of range.
+    """
+    K = float(f"{stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale):.6g}")
     low, high = bounds_of("K")
     if not low <= K <= high:
         name = next((name for name in ("steps", "eta", "step_scale") if name in given), "stiffness")

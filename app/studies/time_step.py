@@ -70,6 +70,13 @@ class PartialStep:
         return self.study.steps[: self._count]
 
     @property
+    def stiffness(self) -> np.ndarray | float:
+        """K: one for all runs, or, where it follows the step, that of each n."""
+        if self.question.stiffness_of_step is None:
+            return self.question.method.stiffness
+        return self.study.arrays["K"].values[: self._count]
+
+    @property
     def schemes(self) -> tuple[str, ...]:
         """Those of `engine.sweeps.SCHEMES`."""
         return tuple(self.study.schemes)
@@ -107,10 +114,10 @@ class PartialStep:
     def data(self) -> dict[str, object]:
         """What is known, for a file: the variables as `engine.sweep_step` names them."""
         method = self.question.method
-        question = {"eta": self.question.eta, "K": method.stiffness, "D": method.damping, "steps": self.steps}
+        question = {"eta": self.question.eta, "K": self.stiffness, "D": method.damping, "steps": self.steps}
         question |= {"method": scheme_as_dict(method)}
         if (scale := self.question.stiffness_of_step) is not None:
-            question |= {"stiffness_of_step": scale, "K": self.study.arrays["K"].values[: self._count]}
+            question |= {"stiffness_of_step": scale}
         of_study = {"error_joint_damping": self.study.arrays["error_joint_damping"]}
         of_study |= self.study.conclusions(self.values)
         return (

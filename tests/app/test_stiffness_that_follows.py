@@ -1,5 +1,6 @@
 """A contact stiffness that follows the time step, on the page: what is run, shown, linked, studied and taken away."""
 
+import numpy as np
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
@@ -14,7 +15,10 @@ from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.export.label import setting_rows
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.controls.controls import Controls
+from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.app.studies import time_step
+from vibroscope.app.studies.time_step import grow_step
 from vibroscope.engine import Newmark, stiffness_of_step
 
 COARSE = Setting(eta=2.76, K=12000.0, D=18.0, steps=200)
@@ -22,14 +26,14 @@ FOLLOWS = read_setting({"stiffness": "step"}, COARSE)
 
 
 def followed(setting):
-    return stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale)
+    return float(f"{stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale):.6g}")
 
 
 def test_k_is_that_of_the_step_and_goes_with_it():
     assert followed(FOLLOWS) == FOLLOWS.K
     assert FOLLOWS.step_scale == 0.1
     finer = read_setting({"steps": "400"}, FOLLOWS)
-    assert pytest.approx(4 * FOLLOWS.K) == finer.K
+    assert pytest.approx(4 * FOLLOWS.K, rel=1e-5) == finer.K
     for texts in ({"eta": "1.08"}, {"step_scale": "0.2"}, {"kappa3": "1.4"}, {"bodies": "wall"}):
         moved = read_setting(texts, FOLLOWS)
         assert moved.K == followed(moved) != FOLLOWS.K
@@ -92,6 +96,17 @@ def test_the_study_over_the_step_takes_the_stiffness_of_each():
     expected = [stiffness_of_step(FOLLOWS.system, 2.76, n, 0.1) for n in study.steps]
     assert study.arrays["K"].values.tolist() == expected
     assert TimeStepTab.question(None, COARSE).stiffness_of_step is None
+
+
+def test_the_figures_over_the_step_name_the_stiffness_of_the_steps_that_are_shown(monkeypatch):
+    monkeypatch.setattr(time_step, "STEPS", (200, 400))
+    result = list(grow_step(TimeStepTab.question(None, FOLLOWS), None, lambda: False))[-1]
+    view = TimeStepView(lambda steps: None)
+    for steps in ("200", "400"):
+        shown = read_setting({"steps": steps}, FOLLOWS)
+        view.update(shown, result)
+        assert f"T/{steps}, constant step: η = 2.76, K = {shown.K:g}, D = 18" in view.phases["fixed"].title.text
+    np.testing.assert_allclose(result.data()["K"], [FOLLOWS.K, 4 * FOLLOWS.K], rtol=1e-5)
 
 
 def test_another_step_is_proposed_for_the_stiffness_with_which_it_was_tried():

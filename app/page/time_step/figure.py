@@ -146,7 +146,8 @@ class TimeStepView:
 
     def _draw(self, result: PartialStep, index: int, scheme: str, setting: Setting) -> None:
         question, method = result.question, result.question.method
-        numbers = {"eta": question.eta, "K": method.stiffness, "D": method.damping}
+        stiffness = result.stiffness if np.ndim(result.stiffness) == 0 else float(f"{result.stiffness[index]:.6g}")
+        numbers = {"eta": question.eta, "K": stiffness, "D": method.damping}
         fields = [(shown_field(name, setting), value) for name, value in numbers.items() if value is not None]
         at = ", ".join(field.words(value) if not field.unit else field.measure(value) for field, value in fields)
         name = "" if isinstance(method, Newmark) else f", {brief_name(method)}"
