@@ -112,8 +112,8 @@ def user(request):
 
 
 def shipped():
-    """Every file below the three folders that a user needs."""
-    paths = (path for folder in FOLDERS for path in (ROOT / folder).rglob("*"))
+    """Every file below the three folders that a user needs: no bytecode, and no notes of the site's generator."""
+    paths = (path for folder in FOLDERS for path in (ROOT / folder).rglob("[!.]*"))
     return {str(path.relative_to(ROOT)) for path in paths if path.is_file() and "__pycache__" not in path.parts}
 
 

@@ -82,7 +82,7 @@ WITHOUT = {
 @pytest.mark.parametrize("name", WITHOUT)
 def test_where_k_cannot_follow_the_step_the_option_is_refused_in_one_line(capsys, tmp_path, name):
     out = ["--out", str(tmp_path / "store")] if "sweep" in WITHOUT[name] else []
-    refuse(capsys, [*WITHOUT[name], *out, "--stiffness-of-step", "0.1"], "--stiffness-of-step 0.1")
+    refuse(capsys, [*WITHOUT[name], *out, "--stiffness-of-step", "0.1"], "--stiffness-of-step is no option")
 
 
 @pytest.mark.parametrize("name", COMMANDS)
