@@ -18,7 +18,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.app.runtime.number_text import LONGEST_NUMBER, print_number, quote
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import end_text, simulate, stiffness_of_step
+from vibroscope.engine import end_text, simulate
 from vibroscope.engine.methods import STEPS_RANGE
 
 _PERIODS = signature(simulate).parameters["periods"].default
@@ -111,11 +111,8 @@ def _check_combination(setting: Setting) -> None:
 
 
 def _stiffness_of_step(setting: Setting, given: Mapping[str, object]) -> float:
-    """K as it follows from the step, to six digits, so that it can be read and typed.
-
-    Raises `Refused` for what was given last where that is out of range.
-    """
-    K = float(f"{stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale):.6g}")
+    """K as it follows from the step; raises `Refused` for what was given last where that is out of range."""
+    K = setting.stiffness_of_step
     low, high = bounds_of("K")
     if not low <= K <= high:
         name = next((name for name in ("steps", "eta", "step_scale") if name in given), "stiffness")

@@ -18,7 +18,17 @@ from vibroscope.app.explorer.parameters import (
     Explorer,
 )
 from vibroscope.app.runtime.number_text import print_value
-from vibroscope.engine import INTEGRATORS, Excitation, Integrator, Newmark, Reference, System, TimeStepping, Units
+from vibroscope.engine import (
+    INTEGRATORS,
+    Excitation,
+    Integrator,
+    Newmark,
+    Reference,
+    System,
+    TimeStepping,
+    Units,
+    stiffness_of_step,
+)
 from vibroscope.engine.law_table import numbers_of
 from vibroscope.engine.laws import damper_of
 from vibroscope.engine.methods import LAWS_BY_RESTITUTION
@@ -80,6 +90,11 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
     def follows_step(self) -> bool:
         """Whether K is that of the time step: `reading.read_setting` then makes it from `step_scale`."""
         return self.stiffness == "step"
+
+    @property
+    def stiffness_of_step(self) -> float:
+        """K = s m/Δτ² of these steps, to six digits, so that it can be read and typed."""
+        return float(f"{stiffness_of_step(self.system, self.eta, self.steps, self.step_scale):.6g}")
 
     @property
     def damping(self) -> tuple[float, bool]:

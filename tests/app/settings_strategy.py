@@ -3,7 +3,7 @@
 from hypothesis import strategies as st
 from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, STEPPING_FIELDS, Explorer, bounds_of
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine import INTEGRATORS, stiffness_of_step
+from vibroscope.engine import INTEGRATORS
 
 
 def _values(name):
@@ -26,7 +26,7 @@ def _together(setting):
     setting = setting._replace(status="start") if INTEGRATORS[setting.integrator].explicit else setting
     if not setting.follows_step:
         return setting
-    K = stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale)
+    K = setting.stiffness_of_step
     low, high = bounds_of("K")
     return setting._replace(**({"K": K} if low <= K <= high else {"stiffness": "typed"}))
 

@@ -11,7 +11,6 @@ from vibroscope.app.explorer.link import parse_address
 from vibroscope.app.explorer.parameters import FIELDS, Explorer, bounds_of
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine import stiffness_of_step
 from vibroscope.engine.model import check_eta
 from vibroscope.engine.simulate import starting_checkpoint
 
@@ -47,7 +46,7 @@ def engine_takes(name, value):
     if name in ("exponent", "penetration"):
         setting = setting._replace(law="impact")
     try:
-        stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale)
+        float(setting.stiffness_of_step)
         check_eta(setting.eta)
         starting_checkpoint(setting.initial, setting.system, setting.eta, setting.penalty)
         return all((setting.system, setting.reference, setting.penalty, setting._replace(units="si").scale))

@@ -26,7 +26,9 @@ FOLLOWS = read_setting({"stiffness": "step"}, COARSE)
 
 
 def followed(setting):
-    return float(f"{stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale):.6g}")
+    exact = stiffness_of_step(setting.system, setting.eta, setting.steps, setting.step_scale)
+    assert setting.stiffness_of_step == pytest.approx(exact, rel=1e-5)
+    return setting.stiffness_of_step
 
 
 def test_k_is_that_of_the_step_and_goes_with_it():
