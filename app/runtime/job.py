@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.compilation import compilation
-from vibroscope.app.runtime.workers import Workers, give_way
+from vibroscope.app.runtime.workers import Workers, give_way, stand_aside
 from vibroscope.engine import Cancelled
 
 
@@ -33,6 +33,7 @@ class Job(ABC):
 
     def _poll(self) -> bool:
         """Give way to other sessions, and return whether to stop: what a long computation calls all the time."""
+        stand_aside()
         give_way()
         return self.cancelled
 

@@ -2,8 +2,8 @@
 
 Sessions take turns. The next job of a pool is one of the session that has had least of its threads lately, whatever
 came first, and a long job that calls `give_way` now and then lets such jobs run at once, and rests while they run in
-other threads, or while a page is built (`ahead_of_jobs`). So a session pays for its expensive jobs with its own waiting
-time.
+other threads. So a session pays for its expensive jobs with its own waiting time. Jobs in the background rest, too,
+while a page is built (`ahead_of_jobs`).
 
 Every pool is created here, so that a server that stops knows which jobs are still running.
 """
@@ -60,7 +60,7 @@ _count_ahead = 0
 
 @contextlib.contextmanager
 def ahead_of_jobs() -> Iterator[None]:
-    """Let the jobs that call `give_way` rest while this runs.
+    """Let the jobs that call `stand_aside` rest while this runs.
 
     For Python code that a visitor waits for: beside jobs of Python code it would have the interpreter's lock only in
     its turn.
@@ -85,13 +85,16 @@ def give_way() -> None:
     may wait for.
     """
     if _thread.running:
-        _rest_for_what_is_ahead()
         _thread.pool.run_lighter_jobs()
 
 
-def _rest_for_what_is_ahead() -> None:
+def stand_aside() -> None:
+    """Rest while what is `ahead_of_jobs` runs, at most half of the time: for a job that no figure waits for.
+
+    Call it as `give_way`.
+    """
     begun = time.monotonic()
-    if not _count_ahead or begun < _thread.works_until:
+    if not (_count_ahead and _thread.running) or begun < _thread.works_until:
         return
     with _ahead:
         _ahead.wait_for(lambda: not _count_ahead, LONGEST_REST)

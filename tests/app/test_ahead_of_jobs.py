@@ -5,7 +5,7 @@ import time
 
 import pytest
 from vibroscope.app.runtime import workers
-from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own_time
+from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own_time, stand_aside
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def test_a_job_rests_until_what_is_ahead_of_it_ends_and_its_own_time_stands_stil
     def job():
         begun = own_time()
         asked.set()
-        give_way()
+        stand_aside()
         order.append("job")
         return own_time() - begun
 
@@ -41,7 +41,7 @@ def test_pages_without_end_leave_a_job_half_of_its_time(pool, monkeypatch):
         begun = time.monotonic()
         while time.monotonic() < begun + 1.0:
             before = time.monotonic()
-            give_way()
+            stand_aside()
             if (rest := time.monotonic() - before) > 0.05:
                 rests.append(rest)
         return rests
@@ -55,5 +55,17 @@ def test_pages_without_end_leave_a_job_half_of_its_time(pool, monkeypatch):
 def test_where_nothing_is_ahead_no_job_rests(pool):
     with pytest.raises(ZeroDivisionError), ahead_of_jobs():
         raise ZeroDivisionError
-    waited = pool.submit(lambda: (time.monotonic(), give_way(), time.monotonic())).result(5)
+    waited = pool.submit(lambda: (time.monotonic(), stand_aside(), time.monotonic())).result(5)
     assert waited[2] - waited[0] < 0.5
+
+
+def test_a_figure_that_is_solved_waits_for_no_page(pool):
+    """What a move waits for gives way to lighter sessions alone."""
+
+    def solved():
+        begun = time.monotonic()
+        give_way()
+        return time.monotonic() - begun
+
+    with ahead_of_jobs():
+        assert pool.submit(solved).result(5) < workers.LONGEST_REST / 2
