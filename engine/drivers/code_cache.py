@@ -10,6 +10,7 @@ from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import cpu_target
 
+from .. import kernels
 from ..kernels.compile.options import cache_root, source_digest
 
 __all__ = [
@@ -24,10 +25,13 @@ __all__ = [
 _KERNELS = f"{__package__.rpartition('.')[0]}.kernels."
 
 
-def complete_mark() -> Path:
-    """The file that exists once all kernels are compiled for this processor, by this Numba and Python."""
+def complete_mark(sources: Path = Path(kernels.__file__).parent) -> Path:
+    """The file that exists once all kernels are compiled for this processor, by this Numba and Python.
+
+    Numba finds machine code again by the place of its ``sources``: another checkout has its own.
+    """
     target = cpu_target.target_context.codegen().magic_tuple()
-    versions = repr((numba.__version__, sys.version_info[:3], target))
+    versions = repr((numba.__version__, sys.version_info[:3], target, str(sources)))
     return _folder() / f"complete-{hashlib.sha256(versions.encode()).hexdigest()[:12]}"
 
 

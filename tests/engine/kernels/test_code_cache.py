@@ -98,3 +98,9 @@ def test_the_code_of_what_only_other_kernels_call_is_compressed_and_found_again(
     assert run(CALL.format(SOLVE), **environment) == "1 0\n0 0\n0 0\n"
     assert run(CALL.format(DETERMINANT), **environment) == "0 0\n0 1\n1 0\n"
     assert run(CALL.format(DETERMINANT), **environment) == "0 0\n1 0\n0 0\n"
+
+
+def test_another_checkout_of_the_same_sources_has_a_mark_of_its_own(tmp_path):
+    """Numba does not find the machine code of the other one, so that all has to be compiled."""
+    assert complete_mark(tmp_path) != complete_mark()
+    assert complete_mark(tmp_path) == complete_mark(tmp_path)
