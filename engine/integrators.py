@@ -51,10 +51,16 @@ class Integrator(ABC):
         If a number is out of range.
     """
 
-    name: ClassVar[str]
+    name: ClassVar[str]  # as options and files have it
+    title: ClassVar[str]  # as texts have it: the method, and after a comma its variant
     explicit: ClassVar[bool] = False
     averaged: ClassVar[bool] = False  # whether forces at both ends are averaged
     always_unstable: ClassVar[bool] = False  # whether undamped motion grows with every step, however small
+
+    @classmethod
+    def short_title(cls) -> str:
+        """The method without its variant, as "HHT-α"."""
+        return cls.title.partition(",")[0]
 
     @property
     @abstractmethod
@@ -79,6 +85,7 @@ class NewmarkBeta(Integrator):
     beta: float = 0.25
     gamma: float = 0.5
     name: ClassVar[str] = "newmark"
+    title: ClassVar[str] = "Newmark"
 
     def __post_init__(self):
         self._check("beta", BETA_RANGE, "Newmark's β, ¼ for average acceleration")
@@ -101,6 +108,7 @@ class HHT(Integrator):
 
     alpha: float = -0.05
     name: ClassVar[str] = "hht"
+    title: ClassVar[str] = "HHT-α, forces averaged"
     averaged: ClassVar[bool] = True
 
     def __post_init__(self):
@@ -118,6 +126,7 @@ class HHTInterpolated(HHT):
 
     alpha: float = -0.1
     name: ClassVar[str] = "hht-interpolated"
+    title: ClassVar[str] = "HHT-α, forces between"
     averaged: ClassVar[bool] = False
 
 
@@ -127,6 +136,7 @@ class GeneralisedAlpha(Integrator):
 
     rho: float = 0.8
     name: ClassVar[str] = "generalised-alpha"
+    title: ClassVar[str] = "generalised-α"
 
     def __post_init__(self):
         self._check("rho", RHO_RANGE, "ρ∞, 1 for no numerical damping, 0 for most")
@@ -155,6 +165,7 @@ class TRBDF2(Integrator):
     """
 
     name: ClassVar[str] = "tr-bdf2"
+    title: ClassVar[str] = "TR-BDF2"
 
     @property
     def stages(self) -> tuple[Stage, ...]:
@@ -171,6 +182,7 @@ class Bathe(Integrator):
 
     rho: float = 0.0
     name: ClassVar[str] = "bathe"
+    title: ClassVar[str] = "Bathe"
 
     def __post_init__(self):
         self._check("rho", RHO_RANGE, "ρ∞, 1 for no numerical damping, 0 for most")
@@ -190,6 +202,7 @@ class CentralDifference(Integrator):
     """
 
     name: ClassVar[str] = "central-difference"
+    title: ClassVar[str] = "central differences"
     explicit: ClassVar[bool] = True
 
     @property
@@ -207,6 +220,7 @@ class SemiImplicitEuler(Integrator):
     """
 
     name: ClassVar[str] = "semi-implicit-euler"
+    title: ClassVar[str] = "semi-implicit Euler"
     explicit: ClassVar[bool] = True
 
     @property

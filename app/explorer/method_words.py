@@ -4,18 +4,9 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from vibroscope.engine import CONTACT_LAWS, Method, Newmark, TimeStepping, integrator_name, status_of, written
+from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, Method, Newmark, TimeStepping, integrator_name, status_of, written
 
-INTEGRATOR_NAMES = {
-    "newmark": "Newmark",
-    "hht": "HHT-α, forces averaged",
-    "hht-interpolated": "HHT-α, forces between",
-    "generalised-alpha": "generalised-α",
-    "tr-bdf2": "TR-BDF2",
-    "bathe": "Bathe",
-    "central-difference": "central differences",
-    "semi-implicit-euler": "semi-implicit Euler",
-}
+INTEGRATOR_NAMES = {name: kind.title for name, kind in INTEGRATORS.items()}
 STATUS_NAMES = {"start": "start of the step", "end": "end, iterated"}
 STIFFNESS_NAMES = {"typed": "K as typed", "step": "follows the step"}
 DAMPER_NAMES = {"typed": "D as typed", "restitution": "from the restitution"}
@@ -52,7 +43,7 @@ _STATUSES = {
 
 def name_of_integrator(name: str) -> str:
     """The name of an integrator alone, as "HHT-α"."""
-    return INTEGRATOR_NAMES.get(name, name).partition(",")[0]
+    return INTEGRATORS[name].short_title()
 
 
 def name_of_method(method: Method) -> str:
@@ -66,8 +57,7 @@ def name_of_method(method: Method) -> str:
         f"{_SYMBOLS.get(each.name, each.name)} = {written(getattr(own, each.name)).replace('-', '−')}"
         for each in fields(own)
     )
-    name = INTEGRATOR_NAMES.get(own.name, own.name)
-    return f"{name} ({numbers})" if numbers else name
+    return f"{own.title} ({numbers})" if numbers else own.title
 
 
 def words_of_method(method: Method) -> str:

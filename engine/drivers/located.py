@@ -47,7 +47,7 @@ class LocatedDriver(SteppingDriver):
         self._scheme, integrator = kernel.located_scheme(p), NewmarkBeta()
         if isinstance(method, TimeStepping):
             integrator = method.integrator
-            self.solution = f"the solution by {integrator.name}"
+            self.solution = f"the solution by {integrator.short_title()}"
             self._scheme = self._scheme._replace(stages=stages_of(integrator, p), shortest_step=self._scheme.h)
         self._tables = None
         self._prepare(p, integrator)

@@ -54,7 +54,7 @@ class TimeSteppingDriver(SteppingDriver):
 
     def begin(self, start: Checkpoint) -> None:
         method, p = self._method, parameters_of_steps(*self.run)
-        self.solution = f"the solution by {method.integrator.name}"
+        self.solution = f"the solution by {method.integrator.short_title()}"
         self._bodies, self._scheme = bodies_of(p), linear_scheme(p, method)
         self._linear = p.law <= CUT
         angle = self.angles_of_steps()[:-1]
@@ -126,7 +126,7 @@ class TimeSteppingDriver(SteppingDriver):
         """Which step the method needs to be stable, "" if it is."""
         b, method, period = self._bodies, self._method, self.period
         if method.integrator.always_unstable:
-            return f"{method.integrator.name} amplifies with every step, since gamma is below 1/2"
+            return "the method amplifies with every step, since gamma is below 1/2"
         where = {0: "without contact", 1: "in contact"}
 
         def unstable(n):
@@ -142,7 +142,7 @@ class TimeSteppingDriver(SteppingDriver):
         while high - low > 1:
             middle = (low + high) // 2
             low, high = (middle, high) if unstable(middle) else (low, middle)
-        return f"{method.integrator.name} is unstable {where[found[-1]]} with fewer than {high} steps per period"
+        return f"the method is unstable {where[found[-1]]} with fewer than {high} steps per period"
 
     def record_open_contact(self, buffers: Buffers) -> None:
         last = self._steps_done()
