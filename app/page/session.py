@@ -44,12 +44,11 @@ class Session:
         self.doc = pn.state.curdoc
         self.code = ""  # that the tab Your code has chosen
         self.move = 0  # the browser's number of its last move
-        self._answered = 0  # the last move that was answered
         self._refused: dict[str, str] = {}
         self._history = History()
         self._loop = SessionLoop(self.doc)
         self.call_later = self._loop.call_later
-        self._updates = UpdateChannel(self.doc, self._answer)
+        self._updates = UpdateChannel(self.doc, self._send_answer)
         self.push, self.painted = self._updates.push, self._updates.painted
         self._address = Address(self, self._update_address)
         opening, error = self._address.open(query)
@@ -62,7 +61,7 @@ class Session:
         self.tab_area = TabArea(self, self._address.check_soon)
         self._open_tab(opening.tab, opening.view)
         self._follow_compilation()
-        self._answer(self.move, 0)
+        self._updates.answer(self.move)
         self._waits_for_page = not self.tab_area.tab.show_if_ready(Move(self.move, self.setting))
 
     def start(self) -> None:
@@ -86,7 +85,7 @@ class Session:
         except Refused as error:
             error.log()
             self._refused = {"name": error.name, "text": str(error)}
-            self._answer(self.move, self._updates.count)
+            self._updates.answer(self.move)
             return
         self._history.add(before, self.setting, time.monotonic())
         self._show_move(fresh)
@@ -205,7 +204,7 @@ class Session:
     def report_error(self, text: str, move: int | None = None) -> None:
         """Show an error; ``move`` is the move that it answers, None the last one."""
         self.header.error = text
-        self._answer(self.move if move is None else move, self._updates.count)
+        self._updates.answer(self.move if move is None else move)
 
     def summarise(self, text: str) -> None:
         """Give screen readers a summary of the open tab."""
@@ -221,14 +220,13 @@ class Session:
     def _update_address(self) -> None:
         """Send the address if the view has changed it; this answers no move."""
         if self._current_address() != self.controls.shown["address"]:
-            self._answer(self._answered, self._updates.count)
+            self._updates.answer()
 
     def _current_address(self) -> str:
         return self._address.current(self.tab_area.tab, self.setting)
 
-    def _answer(self, move: int, update: int) -> None:
+    def _send_answer(self, move: int, update: int) -> None:
         """Tell the browser the accepted setting, and that ``move`` is dealt with."""
-        self._answered = move
         self.update_offers()
         scene = scenes().get(scene_key(self.setting)) or shelf().get(shelf_key(self.setting))
         self.header.caption = scene.caption if scene and TABS[self.header.tab].motions else ""

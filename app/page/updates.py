@@ -8,7 +8,8 @@ Answers may come late and in any order. Who numbers a request, and who drops an 
    answer comes before the newer one's (`JobQueue`). So figures come in the order of the moves.
 3. Every answer goes to the loop of the session (`SessionLoop`), where alone anything is shown: a result is compared
    there with what is shown at that moment, and nothing can come between.
-4. An update that the browser has no time for is replaced by a newer one (`UpdateChannel`); each answers a move.
+4. An update that the browser has no time for is replaced by a newer one (`UpdateChannel`); each answers a move. One that
+   had to wait may come after the answer to a newer move, which has failed or was refused; that one stays answered.
 5. What belongs to figures, their verdict and the kinds of their motions, is asked for when these are written, and again
    if a move has stopped it whose figures then failed. It is shown only if the figures are still those of its setting
    (`Explainer`, `MotionJudge`); until then, that of the setting before is marked as pending (`Findings`).
@@ -86,13 +87,19 @@ class UpdateChannel:
     """
 
     def __init__(self, doc: Document, answer: Callable[[int, int], None]) -> None:
-        """``answer(move, update)`` sends the browser the move that an update answers, and the update's number."""
+        """``answer(move, update)`` sends the browser the newest move that was answered, and the last update's number."""
         self._doc = doc
         self._answer = answer
         self._next: _Update | None = None
         self._unpainted = 0
         self._sent_at = 0.0
         self.count = 0  # updates so far; the number of the last one
+        self._answered = 0  # the newest move that was answered
+
+    def answer(self, move: int = 0) -> None:
+        """Answer ``move`` without an update, or say again which move was answered."""
+        self._answered = max(self._answered, move)
+        self._answer(self._answered, self.count)
 
     def push(self, move: int, write: Callable[[], None]) -> None:
         """Call ``write`` now if the browser is free, else as soon as it is, unless a newer update replaces this one."""
@@ -115,7 +122,7 @@ class UpdateChannel:
         self._unpainted, self._sent_at = self.count, time.monotonic()
         with pn.io.hold(self._doc):
             update.write()
-            self._answer(update.move, self.count)
+            self.answer(update.move)
         self._doc.add_timeout_callback(self._send_when_free, int(1000 * _PATIENCE) + 50)
 
 

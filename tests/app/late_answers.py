@@ -145,7 +145,7 @@ class World(Document):
         self.timers.append(callback)
 
     def report_error(self, text, move=None):
-        self.answered = self.answered if move is None else move
+        self.channel.answer(self.number if move is None else move)
 
     def set(self, texts):
         pass

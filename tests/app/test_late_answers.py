@@ -7,8 +7,10 @@ the update channel, in a `World` in which hypothesis chooses what happens next.
 import random
 
 import pytest
+from bokeh.document import Document
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from vibroscope.app.page.updates import UpdateChannel
 
 from tests.share import share
 
@@ -61,3 +63,15 @@ def test_whatever_the_order_what_is_shown_at_rest_is_of_the_last_setting(play):
         while others := world.choices():
             rest.choice([*others, world.wait])()
         check_rest(world)
+
+
+def test_an_update_that_had_to_wait_does_not_take_back_the_answer_to_a_newer_move():
+    answers = []
+    channel = UpdateChannel(Document(), lambda move, update: answers.append((move, update)))
+    channel.push(1, lambda: None)
+    channel.push(2, lambda: None)  # waits until the browser has painted the first
+    channel.answer(3)  # which could not be computed
+    channel.painted(1)
+    assert answers == [(1, 1), (3, 1), (3, 2)]
+    channel.answer()
+    assert answers[-1] == (3, 2)

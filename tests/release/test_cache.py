@@ -30,7 +30,7 @@ def serves(tmp_path, cache):
 
     async def steps():
         async with Client(server.url) as client:
-            client.patience = 500  # the kernels compile first
+            client.patience = 1500  # the kernels compile first, all of them where none can be stored
             await client.ready()
             shown = await client.set(1, eta="1.5")
             await client.patch(client.message(mapped({"tab": "step", "move": 2}), "Header"))
@@ -39,7 +39,7 @@ def serves(tmp_path, cache):
             return shown
 
     with served(tmp_path / "log.txt", VIBROSCOPE_CACHE_DIR=str(cache)) as server:
-        assert run(steps(), 600)["texts"]["eta"] == "1.5"
+        assert run(steps(), 1800)["texts"]["eta"] == "1.5"
     assert "Traceback" not in (tmp_path / "log.txt").read_text()
 
 
