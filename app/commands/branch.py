@@ -247,5 +247,5 @@ def _lines(branch: Branch) -> list[str]:
 def _largest(point) -> str:
     value = point.multipliers[0]
     if finite_or_none(abs(value)) is None:
-        return "multiplier infinite"
-    return f"multiplier {value:.5g}" if value.imag else f"multiplier {value.real:.5g}"
+        return "largest multiplier infinite"
+    return f"largest multiplier {value:.5g}" if value.imag else f"largest multiplier {value.real:.5g}"
