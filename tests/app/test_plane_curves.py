@@ -83,7 +83,7 @@ def test_curves_are_drawn_over_both_planes_and_listed(shown):
     made, plots, host = shown
     made.ask(QUESTION)
     Job.last.deliver(Job.last, PartialCurves(QUESTION, CURVES, 0.5))
-    made.draw(["A note."])
+    made.draw(["A note."], Setting())
     assert made.view.visible
     assert made.view.status["running"]
     assert made.view.status["text"] == "Exact penalty: 2 curves: 1 of folds, 1 of grazing; searching …"
@@ -96,6 +96,10 @@ def test_curves_are_drawn_over_both_planes_and_listed(shown):
     assert [cell["text"] for cell in first["cells"]] == ["fold", "1", "3000 to 9000", "17 to 20", "cusp"]
     send(made.view, {"open": first["cells"][0]["open"]})
     assert host.visits[-1][:2] == ("explore", {"K": "5000", "D": "18"})
+    made.draw([], Setting(units="si", omega1=20.0, m1=3.0))
+    assert made.view.points["heads"] == ["kind", "period", "K [N/m]", "2D [N·s/m]", "meets"]
+    cells = made.view.points["rows"][0]["cells"]
+    assert [cell["text"] for cell in cells[2:4]] == ["3600000 to 1.08e7", "2040 to 2400"]
     send(made.view, {"open": "99999"})
     send(made.view, {"open": 3})
 
@@ -111,9 +115,9 @@ def test_a_search_is_stopped_goes_on_and_ends_with_its_question(shown):
     send(made.view, {"stop": False})
     assert Job.last is not first
     Job.last.deliver(Job.last, ValueError("K = -1 is out of range"))
-    made.draw([])
+    made.draw([], Setting())
     assert "ended early" in made.view.status["notes"][0]
-    made.clear()
+    made.clear(Setting())
     assert not made.view.visible
     assert made.result is None
 

@@ -12,7 +12,7 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
-from vibroscope.app.page.shared.figure import VERMILLION, divisor, empty_source, hover_tool, legend, make_figure, write
+from vibroscope.app.page.shared.figure import VERMILLION, divisor, empty_source, hover_tool, legend_above, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin
@@ -66,9 +66,7 @@ class BasinView:
             line_width=2.2,
             level="overlay",
         )
-        key = legend([LegendItem(label="start that is set", renderers=[mark])])
-        key.location = "top_left"
-        plot.add_layout(key, "above")
+        legend_above(plot, [LegendItem(label="start that is set", renderers=[mark])])
         return plot
 
     def hold(self, setting: Setting, axes: tuple[str, str]) -> None:

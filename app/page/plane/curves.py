@@ -8,6 +8,8 @@ import numpy as np
 from bokeh.models import HoverTool, LegendItem, Line, Scatter
 from bokeh.plotting import figure
 from vibroscope.app.explorer.errors import error_text
+from vibroscope.app.explorer.field_units import ShownField, shown_field
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import branch_command
 from vibroscope.app.page.bifurcation.branch_lines import MARKS
 from vibroscope.app.page.bifurcation.branches import BranchPanel
@@ -16,7 +18,7 @@ from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.plane_curves import KINDS, SEARCH, CurvesQuestion, PartialCurves, grow_curves
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
-from vibroscope.engine import PointCurve
+from vibroscope.engine import PointCurve, written
 
 _LOOKS = {
     "fold": {"line_color": INK, "line_width": 2.2, "line_dash": "solid"},
@@ -97,7 +99,7 @@ class PlaneCurves:
                 self._job = None
         self._on_result()
 
-    def draw(self, notes: list[str]) -> None:
+    def draw(self, notes: list[str], setting: Setting) -> None:
         """Draw curves and list; ``notes`` are sentences about what is shown and what is not."""
         curves = self.result.curves if self.result is not None else ()
         shown = self._question is not None or bool(notes)
@@ -115,15 +117,15 @@ class PlaneCurves:
         running = self._job is not None
         new = {
             "status": {"text": self._status(), "running": running, "stopped": self._stopped, "notes": notes},
-            "points": _table(curves),
+            "points": _table(curves, [shown_field(name, setting) for name in ("K", "D")]),
             "visible": shown,
         }
         self.view.param.update({name: value for name, value in new.items() if value != getattr(self.view, name)})
 
-    def clear(self) -> None:
+    def clear(self, setting: Setting) -> None:
         """Show none."""
         self.ask(None)
-        self.draw([])
+        self.draw([], setting)
 
     def _status(self) -> str:
         how = ["searching …"] if self._job else ["stopped"] if self._stopped else []
@@ -196,8 +198,8 @@ def _meeting_columns(curves: Sequence[PointCurve]) -> dict[str, list]:
     return {name: [each[k] for each in met] for k, name in enumerate(_MEETING_COLUMNS)}
 
 
-def _table(curves: Sequence[PointCurve]) -> dict:
-    """Kind, period, and from where to where each curve goes."""
+def _table(curves: Sequence[PointCurve], fields: Sequence[ShownField]) -> dict:
+    """Kind, period, and from where to where each curve goes; ``fields`` are those of K and D."""
     rows = [
         {
             "mark": MARKS[curve.kind][1],
@@ -205,10 +207,15 @@ def _table(curves: Sequence[PointCurve]) -> dict:
             "cells": [
                 {"text": curve.kind, "open": str(number), "title": "Open the middle of this curve in Explore"},
                 {"text": str(curve.period)},
-                *({"text": f"{column.min():.4g} to {column.max():.4g}"} for column in curve.values.T),
+                *({"text": _span(column, field)} for column, field in zip(curve.values.T, fields, strict=True)),
                 {"text": ", ".join(sorted({other for other, *_ in curve.meetings}))},
             ],
         }
         for number, curve in enumerate(curves)
     ]
-    return {"title": "Curves", "heads": ["kind", "period", "K", "D", "meets"], "rows": rows}
+    return {"title": "Curves", "heads": ["kind", "period", *(field.column for field in fields), "meets"], "rows": rows}
+
+
+def _span(values: np.ndarray, field: ShownField) -> str:
+    low, high = (written(field.factor * float(end)) for end in (values.min(), values.max()))
+    return f"{low} to {high}"

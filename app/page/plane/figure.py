@@ -13,7 +13,7 @@ from vibroscope.app.explorer.method_words import CUT
 from vibroscope.app.explorer.ranges import slider_range, widened
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
-from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, divisor, empty_source, legend, make_figure, write
+from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, divisor, empty_source, legend_above, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies import cell_classes as classes
@@ -79,9 +79,7 @@ class PlaneView:
             LegendItem(label="restitution as the reference's", renderers=[halo, curve]),
             LegendItem(label="set now", renderers=[mark]),
         ]
-        key = legend(entries)
-        key.location = "top_left"
-        plot.add_layout(key, "above")
+        legend_above(plot, entries)
         return plot
 
     def fit_axes(self, setting: Setting) -> None:

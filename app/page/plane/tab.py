@@ -108,7 +108,7 @@ class PlaneTab(StudyTab):
 
     def _write(self) -> None:
         if self._visible and (self._obstacle or self.panel.chosen["curves"] == "off"):
-            self.curves.clear()
+            self.curves.clear(self._move.setting)
         super()._write()
         if self._visible:
             classes = [each for each in self._page.css_classes if each != "listed"]
@@ -126,7 +126,7 @@ class PlaneTab(StudyTab):
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:
         """Both planes and the key."""
         if self.panel.chosen["curves"] != "off":
-            self.curves.draw(self.curves_question(setting)[1])
+            self.curves.draw(self.curves_question(setting)[1], setting)
         self.panel.away = {} if self.question(setting).counted else {"quantity": ["without_solution"]}
         quantity = self.panel.chosen["quantity"]
         if result is not None:

@@ -138,6 +138,13 @@ def legend(items: list, columns: int = 2) -> Legend:
     return Legend(items=items, location="top_right", ncols=columns, click_policy=CLICK)
 
 
+def legend_above(plot: figure, items: list) -> None:
+    """Put a legend above the frame, which cells fill; its margin would move it into the frame."""
+    key = legend(items)
+    key.location, key.margin = "top_left", 0
+    plot.add_layout(key, "above")
+
+
 def hover_tool(renderers: list, tooltips: Mapping[str, str], **more) -> HoverTool:
     """A hover tool that shows each ``@column`` with four digits."""
     columns = dict.fromkeys(column for text in tooltips.values() for column in re.findall(r"@\w+", text))
