@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, Method, Newmark, TimeStepping, integrator_name, status_of, written
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    INTEGRATORS,
+    Method,
+    Newmark,
+    TimeStepping,
+    integrator_name,
+    status_of,
+    written,
+)
 
 INTEGRATOR_NAMES = {name: kind.title for name, kind in INTEGRATORS.items()}
 STATUS_NAMES = {"start": "start of the step", "end": "end, iterated"}

@@ -12,7 +12,15 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
-from vibroscope.app.page.shared.figure import VERMILLION, divisor, empty_source, hover_tool, legend_above, make_figure, write
+from vibroscope.app.page.shared.figure import (
+    VERMILLION,
+    divisor,
+    empty_source,
+    hover_tool,
+    legend_above,
+    make_figure,
+    write,
+)
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin

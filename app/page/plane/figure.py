@@ -13,7 +13,16 @@ from vibroscope.app.explorer.method_words import CUT
 from vibroscope.app.explorer.ranges import slider_range, widened
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
-from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, divisor, empty_source, legend_above, make_figure, write
+from vibroscope.app.page.shared.figure import (
+    BLUE,
+    INK,
+    VERMILLION,
+    divisor,
+    empty_source,
+    legend_above,
+    make_figure,
+    write,
+)
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies import cell_classes as classes
