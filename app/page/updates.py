@@ -8,8 +8,8 @@ Answers may come late and in any order. Who numbers a request, and who drops an 
    answer comes before the newer one's (`JobQueue`). So figures come in the order of the moves.
 3. Every answer goes to the loop of the session (`SessionLoop`), where alone anything is shown: a result is compared
    there with what is shown at that moment, and nothing can come between.
-4. An update that the browser has no time for is replaced by a newer one (`UpdateChannel`); each answers a move. One that
-   had to wait may come after the answer to a newer move, which has failed or was refused; that one stays answered.
+4. An update that the browser has no time for is replaced by a newer one (`UpdateChannel`); each answers a move. One
+   that had to wait may come after the answer to a newer move, which failed or was refused; that one stays answered.
 5. What belongs to figures, their verdict and the kinds of their motions, is asked for when these are written, and again
    if a move has stopped it whose figures then failed. It is shown only if the figures are still those of its setting
    (`Explainer`, `MotionJudge`); until then, that of the setting before is marked as pending (`Findings`).
@@ -87,7 +87,7 @@ class UpdateChannel:
     """
 
     def __init__(self, doc: Document, answer: Callable[[int, int], None]) -> None:
-        """``answer(move, update)`` sends the browser the newest move that was answered, and the last update's number."""
+        """``answer(move, update)`` sends the browser the newest move that was answered and the number of the update."""
         self._doc = doc
         self._answer = answer
         self._next: _Update | None = None
