@@ -24,7 +24,7 @@ _COLOURS = {"fixed": VERMILLION, "located": GREEN}
 _MARKERS = {"fixed": "diamond", "located": "circle"}
 # Figures and axes are named in links. Of each: variable, title, label.
 _SIZES = {
-    "spread": ("scatter", "Scatter about the cycle (drawn down to 10⁻¹⁰)", "standard deviation of ξ₂"),
+    "spread": ("scatter", "Scatter about the cycle (drawn down to 10⁻¹⁰ A)", "standard deviation of ξ₂"),
     "error_time_step": (
         "error_time_step",
         "Error by the time step alone",
