@@ -65,7 +65,7 @@ class Range(NamedTuple):
         return f"{first}{last} {unit}".rstrip()
 
 
-class Key(NamedTuple):
+class PhysicalNumber(NamedTuple):
     """A number of an entry: what it means, its unit, what it may be beside any others, and what is taken without it.
 
     ``default``: a number, or in words what follows where none is taken.
@@ -82,40 +82,44 @@ NEEDED = "must be given"
 _ABOVE_ZERO, _FROM_ZERO, _ANY = Range(0, _LARGE, open_low=True), Range(0, _LARGE), Range(-_LARGE, _LARGE)
 _BELOW_ONE, _PHASE, _LENGTH = Range(0, 1, open_high=True), Range(*PHASE_RANGE), Range(*BASE_AMPLITUDE_RANGE)
 KEYS = {
-    "mass1_kg": Key("mass of body 1", "kg", Range(*M1_RANGE), NEEDED),
-    "mass2_kg": Key("mass of body 2", "kg", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"),
-    "stiffness1_N_per_m": Key("spring between body 1 and the base", "N/m", _ABOVE_ZERO, NEEDED),
-    "stiffness2_N_per_m": Key(
+    "mass1_kg": PhysicalNumber("mass of body 1", "kg", Range(*M1_RANGE), NEEDED),
+    "mass2_kg": PhysicalNumber("mass of body 2", "kg", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"),
+    "stiffness1_N_per_m": PhysicalNumber("spring between body 1 and the base", "N/m", _ABOVE_ZERO, NEEDED),
+    "stiffness2_N_per_m": PhysicalNumber(
         "spring between body 2 and the base", "N/m", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"
     ),
-    "frequency1_Hz": Key("natural frequency of body 1, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"),
-    "frequency2_Hz": Key("natural frequency of body 2, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"),
-    "damping1_ratio": Key("damping ratio of body 1", "", _BELOW_ONE),
-    "damping2_ratio": Key("damping ratio of body 2", "", _BELOW_ONE),
-    "damping1_Ns_per_m": Key(
+    "frequency1_Hz": PhysicalNumber(
+        "natural frequency of body 1, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"
+    ),
+    "frequency2_Hz": PhysicalNumber(
+        "natural frequency of body 2, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"
+    ),
+    "damping1_ratio": PhysicalNumber("damping ratio of body 1", "", _BELOW_ONE),
+    "damping2_ratio": PhysicalNumber("damping ratio of body 2", "", _BELOW_ONE),
+    "damping1_Ns_per_m": PhysicalNumber(
         "damper between body 1 and the base, in place of the ratio", "N·s/m", _FROM_ZERO, "of the ratio"
     ),
-    "damping2_Ns_per_m": Key(
+    "damping2_Ns_per_m": PhysicalNumber(
         "damper between body 2 and the base, in place of the ratio", "N·s/m", _FROM_ZERO, "of the ratio"
     ),
-    "joint_damping_ratio": Key(
+    "joint_damping_ratio": PhysicalNumber(
         "damping ratio of the joined bodies, if it was measured", "", _BELOW_ONE, "of both dampers"
     ),
-    "restitution": Key("coefficient of restitution", "", Range(0, 1), System.restitution),
-    "clearance_mm": Key("gap at rest with relaxed springs; negative: preload", "mm", _ANY),
-    "base_amplitude_mm": Key("amplitude of the base", "mm", _LENGTH),
-    "base_acceleration_m_per_s2": Key(
+    "restitution": PhysicalNumber("coefficient of restitution", "", Range(0, 1), System.restitution),
+    "clearance_mm": PhysicalNumber("gap at rest with relaxed springs; negative: preload", "mm", _ANY),
+    "base_amplitude_mm": PhysicalNumber("amplitude of the base", "mm", _LENGTH),
+    "base_acceleration_m_per_s2": PhysicalNumber(
         "amplitude of the base's acceleration, in place of the former", "m/s²", _ABOVE_ZERO, "of the amplitude"
     ),
-    "base_phase_rad": Key("phase of the base's displacement", "rad", _PHASE),
-    "force1_N": Key("amplitude of the force on body 1", "N", _ANY),
-    "force1_phase_rad": Key("its phase", "rad", _PHASE),
-    "force2_N": Key("amplitude of the force on body 2", "N", _ANY),
-    "force2_phase_rad": Key("its phase", "rad", _PHASE),
-    "constant1_N": Key("constant force on body 1; positive towards body 2", "N", _ANY),
-    "constant2_N": Key("constant force on body 2; positive away from body 1", "N", _ANY),
-    "frequency_Hz": Key("frequency of the excitation", "Hz", _ABOVE_ZERO, "the option --eta"),
-    "length_mm": Key(
+    "base_phase_rad": PhysicalNumber("phase of the base's displacement", "rad", _PHASE),
+    "force1_N": PhysicalNumber("amplitude of the force on body 1", "N", _ANY),
+    "force1_phase_rad": PhysicalNumber("its phase", "rad", _PHASE),
+    "force2_N": PhysicalNumber("amplitude of the force on body 2", "N", _ANY),
+    "force2_phase_rad": PhysicalNumber("its phase", "rad", _PHASE),
+    "constant1_N": PhysicalNumber("constant force on body 1; positive towards body 2", "N", _ANY),
+    "constant2_N": PhysicalNumber("constant force on body 2; positive away from body 1", "N", _ANY),
+    "frequency_Hz": PhysicalNumber("frequency of the excitation", "Hz", _ABOVE_ZERO, "the option --eta"),
+    "length_mm": PhysicalNumber(
         "the length that displacements are counted in; not where the base moves",
         "mm",
         _LENGTH,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.app.explorer.compute import TRACE_PERIODS, Run, RunPair, run_length
+from vibroscope.app.explorer.compute import TRACE_PERIODS, RunPair, SolverRun, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.method_words import words_of_method
@@ -245,7 +245,7 @@ def _duration(response: Response) -> str:
     )
 
 
-def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
+def _describe_run(run: SolverRun, scale: Units | None) -> tuple[str, str]:
     """What motion a run shows; and with a scale, its contact force."""
     how = _stepping_text(run.response)
     if not run.response.ok:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from vibroscope.app.codes.catalogue import Code
-from vibroscope.app.codes.rules import AS_SET, Outcome, Problem, Rule, judge, rules
+from vibroscope.app.codes.rules import AS_SET, Rule, RuleOutcome, RuleQuestion, judge, rules
 from vibroscope.app.explorer.compute import RunPair, compute_runs, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import sentence
@@ -28,7 +28,7 @@ _CACHE = Cache(24)  # runs of rules, which shall not take the place of those tha
 class Judged:
     """A rule of thumb, what follows, and the phase plot of the observed body: (2, n), empty where there is none."""
 
-    outcome: Outcome
+    outcome: RuleOutcome
     orbit: np.ndarray
 
 
@@ -84,7 +84,7 @@ def grow_code(question: Setting, last: PartialCode | None, cancelled: Callable[[
 
 def rule_texts(rule: Rule, setting: Setting) -> dict[str, str]:
     """The numbers that a rule gives, as texts for `read_setting`; raises ValueError where it gives none."""
-    method = rule.method(Problem(setting.system, setting.eta, setting.penalty))
+    method = rule.method(RuleQuestion(setting.system, setting.eta, setting.penalty))
     return {name: print_number(getattr(method, METHOD_NUMBERS[name])) for name in rule.gives}
 
 
@@ -118,14 +118,14 @@ def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:
 
 
 def _judge(rule: Rule, setting: Setting, cancelled: Callable[[], bool]) -> Judged:
-    asked = Problem(setting.system, setting.eta, setting.penalty)
+    asked = RuleQuestion(setting.system, setting.eta, setting.penalty)
     empty = np.empty((2, 0))
     try:
         with_rule = read_setting(rule_texts(rule, setting), setting)
     except Refused as error:  # more than this server computes
-        return Judged(Outcome(rule, rule.method(asked), "", np.nan, np.nan, None, str(error)), empty)
+        return Judged(RuleOutcome(rule, rule.method(asked), "", np.nan, np.nan, None, str(error)), empty)
     except ValueError as error:
-        return Judged(Outcome(rule, None, "", np.nan, np.nan, None, f"{error}."), empty)
+        return Judged(RuleOutcome(rule, None, "", np.nan, np.nan, None, f"{error}."), empty)
     runs = compute_runs(with_rule, cancelled, _CACHE)
     outcome = judge(
         rule,

@@ -19,7 +19,7 @@ from ..drivers.code_cache import cache_root
 from ..result import Cancelled
 from .codes import MISSING
 from .growth import RunOptions, grow, run, store_values
-from .place import Place
+from .store_location import StoreLocation
 from .study import Study
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def drop_oldest(root: Path, *, spare: Path | None = None, most: int | None = Non
             return
         if entry == spare:
             continue
-        with contextlib.suppress(OSError), Place(entry).lock():  # not one that a process is at work on
+        with contextlib.suppress(OSError), StoreLocation(entry).lock():  # not one that a process is at work on
             _drop(entry)
             total -= size
 

@@ -19,9 +19,9 @@ from . import provenance
 from .batches import Batch, chunk_shape, chunks, chunks_in_order, coarse_first
 from .eta_study import EtaStudy
 from .memory import Memory
-from .place import Place
 from .progress import Progress, ProgressCallback, ProgressCounter
 from .store import Store
+from .store_location import StoreLocation
 from .study import Study
 
 if TYPE_CHECKING:
@@ -160,9 +160,9 @@ def _results(study: Study, options: RunOptions, known: Mapping | None) -> Iterat
     if options.out is None:
         yield Memory(known)
         return
-    place = Place(options.out)
-    place.check_space(study)
-    with place.lock(wait=options.wait, cancelled=options.cancelled), contextlib.closing(Store(place)) as store:
+    location = StoreLocation(options.out)
+    location.check_space(study)
+    with location.lock(wait=options.wait, cancelled=options.cancelled), contextlib.closing(Store(location)) as store:
         yield store
 
 

@@ -112,9 +112,9 @@ def test_a_plane_says_which_cell_its_numbers_are_of_and_that_shares_are_so_far(s
     assert statements(setting, whole)[-1][0] == "The whole plane"
 
 
-@pytest.mark.parametrize("name", [name for name in classes.QUANTITIES if name != "without_solution"])
+@pytest.mark.parametrize("name", [name for name in classes.COLOURINGS if name != "without_solution"])
 def test_every_cell_has_the_colour_of_its_number(small_plane, name):
-    result, quantity = small_plane[-1], classes.QUANTITIES[name]
+    result, quantity = small_plane[-1], classes.COLOURINGS[name]
     for side in plane.SIDES:
         picture = classes.class_image(result, side, name)
         assert picture.dtype == np.uint8

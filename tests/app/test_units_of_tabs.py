@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from vibroscope.app.codes.rules import AS_SET, Outcome, rules
+from vibroscope.app.codes.rules import AS_SET, RuleOutcome, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.field_units import FIELD_QUANTITIES
 from vibroscope.app.export.formats import as_csv, as_json
@@ -108,7 +108,7 @@ def test_a_diagram_over_any_number_has_units(choice):
 def judged(method):
     why = "Nearly repeats every period (±0.04 in ξ₂)."
     rule = rules()["abaqus-ten"] if method is None else AS_SET
-    return Judged(Outcome(rule, method, "ξ₂ scatters by 0.04", 0.1, 0.1, None, why), np.empty((2, 0)))
+    return Judged(RuleOutcome(rule, method, "ξ₂ scatters by 0.04", 0.1, 0.1, None, why), np.empty((2, 0)))
 
 
 def test_rules_have_units_in_the_page_and_in_files_also_without_a_number():

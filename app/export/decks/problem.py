@@ -49,7 +49,7 @@ class Body(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Problem:
+class DeckProblem:
     """What a deck describes.
 
     Attributes
@@ -239,7 +239,7 @@ def refuse(code: str, what: str, advice: str) -> ValueError:
     return ValueError(f"{code} cannot express {what}: {advice}")
 
 
-def check(problem: Problem, code: str, laws: tuple[str, ...], integrators: tuple[str, ...], status: str) -> None:
+def check(problem: DeckProblem, code: str, laws: tuple[str, ...], integrators: tuple[str, ...], status: str) -> None:
     """Raise ValueError, in one line, for what a code cannot express.
 
     Parameters

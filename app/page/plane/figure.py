@@ -107,7 +107,7 @@ class PlaneView:
         write(self.curve, {"K": curve_K.astype(np.float32), "D": curve_D.astype(np.float32)})
         if result is None:
             return
-        self._titles(result.question, setting, classes.QUANTITIES[quantity].label)
+        self._titles(result.question, setting, classes.COLOURINGS[quantity].label)
         for side in SIDES:
             self._draw(result, side, quantity, limit)
 

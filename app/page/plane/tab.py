@@ -62,7 +62,7 @@ class PlaneTab(StudyTab):
                 {
                     "name": "quantity",
                     "label": "Colour",
-                    "choices": {name: quantity.label for name, quantity in classes.QUANTITIES.items()},
+                    "choices": {name: quantity.label for name, quantity in classes.COLOURINGS.items()},
                 },
                 {"name": "curves", "label": "Curves", "choices": {"off": "not shown", "on": "of bifurcations"}},
             ],
@@ -138,7 +138,7 @@ class PlaneTab(StudyTab):
             quantity = "period" if missing.get(quantity) else quantity  # what there is, until the others come
         limit = self.panel.chosen["limit"] if quantity == "contact" else None
         self.view.update(setting, result, quantity, limit)
-        self.panel.key_title = classes.QUANTITIES[quantity].label.capitalize()
+        self.panel.key_title = classes.COLOURINGS[quantity].label.capitalize()
         self.panel.key = classes.legend(quantity, limit)
 
     def describe(self, setting: Setting, result: PartialPlane) -> list[list[str]]:

@@ -25,7 +25,7 @@ from vibroscope.app.page.shared.figure import (
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, Key, PartialSpeed
+from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, PartialSpeed, SolverKey
 from vibroscope.engine import Newmark, TimeStepping, integrator_name
 
 _LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
@@ -141,9 +141,9 @@ class SpeedView:
     def _ring(self, setting: Setting, result: PartialSpeed) -> None:
         n = result.question.method.steps
         if setting.located == "yes":
-            named = {Key("located", n): "set"}
+            named = {SolverKey("located", n): "set"}
         else:
-            named = {Key("fixed", n): "set", Key("plain", n): "in an FE code"}
+            named = {SolverKey("fixed", n): "set", SolverKey("plain", n): "in an FE code"}
         shown = [key for key in named if math.isfinite(result.errors.get(key, math.nan))]
         columns = _columns(result, shown)
         # Where a curve of errors that fall as costs rise has no points: above to the right, or, in the right half, so
@@ -206,7 +206,7 @@ def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, 
     return {kind: names[kind] for kind in kinds}
 
 
-def _columns(result: PartialSpeed, keys: list[Key]) -> dict[str, np.ndarray]:
+def _columns(result: PartialSpeed, keys: list[SolverKey]) -> dict[str, np.ndarray]:
     return {
         "cost": np.array([result.cost(key) for key in keys]),
         "error": np.array([max(result.errors[key], _FLOOR) for key in keys]),
