@@ -11,8 +11,8 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
-from vibroscope.app.page.shared.figure import VERMILLION, divisor, empty_source, hover_tool, legend, make_figure, write
+from vibroscope.app.page.shared.cells import add_cells, add_mark, cells_source, rounded_view, write_cells
+from vibroscope.app.page.shared.figure import divisor, empty_source, hover_tool, legend, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin
@@ -54,18 +54,7 @@ class BasinView:
         plot.xgrid.visible = plot.ygrid.visible = False
         cells = add_cells(plot, self.sources[side], PALETTE)
         plot.add_tools(hover_tool([cells], {"motion": "@motion", "repeats after (periods)": "@period"}))
-        mark = plot.scatter(
-            "x",
-            "y",
-            source=self.mark,
-            marker="diamond_cross",
-            size=17,
-            fill_color="#FFFFFF",
-            fill_alpha=0.85,
-            line_color=VERMILLION,
-            line_width=2.2,
-            level="overlay",
-        )
+        mark = add_mark(plot, "x", "y", self.mark)
         key = legend([LegendItem(label="start that is set", renderers=[mark])])
         key.location = "top_left"
         plot.add_layout(key, "above")
