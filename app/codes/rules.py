@@ -58,7 +58,7 @@ ENDED = "ended early"  # what stands for the motion of a run without a result
 
 @dataclass(frozen=True)
 class RuleQuestion:
-    """What a rule is asked for: a system, its excitation frequency η, and what is set.
+    """The input of a rule: a system, its excitation frequency η, and the method that is set.
 
     Raises
     ------
@@ -178,11 +178,11 @@ class Rule:
 
     @property
     def gives(self) -> tuple[str, ...]:
-        """Which of K, D and steps it gives."""
+        """The names of the numbers that it gives, of K, D and steps."""
         return _KINDS[self.kind][0]
 
     def method(self, asked: RuleQuestion) -> Stepping:
-        """What is set, with the numbers that the rule gives; raises ValueError if it gives none, or one out of range.
+        """The method that is set, with the rule's numbers; raises ValueError if it gives none, or one out of range.
 
         The steps are at least 4, the fewest that there are.
         """
@@ -206,7 +206,7 @@ def rules() -> Mapping[str, Rule]:
 
 @dataclass(frozen=True, eq=False)
 class RuleOutcome:
-    """What follows from a rule.
+    """The numbers that a rule gives, and the difference from the reference that they cause.
 
     Attributes
     ----------
@@ -263,7 +263,7 @@ def judge(
     cancelled: Callable[[], bool] | None = None,
     **options,
 ) -> RuleOutcome:
-    """What follows from a rule for a problem.
+    """Run a system with the numbers that a rule gives, and measure the difference that they cause.
 
     Parameters
     ----------

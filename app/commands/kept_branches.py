@@ -19,7 +19,7 @@ class KeptBranches:
 
     @property
     def search_folder(self) -> Path | None:
-        """Where the search keeps what it has followed."""
+        """The folder in which the search keeps the branches that it has followed."""
         return self._location.folder and self._location.folder / _SEARCH
 
     @contextlib.contextmanager

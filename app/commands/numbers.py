@@ -109,7 +109,7 @@ def resolve_units(options: argparse.Namespace) -> None:
 
 
 def _quantity(name: str, given: dict[str, object]) -> str | tuple[str, ...] | None:
-    """What an option is measured as, of a state each of its numbers; None if it has no unit."""
+    """The physical quantity of an option, or of each number of a state; None if it has no unit."""
     if name in STATES:
         return tuple(STATE.values())
     if name in ("x", "y") and isinstance(given[name], tuple):  # an axis: its number, and the range

@@ -183,7 +183,7 @@ def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
 
 
 def _setting_json(found: Recommendation | RangeRecommendation) -> dict:
-    """What was asked for, and K, D and n of the best setting."""
+    """The options of the search, and K, D and n of the best setting."""
     k, d, n = found.best.setting if found.best else (None, None, None)
     asked = {"tolerance": found.tolerance, "located": found.located, **scheme_as_dict(found.scheme)}
     return {**asked, "K": k, "D": d, "steps": n}
@@ -234,7 +234,7 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
 
 
 def _kind_of_steps(found: Recommendation | RangeRecommendation) -> str:
-    """What the settings were tried with, in words."""
+    """The kind of steps that the settings were tried with, in words."""
     steps, scheme = "steps cut at contact changes" if found.located else "constant step", found.scheme
     if not isinstance(scheme, TimeStepping):
         return steps if scheme.law == CONTACT_LAWS[0] else f"{steps}, law {scheme.law}"

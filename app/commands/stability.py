@@ -58,7 +58,7 @@ def _number(value: float) -> str:
 
 
 def _summary(outcomes: list[HardCaseOutcome]) -> str:
-    """What the columns mean, and how many cases are as expected."""
+    """The meaning of the columns, and the number of cases that are as expected."""
     failed = sum(not outcome.passed for outcome in outcomes)
     verdict = "all as expected" if not failed else f"{failed} NOT as expected"
     return f"\n{_LEGEND}\n\n{len(outcomes)} cases, {verdict}"

@@ -39,7 +39,7 @@ class ClosedOrbit(NamedTuple):
 
     @property
     def solver(self) -> str:
-        """Whose motion it is, in words."""
+        """The solver whose motion it is, in words."""
         return SOLVERS[self._name]
 
     def linked(self, setting: Setting) -> dict[str, float]:

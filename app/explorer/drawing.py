@@ -1,4 +1,4 @@
-"""What the drawing of the system shows, bodies, clearance and base in one scale; the same in words. No panel import."""
+"""The drawing of the system, with bodies, clearance and base in one scale, and the same in words. No panel import."""
 
 from __future__ import annotations
 

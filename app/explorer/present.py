@@ -222,7 +222,7 @@ def envelope(x: np.ndarray, y: np.ndarray, bins: int) -> tuple[np.ndarray, np.nd
 
 
 def _sorted_unique(index: np.ndarray, size: int) -> np.ndarray:
-    """As `numpy.unique` of indices below ``size``, without the cost of sorting."""
+    """Return `numpy.unique` of indices below ``size``, without the cost of sorting."""
     chosen = np.zeros(size, bool)
     chosen[index] = True
     return np.flatnonzero(chosen)

@@ -140,7 +140,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
 
     @property
     def initial(self) -> tuple[float, float, float, float]:
-        """Where both runs start: ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
+        """The state from which both runs start: ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
         return self.system.rest if self.from_rest else self.start_numbers
 
     def drawn_like(self, other: Setting) -> Setting:

@@ -1,4 +1,4 @@
-"""Which K, D and time step to set instead: a search in low-priority threads. No panel import."""
+"""The search for a better K, D and time step, in low-priority threads. No panel import."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ CACHE = Cache(32)  # results by their question
 
 
 class Question(NamedTuple):
-    """What a search depends on; it does not depend on K, D and Δτ, which it looks for, unless one of them is held.
+    """Everything that a search depends on: not K, D and Δτ, which it looks for, unless one of them is held.
 
     One setting is asked for all ``etas``; there is one of them unless it is to serve a range.
     """
@@ -230,7 +230,7 @@ def trial_texts(trial, found: Found, setting: Setting) -> dict[str, str]:
 
 
 def suggestion_content(found: Found, setting: Setting) -> dict:
-    """What the page shows of a result, in the units of the setting.
+    """The content of the page for a result, in the units of the setting.
 
     Returns
     -------
@@ -254,7 +254,7 @@ def suggestion_content(found: Found, setting: Setting) -> dict:
 
 
 def partial_content(question: Question, front: list, setting: Setting) -> dict:
-    """What the page shows of a search that goes on: ``lines``, ``tolerance`` and ``front`` of `suggestion_content`."""
+    """The content of the page while a search goes on: ``lines``, ``tolerance``, ``front`` of `suggestion_content`."""
     if not front:
         return {}
     met = next((trial for trial in front if trial.robust <= question.tolerance), None)
@@ -321,7 +321,7 @@ def _of_steps(found: Found) -> str:
 
 
 def _other_lines(found: Recommendation) -> list[str]:
-    """What the other integrators of a code would need."""
+    """The steps that the other integrators of a code would need, in words."""
     lines = []
     for other in found.others if isinstance(found, OfSchemes) else ():
         name = name_of_method(other.scheme)

@@ -44,7 +44,7 @@ class _Job:
 
 
 class _Thread(threading.local):
-    """What this thread does: its pool, and the jobs that run in it, each in the place of the one before."""
+    """The state of one thread: its pool, and the jobs that run in it, each interrupting the one before."""
 
     def __init__(self) -> None:
         self.pool: Workers | None = None

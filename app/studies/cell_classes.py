@@ -106,7 +106,7 @@ def class_image(plane: PartialPlane, side: str, name: str) -> np.ndarray:
 
 
 def sudden_contacts(plane: PartialPlane, side: str, limit: float) -> np.ndarray:
-    """Where the longest contact lasts fewer than ``limit`` steps, the paper's "one sudden impact": uint8, 0 or 1."""
+    """Whether the longest contact lasts fewer than ``limit`` steps, the paper's "one sudden impact": uint8, 0 or 1."""
     steps = plane.contact_steps(side)
     return (~plane.diverged(side) & (steps > 0) & (steps < limit)).astype(np.uint8)
 

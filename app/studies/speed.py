@@ -55,7 +55,7 @@ class SpeedQuestion:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Those of `KINDS` that there are: not every contact law has steps that are skipped."""
+        """The kinds of `KINDS` that exist for the method: not every contact law has skipped steps."""
         return tuple(kind for kind in KINDS if kind != "plain" or self.method.law in NEWMARK_LAWS)
 
 
@@ -93,7 +93,7 @@ class PartialSpeed:
 
     @property
     def share(self) -> float:
-        """Of all turns."""
+        """The share of the turns that are done."""
         return self.rounds / ROUNDS[-1]
 
     def cost(self, key: SolverKey) -> float:
@@ -113,7 +113,7 @@ class PartialSpeed:
         return float(np.median(np.divide(self.turns[dear], self.turns[cheap])))
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file: columns over the solvers, and the question."""
+        """The results so far, for a file: columns over the solvers, and the question."""
         method = self.question.method
         question = {"eta": self.question.eta, "K": method.stiffness, "D": method.damping, "steps": method.steps}
         question |= {"method": scheme_as_dict(method)}

@@ -1,4 +1,4 @@
-"""What a simulation code would show at a setting, and what its rules of thumb give, while it grows. No panel import.
+"""The motion that a simulation code would show, and the results of its rules of thumb, one by one. No panel import.
 
 The runs of the setting come first, then whether its steps have solutions, then one rule of thumb after the other.
 """
@@ -34,7 +34,7 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class PartialCode:
-    """What is known so far.
+    """The results so far.
 
     Attributes
     ----------
@@ -55,11 +55,11 @@ class PartialCode:
 
     @property
     def share(self) -> float:
-        """Of all rules that are judged."""
+        """The share of the rules that are judged."""
         return len(self.judged) / (1 + len(rules()))
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file."""
+        """The results so far, for a file."""
         return {
             "steps_have_solutions": self.solvable,
             "rules": {each.outcome.rule.key: each.outcome.as_dict() for each in self.judged},
@@ -67,7 +67,7 @@ class PartialCode:
 
 
 def question_of(setting: Setting) -> Setting:
-    """What the results depend on."""
+    """Everything that the results depend on."""
     return setting.drawn_like(Setting())
 
 
@@ -89,7 +89,7 @@ def rule_texts(rule: Rule, setting: Setting) -> dict[str, str]:
 
 
 def code_texts(code: Code, setting: Setting) -> dict[str, str]:
-    """What choosing a code sets: integrator, status, law, and of K, D and the step what its rules give first."""
+    """The texts that choosing a code sets: integrator, status, law, and K, D and the step by its first rules."""
     texts = {"located": "no", **code.texts()}
     for name in METHOD_NUMBERS:
         rule = next((rules()[key] for key in code.rules if rules()[key].gives == (name,)), None)

@@ -67,7 +67,7 @@ def impulse(run: SolvedCase, number: int) -> float:
 
 
 def contact_duration(run: SolvedCase, number: int) -> float:
-    """From the beginning to the end of a contact."""
+    """Duration of a contact."""
     begin, end = run.response.contacts[number - 1]
     return float(end - begin)
 

@@ -19,7 +19,7 @@ def usual_periods(code: str, steps: int) -> int:
 
 
 def problem_of(setting: Setting, code: str) -> DeckProblem:
-    """What a deck of the page describes: its setting, with the contact status left to the code."""
+    """The problem of a deck from the page: its setting, with the contact status left to the code."""
     own = {"located": "no", "status": CONTACT_STATUSES[0], "without_solution": WITHOUT_SOLUTION[0]}
     method = setting._replace(**own).penalty
     initial = None if setting.from_rest else setting.initial

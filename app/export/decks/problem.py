@@ -50,7 +50,7 @@ class Body(NamedTuple):
 
 @dataclass(frozen=True)
 class DeckProblem:
-    """What a deck describes.
+    """System, method and duration of the run that a deck describes.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class DeckProblem:
 
     @property
     def steps(self) -> int:
-        """Of the whole run."""
+        """Duration of the whole run."""
         return self.periods * self.method.steps
 
     @property
@@ -167,11 +167,11 @@ class DeckProblem:
         return Body(mass, stiffness, damping, load, scale.physical("displacement", x), scale.physical("velocity", v))
 
     def gap(self) -> float:
-        """At the start."""
+        """The gap at the start."""
         return self.scale.physical("displacement", self.system.gap(self.start[0], self.start[2]))
 
     def accelerations(self) -> tuple[float, ...]:
-        """Of the bodies at the start, by the equations of motion, or zero where the method says so."""
+        """Accelerations of the bodies at the start, by the equations of motion, or zero if the method says so."""
         if getattr(self.method, "initial_acceleration", "equation") == "zero":
             return (0.0,) * len(self.bodies)
         gap, push = self.gap(), 0.0
@@ -189,7 +189,7 @@ class DeckProblem:
 
     @property
     def integrator(self) -> Integrator:
-        """Of the method."""
+        """The integrator of the method."""
         return getattr(self.method, "integrator", NewmarkBeta())
 
     @property
@@ -205,7 +205,7 @@ class DeckProblem:
         return f"time [{time}], xi1 [{length}], xi2 [{length}]"
 
     def words(self, code: str) -> list[str]:
-        """What a deck says of itself in its first lines, in ASCII."""
+        """The first lines of a deck, which describe it, in ASCII."""
         method, system = self.method, self.system
         bodies = "A body and a wall" if system.wall else "Two bodies"
         damper = "D from the restitution" if method.damping is None else f"D = {method.damping!r}"

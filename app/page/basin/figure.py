@@ -68,7 +68,7 @@ class BasinView:
 
     @property
     def spans(self) -> dict[str, tuple[float, float]]:
-        """What is in view along both axes."""
+        """The parts of both axes that are in view."""
         return {name[-1]: rounded_view(owned.ends, *LINEAR) for name, owned in self.ranges.items()}
 
     def spans_of(self, axes: tuple[str, str]) -> dict[str, tuple[float, float]]:

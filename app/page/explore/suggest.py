@@ -128,11 +128,11 @@ class Suggester:
             self.cancel()
 
     def _on_progress(self, search: Search, share: float, front: list) -> None:
-        """In a worker thread."""
+        """Hand the progress to the session's loop; runs in a worker thread."""
         self.host.call_later(partial(self._show_progress, search, share, front))
 
     def _on_result(self, search: Search, found: Found | Exception) -> None:
-        """In a worker thread."""
+        """Hand the result to the session's loop; runs in a worker thread."""
         self.host.call_later(partial(self._show_result, search, found))
 
     def _show_progress(self, search: Search, share: float, front: list) -> None:

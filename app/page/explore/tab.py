@@ -328,7 +328,7 @@ class Explore(Tab):
         self._update_findings(result.shipped or self._explainer.follow(setting))
 
     def _arrange(self, setting: Setting) -> None:
-        """Beside a wall, which has no phase plot, that of the body takes the place of both."""
+        """Show one phase plot in the place of two if body 2 is a wall, which has none."""
         at_wall = setting.bodies == "wall"
         self.phase.figures[1].visible = not at_wall
         self._grid.css_classes = [_GRID, "at-wall"] if at_wall else [_GRID]

@@ -83,7 +83,7 @@ class Paper(Tab):
         )
 
     def _card_content(self, claim: Claim) -> dict:
-        """What a card shows before its claim is checked."""
+        """The content of a card before its claim is checked."""
         words = {"name": claim.name, "place": claim.place, "text": claim.text, "scene": claim.scene}
         return words | {"tab": claim.tab, "title": self.host.tab_titles[claim.tab]}
 

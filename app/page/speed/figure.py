@@ -178,7 +178,7 @@ class SpeedView:
 
 
 def error_label(setting: Setting) -> str:
-    """What the errors are multiples of: an amplitude, of a velocity Aω₁, with the units of the page."""
+    """The label of the axis of errors, with the amplitude that they are multiples of."""
     return f"error after {CHECKED} periods / {_error_unit(setting)} (further down: more exact)"
 
 
@@ -194,7 +194,7 @@ def _error_unit(setting: Setting) -> str:
 
 
 def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, str]:
-    """What the legend calls each kind of solver."""
+    """The name of each kind of solver in the legend."""
     name = brief_name(method)
     names = {
         "reference": "reference",

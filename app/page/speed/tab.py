@@ -72,7 +72,7 @@ class Speed(StudyTab):
         }
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies nothing moves."""
+        """Why there is no study: nothing drives the bodies."""
         return free_obstacle(setting, "this measurement") if setting.from_rest else ""
 
     def question(self, setting: Setting) -> SpeedQuestion:
@@ -91,14 +91,14 @@ class Speed(StudyTab):
         ]
 
     def data(self) -> dict[str, object]:
-        """What is known, in the units that are shown; the errors under the name that they have in the table."""
+        """The results so far, in the units that are shown; the errors under the name that they have in the table."""
         return {self._error_column() if n == "error" else n: each for n, each in super().data().items()}
 
     def _error_column(self) -> str:
         return error_column(self.shown_setting() or Setting())
 
     def describe(self, setting: Setting, result: PartialSpeed) -> list[list[str]]:
-        """What is measured, and the figure in words."""
+        """The measurement and the figure in words."""
         words = words_of_method(result.question.method)
         return [*([["Penalty solution", f"{words}."]] if words else []), *statements(setting, result)]
 
