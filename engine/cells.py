@@ -19,7 +19,7 @@ _OWN = {"stiffness": ExactPenalty | _STEPPING, "damping": ExactPenalty | _STEPPI
 
 @dataclass(frozen=True)
 class Cells:
-    """What to run, a cell each.
+    """The cells to run: system, η, method and start of each.
 
     Attributes
     ----------
@@ -156,7 +156,7 @@ class Cells:
 
 @dataclass(frozen=True)
 class CellResults:
-    """What became of each cell; nan (or 0, for whole numbers) where a cell did not reach its end.
+    """The results of the cells; nan (or 0, for whole numbers) where a cell did not reach its end.
 
     Attributes
     ----------
@@ -206,5 +206,5 @@ class CellResults:
 
     @property
     def ok(self) -> np.ndarray:
-        """Which cells reached their end, (n,) of bool."""
+        """Whether each cell reached its end, (n,) of bool."""
         return self.status == STATUSES.index(Status.OK)

@@ -44,7 +44,7 @@ def given_gain(method: Any) -> float:
 
 
 def formula_damper(law: str, e: float, stiffness: float, mass: float, exponent: float) -> tuple[float, bool]:
-    """What :func:`damper_of` returns, by Eqs. (22) to (26)."""
+    """The damper by the formula of the law's authors, Eqs. (22) to (26); see :func:`damper_of`."""
     if e == 0.0 and law in DIVIDING:
         raise ValueError(f"restitution = 0 gives the law {law!r} no damper, since its formula divides by it: give D")
     if law == "hunt-crossley":

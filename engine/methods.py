@@ -318,7 +318,7 @@ def integrator_name(method: Newmark | TimeStepping) -> str:
 
 
 def status_of(method: Newmark | TimeStepping) -> str:
-    """Where a method with a time step takes the contact status of its steps: "start", "end" or "located"."""
+    """The contact status of a method with a time step: "start", "end" or "located"."""
     return "located" if is_located(method) else getattr(method, "status", CONTACT_STATUSES[0])
 
 

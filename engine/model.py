@@ -74,7 +74,7 @@ RATIO_RANGE = (1e-3, 1e3)  # of frequencies
 
 @dataclass(frozen=True)
 class Excitation:
-    """What drives the bodies: the base, and a force on each body; one frequency η, all numbers without dimension.
+    """The excitation: base motion and a force on each body, with one frequency η; all numbers are non-dimensional.
 
     By default the base moves as cos ητ, as in the paper. The force on body i is forceᵢ cos(ητ + phaseᵢ) + constantᵢ; it
     pushes towards larger ξᵢ, so that on body 1 a positive constant closes the gap and on body 2 it opens it.

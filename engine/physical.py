@@ -37,7 +37,7 @@ _LARGE = 1e15
 
 
 class PhysicalSystem(NamedTuple):
-    """What a physical entry describes: the system, the units that its numbers are counted in, and η if it is given."""
+    """The result of reading a physical entry: the system, its units, and η if it is given."""
 
     system: System
     units: Units
@@ -45,7 +45,7 @@ class PhysicalSystem(NamedTuple):
 
 
 class Range(NamedTuple):
-    """What a number may be: from low to high, ends that are open left out."""
+    """The range of a number, from low to high; open ends are excluded."""
 
     low: float
     high: float
@@ -219,7 +219,7 @@ def physical_entry(system: System, units: Units, eta: float | None = None) -> di
 
 
 def _check_form(given: dict, wall: bool) -> None:
-    """What must be there, what must not, and what may be given in one form only."""
+    """Check that all needed numbers are there, none that does not apply, and none in two forms."""
     for one, other in EITHER:
         if one in given and other in given:
             raise ValueError(f"gives both {one} and {other}: one follows from the other, leave one out")

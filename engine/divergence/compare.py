@@ -120,7 +120,7 @@ class Comparison:
 
     @property
     def part_names(self) -> tuple[str, ...]:
-        """Those of PARTS that a difference can have: joint damping only where the reference has one of its own."""
+        """The names of PARTS that a difference can have: joint damping only where the reference has one of its own."""
         run = self.runs.reference
         own = run.system.joint_damping(run.method.joint_damping) != run.system.derived_joint_damping
         return tuple(name for name in PARTS if own or name != "joint_damping")
@@ -168,7 +168,7 @@ class Comparison:
 
     @property
     def start(self) -> tuple[float, ...] | None:
-        """What a further run is given as ``initial``: None from rest, which may lie where no other start may."""
+        """The argument ``initial`` of a further run: None for rest, which may lie where no other start may."""
         return None if self.initial == self.runs.reference.system.rest else self.initial
 
     def _judge(self, run: Response, cancelled) -> Motion:

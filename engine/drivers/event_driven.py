@@ -170,7 +170,7 @@ class LinearFlow(NamedTuple):
         return start_at(self.system, y)
 
     def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """What :func:`integrate_variation` returns."""
+        """The result of :func:`integrate_variation`."""
         return integrate_variation(self.system, start, periods)
 
     def along(

@@ -52,5 +52,5 @@ def balance_of_steps(response: Response) -> EnergyBalance:
 
 
 def _mean(values: np.ndarray) -> np.ndarray:
-    """Of each step."""
+    """The mean over each step."""
     return 0.5 * (values[1:] + values[:-1])

@@ -45,7 +45,7 @@ def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blu
 
 
 def difference_in_kind(reference: Motion, penalty: Motion) -> str:
-    """What each motion does, if they are of different kind; else empty.
+    """Both motions in words if they are of different kind; else empty.
 
     Motions are of one kind if they repeat after equally many periods, scatter ignored, or if neither repeats.
     """

@@ -1,4 +1,4 @@
-"""What a search for K, D and the time step may try."""
+"""The limits of a search for K, D and the time step."""
 
 from dataclasses import dataclass
 

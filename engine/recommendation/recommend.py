@@ -36,7 +36,7 @@ ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the chea
 
 
 class Suggested:
-    """What the outcomes of both searches have in common."""
+    """The base of the results of both searches."""
 
     best: Trial | None
     located: bool
@@ -301,7 +301,7 @@ def recommend_schemes(
 
 
 def _rank(found: Recommendation) -> tuple[float, ...]:
-    """What recommendations are sorted by."""
+    """The sort key of recommendations."""
     if found.best is None:
         return (2.0,)
     robust = found.best.robust

@@ -187,7 +187,7 @@ class Trials:
 
     @property
     def _skipping(self) -> SkippedSamples:
-        """What makes the runs of this thread by skips."""
+        """The solver that makes the runs of this thread by skips."""
         if not hasattr(self._of_thread, "skipping"):
             self._of_thread.skipping = SkippedSamples(self._system, self.eta, self._cancelled)
         return self._of_thread.skipping

@@ -1,4 +1,4 @@
-"""From which starts one solver ends on another motion than the other: two basins of one plane, cell by cell."""
+"""Starts from which two solvers end on different motions: two basins of one plane, cell by cell."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ DIFFERENT, SAME, NO_STATEMENT = 1, 0, -1  # of a cell
 
 @dataclass(frozen=True, eq=False)
 class BasinDifference:
-    """Where two solvers end on different motions.
+    """The starts from which two solvers end on different motions.
 
     Attributes
     ----------

@@ -98,7 +98,7 @@ def _folder(study: Study) -> Path:
 
 
 def _read_through(study: Study, options: RunOptions, results: Callable[[RunOptions], Iterable[Read]]) -> Iterator[Read]:
-    """What ``results`` reads of the study in the cache, or, where there can be no cache, in memory."""
+    """Read results of the study from the cache, or from memory where there can be no cache."""
     study.check()
     folder = _folder(study)
     cached = replace(options, out=folder)

@@ -127,7 +127,7 @@ class _Module:
                 self._inside.add((here, _Imported(module, alias.name)))
 
     def _source_of(self, node: ast.Import | ast.ImportFrom) -> list[str] | None:
-        """Where names are imported from, as the parts of a path in the engine's folder; None: from outside."""
+        """The source of an import, as the parts of a path in the engine's folder; None: from outside."""
         if isinstance(node, ast.Import):
             return None
         parts = node.module.split(".") if node.module else []

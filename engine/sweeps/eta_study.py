@@ -120,7 +120,7 @@ class EtaStudy(Study):
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """What is computed of each cell."""
+        """The variables of each cell."""
         cell = (self.over,)
         found = variables_of(vocabulary.MOTION, cell)
         if not isinstance(self.method, STEPPING):

@@ -78,7 +78,7 @@ class Partial:
 
     @property
     def share(self) -> float:
-        """Of all cells that are done."""
+        """The share of the cells that are done."""
         return self.progress.done / self.progress.total
 
     def values(self) -> dict[str, np.ndarray]:

@@ -55,7 +55,7 @@ class NoSolutionStudy(Study):
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """What is computed of each cell."""
+        """The variables of each cell."""
         dims = tuple(self.axes)
         return variables_of(vocabulary.SOLUTIONS, dims) | {"status": status_variable(dims)}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Progress:
-    """What the ``progress`` callable of a study is called with.
+    """The argument of a study's ``progress`` callable.
 
     Attributes
     ----------

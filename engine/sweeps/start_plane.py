@@ -16,7 +16,7 @@ FARTHEST = 1e6
 
 @dataclass(frozen=True)
 class StartPlane:
-    """Which starts a basin is of.
+    """The plane of starts of a basin.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class StartPlane:
 
 
 def can_begin(system: System, method: Method, starts: np.ndarray) -> np.ndarray:
-    """Which starts a solver can begin from, (n,) of bool: the reference knows no penetration."""
+    """Whether a solver can begin from each start, (n,) of bool: the reference knows no penetration."""
     if not isinstance(method, Reference):
         return np.ones(len(starts), bool)
     return system.overlaps_of(starts) == 0

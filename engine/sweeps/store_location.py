@@ -1,4 +1,4 @@
-"""Where a store lies, a folder or a URL: whether there is room, and which process works on it."""
+"""The folder or URL of a store: whether there is room, and which process works on it."""
 
 import contextlib
 import errno

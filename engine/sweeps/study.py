@@ -1,4 +1,4 @@
-"""What a study is: parameters that are swept, cells at the points of their grid, and the variables of each cell.
+"""The base of a study: parameters that are swept, cells at the points of their grid, and the variables of each cell.
 
 The five studies differ in what they sweep and in what they compute. Batches, stores, resuming and the cluster are the
 same for all of them and use no more of a study than stands here.
@@ -79,11 +79,11 @@ class Study(abc.ABC):
     @property
     @abc.abstractmethod
     def variables(self) -> dict[str, Variable]:
-        """What is computed of each cell; the dimensions begin with those of `axes`. ``status`` comes last."""
+        """The variables of each cell; the dimensions begin with those of `axes`. ``status`` comes last."""
 
     @cached_property
     def arrays(self) -> dict[str, StudyArray]:
-        """What is known of the study before any cell is computed, the axes first."""
+        """The arrays that are known before any cell is computed, the axes first."""
         return {name: StudyArray((name,), values, SWEPT[name]) for name, values in self.axes.items()}
 
     @property
@@ -97,7 +97,7 @@ class Study(abc.ABC):
         return {}
 
     def conclusions(self, values: Mapping[str, np.ndarray]) -> dict[str, StudyArray]:
-        """What follows from the variables of all cells that are known."""
+        """The results that follow from the variables of all cells that are known."""
         return {}
 
     @abc.abstractmethod

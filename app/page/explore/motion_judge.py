@@ -56,7 +56,7 @@ class MotionJudge:
         return setting, judge_motions(setting, lambda: cancelled() or setting is not self._setting)
 
     def _deliver(self, _: int, result: tuple[Setting, Kinds] | Exception) -> None:
-        """Hand the kinds to the session's loop; runs in a worker thread. An error is in the log; the figures need no kind."""
+        """Hand the kinds to the session's loop; runs in a worker thread. An error is only logged."""
         if not isinstance(result, Exception):
             self.host.call_later(partial(self._deliver_shown, *result))
 
