@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .arguments import shown
+from .checks import require
 from .drivers.event_driven import overlap_message
 from .drivers.parameters import parameter_rows, parameters_of
 from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
-from .model import System, check_eta, require
+from .model import System, check_eta
 from .result import STATUSES, Status
 
 _STEPPING = Newmark | TimeStepping

@@ -16,9 +16,10 @@ closing speed v₀ at each touch and the reduced mass m:
 import math
 from typing import Any
 
+from .checks import require, whole
 from .law_table import LAWS
 from .methods import STEPS_RANGE, spring_exponent
-from .model import System, check_eta, require, whole
+from .model import System, check_eta
 
 STEP_SCALE_RANGE = (0.0, 1e6)  # of s in K = s m/Δτ², 0 excluded
 DIVIDING = "flores", "jankowski", "constant-restitution"  # whose formula has no value for e = 0

@@ -19,16 +19,14 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from .arguments import shown
+from .checks import flag
+from .excitation import AMPLITUDE_RANGE, PHASE_RANGE, Excitation
 from .model import (
-    AMPLITUDE_RANGE,
     CLEARANCE_RANGE,
     ETA_RANGE,
     MASS_RATIO_RANGE,
-    PHASE_RANGE,
     RATIO_RANGE,
-    Excitation,
     System,
-    flag,
 )
 from .units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, Units
 from .wording import end_text

@@ -23,9 +23,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from .excitation import Excitation
 from .files import read_file
 from .methods import Reference
-from .model import BODY_2, FORCES_ON_BODY_2, Excitation, System
+from .model import BODY_2, FORCES_ON_BODY_2, System
 from .physical import KEYS, WALL, physical_entry, system_of_physical
 from .units import Units
 

@@ -29,9 +29,10 @@ from vibroscope.engine import (
     integrator_name,
     written,
 )
+from vibroscope.engine.checks import one_of
 from vibroscope.engine.divergence.contact import contact_frequency, damping_ratio
 from vibroscope.engine.law_table import numbers_of
-from vibroscope.engine.model import System, check_eta, one_of
+from vibroscope.engine.model import System, check_eta
 
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
 

@@ -16,6 +16,7 @@ from vibroscope.engine import (
     System,
     Units,
 )
+from vibroscope.engine.excitation import AMPLITUDE_RANGE, PHASE_RANGE
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
 from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.laws import STEP_SCALE_RANGE
@@ -27,14 +28,7 @@ from vibroscope.engine.methods import (
     STIFFNESS_RANGE,
     THRESHOLD_RANGE,
 )
-from vibroscope.engine.model import (
-    AMPLITUDE_RANGE,
-    CLEARANCE_RANGE,
-    ETA_RANGE,
-    MASS_RATIO_RANGE,
-    PHASE_RANGE,
-    RATIO_RANGE,
-)
+from vibroscope.engine.model import CLEARANCE_RANGE, ETA_RANGE, MASS_RATIO_RANGE, RATIO_RANGE
 from vibroscope.engine.motions.motion import FARTHEST
 from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, UNIT_SYSTEMS
 

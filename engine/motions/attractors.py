@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import whole
 from ..drivers.section import period_of
 from ..methods import STEPPING, Method
-from ..model import System, whole
+from ..model import System
 from ..result import Response
 from ..simulate import simulate
 from .description import Kind, Motion

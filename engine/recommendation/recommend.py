@@ -13,9 +13,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from ..arguments import shown
+from ..checks import require
 from ..drivers.threads import thread_count
 from ..methods import STEPPING, Newmark, Reference, TimeStepping, is_located, stages_of
-from ..model import System, check_eta, require
+from ..model import System, check_eta
 from ..motions.description import describe
 from ..motions.motion import motion
 from ..motions.steady import Steady, steady

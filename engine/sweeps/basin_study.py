@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..model import whole
+from ..checks import whole
 from ..motions.description import Kind
 from ..motions.sameness import BATCHES, SAME
 from ..simulate import KEEP_LIMIT

@@ -17,8 +17,8 @@ import numpy as np
 from ..arguments import shown
 from ..batch import run_cells
 from ..cells import CellResults, Cells
+from ..checks import require, whole
 from ..methods import METHOD_NUMBERS, STEPPING, ExactPenalty, Reference, counts_solutions
-from ..model import require, whole
 from ..motions.lyapunov import PERIODS_RANGE, lyapunov
 from ..motions.motion import FARTHEST, classify
 from . import variables as vocabulary

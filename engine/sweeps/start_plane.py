@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import shown
+from ..checks import require
 from ..methods import Method, Reference
-from ..model import System, require
+from ..model import System
 
 PHASE = "phase"  # when a run begins, as a share of the excitation period
 STATE = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..cells import Cells
+from ..checks import require, whole
 from ..methods import METHOD_NUMBERS, Method, TimeStepping
-from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta, require, whole
+from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
 from .digest import engine_digest
 from .variables import SWEPT, StudyArray, Variable

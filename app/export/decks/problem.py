@@ -16,8 +16,9 @@ from vibroscope.engine import (
     Units,
     status_of,
 )
+from vibroscope.engine.checks import whole
 from vibroscope.engine.integrators import Integrator
-from vibroscope.engine.model import check_eta, whole
+from vibroscope.engine.model import check_eta
 
 PERIODS, KEEP = 300, 20  # to run, and to write the last of
 PERIODS_RANGE = (1, 1_000_000)
