@@ -105,7 +105,7 @@ def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _one_by_one(worker: Callable[[], Worker]) -> Callable[[], Worker]:
-    """The worker for places that count GRAIN times, of which a thread therefore takes no more than one at a time."""
+    """A worker for places numbered in steps of GRAIN, so that a thread takes one of them at a time."""
 
     def make() -> Worker:
         run = worker()

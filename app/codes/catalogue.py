@@ -48,7 +48,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Code:
-    """One code.
+    """A simulation code: its default choices, with the source of each.
 
     Attributes
     ----------

@@ -152,7 +152,7 @@ _KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[RuleQuestion, float], Numb
 
 @dataclass(frozen=True)
 class Rule:
-    """One rule of thumb.
+    """A rule of thumb for K, D or the time step, with its source.
 
     Attributes
     ----------

@@ -29,7 +29,7 @@ class NotANumber(argparse.ArgumentTypeError, ValueError):
 
 @dataclass(frozen=True)
 class Measured:
-    """A number with a unit, of which it is not yet known what it is in the model."""
+    """A number with a unit, before it is converted to a number of the model."""
 
     text: str
     number: float

@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _row(outcome: HardCaseOutcome) -> str:
-    """One line, and one more for each thing that is not as expected."""
+    """Format a case: one line, and one more for each result that is not as expected."""
     line = _COLUMNS.format(
         outcome.case.name,
         outcome.case.expected,

@@ -19,7 +19,7 @@ _SET = (*MAIN_FIELDS, *PAPER_FIELDS, "joint_damping")  # what a button sets, bes
 
 @dataclass(frozen=True)
 class ShelfSystem:
-    """One button: a published system, and a contact to begin with.
+    """A button of the shelf: a published system, and a contact to begin with.
 
     Attributes
     ----------

@@ -26,7 +26,7 @@ from vibroscope.engine.sweeps import (
 
 STEPS = (500, 1000, 2000, 4000, 6000, 8000, 16_000, 32_000)  # the paper's Figure 14 has 2,000 to 8,000
 STEPS_AT_ONCE = 4  # from one partial result to the next; the last has half its cost in one run
-# Steps with which a motion is judged of which none is skipped: with more it takes long, and its scatter is small.
+# Largest n of a motion that is judged although no step can be skipped: more would take long, and scatter is small.
 MOST_TAKEN = 4000
 TRANSIENT, SAMPLE = 2000, 50
 

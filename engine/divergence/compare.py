@@ -144,7 +144,7 @@ class Comparison:
         return Difference("sections", found.total, parts, found.chance, self.runs.penalty.method.law)
 
     def decided(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
-        """Add evidence to the motions of which the kept periods alone do not show what they are.
+        """Add evidence to the motions whose kind the kept periods alone do not show.
 
         A motion that repeats itself is plain; Newmark's only if the exact penalty solution repeats after as many
         periods. Otherwise a time step may have scattered its section, or locked the scatter into a long cycle. Where

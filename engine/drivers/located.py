@@ -22,7 +22,7 @@ from .skip_tables import LocatedTables
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
 
-MANY_STEPS = 1000  # a period from which tables are worth their making, for Newmark's method, whose steps take no time
+MANY_STEPS = 1000  # per period: with fewer steps of Newmark's method, tables take longer than the steps that they save
 
 
 def stages_of(integrator: Integrator, p: Parameters) -> Stages:

@@ -214,6 +214,6 @@ def _judge_drift(case: HardCase) -> HardCaseOutcome:
         simulate(setup.system, setup.eta, setup.method, periods=periods, keep=DRIFT_KEEP, record=record)
         for periods in (setup.periods // 50, setup.periods)
     )
-    # an attracting cycle forgets all errors but those of the last periods; the events' τ is rounded to ε_m τ
+    # on an attracting cycle only errors of the last periods remain; the τ of events is rounded to ε_m τ
     attainable = attainable_error(replace(setup, periods=20))
     return _outcome(case, late, _largest(late.section - early.section), math.inf if attainable is None else attainable)

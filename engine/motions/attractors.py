@@ -30,7 +30,7 @@ DECIMALS = 4  # of a start, so that its numbers can be read, typed and sent in f
 
 @dataclass(frozen=True)
 class Attractor:
-    """One of the motions that starts end in.
+    """A motion in which starts end.
 
     Attributes
     ----------

@@ -40,7 +40,7 @@ from .start_plane import StartPlane, can_begin
 PROBES, SLOW_PROBES = 16, 6  # along each side of the lattice: of cells that are compiled, and of others
 MOST = 32  # motions that are looked for on the lattice
 PROBED = 200  # periods of the lattice's starts between two searches for a motion
-LATER = 4  # times the transient in which a cell may still enter a trapping region that its section was not seen in
+LATER = 4  # multiples of the transient within which a cell may still enter a trapping region
 STRIDE = 12  # periods between two looks at the section
 OK = STATUSES.index(Status.OK)
 

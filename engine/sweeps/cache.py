@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import xarray
 
 BYTES_KEPT = 500_000_000
-DEAR = 1.0  # s that a picture takes to compute, from which on it is worth its writing, which takes some tenths
+DEAR = 1.0  # s: a picture that takes longer to compute is written, which takes some tenths
 Read = TypeVar("Read")
 
 

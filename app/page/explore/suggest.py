@@ -147,7 +147,7 @@ class Suggester:
         if search is not self._search:
             return
         self._found = found
-        # What the user has set meanwhile is not set back: a scene of the same η, a point of the front.
+        # The user may have changed the setting meanwhile (a scene of the same η, a point of the front): keep that.
         self._moved = _searched(self._setting) != _searched(self._asked)
         content = self._show_found(found)
         if content["met"] and content["use"] and not self._moved:

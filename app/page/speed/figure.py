@@ -40,7 +40,7 @@ _ALL = (1e-30, 1e30)  # a cost without an error: a line over any error that is s
 
 
 class SpeedView:
-    """One figure."""
+    """The figure of error over cost."""
 
     def __init__(self) -> None:
         self._result: PartialSpeed | None = None
@@ -146,8 +146,8 @@ class SpeedView:
             named = {SolverKey("fixed", n): "set", SolverKey("plain", n): "in an FE code"}
         shown = [key for key in named if math.isfinite(result.errors.get(key, math.nan))]
         columns = _columns(result, shown)
-        # Where a curve of errors that fall as costs rise has no points: above to the right, or, in the right half, so
-        # that the text stays inside a narrow figure, below to the left.
+        # Errors fall as costs rise, so there are no points above and to the right of one: the text goes there. In the
+        # right half of the figure it goes below and to the left, so that it stays inside a narrow figure.
         half = math.sqrt(self.figure.x_range.start * self.figure.x_range.end)
         right = columns["cost"] < half
         now = {
