@@ -19,6 +19,8 @@ from vibroscope.app.page.your_code.rules import rows_of
 from vibroscope.app.studies.your_code import Judged, PartialCode, question_of
 from vibroscope.engine import Units
 
+from tests.share import every
+
 from .fakes import QueueingHost
 from .filled_tabs import SETTING, filled  # noqa: F401 - a fixture
 
@@ -80,7 +82,7 @@ def test_the_errors_of_speed_say_what_they_are_multiples_of_in_files_and_scripts
     assert "set_ylabel('error / (2.5 mm, or 50 mm/s of a velocity)')" in script
 
 
-@pytest.mark.parametrize("choice", ["over:K;solver:newmark", "over:D;solver:newmark", "branches:on"])
+@pytest.mark.parametrize("choice", every(["over:K;solver:newmark", "over:D;solver:newmark", "branches:on"]))
 def test_a_diagram_over_any_number_has_units(choice):
     tab = TABS["bifurcation"](QueueingHost())
     tab.build()

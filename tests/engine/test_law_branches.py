@@ -190,7 +190,7 @@ def test_a_law_that_cannot_be_followed_is_refused(law, over, said):
         continue_branch(*at(law, 1.3), over=over, low=0.0 if over == "D" else 1.0, high=30.0)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", every(LAWS))
 def test_bifurcations_have_the_multiplier_of_their_kind(law):
     """At the end of a sequence the equations are singular, too, though nothing bifurcates there."""
     expected = {"period doubling": -1.0, "fold": 1.0}
