@@ -19,7 +19,7 @@ def pytest_addoption(parser):
     parser.addoption(
         "--in-process",
         action="store_true",
-        help="skip each test that starts a process, and try one in eight of many like examples",
+        help="skip each test that starts a process, and try one in seven of many like examples",
     )
 
 
