@@ -236,7 +236,7 @@ class System:
         return float(self.overlaps_of(np.array([state], dtype=float))[0])
 
     def overlaps_of(self, states: np.ndarray) -> np.ndarray:
-        """The same of many states, (n, 4)."""
+        """How far the bodies overlap in each of many states, (n, 4), by more than rounding."""
         x1, x2 = states[:, 0], states[:, 2]
         gap = self.gap(x1, x2)
         rounding = 4 * 2.0**-52 * (abs(self.clearance) + np.abs(x1) + np.abs(x2)) if self.clearance else 0.0
@@ -258,7 +258,7 @@ class System:
         return kept | {name: value for name, value in self.excitation.as_dict().items() if value != driven[name]}
 
     def changed(self, constants: dict[str, float]) -> "System":
-        """The same system with other values of some constants, those of what drives it included."""
+        """The system with other values of some constants, including those of the excitation."""
         own = {name: value for name, value in constants.items() if name not in _DRIVE}
         driven = {name: value for name, value in constants.items() if name in _DRIVE}
         return replace(self, **own, excitation=replace(self.excitation, **driven) if driven else self.excitation)

@@ -188,7 +188,7 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
 
 
 def physical_entry(system: System, units: Units, eta: float | None = None) -> dict[str, float | bool]:
-    """The same in the other direction: the entry that describes a system; only what is not zero by default."""
+    """The physical entry that describes a system, without the numbers that are zero by default."""
     m1, omega1, length = units.m1, units.omega1, 1e-3 * units.base_amplitude
     k1, drive = m1 * omega1**2, system.excitation
     entry: dict[str, float | bool] = {"mass1_kg": m1, "stiffness1_N_per_m": k1, "damping1_ratio": system.d1}

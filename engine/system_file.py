@@ -274,7 +274,7 @@ def parse_system(content: bytes) -> SystemFile:
 
 
 def system_of_tables(tables: dict) -> SystemFile:
-    """The same of the tables of a TOML file."""
+    """Read a system from the tables of a TOML file."""
     _refuse_unknown(tables, _TABLES, "table")
     if "physical" in tables:
         others = [f"[{name}]" for name in _TABLES[:-1] if name in tables]

@@ -42,17 +42,17 @@ def number(text: str) -> float:
 
 
 def count(text: str) -> float:
-    """The same where a whole number is expected, so that a comma before three digits separates thousands."""
+    """Read a whole number as `number` does; a comma before three digits separates thousands."""
     return _read(text, whole=True)
 
 
 def measured(text: str) -> float | Measured:
-    """The same as `number`, or with a unit."""
+    """Read a number as `number` does, with or without a unit."""
     return _read_measured(text, whole=False)
 
 
 def measured_count(text: str) -> float | Measured:
-    """The same as `count`, or with a unit."""
+    """Read a whole number as `count` does, with or without a unit."""
     return _read_measured(text, whole=True)
 
 

@@ -71,7 +71,7 @@ def _number(x: float | None) -> str:
 
 
 def _share(difference: float | None) -> str:
-    """A relative difference; 0 if it is one of rounding."""
+    """A relative difference; 0 if it is only rounding."""
     if difference is None:
         return ""
     return f"{difference:.1e}" if abs(difference) > _ROUNDING else "0"

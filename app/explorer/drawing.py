@@ -32,7 +32,7 @@ def drawing(setting: Setting) -> dict:
 
 
 def drawing_in_words(setting: Setting) -> str:
-    """The same for those who do not see it."""
+    """The drawing in words, for screen readers."""
     system, clearance = setting.system, setting.clearance
     size = _length(abs(clearance), setting)
     apart = f"{size} apart" if clearance > 0 else f"pressed together by {size}" if clearance < 0 else "touching at rest"

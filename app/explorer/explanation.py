@@ -106,7 +106,7 @@ class Explanation:
     series: dict[str, np.ndarray]
 
     def in_units(self, scale: Units | None) -> Explanation:
-        """The same with the numbers of its sentences in units."""
+        """The explanation with the numbers of its sentences in units."""
         texts = {name: in_units(getattr(self, name), scale) for name in ("headline", "note")}
         kinds = {name: in_units(text, scale) for name, text in self.kinds.items()}
         return replace(self, **texts, kinds=kinds, details=tuple(in_units(text, scale) for text in self.details))

@@ -97,7 +97,7 @@ def physical_bounds(name: str) -> tuple[float, float]:
 
 
 def physical_range(name: str) -> str:
-    """The same in words."""
+    """The range of a number that may be typed, in words."""
     low, high = physical_bounds(name)
     return f"{end_text(low)} to {'below ' if KEYS[name].allowed.open_high else ''}{end_text(high)}"
 

@@ -115,7 +115,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
 
     @property
     def constant_step(self) -> Newmark | TimeStepping:
-        """The same with steps that are not cut where contact changes."""
+        """The setting with steps that are not cut where contact changes."""
         return self._replace(located="no").penalty
 
     @property

@@ -69,7 +69,7 @@ class Question(NamedTuple):
     schemes: tuple[TimeStepping, ...] = ()  # all that is searched over where a code is asked for, in place of that set
 
     def follow(self, setting: Setting) -> Question:
-        """The same tolerance, limits and range, asked for another setting."""
+        """The question for another setting, with the same tolerance, limits and range."""
         etas = self.etas if len(self.etas) > 1 else (setting.eta,)
         asked = self._replace(system=setting.system, etas=etas, reference=setting.reference)
         return asked if self.schemes else asked._replace(located=setting.located == "yes", scheme=_scheme(setting))

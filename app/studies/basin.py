@@ -162,7 +162,7 @@ class PartialBasin:
         return found
 
     def shown(self, side: str) -> np.ndarray:
-        """The same with the coarser cells in place of those that are not known yet; MISSING where there is none."""
+        """The motion of each cell, that of a coarser cell where it is not yet known; MISSING where there is none."""
         sources = nearest_known(self.known[side])
         return np.where(sources >= 0, self.cells[side].ravel()[sources], MISSING)
 

@@ -202,7 +202,7 @@ class PartialPlane:
         return place[0], place[1]
 
     def source(self, place: tuple[int, int]) -> int:
-        """Flat index of the cell whose numbers are shown: a coarser one while that stands for this one."""
+        """Flat index of the cell whose numbers are shown: that of a coarser cell until this one is computed."""
         source = int(self._sources[place])
         return source if source >= 0 else int(np.ravel_multi_index(place, self.known.shape))
 

@@ -135,7 +135,7 @@ class PartialStep:
         return {name: self.of_scheme(name, scheme)[index] for name in self.study.shown}
 
     def section(self, index: int, scheme: str) -> dict[str, np.ndarray]:
-        """The same at τ ≡ 0 mod T over the sample."""
+        """Displacement and velocity at τ ≡ 0 mod T over the sample."""
         return {name: self.of_scheme(f"{name}_section", scheme)[index] for name in self.study.shown}
 
 

@@ -127,7 +127,7 @@ class Comparison:
 
     @cached_property
     def difference(self) -> Difference:
-        """The numbers that say how far the solutions are apart; whatever states them takes these.
+        """The numbers that measure how far the solutions are apart; all statements take them from here.
 
         Raises
         ------
@@ -176,7 +176,7 @@ class Comparison:
         return motion(run.system, run.eta, run.method, initial=self.start, cancelled=cancelled)
 
     def _with(self, **motions: Motion) -> "Comparison":
-        """The same with other descriptions of its motions; what is known of the difference stays."""
+        """The comparison with other descriptions of its motions; the results for the difference stay."""
         changed = replace(self, **motions)
         cached = {name: value for name, value in vars(self).items() if name in ("statistics", "difference")}
         vars(changed).update(cached)

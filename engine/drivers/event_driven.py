@@ -176,7 +176,7 @@ class LinearFlow(NamedTuple):
     def along(
         self, start: np.ndarray, periods: float, direction: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """The same with the derivative in one direction, (4,), in place of the Jacobian."""
+        """Integrate with the derivative in one direction, (4,), in place of the Jacobian."""
         found = self.with_jacobian(start, periods)
         return None if found is None else (found[0], found[1] @ direction, found[2])
 

@@ -148,7 +148,7 @@ class LocatedDriver(SteppingDriver):
 
 
 class LocatedLawDriver(LocatedDriver):
-    """The same with another contact law than spring and damper: flights are skipped, steps in contact are taken."""
+    """A run with located steps and another law than spring and damper: it skips flights, takes steps in contact."""
 
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         m = self._scheme._replace(stages=stages_of(integrator, p))

@@ -32,7 +32,7 @@ def repetition(found: Motion) -> str:
 
 
 def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blurred: bool, body: int = 2) -> str:
-    """The same of the numbers of a motion; ``blurred``: whether the time step causes the scatter of ``body``."""
+    """How a motion repeats itself, by its numbers; ``blurred``: whether the step causes the scatter of ``body``."""
     if kind in _TYPES:
         return _TYPES[kind]
     if not near_period:

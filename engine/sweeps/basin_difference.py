@@ -66,7 +66,7 @@ def basin_difference(first: "xarray.Dataset", second: "xarray.Dataset") -> Basin
 
 
 def difference_of(first: Mapping[str, np.ndarray], second: Mapping[str, np.ndarray]) -> BasinDifference:
-    """The same of the arrays ``motion``, ``motion_period`` and ``motion_section`` of two basins of the same cells."""
+    """Compare the arrays ``motion``, ``motion_period`` and ``motion_section`` of two basins of the same cells."""
     same = np.array(
         [
             [same_between_solvers(one, period, other, other_period) for other, other_period in _motions(second)]

@@ -102,7 +102,7 @@ class BasinStudy(Study):
             )
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk; the plane remains the whole one."""
+        """The study of the cells of a chunk; the plane remains the whole one."""
         rows, columns = chunk
         return replace(self, x=self.x[rows], y=self.y[columns])
 

@@ -27,7 +27,7 @@ POLL = 0.2  # seconds
 
 
 def compute(study: Study, before: dict[str, np.ndarray] | None, digest: str, threads: int) -> dict[str, np.ndarray]:
-    """On a worker: the variables of a part of a study.
+    """Compute the variables of a part of a study; runs on a worker.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def compute(study: Study, before: dict[str, np.ndarray] | None, digest: str, thr
 
 
 def compute_into_store(study: Study, digest: str, threads: int, location: tuple) -> tuple[bool, np.ndarray]:
-    """On a worker: compute a part of a study unless the store has it; whether it has, and the status of the cells."""
+    """Compute a part of a study on a worker unless the store has it; whether it had, and the cells' status."""
     target, group, key, chunk = location
     store = Store(StoreLocation(target), group).open(study, key)
     values = store.read(chunk)

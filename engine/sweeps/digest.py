@@ -38,7 +38,7 @@ def engine_digest() -> str:
 
 
 def remembered_digest(engine: Path, folder: Path) -> str:
-    """The same as `code_digest`, from a file where the same sources were read before: it takes 0.2 s of a start."""
+    """Return `code_digest`, from a file if the same sources were read before: computing it takes 0.2 s of a start."""
     file = folder / source_digest(engine)
     with contextlib.suppress(OSError, ValueError):
         found = file.read_text()

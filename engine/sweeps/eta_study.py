@@ -147,7 +147,7 @@ class EtaStudy(Study):
         }
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
         (part,) = chunk
         return replace(self, values=self.values[part], initial=None if self.initial is None else self.initial[part])
 

@@ -86,7 +86,7 @@ class Partial:
         return self.results.values()
 
     def dataset(self) -> "xarray.Dataset":
-        """The same, labelled; its attributes ``computed``, ``reused``, ``failed`` and ``seconds`` are of this run."""
+        """The results as a Dataset; its attributes include ``computed``, ``reused``, ``failed`` and ``seconds``."""
         return self.results.dataset().assign_attrs(provenance.cost(self.progress))
 
 

@@ -60,7 +60,7 @@ class NoSolutionStudy(Study):
         return variables_of(vocabulary.SOLUTIONS, dims) | {"status": status_variable(dims)}
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
         rows, columns = chunk
         return replace(self, K=self.K[rows], steps=self.steps[columns])
 

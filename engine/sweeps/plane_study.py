@@ -103,7 +103,7 @@ class PlaneStudy(Study):
         )
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
         rows, columns = chunk
         return replace(self, K=self.K[rows], D=self.D[columns])
 

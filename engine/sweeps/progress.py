@@ -35,7 +35,7 @@ class Progress:
 
     @property
     def seconds_left(self) -> float:
-        """At this rate; inf before the first cell."""
+        """The seconds left at this rate; inf before the first cell."""
         return (self.total - self.done) / self.rate if self.rate else float("inf")
 
 

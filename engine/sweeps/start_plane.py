@@ -71,7 +71,7 @@ class StartPlane:
         return columns[:, :4], columns[:, 4] % 1.0
 
     def lattice(self, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """The same of count × count points, each in the middle of its part of the plane."""
+        """The starts of count × count points, each in the middle of its part of the plane."""
         middles = (np.arange(count) + 0.5) / count
         x, y = (low + (high - low) * middles for low, high in self.spans)
         return self.starts(np.repeat(x, count), np.tile(y, count))

@@ -142,7 +142,7 @@ class StepStudy(Study):
         return found | {"status": status_variable(dims)}
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
         return replace(self, steps=self.steps[chunk[0]])
 
     def conclusions(self, values) -> dict[str, StudyArray]:

@@ -103,7 +103,7 @@ class Study(abc.ABC):
 
     @abc.abstractmethod
     def cut(self, chunk: "Chunk") -> "Study":
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
 
     @abc.abstractmethod
     def compute(

@@ -61,7 +61,7 @@ class BasinView:
         return plot
 
     def hold(self, setting: Setting, axes: tuple[str, str]) -> None:
-        """Let the axes reach as far as the starts do that the system suggests; a phase over a period."""
+        """Set the axes to the range of starts that suits the system, and that of a phase to one period."""
         span = default_span(setting.system)
         for owned, axis in zip(self.ranges.values(), axes, strict=True):
             owned.put(*(WHOLE if axis == PHASE else span))
@@ -72,7 +72,7 @@ class BasinView:
         return {name[-1]: rounded_view(owned.ends, *LINEAR) for name, owned in self.ranges.items()}
 
     def spans_of(self, axes: tuple[str, str]) -> dict[str, tuple[float, float]]:
-        """The same, of a phase no more than a period."""
+        """The parts of these axes that are in view; that of a phase is at most a period."""
         return {
             name: (within(span) if axis == PHASE else span)
             for (name, span), axis in zip(self.spans.items(), axes, strict=True)

@@ -109,7 +109,7 @@ class Bifurcation(StudyTab):
         self.ranges["eta"].restore(low, high)
 
     def fit_axes(self, setting: Setting) -> None:
-        """The axis covers what the slider does for the system."""
+        """Let the axis cover the range that the slider has for the system."""
         self.view.fit_axes(setting)
 
     def obstacle(self, setting: Setting) -> str:

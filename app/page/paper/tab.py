@@ -116,7 +116,7 @@ class Paper(Tab):
         self._take_if_ready()
 
     def awaited(self) -> str:
-        """How many claims the file that was asked for waits for."""
+        """The number of claims that a requested file waits for, in words."""
         count = len(self._needed - self._findings.keys())
         return f"Checking {counted(count, 'claim')} for this file …" if count else ""
 

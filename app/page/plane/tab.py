@@ -72,7 +72,7 @@ class PlaneTab(StudyTab):
         }
 
     def fit_axes(self, setting: Setting) -> None:
-        """K and D beyond the usual range are in view."""
+        """Widen the axes so that K and D beyond the usual range are in view."""
         self.view.fit_axes(setting)
 
     def obstacle(self, setting: Setting) -> str:

@@ -103,7 +103,7 @@ class Speed(StudyTab):
         return [*([["Penalty solution", f"{words}."]] if words else []), *statements(setting, result)]
 
     def python(self, setting: Setting) -> str:
-        """The same measurement: of this machine, and so with other numbers each time."""
+        """A script of the same measurement; it runs on another machine or at another time, so its numbers differ."""
         return speed_python(self.script_question(setting))
 
     def draw(self, setting: Setting, result: PartialSpeed | None) -> None:

@@ -80,7 +80,7 @@ class TimeStepTab(StudyTab):
         return StepQuestion(setting.system, setting.eta, method, setting.own_start, setting.step_scale)
 
     def draw(self, setting: Setting, result: PartialStep | None) -> None:
-        """The figures."""
+        """Draw the figures."""
         self.view.update(setting, result)
 
     def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
