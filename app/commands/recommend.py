@@ -238,7 +238,8 @@ def _kind_of_steps(found: Recommendation | RangeRecommendation) -> str:
     steps, scheme = "steps cut at contact changes" if found.located else "constant step", found.scheme
     if not isinstance(scheme, TimeStepping):
         return steps if scheme.law == CONTACT_LAWS[0] else f"{steps}, law {scheme.law}"
-    return f"{steps}, {scheme.integrator}, contact at the {scheme.status} of steps, law {scheme.law}"
+    contact = "" if found.located else f" contact at the {scheme.status} of steps,"
+    return f"{steps}, {scheme.integrator},{contact} law {scheme.law}"
 
 
 def range_text(found: RangeRecommendation, units: Units | None = None) -> str:

@@ -72,6 +72,12 @@ def test_recommend(capsys):
     assert found["error"] == best.error
 
 
+def test_recommend_says_once_that_steps_are_cut(capsys):
+    held = "--K 1200 --D 18 --tolerance 0.5 --steps-max 8 --law limited --status located --integrator hht"
+    _, out, _ = run_command(capsys, "recommend", "--eta", "2.76", *held.split())
+    assert out.startswith("eta = 2.76, steps cut at contact changes, HHT(alpha=-0.05), law limited, tolerance 50 %\n")
+
+
 def test_sweeps(capsys, tmp_path):
     few = ["--transient", "20", "--sample", "4", "--status", "located", "--law", "limited"]
     plane = ["--eta", "2.76", "--K", "500:2000:2", "--D", "5:20:2", "--steps", "100"]
